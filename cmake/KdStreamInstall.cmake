@@ -1,0 +1,1 @@
+# Install rules: find_package(KdStream) works from an install tree.

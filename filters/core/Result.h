@@ -1,0 +1,106 @@
+// Errors as values: what every function outside VTK returns when its input may be bad.
+//
+// A Result<T> holds either a T or an Error. The message names the offending value and its place ("vertex 17:
+// x is not finite"); the program that prints it adds the file. Nothing in core, codec, meshio, store, protocol,
+// session or client throws for bad input, logs, or exits.
+#pragma once
+
+#include <cassert>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace kdstream
+{
+
+enum class ErrorCode
+{
+  InvalidInput,    // the bytes or the mesh are not what they claim to be
+  InvalidArgument, // an option outside its documented range
+  Unsupported,     // well-formed, but this version does not do it
+  NotFound,        // no such file, model, piece
+  Damaged,         // a checksum or a structure inside a store does not hold
+  LimitExceeded,   // a memory or size limit forbids the work
+  InputOutput,     // the operating system refused
+  Cancelled        // the caller's progress function asked to stop
+};
+
+struct Error
+{
+  ErrorCode code = ErrorCode::InvalidInput;
+  std::string message;
+};
+
+// A value of T, or why there is none.
+template <class T>
+class [[nodiscard]] Result
+{
+public:
+  Result(T value)
+    : Content(std::in_place_index<0>, std::move(value))
+  {
+  }
+  Result(Error error)
+    : Content(std::in_place_index<1>, std::move(error))
+  {
+  }
+
+  bool HasValue() const { return this->Content.index() == 0; }
+  explicit operator bool() const { return this->HasValue(); }
+
+  // REQUIRES: HasValue().
+  T& Value()
+  {
+    assert(this->HasValue());
+    return *std::get_if<0>(&this->Content);
+  }
+  const T& Value() const
+  {
+    assert(this->HasValue());
+    return *std::get_if<0>(&this->Content);
+  }
+  T& operator*() { return this->Value(); }
+  const T& operator*() const { return this->Value(); }
+  T* operator->() { return &this->Value(); }
+  const T* operator->() const { return &this->Value(); }
+
+  // REQUIRES: !HasValue().
+  const Error& GetError() const
+  {
+    assert(!this->HasValue());
+    return *std::get_if<1>(&this->Content);
+  }
+
+private:
+  std::variant<T, Error> Content;
+};
+
+// Success, or why not.
+template <>
+class [[nodiscard]] Result<void>
+{
+public:
+  Result() = default;
+  Result(Error error)
+    : Content(std::move(error))
+  {
+  }
+
+  bool HasValue() const { return !this->Content.has_value(); }
+  explicit operator bool() const { return this->HasValue(); }
+
+  // REQUIRES: !HasValue().
+  const Error& GetError() const
+  {
+    assert(!this->HasValue());
+    return *this->Content;
+  }
+
+private:
+  std::optional<Error> Content;
+};
+
+using Status = Result<void>;
+
+}
