@@ -1,0 +1,74 @@
+#include "server/protocol/BlobId.h"
+
+#include "server/protocol/TextParts.h"
+
+namespace kdstream::protocol
+{
+
+namespace
+{
+constexpr std::uint32_t nodeEnd = std::uint32_t{ 1 } << (maximumDepth + 1);
+constexpr std::uint32_t partitionEnd = std::uint32_t{ 1 } << maximumDepth;
+}
+
+bool IsValid(const BlobId& blob)
+{
+  switch (blob.kind)
+  {
+    case BlobKind::Tree:
+      return blob.level == 0 && blob.number >= 1 && blob.number < nodeEnd;
+    case BlobKind::Level:
+      return blob.level <= maximumDepth && blob.number >= 1 && blob.number < nodeEnd;
+    case BlobKind::Partition:
+      return blob.level == 0 && blob.number < partitionEnd;
+  }
+  return false;
+}
+
+std::string BlobName(const BlobId& blob)
+{
+  switch (blob.kind)
+  {
+    case BlobKind::Tree:
+      return "tree/" + std::to_string(blob.number);
+    case BlobKind::Level:
+      return "levels/" + std::to_string(blob.level) + "/" + std::to_string(blob.number);
+    case BlobKind::Partition:
+      return "partitions/" + std::to_string(blob.number);
+  }
+  return {};
+}
+
+Result<BlobId> ParseBlobName(std::string_view name)
+{
+  const auto parts = SplitPath(name);
+  const auto bad = [](std::string_view what, std::string_view text) {
+    return Error{ ErrorCode::InvalidArgument, std::string(what) + " " + Quoted(text) };
+  };
+
+  if (parts.size() == 2 && parts[0] == "tree")
+  {
+    const auto node = ParseDecimal(parts[1], 1, nodeEnd - 1);
+    return node ? Result<BlobId>(BlobId::TreePage(*node)) : bad("no tree node", parts[1]);
+  }
+  if (parts.size() == 3 && parts[0] == "levels")
+  {
+    const auto depth = ParseDecimal(parts[1], 0, maximumDepth);
+    if (!depth)
+    {
+      return bad("no level", parts[1]);
+    }
+    const auto node = ParseDecimal(parts[2], 1, nodeEnd - 1);
+    return node ? Result<BlobId>(BlobId::LevelPiece(static_cast<std::uint8_t>(*depth), *node))
+                : bad("no tree node", parts[2]);
+  }
+  if (parts.size() == 2 && parts[0] == "partitions")
+  {
+    const auto partition = ParseDecimal(parts[1], 0, partitionEnd - 1);
+    return partition ? Result<BlobId>(BlobId::Partition(*partition))
+                     : bad("no partition", parts[1]);
+  }
+  return Error{ ErrorCode::NotFound, "no blob is called " + Quoted(name) };
+}
+
+}

@@ -1,0 +1,61 @@
+// Which blob of a model: a page of the tree, a piece of a level, or a partition of the original.
+//
+// Blobs are the only data of the protocol: everything else names or describes them. The names below
+// are the same in URLs ("/api/models/dragon/DIGEST/levels/7/1"), error messages and logs.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <compare>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace kdstream::protocol
+{
+
+// The deepest tree that a model may have; nodes have numbers below 2^31.
+inline constexpr unsigned maximumDepth = 30;
+
+// The largest blob that a server sends and a client takes.
+inline constexpr std::uint32_t maximumBlobBytes = 64u << 20;
+
+enum class BlobKind : std::uint8_t
+{
+  Tree = 0,
+  Level = 1,
+  Partition = 2
+};
+
+struct BlobId
+{
+  BlobKind kind = BlobKind::Tree;
+  std::uint8_t level = 0; // of a Level, 0 for the others
+  std::uint32_t number =
+    1; // node of a tree page or of a level's piece (from 1); number of a partition (from 0)
+  auto operator<=>(const BlobId&) const = default;
+
+  static constexpr BlobId TreePage(std::uint32_t node) { return { BlobKind::Tree, 0, node }; }
+  static constexpr BlobId LevelPiece(std::uint8_t depth, std::uint32_t node)
+  {
+    return { BlobKind::Level, depth, node };
+  }
+  static constexpr BlobId Partition(std::uint32_t number)
+  {
+    return { BlobKind::Partition, 0, number };
+  }
+};
+
+// Whether the numbers are in the ranges that any model could have (whether a model has it is for
+// its server).
+bool IsValid(const BlobId& blob);
+
+// "tree/1", "levels/7/1", "partitions/12". REQUIRES: IsValid(blob).
+std::string BlobName(const BlobId& blob);
+
+// The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in
+// range. Errors: NotFound where the name has none of the three forms; InvalidArgument naming the
+// number that is wrong.
+Result<BlobId> ParseBlobName(std::string_view name);
+
+}

@@ -1,0 +1,339 @@
+#include "server/protocol/ControlMessage.h"
+
+#include "server/protocol/JsonReader.h"
+#include "server/protocol/ModelJson.h"
+#include "server/protocol/ResourcePath.h"
+#include "server/protocol/TextParts.h"
+
+#include <limits>
+#include <type_traits>
+
+namespace kdstream::protocol
+{
+
+namespace
+{
+
+constexpr std::uint32_t mostId = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t highestNode = (std::uint32_t{ 1 } << (maximumDepth + 1)) - 1;
+constexpr std::uint32_t highestPartition = (std::uint32_t{ 1 } << maximumDepth) - 1;
+constexpr std::uint64_t mostCount = std::uint64_t{ 1 } << 53;
+constexpr std::size_t mostMessageBytes = 4096; // of the text of an error
+// No list in a message of maximumClientMessageBytes is longer.
+constexpr std::size_t mostListed = maximumClientMessageBytes;
+
+void PutList(Json& json, const char* key, const std::vector<std::uint32_t>& list)
+{
+  if (!list.empty())
+  {
+    json[key] = list;
+  }
+}
+
+Json BodyToJson(const OpenRequest& body)
+{
+  return { { "type", "open" }, { "model", body.model } };
+}
+Json BodyToJson(const PreviewRequest&)
+{
+  return { { "type", "preview" } };
+}
+Json BodyToJson(const LevelRequest& body)
+{
+  Json json{ { "type", "level" }, { "level", body.level } };
+  PutList(json, "nodes", body.nodes);
+  return json;
+}
+Json BodyToJson(const TreeRequest& body)
+{
+  return { { "type", "tree" }, { "nodes", body.nodes } };
+}
+Json BodyToJson(const RegionRequest& body)
+{
+  Json json{ { "type", "region" }, { "cell", body.cell }, { "rings", body.rings } };
+  PutList(json, "except", body.except);
+  return json;
+}
+Json BodyToJson(const PartitionsRequest& body)
+{
+  return { { "type", "partitions" }, { "partitions", body.partitions } };
+}
+Json BodyToJson(const CancelRequest&)
+{
+  return { { "type", "cancel" } };
+}
+
+Json BodyToJson(const OpenedAnswer& body)
+{
+  return { { "type", "opened" }, { "model", ModelToJson(body.model) } };
+}
+Json BodyToJson(const BeginAnswer& body)
+{
+  Json json{ { "type", "begin" }, { "blobs", body.blobs }, { "bytes", body.bytes } };
+  if (body.partitions)
+  {
+    json["partitions"] = *body.partitions;
+  }
+  return json;
+}
+Json BodyToJson(const ProgressAnswer& body)
+{
+  return { { "type", "progress" }, { "blobs", body.blobs }, { "bytes", body.bytes } };
+}
+Json BodyToJson(const EndAnswer& body)
+{
+  return { { "type", "end" }, { "blobs", body.blobs }, { "bytes", body.bytes },
+    { "failed", body.failed }, { "cancelled", body.cancelled } };
+}
+Json BodyToJson(const ErrorAnswer& body)
+{
+  Json json{ { "type", "error" }, { "code", body.code }, { "message", body.message } };
+  if (body.blob)
+  {
+    json["blob"] = BlobName(*body.blob);
+  }
+  return json;
+}
+
+template <class Message>
+std::string Write(const Message& message)
+{
+  Json json = std::visit([](const auto& body) { return BodyToJson(body); }, message.body);
+  json["request"] = message.request;
+  return WriteJson(json);
+}
+
+OpenRequest ReadOpen(JsonReader& reader, const Json& json)
+{
+  OpenRequest body{ reader.Text(json, "model", maximumClientMessageBytes) };
+  if (!IsModelId(body.model))
+  {
+    reader.Fail("no model id: " + Quoted(body.model));
+  }
+  return body;
+}
+
+LevelRequest ReadLevel(JsonReader& reader, const Json& json)
+{
+  return { reader.Small<std::uint8_t>(json, "level", 0, maximumDepth),
+    reader.Integers(json, "nodes", 1, highestNode, mostListed, false) };
+}
+
+RegionRequest ReadRegion(JsonReader& reader, const Json& json)
+{
+  return { reader.Small<std::uint32_t>(json, "cell", 1, highestNode),
+    reader.Small<std::uint8_t>(json, "rings", 0, maximumRings),
+    reader.Integers(json, "except", 0, highestPartition, mostListed, false) };
+}
+
+BeginAnswer ReadBegin(JsonReader& reader, const Json& json)
+{
+  BeginAnswer body;
+  body.blobs = reader.Integer(json, "blobs", 0, mostCount);
+  body.bytes = reader.Integer(json, "bytes", 0, mostCount);
+  if (reader.Find(json, "partitions", false))
+  {
+    body.partitions =
+      reader.Integers(json, "partitions", 0, highestPartition, maximumListedPartitions, true);
+  }
+  return body;
+}
+
+EndAnswer ReadEnd(JsonReader& reader, const Json& json)
+{
+  EndAnswer body;
+  body.blobs = reader.Integer(json, "blobs", 0, mostCount);
+  body.bytes = reader.Integer(json, "bytes", 0, mostCount);
+  body.failed = reader.Integer(json, "failed", 0, mostCount);
+  body.cancelled = reader.Boolean(json, "cancelled");
+  return body;
+}
+
+ErrorAnswer ReadError(JsonReader& reader, const Json& json)
+{
+  ErrorAnswer body;
+  body.code = reader.Small<std::uint16_t>(json, "code", 400, 599);
+  body.message = reader.Text(json, "message", mostMessageBytes);
+  if (reader.Find(json, "blob", false))
+  {
+    const auto blob = ParseBlobName(reader.Text(json, "blob", 64));
+    if (blob)
+    {
+      body.blob = *blob;
+    }
+    else
+    {
+      reader.Fail("\"blob\": " + blob.GetError().message);
+    }
+  }
+  return body;
+}
+
+OpenedAnswer ReadOpened(JsonReader& reader, const Json& json)
+{
+  OpenedAnswer body;
+  if (const Json* object = reader.Find(json, "model"))
+  {
+    auto model = ModelFromJson(*object);
+    if (model)
+    {
+      body.model = std::move(*model);
+    }
+    else
+    {
+      reader.Fail(model.GetError().message);
+    }
+  }
+  return body;
+}
+
+void ReadClientBody(JsonReader& reader, const Json& json, ClientMessage& message)
+{
+  const auto type = reader.Text(json, "type", 32);
+  if (type == "open")
+  {
+    message.body = ReadOpen(reader, json);
+  }
+  else if (type == "preview")
+  {
+    message.body = PreviewRequest{};
+  }
+  else if (type == "level")
+  {
+    message.body = ReadLevel(reader, json);
+  }
+  else if (type == "tree")
+  {
+    message.body = TreeRequest{ reader.Integers(json, "nodes", 1, highestNode, mostListed, true) };
+  }
+  else if (type == "region")
+  {
+    message.body = ReadRegion(reader, json);
+  }
+  else if (type == "partitions")
+  {
+    message.body = PartitionsRequest{ reader.Integers(
+      json, "partitions", 0, highestPartition, mostListed, true) };
+  }
+  else if (type == "cancel")
+  {
+    message.body = CancelRequest{};
+  }
+  else
+  {
+    reader.Fail("no request has the type " + Quoted(type));
+  }
+}
+
+void ReadServerBody(JsonReader& reader, const Json& json, ServerMessage& message)
+{
+  const auto type = reader.Text(json, "type", 32);
+  if (type == "opened")
+  {
+    message.body = ReadOpened(reader, json);
+  }
+  else if (type == "begin")
+  {
+    message.body = ReadBegin(reader, json);
+  }
+  else if (type == "progress")
+  {
+    message.body = ProgressAnswer{ reader.Integer(json, "blobs", 0, mostCount),
+      reader.Integer(json, "bytes", 0, mostCount) };
+  }
+  else if (type == "end")
+  {
+    message.body = ReadEnd(reader, json);
+  }
+  else if (type == "error")
+  {
+    message.body = ReadError(reader, json);
+  }
+  else
+  {
+    reader.Fail("no answer has the type " + Quoted(type));
+  }
+}
+
+// The JSON object in a text of at most `most` bytes.
+Result<Json> ParseObject(std::string_view text, std::size_t most)
+{
+  if (text.size() > most)
+  {
+    return Error{ ErrorCode::LimitExceeded, "a message of " + std::to_string(text.size()) +
+                                              " bytes, where at most " + std::to_string(most) +
+                                              " are taken" };
+  }
+  Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object())
+  {
+    return Error{ ErrorCode::InvalidInput, "the message is no JSON object" };
+  }
+  return json;
+}
+
+}
+
+std::string WriteClientMessage(const ClientMessage& message)
+{
+  return Write(message);
+}
+
+std::string WriteServerMessage(const ServerMessage& message)
+{
+  return Write(message);
+}
+
+Result<ClientMessage> ParseClientMessage(std::string_view text)
+{
+  const auto json = ParseObject(text, maximumClientMessageBytes);
+  if (!json)
+  {
+    return json.GetError();
+  }
+  JsonReader reader("message");
+  Result<ClientMessage> message = ClientMessage{};
+  message->request = reader.Small<std::uint32_t>(*json, "request", 1, mostId);
+  ReadClientBody(reader, *json, *message);
+  if (!reader.Good())
+  {
+    message = Error{ ErrorCode::InvalidArgument, reader.Fault() };
+  }
+  return message;
+}
+
+std::uint32_t FindRequestId(std::string_view text)
+{
+  const auto json = ParseObject(text, maximumClientMessageBytes);
+  if (!json)
+  {
+    return 0;
+  }
+  JsonReader reader("message");
+  const auto request = reader.Small<std::uint32_t>(*json, "request", 1, mostId);
+  return reader.Good() ? request : 0;
+}
+
+Result<ServerMessage> ParseServerMessage(std::string_view text)
+{
+  const auto json = ParseObject(text, maximumServerMessageBytes);
+  if (!json)
+  {
+    return json.GetError();
+  }
+  JsonReader reader("message");
+  ServerMessage message;
+  message.request = reader.Small<std::uint32_t>(*json, "request", 0, mostId);
+  ReadServerBody(reader, *json, message);
+  if (reader.Good() && message.request == 0 && !std::holds_alternative<ErrorAnswer>(message.body))
+  {
+    reader.Fail("only an error may belong to request 0");
+  }
+  if (!reader.Good())
+  {
+    return Error{ ErrorCode::InvalidInput, reader.Fault() };
+  }
+  return message;
+}
+
+}

@@ -1,0 +1,162 @@
+// The JSON messages of the stream: what a client asks and what a server answers beside the blobs
+// themselves.
+//
+// Every request has an id that the client chooses (1 … 2^32 - 1, not one of an unfinished request
+// of its own). A request is answered by `opened`, or by `begin`, frames and `progress`, `end`; or
+// by `error` alone.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/protocol/BlobId.h"
+#include "server/protocol/ModelDescription.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace kdstream::protocol
+{
+
+inline constexpr std::size_t maximumClientMessageBytes = 4096;
+inline constexpr std::size_t maximumServerMessageBytes = maximumModelBytes + 4096;
+inline constexpr std::uint8_t maximumRings = 3;
+// `begin` lists the partitions of a region of at most so many.
+inline constexpr std::size_t maximumListedPartitions = 4096;
+
+// ---- from the client
+
+// Chooses the model that the following requests are about.
+struct OpenRequest
+{
+  std::string model;
+  bool operator==(const OpenRequest&) const = default;
+};
+
+// The one piece of level min(L, 11).
+struct PreviewRequest
+{
+  bool operator==(const PreviewRequest&) const = default;
+};
+
+// Pieces of a level, in the order given; all of them, in order of their nodes, if none is given.
+struct LevelRequest
+{
+  std::uint8_t level = 0;
+  std::vector<std::uint32_t> nodes;
+  bool operator==(const LevelRequest&) const = default;
+};
+
+// Pages of the tree.
+struct TreeRequest
+{
+  std::vector<std::uint32_t> nodes;
+  bool operator==(const TreeRequest&) const = default;
+};
+
+// The partitions of the region of `rings` rings around `cell`, nearest first, without those in
+// `except`.
+struct RegionRequest
+{
+  std::uint32_t cell = 1;
+  std::uint8_t rings = 1; // 0-3
+  std::vector<std::uint32_t> except;
+  bool operator==(const RegionRequest&) const = default;
+};
+
+// Partitions, in the order given.
+struct PartitionsRequest
+{
+  std::vector<std::uint32_t> partitions;
+  bool operator==(const PartitionsRequest&) const = default;
+};
+
+// Ends the request whose id it carries. Not a request of its own: the answer is that request's
+// `end`.
+struct CancelRequest
+{
+  bool operator==(const CancelRequest&) const = default;
+};
+
+struct ClientMessage
+{
+  std::uint32_t request = 0;
+  std::variant<OpenRequest, PreviewRequest, LevelRequest, TreeRequest, RegionRequest,
+    PartitionsRequest, CancelRequest>
+    body;
+  bool operator==(const ClientMessage&) const = default;
+};
+
+// The text may be longer than maximumClientMessageBytes where a list is long: the sender must look.
+std::string WriteClientMessage(const ClientMessage& message);
+
+// Errors: LimitExceeded for too many bytes; InvalidInput for what is not a JSON object (the
+// conversation ends with both); InvalidArgument naming the member that is wrong (an error of this
+// request only).
+Result<ClientMessage> ParseClientMessage(std::string_view text);
+
+// The request id in a message that ParseClientMessage refused with InvalidArgument; 0 if there is
+// none.
+std::uint32_t FindRequestId(std::string_view text);
+
+// ---- from the server
+
+struct OpenedAnswer
+{
+  ModelDescription model;
+  bool operator==(const OpenedAnswer&) const = default;
+};
+
+struct BeginAnswer
+{
+  std::uint64_t blobs = 0; // that will be sent
+  std::uint64_t bytes = 0; // about how many, from the averages of the model: for a progress bar
+  // Of a region: its partitions, nearest first, those of `except` too; absent if more than
+  // maximumListedPartitions (the client can compute them).
+  std::optional<std::vector<std::uint32_t>> partitions;
+  bool operator==(const BeginAnswer&) const = default;
+};
+
+// What has been sent so far, about once a mebibyte.
+struct ProgressAnswer
+{
+  std::uint64_t blobs = 0;
+  std::uint64_t bytes = 0;
+  bool operator==(const ProgressAnswer&) const = default;
+};
+
+struct EndAnswer
+{
+  std::uint64_t blobs = 0;  // sent whole
+  std::uint64_t bytes = 0;  // of payload
+  std::uint64_t failed = 0; // blobs that could not be sent: each has had an `error`
+  bool cancelled = false;
+  bool operator==(const EndAnswer&) const = default;
+};
+
+// With a blob: this blob of the request cannot be had; the request goes on. Without: the request
+// has ended.
+struct ErrorAnswer
+{
+  std::uint16_t code = 500; // as in HTTP
+  std::string message;
+  std::optional<BlobId> blob;
+  bool operator==(const ErrorAnswer&) const = default;
+};
+
+struct ServerMessage
+{
+  std::uint32_t request = 0; // 0: an error that belongs to no request
+  std::variant<OpenedAnswer, BeginAnswer, ProgressAnswer, EndAnswer, ErrorAnswer> body;
+  bool operator==(const ServerMessage&) const = default;
+};
+
+std::string WriteServerMessage(const ServerMessage& message);
+
+// Errors: LimitExceeded for too many bytes; InvalidInput naming what is wrong.
+Result<ServerMessage> ParseServerMessage(std::string_view text);
+
+}

@@ -1,0 +1,55 @@
+// The GET paths of the interface: made by clients and exporters, parsed by servers.
+//
+//   /api/models.json (alias /api/models)            the models
+//   /api/models/{id}/model.json                     one model's description
+//   /api/models/{id}/{digest}/tree/{node}           a page of its tree
+//   /api/models/{id}/{digest}/levels/{d}/{node}     a piece of level d
+//   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
+//
+// A blob's path never changes its content: another build of the model has another digest.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/protocol/BlobId.h"
+
+#include <string>
+#include <string_view>
+
+namespace kdstream::protocol
+{
+
+// Path and subprotocol of the WebSocket.
+inline constexpr std::string_view streamPath = "/api/stream";
+inline constexpr std::string_view streamSubprotocol = "kdstream.v1";
+
+struct ResourcePath
+{
+  enum class Kind
+  {
+    ModelList,
+    Model,
+    Blob
+  };
+  Kind kind = Kind::ModelList;
+  std::string model;  // of Model and Blob
+  std::string digest; // of Blob
+  BlobId blob;        // of Blob
+};
+
+// [A-Za-z0-9._-]{1,128}, but neither "." nor "..".
+bool IsModelId(std::string_view id);
+
+// 32 hexadecimal digits in lower case.
+bool IsDigest(std::string_view digest);
+
+inline constexpr std::string_view modelListPath = "/api/models.json";
+// REQUIRES: IsModelId(model), IsDigest(digest), IsValid(blob).
+std::string ModelPath(std::string_view model);
+std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob);
+
+// Parses the path of a URL, without query and fragment. Nothing is unescaped: no path of ours needs
+// a '%'. Errors: NotFound for a path of no known form; InvalidArgument for a known form with a
+// wrong id, digest or number.
+Result<ResourcePath> ParseResourcePath(std::string_view path);
+
+}

@@ -1,0 +1,24 @@
+// Small strict parsers that paths and blob names share. Internal to the protocol.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream::protocol
+{
+
+// "a/b/c" as its parts; empty parts are kept, so that "a//b" is none of the known forms.
+std::vector<std::string_view> SplitPath(std::string_view path);
+
+// A decimal number in [lowest, highest]: digits only, no sign, no leading zero except "0" itself.
+std::optional<std::uint32_t> ParseDecimal(
+  std::string_view text, std::uint32_t lowest, std::uint32_t highest);
+
+// The text in quotes for a message: at most 64 characters of it, anything but printable ASCII as
+// '?'.
+std::string Quoted(std::string_view text);
+
+}
