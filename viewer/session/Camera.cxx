@@ -1,0 +1,117 @@
+// The camera: where one looks from. Step "look" of the README's picture.
+#include "viewer/session/Camera.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+constexpr double nearestInRadii = 1e-4, farthestInRadii = 20, focalInRadii = 1.5;
+// Half a degree of air around the fitted sphere.
+constexpr double margin = 1.02;
+}
+
+void Camera::SetViewport(const Viewport& viewport)
+{
+  this->View.width = std::max(1, viewport.width);
+  this->View.height = std::max(1, viewport.height);
+  this->View.pixelRatio = viewport.pixelRatio > 0 ? viewport.pixelRatio : 1;
+}
+
+void Camera::FitTo(const Box& box)
+{
+  Box fitted = box;
+  if (fitted.Empty())
+  {
+    fitted.Add(Vec3{ -0.5, -0.5, -0.5 });
+    fitted.Add(Vec3{ 0.5, 0.5, 0.5 });
+  }
+  this->Centre = fitted.lo * 0.5 + fitted.hi * 0.5;
+  const double radius = Length(fitted.hi * 0.5 - fitted.lo * 0.5);
+  this->Radius = radius > 0 && std::isfinite(radius) ? radius : 1;
+  this->FocalPoint = this->Centre;
+  this->Turn = {};
+  const double aspect = static_cast<double>(this->View.width) / this->View.height;
+  const double tangent = tangentOfHalfAngle * std::min(1.0, aspect);
+  // A sphere touches the border of the view where sin(half angle) = radius / distance.
+  const double sine = tangent / std::sqrt(1 + tangent * tangent);
+  this->EyeDistance = std::min(margin * this->Radius / sine, farthestInRadii * this->Radius);
+}
+
+// Where pixel (x, y) lies on the ball under the window, in the camera's frame.
+Vec3 Camera::OnBall(double x, double y) const
+{
+  const double size = std::min(this->View.width, this->View.height) * 0.5;
+  const double bx = (x - this->View.width * 0.5) / size;
+  const double by = (this->View.height * 0.5 - y) / size;
+  const double square = bx * bx + by * by;
+  const double bz = square <= 0.5 ? std::sqrt(1 - square) : 0.5 / std::sqrt(square);
+  return Normalized({ bx, by, bz });
+}
+
+void Camera::Rotate(double fromX, double fromY, double toX, double toY)
+{
+  const Quaternion ball = Quaternion::Between(this->OnBall(fromX, fromY), this->OnBall(toX, toY));
+  // The model turns with the finger, so the camera turns the other way, in its own frame.
+  this->Turn = this->Turn.After(ball.Inverse());
+}
+
+void Camera::Pan(double dx, double dy)
+{
+  const double unit = 1 / this->PixelsPerUnit();
+  Vec3 focal = this->FocalPoint + this->Right() * (-dx * unit) + this->Up() * (dy * unit);
+  const Vec3 away = focal - this->Centre;
+  const double length = Length(away), limit = focalInRadii * this->Radius;
+  if (length > limit)
+  {
+    focal = this->Centre + away * (limit / length);
+  }
+  this->FocalPoint = focal;
+}
+
+void Camera::Zoom(double factor, double x, double y)
+{
+  if (!(factor > 0) || !std::isfinite(factor))
+  {
+    return;
+  }
+  const double before = this->EyeDistance;
+  this->EyeDistance =
+    std::clamp(before / factor, nearestInRadii * this->Radius, farthestInRadii * this->Radius);
+  // In pixels of the new distance, the point under (x, y) has moved away from the middle by this
+  // much.
+  const double moved = before / this->EyeDistance - 1;
+  this->Pan((this->View.width * 0.5 - x) * moved, (this->View.height * 0.5 - y) * moved);
+}
+
+void Camera::FocusAtDepthOf(const Vec3& point)
+{
+  const Vec3 eye = this->Eye();
+  const double depth = Dot(point - eye, this->Forward());
+  if (!(depth >= nearestInRadii * this->Radius) || !(depth <= farthestInRadii * this->Radius))
+  {
+    return;
+  }
+  const Vec3 focal = eye + this->Forward() * depth;
+  if (Length(focal - this->Centre) <= focalInRadii * this->Radius)
+  {
+    this->FocalPoint = focal;
+    this->EyeDistance = depth;
+  }
+}
+
+Ray Camera::RayOf(double x, double y) const
+{
+  const double unit = 2 * tangentOfHalfAngle / this->View.height;
+  const Vec3 direction{ (x - this->View.width * 0.5) * unit, (this->View.height * 0.5 - y) * unit,
+    -1 };
+  return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
+}
+
+double Camera::PixelsPerUnit() const
+{
+  return this->View.height / (2 * tangentOfHalfAngle * this->EyeDistance);
+}
+
+}

@@ -1,0 +1,114 @@
+// Fingers to gestures: the first step of "look" in the README's picture.
+//
+// One finger rotates, two pan and pinch, a double tap picks (paper sections 5.2 and 5.3). Nothing
+// here knows of cameras or meshes; what a gesture does is ViewerSession's affair.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+struct Touch
+{
+  std::int64_t id = 0; // stays with a finger from its coming to its going
+  double x = 0;        // window pixels from the left
+  double y = 0;        // and from the top
+  bool operator==(const Touch&) const = default;
+};
+
+// All fingers that touch the screen at one time; empty = all are lifted.
+struct TouchFrame
+{
+  double time = 0; // seconds, of any origin
+  std::vector<Touch> touches;
+  bool operator==(const TouchFrame&) const = default;
+};
+
+struct Gesture
+{
+  enum class Kind
+  {
+    Rotate,     // one finger moved from (x, y) - (dx, dy) to (x, y)
+    PinchBegin, // two fingers are down, their middle at (x, y)
+    Pinch,      // the middle of two fingers moved by (dx, dy) to (x, y), their gap grew by `scale`
+    PinchEnd,   // fewer than two fingers are left
+    Tap, // a finger was put down and lifted at (x, y); also sent before a DoubleTap's second tap
+    DoubleTap // twice, there
+  };
+  Kind kind = Kind::Tap;
+  double x = 0, y = 0;
+  double dx = 0, dy = 0;
+  double scale = 1;
+  bool operator==(const Gesture&) const = default;
+};
+
+// Lengths are in points: pixels of the window divided by its pixel ratio, so that a finger is as
+// wide everywhere.
+struct GestureThresholds
+{
+  double slop = 8; // a finger that has moved no further may still be a tap, and does not rotate
+  double tapSeconds = 0.3; // longest time between a finger's coming and going that is a tap
+  double betweenSeconds =
+    0.35; // longest time between a tap's end and the next one's beginning, for a double tap
+  double betweenPoints = 40; // and the longest way between the two
+  double smallestGap = 16;   // two fingers never count as closer: their scale stays bounded
+};
+
+// What the touches of one frame mean. Rules:
+// - A *sequence* lasts from the first finger's coming until the last one's going. Only a sequence
+// that had one and
+//   the same finger throughout, which stayed within the slop for at most tapSeconds, is a tap. Two
+//   taps close in time and place are a double tap; a third one starts anew.
+// - With two or more fingers the two that came first count; the others are ignored until one of the
+// two leaves.
+//   Whenever the two change, measuring starts anew, so nothing jumps.
+// - A finger that remains of two must move by the slop before it rotates: two fingers never leave
+// at once.
+// - The product of a pinch's scales is the ratio of its last gap to its first (gaps below
+// smallestGap count as it). Touches with coordinates that are not finite are ignored; of touches
+// with the same id the first counts; a time that goes backwards or is not finite counts as the last
+// one. O(touches²) a frame.
+class GestureRecognizer
+{
+public:
+  explicit GestureRecognizer(const GestureThresholds& thresholds = {});
+
+  // Pixels of the window for one point of the screen, above 0 (1 until it is set).
+  void SetPixelRatio(double ratio);
+
+  std::vector<Gesture> HandleTouches(const TouchFrame& frame);
+
+  // Whether any finger is down.
+  bool Touching() const { return !this->Fingers.empty(); }
+
+  // Forgets fingers and taps.
+  void Reset();
+
+private:
+  struct LastTap
+  {
+    double time = 0, x = 0, y = 0;
+  };
+
+  std::vector<Touch> Accept(const std::vector<Touch>& touches) const;
+  void EndSequence(double time, std::vector<Gesture>& gestures);
+  void Move(const std::vector<Touch>& fingers, std::vector<Gesture>& gestures);
+  void MoveOne(const Touch& finger, std::vector<Gesture>& gestures);
+  void MoveTwo(const Touch& first, const Touch& second, std::vector<Gesture>& gestures);
+
+  GestureThresholds Thresholds;
+  double PixelRatio = 1;
+  double Time = 0;
+  std::vector<Touch> Fingers; // in order of their coming, where they were last
+  double SequenceBegin = 0;
+  bool MayBeTap = false;           // the sequence has had one finger, within the slop
+  bool Rotating = false;           // the one finger has left the slop
+  bool Pinching = false;           // PinchBegin was sent, PinchEnd was not
+  double AnchorX = 0, AnchorY = 0; // where the one finger was when it became the one
+  std::optional<LastTap> Previous;
+};
+
+}

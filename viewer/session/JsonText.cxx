@@ -1,0 +1,55 @@
+// JSON lines with the same bytes on every platform: numbers by std::to_chars, keys in the order
+// they are added.
+#include "viewer/session/JsonText.h"
+
+#include <cmath>
+
+namespace kdstream
+{
+
+std::string JsonNumber(double value)
+{
+  if (!std::isfinite(value))
+  {
+    return "null";
+  }
+  char text[32];
+  return { text, std::to_chars(text, text + sizeof(text), value).ptr };
+}
+
+std::string JsonString(std::string_view text)
+{
+  static constexpr char digits[] = "0123456789abcdef";
+  std::string quoted = "\"";
+  for (const char c : text)
+  {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\')
+    {
+      quoted += '\\';
+      quoted += c;
+    }
+    else if (code < 0x20)
+    {
+      quoted += "\\u00";
+      quoted += digits[code >> 4];
+      quoted += digits[code & 15];
+    }
+    else
+    {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+JsonObject& JsonObject::AddRaw(std::string_view key, std::string_view json)
+{
+  this->Members += this->Members.size() > 1 ? "," : "";
+  this->Members += JsonString(key);
+  this->Members += ':';
+  this->Members += json;
+  return *this;
+}
+
+}

@@ -1,0 +1,47 @@
+// Which level of detail to show at a zoom: step "choose" of the README's picture.
+#include "viewer/session/LevelPolicy.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+
+LevelPolicy::LevelPolicy(std::span<const LevelFacts> levels, const LevelPolicyOptions& options)
+  : Options(options)
+{
+  const auto count = static_cast<unsigned>(levels.size());
+  this->Deviations.resize(count);
+  double largest = 0;
+  for (unsigned d = count; d-- > 0;)
+  {
+    largest = std::max(largest, levels[d].deviation);
+    this->Deviations[d] = largest;
+  }
+  this->Preview = std::min(count - 1, previewDepth);
+  this->Finest = this->Preview;
+  while (
+    this->Finest + 1 < count && levels[this->Finest + 1].triangles <= this->Options.triangleBudget)
+  {
+    ++this->Finest;
+  }
+}
+
+unsigned LevelPolicy::Coarsest(double pointsPerUnit, double slack) const
+{
+  unsigned level = this->Preview;
+  while (
+    level<this->Finest&& this->Deviations[level] * pointsPerUnit> this->Options.tolerance * slack)
+  {
+    ++level;
+  }
+  return level;
+}
+
+unsigned LevelPolicy::Choose(double pointsPerUnit, unsigned current) const
+{
+  const unsigned lenient = this->Coarsest(pointsPerUnit, this->Options.hysteresis);
+  const unsigned strict = this->Coarsest(pointsPerUnit, 1 / this->Options.hysteresis);
+  return current >= lenient && current <= strict ? current : this->Choose(pointsPerUnit);
+}
+
+}

@@ -1,0 +1,62 @@
+// Which level of detail to show at a zoom: step "choose" of the README's picture (paper
+// section 5.2).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// What the policy has to know of a level.
+struct LevelFacts
+{
+  double deviation = 0; // largest of its vertices, model units
+  std::uint64_t triangles = 0;
+};
+
+struct LevelPolicyOptions
+{
+  // A level is fine enough where its deviation is at most this many points (pixels / pixel ratio)
+  // on the screen. The deviation is the *largest* over the level's vertices, which lies several
+  // times above its mean: most of the surface is well below a pixel off. Above 0.
+  double tolerance = 1.5;
+  // A level once chosen stays while the tolerance divided or multiplied by this would still choose
+  // it: zooming to and fro around a border does not flicker. At least 1.
+  double hysteresis = 1.25;
+  // No level above the preview that has more triangles is chosen: what memory and frame rate allow.
+  std::uint64_t triangleBudget = 2'000'000;
+};
+
+// Chooses among the levels preview … L of one model: the coarsest whose deviation is small enough
+// on the screen; where none is, the finest that the budget allows. The preview itself is always
+// allowed. Finer zoom never gives a coarser level. Deviations that do not fall towards the finer
+// levels are taken as the maximum over it and all finer ones. O(levels) a question; no state.
+class LevelPolicy
+{
+public:
+  static constexpr unsigned previewDepth = 11;
+
+  // levels: 0 … L, at least one.
+  explicit LevelPolicy(std::span<const LevelFacts> levels, const LevelPolicyOptions& options = {});
+
+  // min(L, 11).
+  unsigned PreviewLevel() const { return this->Preview; }
+
+  // The level for a scale of `pointsPerUnit` points a model unit in the focal plane, without
+  // history.
+  unsigned Choose(double pointsPerUnit) const { return this->Coarsest(pointsPerUnit, 1); }
+  // The same, for a viewer that aims at `current` now.
+  unsigned Choose(double pointsPerUnit, unsigned current) const;
+
+private:
+  unsigned Coarsest(double pointsPerUnit, double slack) const;
+
+  LevelPolicyOptions Options;
+  std::vector<double> Deviations; // of levels 0 … L, falling
+  unsigned Preview = 0;
+  unsigned Finest = 0; // that the budget allows
+};
+
+}

@@ -1,0 +1,57 @@
+// What lies under a finger: step "pick" of the README's picture.
+//
+// T. Möller, B. Trumbore: Fast, Minimum Storage Ray/Triangle Intersection, 1997. A point of the
+// triangle is a + u (b - a) + v (c - a); setting it equal to o + t d gives three equations for t, u
+// and v, solved by Cramer.
+#include "viewer/session/Picker.h"
+
+namespace kdstream
+{
+namespace
+{
+
+// The parameter t of the ray where it meets the triangle, in front of the origin.
+std::optional<double> Meet(const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const Vec3 ab = b - a, ac = c - a;
+  const Vec3 p = Cross(ray.direction, ac);
+  const double determinant = Dot(ab, p);
+  if (!(determinant > 0 || determinant < 0))
+  {
+    return std::nullopt; // parallel to the ray, or degenerate
+  }
+  const Vec3 toOrigin = ray.origin - a;
+  const double u = Dot(toOrigin, p) / determinant;
+  if (!(u >= 0 && u <= 1))
+  {
+    return std::nullopt;
+  }
+  const Vec3 q = Cross(toOrigin, ab);
+  const double v = Dot(ray.direction, q) / determinant;
+  const double t = Dot(ac, q) / determinant;
+  if (!(v >= 0 && u + v <= 1) || !(t > 0) || !std::isfinite(t))
+  {
+    return std::nullopt;
+  }
+  return t;
+}
+
+}
+
+std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray)
+{
+  std::optional<SurfaceHit> best;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+  {
+    const Triangle& triangle = surface.triangles[i];
+    const auto t = Meet(
+      ray, surface.points[triangle[0]], surface.points[triangle[1]], surface.points[triangle[2]]);
+    if (t && (!best || *t < best->distance))
+    {
+      best = SurfaceHit{ ray.origin + ray.direction * *t, i, *t };
+    }
+  }
+  return best;
+}
+
+}

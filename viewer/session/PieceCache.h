@@ -1,0 +1,57 @@
+// Decoded pieces, kept while they are shown and as long as memory allows after: step "keep" of the
+// README's picture.
+#pragma once
+
+#include "filters/core/Piece.h"
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <set>
+
+namespace kdstream
+{
+
+// Bytes of memory that a piece takes, but for the allocator's own.
+std::size_t MemoryOf(const Piece& piece);
+
+// Pieces by id. Those that are pinned stay; of the others the least recently used leave when the
+// sum of all is above the limit. What is pinned may exceed the limit. All O(log pieces), but for
+// Pin, which is O(pieces).
+class PieceCache
+{
+public:
+  explicit PieceCache(std::size_t limit);
+
+  // Adds or replaces.
+  void Add(Piece piece);
+  // The piece, or null; counts as a use. The pointer stays good until the next Add, Pin or Clear.
+  const Piece* Find(PieceId id);
+  // The same without counting as a use.
+  const Piece* Peek(PieceId id) const;
+  // These are what is shown or about to be; all others may go.
+  void Pin(std::set<PieceId> pieces);
+  void Clear();
+
+  std::size_t Bytes() const { return this->Sum; }
+  std::size_t Size() const { return this->Entries.size(); }
+
+private:
+  struct Entry
+  {
+    std::unique_ptr<Piece> piece;
+    std::size_t bytes = 0;
+    std::uint64_t lastUse = 0;
+  };
+  void Evict();
+  void Touch(PieceId id, Entry& entry);
+
+  std::size_t Limit;
+  std::size_t Sum = 0;
+  std::uint64_t Uses = 0;
+  std::map<PieceId, Entry> Entries;
+  std::map<std::uint64_t, PieceId> ByUse; // oldest first
+  std::set<PieceId> Pinned;
+};
+
+}

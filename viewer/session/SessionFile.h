@@ -1,0 +1,44 @@
+// Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
+// README's picture.
+//
+//   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}   the fingers on the screen at that time, all
+//   of them
+//   {"wait":"idle"}                                   until everything that was asked for has come
+//   {"screenshot":"NAME.png"}                         the picture as it is now
+//   {"select":"MODEL"}                                choose a model; the one that is chosen
+//   already: full screen
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/session/GestureRecognizer.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct SessionStep
+{
+  enum class Kind
+  {
+    Touches,
+    WaitForIdle,
+    Screenshot,
+    Select
+  };
+  Kind kind = Kind::WaitForIdle;
+  TouchFrame frame; // of Touches
+  std::string name; // file of Screenshot, model of Select
+  bool operator==(const SessionStep&) const = default;
+};
+
+// Reads a session file's content; empty lines are skipped. O(size).
+// Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors.
+Result<std::vector<SessionStep>> ParseSession(std::string_view text);
+
+// The step as one line, without the line's end. Parsing it gives the same step again, bit for bit.
+std::string FormatSessionStep(const SessionStep& step);
+
+}

@@ -1,0 +1,197 @@
+// The camera: it fits, follows fingers, and stays sound whatever the fingers do.
+#include "viewer/session/Camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+using namespace kdstream;
+
+namespace
+{
+
+Box TestBox()
+{
+  Box box;
+  box.Add(Vec3{ 100, 200, -50 });
+  box.Add(Vec3{ 103, 206, -46 });
+  return box;
+}
+
+Camera Fitted(int width, int height)
+{
+  Camera camera;
+  camera.SetViewport({ width, height, 1 });
+  camera.FitTo(TestBox());
+  return camera;
+}
+
+// The pixel of a point, the inverse of RayOf.
+std::array<double, 2> Project(const Camera& camera, const Vec3& point)
+{
+  const Vec3 v = point - camera.Eye();
+  const double depth = Dot(v, camera.Forward());
+  const double scale = camera.GetViewport().height / (2 * Camera::tangentOfHalfAngle * depth);
+  return { camera.GetViewport().width * 0.5 + Dot(v, camera.Right()) * scale,
+    camera.GetViewport().height * 0.5 - Dot(v, camera.Up()) * scale };
+}
+
+double DistanceToLine(const Ray& ray, const Vec3& point)
+{
+  return Length(Cross(point - ray.origin, ray.direction));
+}
+
+TEST(TestCamera, FitsTheBoxInPortraitAndLandscape)
+{
+  for (const auto& [width, height] : { std::pair{ 1280, 720 }, { 720, 1280 }, { 500, 500 } })
+  {
+    Camera camera = Fitted(width, height);
+    EXPECT_EQ(camera.Focal(), (Vec3{ 101.5, 203, -48 }));
+    // All corners are visible, from every side, and the sphere nearly fills the shorter side.
+    std::mt19937 random(1);
+    for (int i = 0; i < 50; ++i)
+    {
+      for (unsigned corner = 0; corner < 8; ++corner)
+      {
+        const Box box = TestBox();
+        const auto pixel =
+          Project(camera, { corner & 1 ? box.hi[0] : box.lo[0], corner & 2 ? box.hi[1] : box.lo[1],
+                            corner & 4 ? box.hi[2] : box.lo[2] });
+        EXPECT_TRUE(pixel[0] >= 0 && pixel[0] <= width && pixel[1] >= 0 && pixel[1] <= height);
+      }
+      camera.Rotate(static_cast<double>(random() % 500), static_cast<double>(random() % 500),
+        static_cast<double>(random() % 500), static_cast<double>(random() % 500));
+    }
+    const double radius = Length(TestBox().hi - TestBox().lo) / 2;
+    EXPECT_GT(2 * radius * camera.PixelsPerUnit(), 0.9 * std::min(width, height));
+  }
+}
+
+TEST(TestCamera, OddBoxesStillGiveACamera)
+{
+  Camera camera;
+  camera.FitTo(Box{});
+  EXPECT_GT(camera.Distance(), 0);
+  Box point;
+  point.Add(Vec3{ 3, 3, 3 });
+  camera.FitTo(point);
+  EXPECT_EQ(camera.Focal(), (Vec3{ 3, 3, 3 }));
+  EXPECT_TRUE(std::isfinite(camera.Distance()) && camera.Distance() > 0);
+}
+
+TEST(TestCamera, RotationKeepsFocalPointAndDistanceAndFollowsTheFinger)
+{
+  Camera camera = Fitted(800, 600);
+  const double distance = camera.Distance();
+  // The point of the ball under the finger goes where the finger goes: to the right.
+  camera.Rotate(400, 300, 420, 300);
+  EXPECT_LT(camera.Eye()[0], camera.Focal()[0]);
+  EXPECT_DOUBLE_EQ(camera.Eye()[1], camera.Focal()[1]);
+  camera.Rotate(420, 300, 400, 300);
+  EXPECT_NEAR(camera.Eye()[0], camera.Focal()[0], 1e-12 * distance);
+  camera.Rotate(400, 300, 400, 330); // down: the eye goes up
+  EXPECT_GT(camera.Eye()[1], camera.Focal()[1]);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> pixel(-5000, 5000);
+  for (int i = 0; i < 10000; ++i)
+  {
+    camera.Rotate(pixel(random), pixel(random), pixel(random), pixel(random));
+  }
+  EXPECT_NEAR(Length(camera.Eye() - camera.Focal()), distance, 1e-9 * distance);
+  EXPECT_NEAR(Length(camera.Up()), 1, 1e-12);
+  EXPECT_NEAR(Dot(camera.Up(), camera.Forward()), 0, 1e-12);
+}
+
+TEST(TestCamera, PanMovesTheFocalPlaneWithTheFinger)
+{
+  Camera camera = Fitted(800, 600);
+  camera.Rotate(100, 100, 300, 250);
+  const Vec3 point = camera.Focal();
+  camera.Pan(37, -21);
+  const auto pixel = Project(camera, point);
+  EXPECT_NEAR(pixel[0], 437, 1e-6);
+  EXPECT_NEAR(pixel[1], 279, 1e-6);
+  for (int i = 0; i < 100; ++i)
+  {
+    camera.Pan(500, 300);
+  }
+  const double radius = Length(TestBox().hi - TestBox().lo) / 2;
+  EXPECT_LT(Length(camera.Focal() - Vec3{ 101.5, 203, -48 }), 1.5001 * radius);
+}
+
+TEST(TestCamera, ZoomKeepsThePointUnderThePixel)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> x(200, 600), y(150, 450), factor(0.7, 1.6);
+  for (int i = 0; i < 200; ++i)
+  {
+    Camera camera = Fitted(800, 600);
+    camera.Rotate(x(random), y(random), x(random), y(random));
+    const double px = x(random), py = y(random), f = factor(random);
+    const Ray ray = camera.RayOf(px, py);
+    const double along = camera.Distance() / Dot(ray.direction, camera.Forward());
+    const Vec3 point = ray.origin + ray.direction * along;
+    const double scale = camera.PixelsPerUnit();
+    camera.Zoom(f, px, py);
+    EXPECT_NEAR(camera.PixelsPerUnit(), scale * f, 1e-9 * scale);
+    const auto pixel = Project(camera, point);
+    EXPECT_NEAR(pixel[0], px, 1e-6);
+    EXPECT_NEAR(pixel[1], py, 1e-6);
+  }
+}
+
+TEST(TestCamera, ZoomStaysWithinItsLimits)
+{
+  Camera camera = Fitted(800, 600);
+  const double radius = Length(TestBox().hi - TestBox().lo) / 2;
+  for (int i = 0; i < 200; ++i)
+  {
+    camera.Zoom(3, 10, 10);
+  }
+  EXPECT_NEAR(camera.Distance(), 1e-4 * radius, 1e-12);
+  for (int i = 0; i < 200; ++i)
+  {
+    camera.Zoom(0.1, 10, 10);
+  }
+  EXPECT_NEAR(camera.Distance(), 20 * radius, 1e-6);
+  camera.Zoom(0, 1, 1);
+  camera.Zoom(-1, 1, 1);
+  camera.Zoom(std::nan(""), 1, 1);
+  EXPECT_NEAR(camera.Distance(), 20 * radius, 1e-6);
+}
+
+TEST(TestCamera, FocusingChangesNoPicture)
+{
+  Camera camera = Fitted(800, 600);
+  camera.Rotate(100, 100, 200, 300);
+  const Vec3 eye = camera.Eye(), up = camera.Up(), corner = TestBox().hi;
+  const auto before = Project(camera, corner);
+  camera.FocusAtDepthOf(corner);
+  EXPECT_NEAR(Dot(corner - eye, camera.Forward()), camera.Distance(), 1e-9);
+  EXPECT_NEAR(Length(camera.Eye() - eye), 0, 1e-9);
+  EXPECT_EQ(camera.Up(), up);
+  EXPECT_NEAR(Project(camera, corner)[0], before[0], 1e-6);
+  const Camera kept = camera;
+  camera.FocusAtDepthOf(eye - camera.Forward()); // behind
+  EXPECT_EQ(camera.Focal(), kept.Focal());
+}
+
+TEST(TestCamera, RaysGoThroughTheirPixels)
+{
+  Camera camera = Fitted(640, 960);
+  camera.Rotate(10, 700, 300, 40);
+  std::mt19937 random(2);
+  for (int i = 0; i < 100; ++i)
+  {
+    const double x = static_cast<double>(random() % 640), y = static_cast<double>(random() % 960);
+    const Ray ray = camera.RayOf(x, y);
+    EXPECT_NEAR(Length(ray.direction), 1, 1e-12);
+    const auto pixel = Project(camera, ray.origin + ray.direction * 3);
+    EXPECT_NEAR(pixel[0], x, 1e-6);
+    EXPECT_NEAR(pixel[1], y, 1e-6);
+  }
+  EXPECT_LT(DistanceToLine(camera.RayOf(320, 480), camera.Focal()), 1e-9);
+}
+
+}

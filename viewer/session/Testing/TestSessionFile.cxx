@@ -1,0 +1,83 @@
+// Session files: read, refused with the line's number, and written back bit for bit.
+#include "viewer/session/SessionFile.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+using namespace kdstream;
+using Kind = SessionStep::Kind;
+
+namespace
+{
+
+TEST(TestSessionFile, ReadsTheFourKindsOfLines)
+{
+  const auto steps = ParseSession("{\"select\":\"dragon\"}\n\n{\"wait\":\"idle\"}\r\n"
+                                  "{\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360.5}]}\n"
+                                  "{\"t\":0.3,\"touches\":[]}\n{\"screenshot\":\"a b.png\"}");
+  ASSERT_TRUE(steps) << steps.GetError().message;
+  ASSERT_EQ(steps->size(), 5u);
+  EXPECT_EQ((*steps)[0], (SessionStep{ Kind::Select, {}, "dragon" }));
+  EXPECT_EQ((*steps)[1], (SessionStep{ Kind::WaitForIdle, {}, {} }));
+  EXPECT_EQ((*steps)[2], (SessionStep{ Kind::Touches, { 0.25, { { 1, 640, 360.5 } } }, {} }));
+  EXPECT_EQ((*steps)[3], (SessionStep{ Kind::Touches, { 0.3, {} }, {} }));
+  EXPECT_EQ((*steps)[4], (SessionStep{ Kind::Screenshot, {}, "a b.png" }));
+  EXPECT_TRUE(ParseSession("")->empty());
+}
+
+TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
+{
+  const std::vector<std::pair<std::string, std::string>> cases = {
+    { "hello", "not a JSON object" },
+    { "[1]", "not a JSON object" },
+    { "{}", "none of" },
+    { R"({"wait":"long"})", "'idle'" },
+    { R"({"wait":1})", "'wait'" },
+    { R"({"select":""})", "'select'" },
+    { R"({"screenshot":"a.png","quality":3})", "'quality'" },
+    { R"({"touches":[]})", "'t'" },
+    { R"({"t":"1","touches":[]})", "'t'" },
+    { R"({"t":1,"touches":{}})", "'touches'" },
+    { R"({"t":1,"touches":[{"id":1,"x":2}]})", "'y'" },
+    { R"({"t":1,"touches":[{"id":1.5,"x":2,"y":3}]})", "id is an integer" },
+    { R"({"t":1e999,"touches":[]})", "not a JSON object" },
+    { R"({"t":1,"touches":[7]})", "not an object" },
+  };
+  for (const auto& [line, what] : cases)
+  {
+    const auto steps = ParseSession("{\"wait\":\"idle\"}\n" + line + "\n");
+    ASSERT_FALSE(steps) << line;
+    EXPECT_EQ(steps.GetError().code, ErrorCode::InvalidInput);
+    EXPECT_NE(steps.GetError().message.find("line 2: "), std::string::npos);
+    EXPECT_NE(steps.GetError().message.find(what), std::string::npos) << steps.GetError().message;
+  }
+}
+
+TEST(TestSessionFile, WritesWhatItReads)
+{
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> any(-1e4, 1e4);
+  std::string text;
+  std::vector<SessionStep> steps = { { Kind::Select, {}, "a \"quoted\" \\ name\n\x01" },
+    { Kind::WaitForIdle, {}, {} }, { Kind::Screenshot, {}, "x.png" } };
+  for (int i = 0; i < 500; ++i)
+  {
+    SessionStep step{ Kind::Touches, { any(random) / 3, {} }, {} };
+    for (auto k = random() % 4; k > 0; --k)
+    {
+      step.frame.touches.push_back(
+        { static_cast<std::int64_t>(random()), any(random), any(random) * 1e-7 });
+    }
+    steps.push_back(step);
+  }
+  for (const SessionStep& step : steps)
+  {
+    text += FormatSessionStep(step) + "\n";
+  }
+  const auto back = ParseSession(text);
+  ASSERT_TRUE(back) << back.GetError().message;
+  EXPECT_EQ(*back, steps);
+}
+
+}
