@@ -18,7 +18,8 @@ struct CoordinateGrid
   double step = 1;
 
   bool Lossless() const { return this->bits == 0; }
-  // The grid over `box`: origin at its lower corner, step = longest side / (2^bits - 1), 1 for zero extent.
+  // The grid over `box`: origin at its lower corner, step = longest side / (2^bits - 1), 1 for zero
+  // extent.
   static CoordinateGrid Over(const Box& box, std::uint8_t bits, ScalarType scalarType);
   static CoordinateGrid Exact(ScalarType scalarType);
 

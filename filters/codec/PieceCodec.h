@@ -1,7 +1,9 @@
-// A piece as bytes and back: step "encode" and "decode" of the README's picture. Layout: doc/formats.md.
+// A piece as bytes and back: step "encode" and "decode" of the README's picture. Layout:
+// doc/formats.md.
 //
-// Version 1 is plain: every array is a stream of integers, taken as differences to the previous value, zigzagged
-// and written as byte planes of the fewest bytes that hold the largest. Compiles to WebAssembly.
+// Version 1 is plain: every array is a stream of integers, taken as differences to the previous
+// value, zigzagged and written as byte planes of the fewest bytes that hold the largest. Compiles
+// to WebAssembly.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"
@@ -27,23 +29,27 @@ struct CodecContext
 // Encodes a piece. REQUIRES: CheckPiece(piece, context.depths). Deterministic; O(size).
 std::vector<std::uint8_t> EncodePiece(const Piece& piece, const CodecContext& context);
 
-// Decodes the blob of piece `expected`. Any bytes may be given: lengths are bounded by the size of the blob before
-// memory is taken (at most 64 bytes of piece for a byte of blob, plus the levels' ancestors), and the piece passes
-// CheckPiece. Errors: InvalidInput with the byte offset; Unsupported for an unknown codec version.
+// Decodes the blob of piece `expected`. Any bytes may be given: lengths are bounded by the size of
+// the blob before memory is taken (at most 64 bytes of piece for a byte of blob, plus the levels'
+// ancestors), and the piece passes CheckPiece. Errors: InvalidInput with the byte offset;
+// Unsupported for an unknown codec version.
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context);
 
-// A page of the tree: the box of `node` (whose depth is a multiple of 11) and the boxes of the 11 depths below it,
-// as far as the partitions. Boxes are exact doubles, or floats where every value is one.
+// A page of the tree: the box of `node` (whose depth is a multiple of 11) and the boxes of the 11
+// depths below it, as far as the partitions. Boxes are exact doubles, or floats where every value
+// is one.
 inline constexpr unsigned treePageDepths = 11;
-std::vector<NodeId> TreePageNodes(NodeId page, const TreeDepths& depths); // the nodes in it, depth by depth
-std::vector<NodeId> TreePages(const TreeDepths& depths);                  // the roots of all pages
-NodeId TreePageOfNode(NodeId node); // the page that holds a node's box (a page's own root: the page above, if any)
+std::vector<NodeId> TreePageNodes(
+  NodeId page, const TreeDepths& depths);                // the nodes in it, depth by depth
+std::vector<NodeId> TreePages(const TreeDepths& depths); // the roots of all pages
+NodeId TreePageOfNode(
+  NodeId node); // the page that holds a node's box (a page's own root: the page above, if any)
 
 std::vector<std::uint8_t> EncodeTreePage(
   std::span<const Box> boxes, NodeId page, const TreeDepths& depths);
 // Writes the page's boxes into `boxes` (heap order, 2^(P+1) entries). Errors as DecodePiece.
-Status DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const TreeDepths& depths,
-  std::span<Box> boxes);
+Status DecodeTreePage(
+  std::span<const std::uint8_t> blob, NodeId page, const TreeDepths& depths, std::span<Box> boxes);
 
 }

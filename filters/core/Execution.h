@@ -1,7 +1,8 @@
 // The seam between algorithms and whoever runs them: threads, progress, cancelling.
 //
-// Core never names a thread library. The VTK modules fill in vtkSMPTools, the tools TBB; the default runs
-// serially and reports to nobody. Every algorithm that takes an Execution gives the same bits whatever is in it.
+// Core never names a thread library. The VTK modules fill in vtkSMPTools, the tools TBB; the
+// default runs serially and reports to nobody. Every algorithm that takes an Execution gives the
+// same bits whatever is in it.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -17,8 +18,8 @@ struct Execution
 {
   using Body = std::function<void(std::size_t begin, std::size_t end)>;
 
-  // Calls body on disjoint ranges that cover [0, count), each of at least `grain` items where there are as many,
-  // on any threads, and returns when all are done.
+  // Calls body on disjoint ranges that cover [0, count), each of at least `grain` items where there
+  // are as many, on any threads, and returns when all are done.
   std::function<void(std::size_t count, std::size_t grain, const Body& body)> parallelFor =
     [](std::size_t count, std::size_t, const Body& body)
   {
@@ -28,10 +29,11 @@ struct Execution
     }
   };
 
-  // Called from the thread that called the algorithm, with the name of the step and the fraction of that step
-  // that is done (0-1). Returns false to stop: the algorithm then returns ErrorCode::Cancelled.
-  std::function<bool(std::string_view step, double fraction)> progress =
-    [](std::string_view, double) { return true; };
+  // Called from the thread that called the algorithm, with the name of the step and the fraction of
+  // that step that is done (0-1). Returns false to stop: the algorithm then returns
+  // ErrorCode::Cancelled.
+  std::function<bool(std::string_view step, double fraction)> progress = [](std::string_view,
+                                                                           double) { return true; };
 
   Status Report(std::string_view step, double fraction) const
   {

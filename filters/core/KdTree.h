@@ -13,7 +13,8 @@
 namespace kdstream
 {
 
-// P, S and L of DESIGN section 1: the depths of the partitions, of stitching, and of the finest level.
+// P, S and L of DESIGN section 1: the depths of the partitions, of stitching, and of the finest
+// level.
 struct TreeDepths
 {
   unsigned partition = 0;
@@ -28,34 +29,38 @@ struct KdTreeOptions
   std::uint32_t verticesPerPartition = 2000;
   // The number of partitions instead: a power of two, at most the number of vertices.
   std::optional<std::uint32_t> partitions;
-  // Most vertices of a cell at the finest level, at least 1; 0 ends the tree at the partitions.
+  // Most vertices of a cell at the finest level, 1-1024; 0 ends the tree at the partitions.
   std::uint32_t cellVertices = 8;
 };
 
 // The depths of the tree over `vertices` vertices.
-// P: smallest with ceil(n / 2^P) <= N. L: max(P, smallest with cells of at most cellVertices vertices,
-// min(11, floor(log2 n))). S: min(L, P + 4).
-// Errors: InvalidArgument for no vertices, N of 0, or a number of partitions that is no power of two or above n.
+// P: smallest with ceil(n / 2^P) <= N. L: max(P, smallest with cells of at most cellVertices
+// vertices, min(11, floor(log2 n))). S: min(L, P + 4). Errors: InvalidArgument for no vertices, N
+// of 0, cellVertices above 1024, or a number of partitions that is no power of two or above n;
+// LimitExceeded beyond 2^32 - 2 vertices.
 Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& options);
 
-// The vertices of a mesh in the order of the leaves of a balanced k-d tree, and the boxes of its upper nodes.
+// The vertices of a mesh in the order of the leaves of a balanced k-d tree, and the boxes of its
+// upper nodes.
 struct KdTree
 {
   TreeDepths depths;
-  std::vector<VertexId> order;     // n vertex ids, finest cell by finest cell, ascending inside each
+  std::vector<VertexId> order; // n vertex ids, finest cell by finest cell, ascending inside each
   std::vector<VertexId> cellBegin; // 2^L + 1 positions in `order`
-  std::vector<Box> boxes;          // of nodes 1 … 2^(P+1) - 1; [0] is unused; empty for a cell without vertices
+  std::vector<Box>
+    boxes; // of nodes 1 … 2^(P+1) - 1; [0] is unused; empty for a cell without vertices
 
   // The vertices of cell `index` (0 … 2^depth - 1) at `depth` <= L.
   std::span<const VertexId> Cell(unsigned depth, std::size_t index) const;
 };
 
 // Builds the tree.
-// Input: n points, each finite. Output: every cell at depth d holds floor(n / 2^d) or ceil(n / 2^d) vertices, for
-// any input: vertices are ordered by (coordinate, id), so equal coordinates split as well. The axis is the longest
-// side of the cell's own box (the first of equals); the lower half gets floor, the upper ceil.
-// Complexity: O(n L); memory 2 n records of 32 bytes. Threads: nodes of one depth run in parallel.
-// Errors: those of ComputeDepths; Cancelled. Source: paper 4.1; the total order is ours (DESIGN section 3.1).
+// Input: n points, each finite. Output: every cell at depth d holds floor(n / 2^d) or ceil(n / 2^d)
+// vertices, for any input: vertices are ordered by (coordinate, id), so equal coordinates split as
+// well. The axis is the longest side of the cell's own box (the first of equals); the lower half
+// gets floor, the upper ceil. Complexity: O(n L); memory 2 n records of 32 bytes. Threads: nodes of
+// one depth run in parallel. Errors: those of ComputeDepths; Cancelled. Source: paper 4.1; the
+// total order is ours (DESIGN section 3.1).
 Result<KdTree> BuildKdTree(
   std::span<const Vec3> points, const KdTreeOptions& options, const Execution& execution = {});
 

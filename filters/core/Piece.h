@@ -1,8 +1,8 @@
 // A piece: what is stored and streamed (DESIGN sections 1 and 4).
 //
-// One shape for every resolution: the part of one level, or of the original, that lies in one node of the tree.
-// Its own vertices come first, then the ghosts (vertices of other pieces, repeated so that the triangles on the
-// boundary are whole); its triangles are all that touch an own vertex.
+// One shape for every resolution: the part of one level, or of the original, that lies in one node
+// of the tree. Its own vertices come first, then the ghosts (vertices of other pieces, repeated so
+// that the triangles on the boundary are whole); its triangles are all that touch an own vertex.
 #pragma once
 
 #include "filters/core/KdTree.h"
@@ -17,8 +17,8 @@ namespace kdstream
 {
 
 // Identity of a vertex inside its resolution.
-// Original, and levels d >= S: (partition << 32) | index, where index is the vertex's number in its partition (for
-// a level: the first of the interval of original vertices that the cluster covers).
+// Original, and levels d >= S: (partition << 32) | index, where index is the vertex's number in its
+// partition (for a level: the first of the interval of original vertices that the cluster covers).
 // Levels d < S: the cluster's rank in its level. Own vertices of a piece have ascending keys.
 using VertexKey = std::uint64_t;
 
@@ -43,7 +43,8 @@ struct PieceId
   auto operator<=>(const PieceId&) const = default;
 };
 
-// The depth of the nodes that a resolution is cut into: P for the original, min(P, max(0, d - 11)) for level d.
+// The depth of the nodes that a resolution is cut into: P for the original, min(P, max(0, d - 11))
+// for level d.
 unsigned PieceDepth(Resolution resolution, const TreeDepths& depths);
 
 // The piece of `resolution` that holds the vertices of `partition`.
@@ -75,7 +76,8 @@ enum class AttributeAssociation : std::uint8_t
   Cell = 1   // a value for each triangle
 };
 
-// One array that travels with the vertices or triangles, as little-endian values, tuple after tuple.
+// One array that travels with the vertices or triangles, as little-endian values, tuple after
+// tuple.
 struct Attribute
 {
   std::string name;
@@ -96,28 +98,31 @@ struct Piece
   std::vector<VertexKey> keys;   // own (ascending), then ghosts (ascending)
   std::vector<float> deviations; // own vertices of a level, model units; empty for the original
 
-  // Ranks at the levels 0 … S - 1 of the ancestors, S values a vertex: for all vertices of level S, for the ghosts
-  // of every finer resolution, and empty otherwise.
+  // Ranks at the levels 0 … S - 1 of the ancestors, S values a vertex: for all vertices of level S,
+  // for the ghosts of every finer resolution, and empty otherwise.
   std::vector<std::uint32_t> ancestors;
 
-  // Own vertices of levels below S: the nodes of the level-S pieces that hold their descendants, ascending:
-  // reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] - 1]. Empty otherwise.
+  // Own vertices of levels below S: the nodes of the level-S pieces that hold their descendants,
+  // ascending: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] - 1]. Empty otherwise.
   std::vector<std::uint32_t> reachBegin;
   std::vector<NodeId> reachNodes;
 
-  std::vector<Triangle> triangles; // local indices, ordered; orientation of the input, lowest index first
+  std::vector<Triangle>
+    triangles; // local indices, ordered; orientation of the input, lowest index first
   std::vector<Attribute> attributes;
 
   std::uint32_t VertexCount() const { return static_cast<std::uint32_t>(this->positions.size()); }
   std::uint32_t GhostCount() const { return this->VertexCount() - this->ownVertices; }
 
-  // Ranks at the levels 0 … S - 1 above local vertex `v`; empty where the piece carries none for it.
+  // Ranks at the levels 0 … S - 1 above local vertex `v`; empty where the piece carries none for
+  // it.
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
 };
 
-// Whether `piece` is one that a builder could have written for a tree of these depths: sizes agree, keys ascend and
-// lie in the piece's node (own) or outside it (ghosts), indices are in range. O(size). For decoders: everything
-// that the drawing rule relies on, so that hostile bytes cannot reach it.
+// Whether `piece` is one that a builder could have written for a tree of these depths: sizes agree,
+// keys ascend and lie in the piece's node (own) or outside it (ghosts), indices are in range.
+// O(size). For decoders: everything that the drawing rule relies on, so that hostile bytes cannot
+// reach it.
 Status CheckPiece(const Piece& piece, const TreeDepths& depths);
 
 }

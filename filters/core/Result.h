@@ -1,8 +1,8 @@
 // Errors as values: what every function outside VTK returns when its input may be bad.
 //
-// A Result<T> holds either a T or an Error. The message names the offending value and its place ("vertex 17:
-// x is not finite"); the program that prints it adds the file. Nothing in core, codec, meshio, store, protocol,
-// session or client throws for bad input, logs, or exits.
+// A Result<T> holds either a T or an Error. The message names the offending value and its place
+// ("vertex 17: x is not finite"); the program that prints it adds the file. Nothing in core, codec,
+// meshio, store, protocol, session or client throws for bad input, logs, or exits.
 #pragma once
 
 #include <cassert>

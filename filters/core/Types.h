@@ -18,7 +18,8 @@ inline constexpr VertexId noVertex = std::numeric_limits<VertexId>::max();
 using Vec3 = std::array<double, 3>;
 using Triangle = std::array<VertexId, 3>;
 
-// Heap number of a node of the k-d tree: root 1, children 2i and 2i + 1, depth d holds 2^d … 2^(d+1) - 1.
+// Heap number of a node of the k-d tree: root 1, children 2i and 2i + 1, depth d holds 2^d …
+// 2^(d+1) - 1.
 using NodeId = std::uint32_t;
 
 constexpr unsigned DepthOfNode(NodeId node)
@@ -99,8 +100,8 @@ private:
   std::uint8_t Value = 0;
 };
 
-// A triangle mesh, or a point cloud if it has no triangles. Coordinates are held as doubles whatever their type
-// was: every float is a double, so nothing is rounded.
+// A triangle mesh, or a point cloud if it has no triangles. Coordinates are held as doubles
+// whatever their type was: every float is a double, so nothing is rounded.
 struct Mesh
 {
   std::vector<Vec3> points;

@@ -1,4 +1,5 @@
-// A store: one SQLite file NAME.kds that holds tree and pieces of one model. Reading. Layout: doc/formats.md.
+// A store: one SQLite file NAME.kds that holds tree and pieces of one model. Reading. Layout:
+// doc/formats.md.
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
@@ -55,19 +56,21 @@ struct StoreInfo
   CodecContext Codec() const { return { this->depths, this->grid }; }
 };
 
-// Reads one store. Any number of threads may read at once. The file must not change while it is open: it is opened
-// read-only and immutable.
+// Reads one store. Any number of threads may read at once. The file must not change while it is
+// open: it is opened read-only and immutable.
 class Store
 {
 public:
-  // Opens and checks the metadata. Errors: NotFound; Damaged, naming what; Unsupported for another store version.
+  // Opens and checks the metadata. Errors: NotFound; Damaged, naming what; Unsupported for another
+  // store version.
   static Result<std::shared_ptr<Store>> Open(const std::filesystem::path& file);
   ~Store();
 
   const StoreInfo& Info() const { return this->Information; }
 
   // The encoded piece / tree page, its checksum verified.
-  // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where bytes are wrong.
+  // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where
+  // bytes are wrong.
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
   Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const;
 
@@ -83,7 +86,8 @@ public:
   static std::string BlobName(PieceId id, const TreeDepths& depths);
   static std::string TreePageName(NodeId page);
 
-  // Reads and checks everything, digest included; the names and reasons of what is damaged, empty if whole.
+  // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
+  // if whole.
   std::vector<Error> Verify(const Execution& execution = {}) const;
 
 private:

@@ -1,0 +1,175 @@
+#include "filters/codec/ByteStream.h"
+
+#include <algorithm>
+#include <bit>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned widest = 8;
+
+std::uint64_t Zigzag(std::uint64_t difference)
+{
+  return (difference << 1) ^ (std::uint64_t{ 0 } - (difference >> 63));
+}
+
+std::uint64_t Unzigzag(std::uint64_t value)
+{
+  return (value >> 1) ^ (std::uint64_t{ 0 } - (value & 1));
+}
+
+}
+
+std::uint32_t OrderedBits(float value)
+{
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  return bits >> 31 ? ~bits : bits | 0x80000000U;
+}
+
+float FloatOfOrderedBits(std::uint32_t bits)
+{
+  return std::bit_cast<float>(bits >> 31 ? bits & 0x7FFFFFFFU : ~bits);
+}
+
+std::uint64_t OrderedBits(double value)
+{
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  return bits >> 63 ? ~bits : bits | 0x8000000000000000U;
+}
+
+double DoubleOfOrderedBits(std::uint64_t bits)
+{
+  return std::bit_cast<double>(bits >> 63 ? bits & 0x7FFFFFFFFFFFFFFFU : ~bits);
+}
+
+void ByteWriter::Raw(std::span<const std::uint8_t> bytes)
+{
+  this->Bytes.insert(this->Bytes.end(), bytes.begin(), bytes.end());
+}
+
+void ByteWriter::Varint(std::uint64_t value)
+{
+  while (value >= 0x80)
+  {
+    this->Byte(static_cast<std::uint8_t>(value | 0x80));
+    value >>= 7;
+  }
+  this->Byte(static_cast<std::uint8_t>(value));
+}
+
+void ByteWriter::Stream(std::span<const std::uint64_t> values, unsigned minimumWidth)
+{
+  std::vector<std::uint64_t> coded(values.size());
+  std::uint64_t previous = 0, all = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+  {
+    coded[i] = Zigzag(values[i] - previous);
+    previous = values[i];
+    all |= coded[i];
+  }
+  const unsigned width = std::max(minimumWidth, static_cast<unsigned>(std::bit_width(all) + 7) / 8);
+  this->Byte(static_cast<std::uint8_t>(width));
+  for (unsigned plane = 0; plane < width; ++plane)
+  {
+    for (const std::uint64_t value : coded)
+    {
+      this->Byte(static_cast<std::uint8_t>(value >> (8 * plane)));
+    }
+  }
+}
+
+Error ByteReader::Why() const
+{
+  return { ErrorCode::InvalidInput,
+    std::string(this->FailureReason) + " at byte " + std::to_string(this->FailureOffset) };
+}
+
+void ByteReader::Fail(std::string_view what)
+{
+  if (!this->Failure)
+  {
+    this->Failure = true;
+    this->FailureOffset = this->Offset;
+    this->FailureReason = what;
+  }
+}
+
+std::uint8_t ByteReader::Byte()
+{
+  const auto bytes = this->Raw(1);
+  return bytes.empty() ? std::uint8_t{ 0 } : bytes[0];
+}
+
+std::span<const std::uint8_t> ByteReader::Raw(std::size_t count)
+{
+  if (this->Failure || count > this->Remaining())
+  {
+    this->Fail("truncated");
+    return {};
+  }
+  const auto bytes = this->Bytes.subspan(this->Offset, count);
+  this->Offset += count;
+  return bytes;
+}
+
+std::uint64_t ByteReader::Varint(std::uint64_t most)
+{
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7)
+  {
+    const std::uint8_t byte = this->Byte();
+    const std::uint64_t bits = byte & 0x7FU;
+    if (shift == 63 && bits > 1)
+    {
+      break;
+    }
+    value |= bits << shift;
+    if ((byte & 0x80U) == 0)
+    {
+      if (value > most)
+      {
+        this->Fail("number too large");
+        return 0;
+      }
+      return value;
+    }
+  }
+  this->Fail("number too long");
+  return 0;
+}
+
+std::vector<std::uint64_t> ByteReader::Stream(std::size_t count, unsigned minimumWidth)
+{
+  const unsigned width = this->Byte();
+  if (this->Failure || width > widest || width < minimumWidth)
+  {
+    this->Fail("bad width of a stream");
+    return {};
+  }
+  if (width > 0 && count > this->Remaining() / width)
+  {
+    this->Fail("truncated stream");
+    return {};
+  }
+  std::vector<std::uint64_t> values(count, 0);
+  for (unsigned plane = 0; plane < width; ++plane)
+  {
+    const auto bytes = this->Raw(count);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      values[i] |= std::uint64_t{ bytes[i] } << (8 * plane);
+    }
+  }
+  std::uint64_t previous = 0;
+  for (std::uint64_t& value : values)
+  {
+    previous += Unzigzag(value);
+    value = previous;
+  }
+  return values;
+}
+
+}

@@ -1,0 +1,75 @@
+// Bytes in and out: fixed and variable-length integers, and streams of integers as byte planes.
+// Nothing here trusts a length: a reader that runs out of bytes says where, and takes no memory for
+// what is absent.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// Order-preserving integers of floating-point bits: a < b as numbers if and only if as integers
+// (-0.0 < 0.0).
+std::uint32_t OrderedBits(float value);
+float FloatOfOrderedBits(std::uint32_t bits);
+std::uint64_t OrderedBits(double value);
+double DoubleOfOrderedBits(std::uint64_t bits);
+
+class ByteWriter
+{
+public:
+  void Byte(std::uint8_t value) { this->Bytes.push_back(value); }
+  void Raw(std::span<const std::uint8_t> bytes);
+  // LEB128: seven bits a byte, lowest first.
+  void Varint(std::uint64_t value);
+  // A stream: differences to the previous value (the first to 0) modulo 2^64, zigzagged, then one
+  // byte w, and w planes of one byte a value, the lowest first. w is the least that holds every
+  // value, but at least `minimumWidth`.
+  void Stream(std::span<const std::uint64_t> values, unsigned minimumWidth = 0);
+
+  std::vector<std::uint8_t> Take() { return std::move(this->Bytes); }
+
+private:
+  std::vector<std::uint8_t> Bytes;
+};
+
+class ByteReader
+{
+public:
+  explicit ByteReader(std::span<const std::uint8_t> bytes)
+    : Bytes(bytes)
+  {
+  }
+
+  std::size_t Position() const { return this->Offset; }
+  std::size_t Remaining() const { return this->Bytes.size() - this->Offset; }
+
+  // The error of a read that failed first, naming the byte offset; reads after it give zeros and
+  // empty spans.
+  bool Failed() const { return this->Failure; }
+  Error Why() const;
+  void Fail(std::string_view what);
+
+  std::uint8_t Byte();
+  std::span<const std::uint8_t> Raw(std::size_t count);
+  // A varint that must not be above `most`.
+  std::uint64_t Varint(std::uint64_t most);
+  // A stream of `count` values; its width must be at least `minimumWidth`, which bounds `count` by
+  // the bytes left.
+  std::vector<std::uint64_t> Stream(std::size_t count, unsigned minimumWidth = 0);
+
+private:
+  std::span<const std::uint8_t> Bytes;
+  std::size_t Offset = 0;
+  bool Failure = false;
+  std::size_t FailureOffset = 0;
+  std::string_view FailureReason;
+};
+
+}

@@ -1,0 +1,151 @@
+// Pages of the tree's boxes: see PieceCodec.h and doc/formats.md.
+#include "filters/codec/PieceCodec.h"
+
+#include "filters/codec/ByteStream.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint8_t magic[3] = { 'K', 'D', 'T' };
+constexpr std::uint8_t pageVersion = 1;
+
+double& Side(Box& box, std::size_t side)
+{
+  return side < 3 ? box.lo[side] : box.hi[side - 3];
+}
+
+}
+
+std::vector<NodeId> TreePageNodes(NodeId page, const TreeDepths& depths)
+{
+  const unsigned top = DepthOfNode(page);
+  std::vector<NodeId> nodes;
+  for (unsigned below = 0; below <= treePageDepths && top + below <= depths.partition; ++below)
+  {
+    for (NodeId i = 0; i < NodeId{ 1 } << below; ++i)
+    {
+      nodes.push_back((page << below) + i);
+    }
+  }
+  return nodes;
+}
+
+std::vector<NodeId> TreePages(const TreeDepths& depths)
+{
+  std::vector<NodeId> pages{ 1 };
+  for (unsigned depth = treePageDepths; depth < depths.partition; depth += treePageDepths)
+  {
+    for (NodeId i = 0; i < NodeId{ 1 } << depth; ++i)
+    {
+      pages.push_back((NodeId{ 1 } << depth) + i);
+    }
+  }
+  return pages;
+}
+
+NodeId TreePageOfNode(NodeId node)
+{
+  const unsigned depth = DepthOfNode(node);
+  return depth == 0 ? 1 : node >> ((depth - 1) % treePageDepths + 1);
+}
+
+std::vector<std::uint8_t> EncodeTreePage(
+  std::span<const Box> boxes, NodeId page, const TreeDepths& depths)
+{
+  const std::vector<NodeId> nodes = TreePageNodes(page, depths);
+  bool floats = true;
+  for (const NodeId node : nodes)
+  {
+    Box box = boxes[node];
+    for (std::size_t side = 0; side < 6; ++side)
+    {
+      floats = floats && double(float(Side(box, side))) == Side(box, side);
+    }
+  }
+  ByteWriter writer;
+  writer.Raw(magic);
+  writer.Byte(pageVersion);
+  writer.Byte(floats ? 4 : 8);
+  std::vector<std::uint64_t> values(nodes.size());
+  for (std::size_t side = 0; side < 6; ++side)
+  {
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+    {
+      Box box = boxes[nodes[i]];
+      values[i] = floats ? OrderedBits(float(Side(box, side))) : OrderedBits(Side(box, side));
+    }
+    writer.Stream(values);
+  }
+  return writer.Take();
+}
+
+Status DecodeTreePage(
+  std::span<const std::uint8_t> blob, NodeId page, const TreeDepths& depths, std::span<Box> boxes)
+{
+  const auto named = [page](ErrorCode code, const std::string& what) {
+    return Error{ code, "tree page " + std::to_string(page) + ": " + what };
+  };
+  if (page == 0 || DepthOfNode(page) % treePageDepths != 0 ||
+      DepthOfNode(page) > depths.partition || boxes.size() != std::size_t{ 2 } << depths.partition)
+  {
+    return named(ErrorCode::InvalidArgument, "is no page of this tree");
+  }
+  ByteReader reader(blob);
+  const auto head = reader.Raw(sizeof(magic));
+  if (reader.Failed() || !std::equal(head.begin(), head.end(), magic))
+  {
+    return named(ErrorCode::InvalidInput, "does not begin with \"KDT\"");
+  }
+  if (const std::uint8_t version = reader.Byte(); !reader.Failed() && version != pageVersion)
+  {
+    return named(ErrorCode::Unsupported,
+      "version " + std::to_string(version) + " is not known to this program");
+  }
+  const std::uint8_t width = reader.Byte();
+  if (width != 4 && width != 8)
+  {
+    reader.Fail("unknown width of coordinates");
+  }
+  const std::vector<NodeId> nodes = TreePageNodes(page, depths);
+  std::vector<Box> read(nodes.size());
+  for (std::size_t side = 0; side < 6 && !reader.Failed(); ++side)
+  {
+    const auto values = reader.Stream(nodes.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+    {
+      if (width == 4 && values[i] >> 32 != 0)
+      {
+        reader.Fail("coordinate out of range");
+        break;
+      }
+      const double value = width == 4
+                             ? double(FloatOfOrderedBits(static_cast<std::uint32_t>(values[i])))
+                             : DoubleOfOrderedBits(values[i]);
+      if (value != value)
+      {
+        reader.Fail("coordinate is not a number");
+        break;
+      }
+      Side(read[i], side) = value;
+    }
+  }
+  if (!reader.Failed() && reader.Remaining() > 0)
+  {
+    reader.Fail("bytes beyond the end");
+  }
+  if (reader.Failed())
+  {
+    return named(ErrorCode::InvalidInput, reader.Why().message);
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+  {
+    boxes[nodes[i]] = read[i];
+  }
+  return {};
+}
+
+}

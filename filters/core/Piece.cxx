@@ -1,0 +1,261 @@
+#include "filters/core/Piece.h"
+
+#include "filters/core/ClusterLevels.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned previewLevel = 11; // a piece of a level holds about 2^11 cells
+
+Error Bad(const std::string& what)
+{
+  return { ErrorCode::InvalidInput, "piece: " + what };
+}
+
+// Keys ascend, own ones lie in the piece's node, ghosts outside it.
+Status CheckKeys(const Piece& piece, const TreeDepths& depths)
+{
+  const bool byPartition =
+    piece.id.resolution.IsOriginal() || piece.id.resolution.Depth() >= depths.stitch;
+  const unsigned below = depths.partition - DepthOfNode(piece.id.node);
+  for (std::uint32_t v = 0; v < piece.VertexCount(); ++v)
+  {
+    const bool own = v < piece.ownVertices;
+    if (v != 0 && v != piece.ownVertices && piece.keys[v] <= piece.keys[v - 1])
+    {
+      return Bad("key of vertex " + std::to_string(v) + " does not ascend");
+    }
+    if (byPartition)
+    {
+      const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
+      if (partition >= NodeId{ 1 } << depths.partition)
+      {
+        return Bad("vertex " + std::to_string(v) + " is of partition " + std::to_string(partition) +
+                   ", which the tree does not have");
+      }
+      if ((NodeOfPartition(partition, depths) >> below == piece.id.node) != own)
+      {
+        return Bad("vertex " + std::to_string(v) +
+                   (own ? " lies outside" : ", a ghost, lies inside") + " its piece's node");
+      }
+    }
+    else if (piece.keys[v] >= noVertex)
+    {
+      return Bad("rank of vertex " + std::to_string(v) + " is too large");
+    }
+  }
+  return {};
+}
+
+// Own vertices of the original are 0, 1, 2 …; ranks of own vertices of a level below S follow each
+// other.
+Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
+{
+  const bool dense =
+    piece.id.resolution.IsOriginal() || piece.id.resolution.Depth() < depths.stitch;
+  if (!dense || piece.ownVertices == 0)
+  {
+    return {};
+  }
+  if (piece.id.resolution.IsOriginal() && IndexOfKey(piece.keys[0]) != 0)
+  {
+    return Bad("own vertices do not start at index 0");
+  }
+  if (piece.keys[piece.ownVertices - 1] - piece.keys[0] != piece.ownVertices - 1)
+  {
+    return Bad("own vertices are not numbered without gaps");
+  }
+  for (std::uint32_t v = piece.ownVertices; v < piece.VertexCount(); ++v)
+  {
+    if (piece.keys[v] >= piece.keys[0] && piece.keys[v] <= piece.keys[piece.ownVertices - 1])
+    {
+      return Bad("ghost " + std::to_string(v) + " has the key of an own vertex");
+    }
+  }
+  return {};
+}
+
+Status CheckReach(const Piece& piece, const TreeDepths& depths)
+{
+  const bool below = piece.id.resolution < Resolution::Level(depths.stitch);
+  if (piece.reachBegin.size() != (below ? piece.ownVertices + std::size_t{ 1 } : 0))
+  {
+    return Bad("reach has " + std::to_string(piece.reachBegin.size()) + " entries");
+  }
+  if (!below)
+  {
+    return piece.reachNodes.empty() ? Status{} : Status{ Bad("reach where there is none") };
+  }
+  const unsigned nodeDepth = PieceDepth(Resolution::Level(depths.stitch), depths);
+  if (piece.reachBegin.front() != 0 || piece.reachBegin.back() != piece.reachNodes.size())
+  {
+    return Bad("reach does not cover its nodes");
+  }
+  for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
+  {
+    if (piece.reachBegin[i] > piece.reachBegin[i + 1])
+    {
+      return Bad("reach of vertex " + std::to_string(i) + " ends before it begins");
+    }
+  }
+  for (const NodeId node : piece.reachNodes)
+  {
+    if (node >> nodeDepth != 1)
+    {
+      return Bad("reach names node " + std::to_string(node) + ", which is no piece of level S");
+    }
+  }
+  return {};
+}
+
+Status CheckTriangles(const Piece& piece)
+{
+  const std::uint32_t count = piece.VertexCount();
+  for (std::size_t i = 0; i < piece.triangles.size(); ++i)
+  {
+    const Triangle& t = piece.triangles[i];
+    const std::string name = "triangle " + std::to_string(i);
+    if (t[0] >= count || t[1] >= count || t[2] >= count)
+    {
+      return Bad(name + " has an index out of range (" + std::to_string(count) + " vertices)");
+    }
+    if (t[0] >= piece.ownVertices)
+    {
+      return Bad(name + " touches no own vertex");
+    }
+    if (t != RotateLowestFirst(t) || (i > 0 && t < piece.triangles[i - 1]))
+    {
+      return Bad(name + " is out of order");
+    }
+  }
+  if (piece.primitive == PrimitiveType::Points && !piece.triangles.empty())
+  {
+    return Bad("points have triangles");
+  }
+  return {};
+}
+
+Status CheckAttributes(const Piece& piece)
+{
+  for (const Attribute& attribute : piece.attributes)
+  {
+    const std::size_t tuples = attribute.association == AttributeAssociation::Point
+                                 ? piece.positions.size()
+                                 : piece.triangles.size();
+    if (attribute.values.size() != tuples * attribute.components * SizeOf(attribute.type))
+    {
+      return Bad("attribute \"" + attribute.name + "\" has " +
+                 std::to_string(attribute.values.size()) + " bytes");
+    }
+  }
+  return {};
+}
+
+}
+
+std::size_t SizeOf(AttributeType type)
+{
+  switch (type)
+  {
+    case AttributeType::Int8:
+    case AttributeType::UInt8:
+      return 1;
+    case AttributeType::Int16:
+    case AttributeType::UInt16:
+      return 2;
+    case AttributeType::Int32:
+    case AttributeType::UInt32:
+    case AttributeType::Float32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+unsigned PieceDepth(Resolution resolution, const TreeDepths& depths)
+{
+  if (resolution.IsOriginal())
+  {
+    return depths.partition;
+  }
+  const unsigned depth = resolution.Depth();
+  return std::min(depths.partition, depth > previewLevel ? depth - previewLevel : 0);
+}
+
+PieceId PieceOfPartition(Resolution resolution, std::uint32_t partition, const TreeDepths& depths)
+{
+  return { resolution,
+    NodeOfPartition(partition, depths) >> (depths.partition - PieceDepth(resolution, depths)) };
+}
+
+std::span<const std::uint32_t> Piece::AncestorsOf(std::uint32_t v, const TreeDepths& depths) const
+{
+  if (this->ancestors.empty())
+  {
+    return {};
+  }
+  const bool all =
+    !this->id.resolution.IsOriginal() && this->id.resolution.Depth() == depths.stitch;
+  if (!all && v < this->ownVertices)
+  {
+    return {};
+  }
+  const std::size_t row = all ? v : v - this->ownVertices;
+  return { this->ancestors.data() + row * depths.stitch, depths.stitch };
+}
+
+Status CheckPiece(const Piece& piece, const TreeDepths& depths)
+{
+  const Resolution resolution = piece.id.resolution;
+  if ((!resolution.IsOriginal() && resolution.Depth() > depths.finest) || piece.id.node == 0 ||
+      DepthOfNode(piece.id.node) != PieceDepth(resolution, depths))
+  {
+    return Bad("node " + std::to_string(piece.id.node) + " is no piece of this resolution");
+  }
+  const std::size_t count = piece.positions.size();
+  if (piece.keys.size() != count || piece.ownVertices > count || count >= noVertex)
+  {
+    return Bad("counts of vertices disagree");
+  }
+  if (piece.deviations.size() != (resolution.IsOriginal() ? 0 : piece.ownVertices))
+  {
+    return Bad("deviations and own vertices disagree");
+  }
+  std::size_t carriers = 0;
+  if (resolution >= Resolution::Level(depths.stitch))
+  {
+    const bool all = !resolution.IsOriginal() && resolution.Depth() == depths.stitch;
+    carriers = all ? count : piece.GhostCount();
+  }
+  if (piece.ancestors.size() != carriers * depths.stitch)
+  {
+    return Bad("ancestors and vertices disagree");
+  }
+  for (std::size_t v = 0; v < count; ++v)
+  {
+    const Vec3& p = piece.positions[v];
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
+    {
+      return Bad("vertex " + std::to_string(v) + " is not finite");
+    }
+  }
+  for (const auto check : { CheckKeys, CheckOwnKeys, CheckReach })
+  {
+    if (Status status = check(piece, depths); !status)
+    {
+      return status;
+    }
+  }
+  if (Status status = CheckTriangles(piece); !status)
+  {
+    return status;
+  }
+  return CheckAttributes(piece);
+}
+
+}

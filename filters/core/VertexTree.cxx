@@ -1,0 +1,237 @@
+// Numbering of the vertex tree and counting of edges: see VertexTree.h.
+//   1. Depth-first ranks of all clusters from level 0 down, children by lowest original vertex.
+//   2. Original vertices in that order, those of a finest cluster by id; then partition by
+//   partition.
+//   3. Every level in the order of its clusters' lowest numbered vertices.
+#include "filters/core/VertexTree.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kdstream
+{
+namespace
+{
+
+// Depth-first ranks of the clusters of one level, given those of the level above.
+std::vector<VertexId> RankLevel(
+  const ClusterLevel& level, const std::vector<VertexId>& ranksAbove, bool coarsest)
+{
+  std::vector<VertexId> order(level.lowest.size());
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  std::sort(order.begin(), order.end(),
+    [&](VertexId a, VertexId b)
+    {
+      const VertexId above = coarsest ? 0 : ranksAbove[level.parents[a]];
+      const VertexId otherAbove = coarsest ? 0 : ranksAbove[level.parents[b]];
+      return above != otherAbove ? above < otherAbove : level.lowest[a] < level.lowest[b];
+    });
+  std::vector<VertexId> ranks(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    ranks[order[i]] = static_cast<VertexId>(i);
+  }
+  return ranks;
+}
+
+// Stable counting sort of `items` by key(item) < keys.
+template <class Key>
+std::vector<VertexId> SortByKey(const std::vector<VertexId>& items, std::size_t keys,
+  const Key& key, std::vector<VertexId>* begin = nullptr)
+{
+  std::vector<VertexId> next(keys + 1, 0);
+  for (const VertexId item : items)
+  {
+    ++next[key(item) + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  if (begin)
+  {
+    *begin = next;
+  }
+  std::vector<VertexId> sorted(items.size());
+  for (const VertexId item : items)
+  {
+    sorted[next[key(item)]++] = item;
+  }
+  return sorted;
+}
+
+template <class T>
+std::vector<T> Permute(const std::vector<T>& values, const std::vector<VertexId>& order)
+{
+  std::vector<T> permuted(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    permuted[i] = values[order[i]];
+  }
+  return permuted;
+}
+
+// Moves a level into the order of its clusters' first numbered vertices. rankAbove: new places one
+// level up, or empty. Returns the new place of each cluster.
+std::vector<VertexId> OrderLevel(ClusterLevel&& level, const std::vector<VertexId>& first,
+  const std::vector<VertexId>& placesAbove, VertexTreeLevel& ordered)
+{
+  std::vector<VertexId> order(first.size());
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  std::sort(
+    order.begin(), order.end(), [&](VertexId a, VertexId b) { return first[a] < first[b]; });
+  std::vector<VertexId> places(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    places[order[i]] = static_cast<VertexId>(i);
+  }
+  ordered.first = Permute(first, order);
+  ordered.positions = Permute(level.positions, order);
+  ordered.deviations = Permute(level.deviations, order);
+  if (!placesAbove.empty())
+  {
+    ordered.parents.resize(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+      ordered.parents[i] = placesAbove[level.parents[order[i]]];
+    }
+  }
+  ordered.triangles = std::move(level.triangles);
+  for (Triangle& t : ordered.triangles)
+  {
+    t = RotateLowestFirst({ places[t[0]], places[t[1]], places[t[2]] });
+  }
+  std::sort(ordered.triangles.begin(), ordered.triangles.end());
+  return places;
+}
+
+// For each cluster of each level its lowest numbered vertex.
+std::vector<std::vector<VertexId>> FirstVertices(
+  const ClusterLevels& levels, const std::vector<VertexId>& original)
+{
+  std::vector<std::vector<VertexId>> first(levels.levels.size());
+  first.back().assign(levels.levels.back().lowest.size(), noVertex);
+  for (std::size_t i = 0; i < original.size(); ++i)
+  {
+    VertexId& lowest = first.back()[levels.finest[original[i]]];
+    lowest = std::min(lowest, static_cast<VertexId>(i));
+  }
+  for (std::size_t d = levels.levels.size() - 1; d-- > 0;)
+  {
+    first[d].assign(levels.levels[d].lowest.size(), noVertex);
+    for (std::size_t i = 0; i < first[d + 1].size(); ++i)
+    {
+      VertexId& lowest = first[d][levels.levels[d + 1].parents[i]];
+      lowest = std::min(lowest, first[d + 1][i]);
+    }
+  }
+  return first;
+}
+
+}
+
+std::uint32_t VertexTree::PartitionOf(VertexId numbered) const
+{
+  const auto above =
+    std::upper_bound(this->partitionBegin.begin(), this->partitionBegin.end(), numbered);
+  return static_cast<std::uint32_t>(above - this->partitionBegin.begin()) - 1;
+}
+
+VertexKey VertexTree::KeyOf(VertexId numbered) const
+{
+  const std::uint32_t partition = this->PartitionOf(numbered);
+  return MakeKey(partition, numbered - this->partitionBegin[partition]);
+}
+
+VertexId VertexTree::ClusterAt(unsigned depth, VertexId numbered) const
+{
+  const std::vector<VertexId>& first = this->levels[depth].first;
+  return static_cast<VertexId>(
+           std::upper_bound(first.begin(), first.end(), numbered) - first.begin()) -
+         1;
+}
+
+VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels)
+{
+  VertexTree numbered;
+  numbered.depths = tree.depths;
+
+  std::vector<VertexId> ranks;
+  for (std::size_t d = 0; d < levels.levels.size(); ++d)
+  {
+    ranks = RankLevel(levels.levels[d], ranks, d == 0);
+  }
+  std::vector<VertexId> vertices(tree.order.size());
+  std::iota(vertices.begin(), vertices.end(), VertexId{ 0 });
+  vertices = SortByKey(vertices, ranks.size(), [&](VertexId v) { return ranks[levels.finest[v]]; });
+  const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+  numbered.original = SortByKey(
+    vertices, std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; },
+    &numbered.partitionBegin);
+
+  const std::vector<std::vector<VertexId>> first = FirstVertices(levels, numbered.original);
+  numbered.levels.resize(levels.levels.size());
+  std::vector<VertexId> places;
+  for (std::size_t d = 0; d < levels.levels.size(); ++d)
+  {
+    places = OrderLevel(std::move(levels.levels[d]), first[d], places, numbered.levels[d]);
+  }
+  return numbered;
+}
+
+std::size_t CountInconsistentEdges(
+  std::span<const Triangle> triangles, std::size_t vertices, const Execution& execution)
+{
+  constexpr std::size_t block =
+    1 << 12; // vertices: an edge is counted in the block of its lower end
+  const std::size_t blocks = (vertices + block - 1) / block;
+  const TriangleBuckets buckets =
+    BucketTriangles(triangles, blocks, [](VertexId v) { return v / block; });
+  std::vector<std::size_t> counts(blocks, 0);
+  execution.parallelFor(blocks, 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      struct Edge
+      {
+        VertexId low, high;
+        int direction;
+      };
+      std::vector<Edge> edges;
+      for (std::size_t b = begin; b < end; ++b)
+      {
+        edges.clear();
+        for (const std::uint32_t t : buckets.Of(b))
+        {
+          const Triangle& triangle = triangles[t];
+          if (triangle[0] == triangle[1] || triangle[1] == triangle[2] ||
+              triangle[2] == triangle[0])
+          {
+            continue;
+          }
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            const VertexId from = triangle[k], to = triangle[(k + 1) % 3];
+            if (std::min(from, to) / block == b)
+            {
+              edges.push_back({ std::min(from, to), std::max(from, to), from < to ? 1 : -1 });
+            }
+          }
+        }
+        std::sort(edges.begin(), edges.end(),
+          [](const Edge& x, const Edge& y)
+          { return x.low != y.low ? x.low < y.low : x.high < y.high; });
+        for (std::size_t i = 0; i < edges.size();)
+        {
+          std::size_t j = i;
+          int sum = 0;
+          for (; j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high;
+               ++j)
+          {
+            sum += edges[j].direction;
+          }
+          counts[b] += j - i > 1 && sum != 0;
+          i = j;
+        }
+      }
+    });
+  return std::accumulate(counts.begin(), counts.end(), std::size_t{ 0 });
+}
+
+}
