@@ -1,5 +1,5 @@
-// Chunked mesh readers: step "read" of the README's picture. A file goes through them once, in pieces that fit any
-// memory limit. This version reads PLY (ascii, little and big endian).
+// Chunked mesh readers: step "read" of the README's picture. A file goes through them once, in
+// pieces that fit any memory limit. This version reads PLY (ascii, little and big endian).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -14,13 +14,15 @@
 namespace kdstream
 {
 
-// What the header says, before anything is read. Counts are claims: they are never trusted for an allocation.
+// What the header says, before anything is read. Counts are claims: they are never trusted for an
+// allocation.
 struct MeshFileInfo
 {
   std::uint64_t vertices = 0;
   std::uint64_t faces = 0; // polygons and strips, before triangulation
   ScalarType scalarType = ScalarType::Float32;
-  std::vector<std::string> ignoredAttributes; // properties that this version does not carry ("vertex.red")
+  std::vector<std::string>
+    ignoredAttributes; // properties that this version does not carry ("vertex.red")
 };
 
 class MeshReader
@@ -28,20 +30,23 @@ class MeshReader
 public:
   virtual ~MeshReader() = default;
 
-  // Chooses the reader by the file's name. Errors: NotFound; Unsupported for a format that is not read yet, by name;
-  // InvalidInput for a header that is none.
+  // Chooses the reader by the file's name. Errors: NotFound; Unsupported for a format that is not
+  // read yet, by name; InvalidInput for a header that is none.
   static Result<std::unique_ptr<MeshReader>> Open(const std::filesystem::path& file);
 
   virtual const MeshFileInfo& Info() const = 0;
 
-  // Appends at most `limit` further vertices to `points`; returns how many, 0 at the end. Vertices are read before
-  // triangles. Errors name element and index: a coordinate that is not finite, a truncated body.
+  // Appends at most `limit` further vertices to `points`; returns how many, 0 at the end. Vertices
+  // are read before triangles. Errors name element and index: a coordinate that is not finite, a
+  // truncated body.
   virtual Result<std::size_t> ReadVertices(std::vector<Vec3>& points, std::size_t limit) = 0;
 
-  // Appends the triangles of at most `limit` further faces; returns how many faces, 0 at the end. Polygons are cut
-  // into a fan around their first vertex, strips into triangles of alternating orientation. Indices are checked.
-  // Errors: an index out of range, a polygon of fewer than three vertices, a truncated body, as above.
-  virtual Result<std::size_t> ReadTriangles(std::vector<Triangle>& triangles, std::size_t limit) = 0;
+  // Appends the triangles of at most `limit` further faces; returns how many faces, 0 at the end.
+  // Polygons are cut into a fan around their first vertex, strips into triangles of alternating
+  // orientation. Indices are checked. Errors: an index out of range, a polygon of fewer than three
+  // vertices, a truncated body, as above.
+  virtual Result<std::size_t> ReadTriangles(
+    std::vector<Triangle>& triangles, std::size_t limit) = 0;
 
   // Bytes of the file, and how far into it the reader is: for progress.
   virtual std::uint64_t FileSize() const = 0;

@@ -1,0 +1,60 @@
+// A file read from front to back in large blocks: the lowest layer of step "read". Memory is one
+// block, whatever the size of the file.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+class ByteSource
+{
+public:
+  // The most that one Peek can ask for.
+  static constexpr std::size_t blockSize = std::size_t{ 1 } << 20;
+
+  // Errors: NotFound; InputOutput with the system's reason; InvalidInput for what is no regular
+  // file.
+  static Result<ByteSource> Open(const std::filesystem::path& file);
+
+  ByteSource(ByteSource&& other) noexcept;
+  ByteSource(const ByteSource&) = delete;
+  ByteSource& operator=(const ByteSource&) = delete;
+  ByteSource& operator=(ByteSource&&) = delete;
+  ~ByteSource();
+
+  // The bytes ahead that are in memory: at least `wanted` of them unless the file ends before. They
+  // stay valid until the next call that is not Consume, Size or Position. REQUIRES: wanted <=
+  // blockSize.
+  Result<std::string_view> Peek(std::size_t wanted);
+
+  // Goes on by `count` bytes. REQUIRES: count <= the size of the last Peek, less what was consumed
+  // since.
+  void Consume(std::size_t count) { this->Begin += count; }
+
+  // Goes to any place of the file. REQUIRES: position <= Size().
+  void Seek(std::uint64_t position);
+
+  // Size when the file was opened; Peek's view may end earlier if the file has been cut since.
+  std::uint64_t Size() const { return this->FileSize; }
+  std::uint64_t Position() const { return this->BufferOffset + this->Begin; }
+  // REQUIRES: what was consumed lay inside the file (it does if every view came from Peek).
+  std::uint64_t Remaining() const { return this->FileSize - this->Position(); }
+
+private:
+  ByteSource(int descriptor, std::uint64_t size);
+
+  int Descriptor = -1;
+  std::uint64_t FileSize = 0;
+  std::uint64_t BufferOffset = 0; // of Buffer[0] in the file
+  std::size_t Begin = 0;          // Buffer[Begin, End) are the bytes ahead
+  std::size_t End = 0;
+  std::vector<char> Buffer;
+};
+
+}

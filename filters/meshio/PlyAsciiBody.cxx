@@ -1,0 +1,316 @@
+// ASCII PLY records: words between blanks, a record ends with its line. Part of step "read".
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/PlyBody.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// Longer words are no numbers.
+constexpr std::size_t maximumWord = 4096;
+
+bool IsBlank(char c)
+{
+  return c == ' ' || c == '\n' || c == '\r' || c == '\t' || c == '\v' || c == '\f';
+}
+
+std::string Quoted(std::string_view word)
+{
+  std::string text = "'";
+  for (char c : word.substr(0, 40))
+  {
+    text += c >= ' ' && c <= '~' ? c : '?';
+  }
+  text += word.size() > 40 ? "…'" : "'";
+  return text;
+}
+
+class AsciiBody : public PlyBody
+{
+public:
+  explicit AsciiBody(ByteSource& source)
+    : Source(source)
+  {
+  }
+
+  Status SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count) override;
+  Status ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
+    std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points) override;
+  Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
+    std::uint64_t count, PlyFaceSink& sink) override;
+
+private:
+  Status NextWord(const PlyPlace& place, std::string_view& word);
+  Status ReadReal(const PlyPlace& place, const PlyProperty& property, double& value);
+  Status ReadInteger(const PlyPlace& place, std::string_view what, std::int64_t& value);
+  Status ReadListCount(const PlyPlace& place, const PlyProperty& property, std::int64_t& count);
+  Status ReadCorners(const PlyPlace& place, const PlyProperty& property, PlyFaceSink& sink);
+  Status SkipProperty(const PlyPlace& place, const PlyProperty& property);
+  Status EndRecord(const PlyPlace& place);
+
+  ByteSource& Source;
+};
+
+// The next word, wherever it stands; the view holds until the next call.
+Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
+{
+  for (;;)
+  {
+    const Result<std::string_view> ahead = this->Source.Peek(maximumWord + 2);
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    if (ahead->empty())
+    {
+      return place.Truncated(this->Source.Position());
+    }
+    const auto* begin = std::find_if_not(ahead->begin(), ahead->end(), IsBlank);
+    this->Source.Consume(static_cast<std::size_t>(begin - ahead->begin()));
+    if (static_cast<std::size_t>(ahead->end() - begin) <= maximumWord + 1 &&
+        begin != ahead->begin())
+    {
+      continue; // what is left in memory may be the beginning of a word only
+    }
+    const char* limit = begin + std::min<std::ptrdiff_t>(ahead->end() - begin, maximumWord + 1);
+    const char* end = std::find_if(begin, limit, IsBlank);
+    word = std::string_view(begin, static_cast<std::size_t>(end - begin));
+    if (word.size() > maximumWord)
+    {
+      return place.Bad("a word of more than " + std::to_string(maximumWord) + " characters");
+    }
+    this->Source.Consume(word.size());
+    return {};
+  }
+}
+
+Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, double& value)
+{
+  std::string_view word;
+  if (Status next = this->NextWord(place, word); !next)
+  {
+    return next;
+  }
+  const NumberTextError error = WithPlyType(property.type,
+    [&]<class T>()
+    {
+      T parsed{};
+      const NumberTextError result = ParseNumber(word, parsed);
+      value = static_cast<double>(parsed);
+      return result;
+    });
+  if (error != NumberTextError::None)
+  {
+    return place.Bad(property.name + " " + Quoted(word) +
+                     (error == NumberTextError::NotANumber ? " is not a number of type "
+                                                           : " is out of range of the type ") +
+                     std::string(PlyTypeName(property.type)));
+  }
+  if (!std::isfinite(value))
+  {
+    return place.NotFinite(property.name, value);
+  }
+  return {};
+}
+
+// Counts and indices are not held to their property's type: a list bounds them more closely than
+// that.
+Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std::int64_t& value)
+{
+  std::string_view word;
+  if (Status next = this->NextWord(place, word); !next)
+  {
+    return next;
+  }
+  const NumberTextError error = ParseNumber(word, value);
+  if (error != NumberTextError::None)
+  {
+    return place.Bad(
+      std::string(what) + " " + Quoted(word) +
+      (error == NumberTextError::NotANumber ? " is not an integer" : " out of range"));
+  }
+  return {};
+}
+
+Status AsciiBody::ReadListCount(
+  const PlyPlace& place, const PlyProperty& property, std::int64_t& count)
+{
+  const std::uint64_t begin = this->Source.Position();
+  if (Status read = this->ReadInteger(place, "list count", count); !read)
+  {
+    return read;
+  }
+  if (count < 0)
+  {
+    return place.BadListCount(property, count);
+  }
+  // Every value takes a blank and a digit.
+  if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / 2)
+  {
+    return place.ListPastEnd(property, count, begin);
+  }
+  return {};
+}
+
+Status AsciiBody::SkipProperty(const PlyPlace& place, const PlyProperty& property)
+{
+  std::int64_t words = 1;
+  if (property.isList)
+  {
+    if (Status read = this->ReadListCount(place, property, words); !read)
+    {
+      return read;
+    }
+  }
+  std::string_view word;
+  for (; words > 0; --words)
+  {
+    if (Status next = this->NextWord(place, word); !next)
+    {
+      return next;
+    }
+  }
+  return {};
+}
+
+// A record ends with its line: more values than the header names would shift everything after them.
+Status AsciiBody::EndRecord(const PlyPlace& place)
+{
+  for (;;)
+  {
+    const Result<std::string_view> ahead = this->Source.Peek(1);
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    const auto* next = std::find_if(
+      ahead->begin(), ahead->end(), [](char c) { return c == '\n' || c == '\r' || !IsBlank(c); });
+    this->Source.Consume(static_cast<std::size_t>(next - ahead->begin()));
+    if (ahead->empty() || (next != ahead->end() && IsBlank(*next)))
+    {
+      return {};
+    }
+    if (next != ahead->end())
+    {
+      return place.Bad("its line holds more values than the header names");
+    }
+  }
+}
+
+Status AsciiBody::SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count)
+{
+  if (element.properties.empty())
+  {
+    return {};
+  }
+  for (std::uint64_t i = 0; i < count; ++i)
+  {
+    const PlyPlace place{ element, first + i };
+    for (const PlyProperty& property : element.properties)
+    {
+      if (Status skipped = this->SkipProperty(place, property); !skipped)
+      {
+        return skipped;
+      }
+    }
+    if (Status ended = this->EndRecord(place); !ended)
+    {
+      return ended;
+    }
+  }
+  return {};
+}
+
+Status AsciiBody::ReadPoints(const PlyElement& element,
+  const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
+  std::vector<Vec3>& points)
+{
+  for (std::uint64_t i = 0; i < count; ++i)
+  {
+    const PlyPlace place{ element, first + i };
+    Vec3 point{};
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+    {
+      const auto* wanted = std::find(coordinates.begin(), coordinates.end(), p);
+      Status read = wanted == coordinates.end()
+                      ? this->SkipProperty(place, element.properties[p])
+                      : this->ReadReal(place, element.properties[p],
+                          point[static_cast<std::size_t>(wanted - coordinates.begin())]);
+      if (!read)
+      {
+        return read;
+      }
+    }
+    if (Status ended = this->EndRecord(place); !ended)
+    {
+      return ended;
+    }
+    points.push_back(point);
+  }
+  return {};
+}
+
+Status AsciiBody::ReadCorners(const PlyPlace& place, const PlyProperty& property, PlyFaceSink& sink)
+{
+  std::int64_t count = 0;
+  if (Status read = this->ReadListCount(place, property, count); !read)
+  {
+    return read;
+  }
+  sink.Begin();
+  for (; count > 0; --count)
+  {
+    std::int64_t index = 0;
+    if (Status read = this->ReadInteger(place, "index", index); !read)
+    {
+      return read;
+    }
+    if (!sink.Add(index))
+    {
+      return place.BadIndex(index, sink);
+    }
+  }
+  if (sink.GetKind() == PlyFaceSink::Kind::Polygon && sink.GetCorners() < 3)
+  {
+    return place.TooFewCorners(sink);
+  }
+  return {};
+}
+
+Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
+  std::uint64_t count, PlyFaceSink& sink)
+{
+  for (std::uint64_t i = 0; i < count; ++i)
+  {
+    const PlyPlace place{ element, first + i };
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+    {
+      const PlyProperty& property = element.properties[p];
+      Status read =
+        p == list ? this->ReadCorners(place, property, sink) : this->SkipProperty(place, property);
+      if (!read)
+      {
+        return read;
+      }
+    }
+    if (Status ended = this->EndRecord(place); !ended)
+    {
+      return ended;
+    }
+  }
+  return {};
+}
+
+}
+
+std::unique_ptr<PlyBody> MakePlyAsciiBody(ByteSource& source)
+{
+  return std::make_unique<AsciiBody>(source);
+}
+
+}

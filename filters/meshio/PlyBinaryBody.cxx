@@ -1,0 +1,472 @@
+// Binary PLY records of either byte order. Records of fixed size are decoded a batch at a time,
+// column by column; a run of triangles goes through a loop of its own; everything else is read
+// value by value. Part of step "read".
+#include "filters/meshio/PlyBody.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// Records decoded together: their bytes and their points stay in the nearest caches.
+constexpr std::size_t batchSize = 1024;
+
+template <class T, bool Swap>
+T Load(const char* bytes)
+{
+  if constexpr (!Swap || sizeof(T) == 1)
+  {
+    T value;
+    std::memcpy(&value, bytes, sizeof(T));
+    return value;
+  }
+  else
+  {
+    using Bits = std::conditional_t<sizeof(T) == 2, std::uint16_t,
+      std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>;
+    Bits bits;
+    std::memcpy(&bits, bytes, sizeof(T));
+    if constexpr (sizeof(T) == 2)
+    {
+      bits = __builtin_bswap16(bits);
+    }
+    else if constexpr (sizeof(T) == 4)
+    {
+      bits = __builtin_bswap32(bits);
+    }
+    else
+    {
+      bits = __builtin_bswap64(bits);
+    }
+    return std::bit_cast<T>(bits);
+  }
+}
+
+// Bytes of a record, or of some of its properties, if none of them is a list.
+struct RecordSize
+{
+  bool fixed = true;
+  std::size_t bytes = 0;
+};
+
+RecordSize SizeOfProperties(const PlyElement& element, std::size_t begin, std::size_t end)
+{
+  RecordSize size;
+  for (std::size_t k = begin; k < end; ++k)
+  {
+    size.fixed = size.fixed && !element.properties[k].isList;
+    size.bytes += SizeOf(element.properties[k].type);
+  }
+  return size;
+}
+
+// Where the corners lie in a record that is a triangle, for files whose faces are counted in bytes
+// and indexed in four bytes (nearly all are).
+struct TriangleLayout
+{
+  bool applies = false;
+  std::size_t recordSize = 0;
+  std::size_t listOffset = 0;
+  std::uint64_t indexLimit = 0; // an index below zero, read as unsigned, must not be below it
+
+  TriangleLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)
+  {
+    const PlyProperty& property = element.properties[list];
+    const RecordSize before = SizeOfProperties(element, 0, list);
+    const RecordSize after = SizeOfProperties(element, list + 1, element.properties.size());
+    this->listOffset = before.bytes;
+    this->recordSize = before.bytes + 1 + 3 * sizeof(std::uint32_t) + after.bytes;
+    this->applies = sink.GetKind() == PlyFaceSink::Kind::Polygon &&
+                    property.countType == PlyType::UInt8 &&
+                    SizeOf(property.type) == sizeof(std::uint32_t) && before.fixed && after.fixed &&
+                    this->recordSize <= ByteSource::blockSize;
+    const std::uint64_t typeLimit = std::uint64_t{ 1 }
+                                    << (property.type == PlyType::Int32 ? 31 : 32);
+    this->indexLimit = std::min(sink.GetVertexCount(), typeLimit);
+  }
+};
+
+template <bool Swap>
+class BinaryBody : public PlyBody
+{
+public:
+  explicit BinaryBody(ByteSource& source)
+    : Source(source)
+  {
+  }
+
+  Status SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count) override;
+  Status ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
+    std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points) override;
+  Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
+    std::uint64_t count, PlyFaceSink& sink) override;
+
+private:
+  Status SkipProperties(const PlyPlace& place, std::size_t begin, std::size_t end);
+  Result<std::string_view> Need(const PlyPlace& place, std::size_t bytes);
+  Result<std::int64_t> ReadListCount(const PlyPlace& place, const PlyProperty& property);
+  Status ReadFixedPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
+    std::size_t recordSize, std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points);
+  Status ReadPoint(
+    const PlyPlace& place, const std::array<std::size_t, 3>& coordinates, Vec3& point);
+  Status ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink);
+  Result<std::size_t> ReadTriangleRun(
+    const TriangleLayout& layout, std::uint64_t count, PlyFaceSink& sink);
+
+  static std::int64_t LoadInteger(PlyType type, const char* bytes);
+  static double LoadReal(PlyType type, const char* bytes);
+  // Coordinate k of records that lie `stride` bytes apart; true if all are finite.
+  template <class T>
+  static bool DecodeColumn(
+    const char* bytes, std::size_t stride, std::size_t count, Vec3* points, std::size_t k);
+
+  ByteSource& Source;
+};
+
+template <bool Swap>
+std::int64_t BinaryBody<Swap>::LoadInteger(PlyType type, const char* bytes)
+{
+  return WithPlyType(
+    type, [bytes]<class T>() { return static_cast<std::int64_t>(Load<T, Swap>(bytes)); });
+}
+
+template <bool Swap>
+double BinaryBody<Swap>::LoadReal(PlyType type, const char* bytes)
+{
+  return WithPlyType(
+    type, [bytes]<class T>() { return static_cast<double>(Load<T, Swap>(bytes)); });
+}
+
+// The next `bytes` bytes, which belong to the record `place`.
+template <bool Swap>
+Result<std::string_view> BinaryBody<Swap>::Need(const PlyPlace& place, std::size_t bytes)
+{
+  Result<std::string_view> ahead = this->Source.Peek(bytes);
+  if (ahead && ahead->size() < bytes)
+  {
+    return place.Truncated(this->Source.Position());
+  }
+  return ahead;
+}
+
+template <bool Swap>
+Result<std::int64_t> BinaryBody<Swap>::ReadListCount(
+  const PlyPlace& place, const PlyProperty& property)
+{
+  const std::uint64_t begin = this->Source.Position();
+  const std::size_t countSize = SizeOf(property.countType);
+  const Result<std::string_view> ahead = this->Need(place, countSize);
+  if (!ahead)
+  {
+    return ahead.GetError();
+  }
+  const std::int64_t count = LoadInteger(property.countType, ahead->data());
+  this->Source.Consume(countSize);
+  if (count < 0)
+  {
+    return place.BadListCount(property, count);
+  }
+  if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / SizeOf(property.type))
+  {
+    return place.ListPastEnd(property, count, begin);
+  }
+  return count;
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::SkipProperties(const PlyPlace& place, std::size_t begin, std::size_t end)
+{
+  for (std::size_t k = begin; k < end; ++k)
+  {
+    const PlyProperty& property = place.element.properties[k];
+    std::uint64_t bytes = SizeOf(property.type);
+    if (property.isList)
+    {
+      const Result<std::int64_t> count = this->ReadListCount(place, property);
+      if (!count)
+      {
+        return count.GetError();
+      }
+      bytes *= static_cast<std::uint64_t>(*count);
+    }
+    if (bytes > this->Source.Remaining())
+    {
+      return place.Truncated(this->Source.Position());
+    }
+    this->Source.Seek(this->Source.Position() + bytes);
+  }
+  return {};
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::SkipRecords(
+  const PlyElement& element, std::uint64_t first, std::uint64_t count)
+{
+  const RecordSize size = SizeOfProperties(element, 0, element.properties.size());
+  if (size.fixed)
+  {
+    if (size.bytes == 0)
+    {
+      return {};
+    }
+    const std::uint64_t whole = this->Source.Remaining() / size.bytes;
+    if (whole < count)
+    {
+      return PlyPlace{ element, first + whole }.Truncated(
+        this->Source.Position() + whole * size.bytes);
+    }
+    this->Source.Seek(this->Source.Position() + count * size.bytes);
+    return {};
+  }
+  for (std::uint64_t i = 0; i < count; ++i)
+  {
+    if (Status skipped =
+          this->SkipProperties(PlyPlace{ element, first + i }, 0, element.properties.size());
+        !skipped)
+    {
+      return skipped;
+    }
+  }
+  return {};
+}
+
+template <bool Swap>
+template <class T>
+bool BinaryBody<Swap>::DecodeColumn(
+  const char* bytes, std::size_t stride, std::size_t count, Vec3* points, std::size_t k)
+{
+  bool finite = true;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const double value = static_cast<double>(Load<T, Swap>(bytes + i * stride));
+    points[i][k] = value;
+    finite &= std::isfinite(value);
+  }
+  return finite;
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
+  const std::array<std::size_t, 3>& coordinates, std::size_t recordSize, std::uint64_t first,
+  std::uint64_t count, std::vector<Vec3>& points)
+{
+  std::array<std::size_t, 3> offsets{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    offsets[k] = SizeOfProperties(element, 0, coordinates[k]).bytes;
+  }
+  std::array<Vec3, batchSize> batch;
+  for (std::uint64_t done = 0; done < count;)
+  {
+    const Result<std::string_view> ahead =
+      this->Need(PlyPlace{ element, first + done }, recordSize);
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    const std::size_t number = static_cast<std::size_t>(
+      std::min<std::uint64_t>({ count - done, ahead->size() / recordSize, batchSize }));
+    bool finite = true;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const char* column = ahead->data() + offsets[k];
+      finite &= WithPlyType(element.properties[coordinates[k]].type,
+        [&]<class T>() { return DecodeColumn<T>(column, recordSize, number, batch.data(), k); });
+    }
+    for (std::size_t i = 0; !finite && i < number; ++i)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        if (!std::isfinite(batch[i][k]))
+        {
+          return PlyPlace{ element, first + done + i }.NotFinite(
+            element.properties[coordinates[k]].name, batch[i][k]);
+        }
+      }
+    }
+    points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(number));
+    this->Source.Consume(number * recordSize);
+    done += number;
+  }
+  return {};
+}
+
+// A point whose record holds lists too.
+template <bool Swap>
+Status BinaryBody<Swap>::ReadPoint(
+  const PlyPlace& place, const std::array<std::size_t, 3>& coordinates, Vec3& point)
+{
+  for (std::size_t p = 0; p < place.element.properties.size(); ++p)
+  {
+    const auto* wanted = std::find(coordinates.begin(), coordinates.end(), p);
+    if (wanted == coordinates.end())
+    {
+      if (Status skipped = this->SkipProperties(place, p, p + 1); !skipped)
+      {
+        return skipped;
+      }
+      continue;
+    }
+    const PlyProperty& property = place.element.properties[p];
+    const std::size_t bytes = SizeOf(property.type);
+    const Result<std::string_view> ahead = this->Need(place, bytes);
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    const double value = LoadReal(property.type, ahead->data());
+    this->Source.Consume(bytes);
+    if (!std::isfinite(value))
+    {
+      return place.NotFinite(property.name, value);
+    }
+    point[static_cast<std::size_t>(wanted - coordinates.begin())] = value;
+  }
+  return {};
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
+  const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
+  std::vector<Vec3>& points)
+{
+  const RecordSize size = SizeOfProperties(element, 0, element.properties.size());
+  if (size.fixed && size.bytes <= ByteSource::blockSize)
+  {
+    return this->ReadFixedPoints(element, coordinates, size.bytes, first, count, points);
+  }
+  for (std::uint64_t i = 0; i < count; ++i)
+  {
+    Vec3 point{};
+    if (Status read = this->ReadPoint(PlyPlace{ element, first + i }, coordinates, point); !read)
+    {
+      return read;
+    }
+    points.push_back(point);
+  }
+  return {};
+}
+
+// The fast path: reads faces as long as they are whole triangles in memory with good indices, and
+// returns how many. What stops it is left to ReadFace, which goes on or says what is wrong.
+template <bool Swap>
+Result<std::size_t> BinaryBody<Swap>::ReadTriangleRun(
+  const TriangleLayout& layout, std::uint64_t count, PlyFaceSink& sink)
+{
+  if (!layout.applies)
+  {
+    return std::size_t{ 0 };
+  }
+  const Result<std::string_view> ahead = this->Source.Peek(layout.recordSize);
+  if (!ahead)
+  {
+    return ahead.GetError();
+  }
+  const std::size_t most = static_cast<std::size_t>(
+    std::min<std::uint64_t>({ count, ahead->size() / layout.recordSize, batchSize }));
+  const char* record = ahead->data() + layout.listOffset;
+  std::array<Triangle, batchSize> batch;
+  std::size_t number = 0;
+  for (; number < most && record[0] == 3; ++number, record += layout.recordSize)
+  {
+    const Triangle corners{ Load<std::uint32_t, Swap>(record + 1),
+      Load<std::uint32_t, Swap>(record + 5), Load<std::uint32_t, Swap>(record + 9) };
+    if (std::max({ corners[0], corners[1], corners[2] }) >= layout.indexLimit)
+    {
+      break;
+    }
+    batch[number] = corners;
+  }
+  sink.GetTriangles().insert(
+    sink.GetTriangles().end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(number));
+  this->Source.Consume(number * layout.recordSize);
+  return number;
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink)
+{
+  if (Status skipped = this->SkipProperties(place, 0, list); !skipped)
+  {
+    return skipped;
+  }
+  const PlyProperty& property = place.element.properties[list];
+  const Result<std::int64_t> count = this->ReadListCount(place, property);
+  if (!count)
+  {
+    return count.GetError();
+  }
+  const std::size_t itemSize = SizeOf(property.type);
+  sink.Begin();
+  for (std::uint64_t left = static_cast<std::uint64_t>(*count); left > 0;)
+  {
+    const Result<std::string_view> ahead = this->Need(place, itemSize);
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    const std::size_t number =
+      static_cast<std::size_t>(std::min<std::uint64_t>(left, ahead->size() / itemSize));
+    for (std::size_t i = 0; i < number; ++i)
+    {
+      const std::int64_t index = LoadInteger(property.type, ahead->data() + i * itemSize);
+      if (!sink.Add(index))
+      {
+        return place.BadIndex(index, sink);
+      }
+    }
+    this->Source.Consume(number * itemSize);
+    left -= number;
+  }
+  if (sink.GetKind() == PlyFaceSink::Kind::Polygon && sink.GetCorners() < 3)
+  {
+    return place.TooFewCorners(sink);
+  }
+  return this->SkipProperties(place, list + 1, place.element.properties.size());
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
+  std::uint64_t count, PlyFaceSink& sink)
+{
+  const TriangleLayout layout(element, list, sink);
+  for (std::uint64_t done = 0; done < count;)
+  {
+    const Result<std::size_t> run = this->ReadTriangleRun(layout, count - done, sink);
+    if (!run)
+    {
+      return run.GetError();
+    }
+    done += *run;
+    if (*run > 0)
+    {
+      continue;
+    }
+    if (Status read = this->ReadFace(PlyPlace{ element, first + done }, list, sink); !read)
+    {
+      return read;
+    }
+    ++done;
+  }
+  return {};
+}
+
+}
+
+std::unique_ptr<PlyBody> MakePlyBinaryBody(ByteSource& source, bool bigEndian)
+{
+  if (bigEndian == (std::endian::native == std::endian::big))
+  {
+    return std::make_unique<BinaryBody<false>>(source);
+  }
+  return std::make_unique<BinaryBody<true>>(source);
+}
+
+}

@@ -1,0 +1,64 @@
+// The records of a PLY file's body: the messages that the ascii and the binary encodings share.
+// Part of step "read".
+#include "filters/meshio/PlyBody.h"
+
+#include <cmath>
+
+namespace kdstream
+{
+
+std::unique_ptr<PlyBody> PlyBody::Make(PlyEncoding encoding, ByteSource& source)
+{
+  if (encoding == PlyEncoding::Ascii)
+  {
+    return MakePlyAsciiBody(source);
+  }
+  return MakePlyBinaryBody(source, encoding == PlyEncoding::BinaryBigEndian);
+}
+
+Error PlyPlace::Bad(const std::string& what) const
+{
+  return Error{ ErrorCode::InvalidInput,
+    this->element.name + " " + std::to_string(this->record) + ": " + what };
+}
+
+Error PlyPlace::Truncated(std::uint64_t byte) const
+{
+  return Error{ ErrorCode::InvalidInput,
+    "truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
+      std::to_string(this->element.count) + " expected at byte " + std::to_string(byte) };
+}
+
+Error PlyPlace::NotFinite(std::string_view property, double value) const
+{
+  const char* text = std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
+  return this->Bad(std::string(property) + " is not finite (" + text + ")");
+}
+
+Error PlyPlace::BadIndex(std::int64_t index, const PlyFaceSink& sink) const
+{
+  return this->Bad("index " + std::to_string(index) + " out of range (" +
+                   std::to_string(sink.GetVertexCount()) + " vertices)");
+}
+
+Error PlyPlace::BadListCount(const PlyProperty& property, std::int64_t count) const
+{
+  return this->Bad("list " + property.name + " claims " + std::to_string(count) + " values");
+}
+
+Error PlyPlace::ListPastEnd(
+  const PlyProperty& property, std::int64_t count, std::uint64_t byte) const
+{
+  Error error = this->Truncated(byte);
+  error.message += "; its list " + property.name + " claims " + std::to_string(count) +
+                   " values, which run past the end of the file";
+  return error;
+}
+
+Error PlyPlace::TooFewCorners(const PlyFaceSink& sink) const
+{
+  return this->Bad(
+    "a polygon needs at least 3 vertices, this one has " + std::to_string(sink.GetCorners()));
+}
+
+}

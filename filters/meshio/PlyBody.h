@@ -1,0 +1,139 @@
+// The records of a PLY file's body, in the order of the file: what the ascii and the binary
+// encodings have in common. Part of step "read". PlyReader decides which element is read when; here
+// values become points and triangles.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/PlyHeader.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Takes the corners of a polygon or strip one by one and appends its triangles. Polygons become a
+// fan around their first corner. Strips become triangles of alternating orientation, -1 begins a
+// new strip; degenerate triangles stay as they come. Memory: the triangles.
+class PlyFaceSink
+{
+public:
+  enum class Kind
+  {
+    Polygon,
+    Strip
+  };
+
+  PlyFaceSink(Kind kind, std::uint64_t vertexCount, std::vector<Triangle>& triangles)
+    : FaceKind(kind)
+    , VertexCount(vertexCount)
+    , Triangles(triangles)
+  {
+  }
+
+  void Begin() { this->Corners = 0; }
+
+  // False if no vertex has this number; the face is then unfinished.
+  bool Add(std::int64_t index)
+  {
+    if (this->FaceKind == Kind::Strip && index == -1)
+    {
+      this->Corners = 0;
+      return true;
+    }
+    if (!this->IsVertex(index))
+    {
+      return false;
+    }
+    const VertexId corner = static_cast<VertexId>(index);
+    if (this->Corners < 2)
+    {
+      (this->Corners == 0 ? this->First : this->Second) = corner;
+      ++this->Corners;
+      return true;
+    }
+    ++this->Corners;
+    if (this->FaceKind == Kind::Polygon)
+    {
+      this->Triangles.push_back({ this->First, this->Second, corner });
+    }
+    else
+    {
+      const bool reversed = this->Corners % 2 == 0;
+      this->Triangles.push_back(reversed ? Triangle{ this->Second, this->First, corner }
+                                         : Triangle{ this->First, this->Second, corner });
+      this->First = this->Second;
+    }
+    this->Second = corner;
+    return true;
+  }
+
+  bool IsVertex(std::int64_t index) const
+  {
+    return index >= 0 && static_cast<std::uint64_t>(index) < this->VertexCount;
+  }
+  Kind GetKind() const { return this->FaceKind; }
+  std::uint64_t GetVertexCount() const { return this->VertexCount; }
+  // Corners of the polygon, or of the last strip.
+  std::uint64_t GetCorners() const { return this->Corners; }
+  std::vector<Triangle>& GetTriangles() { return this->Triangles; }
+
+private:
+  Kind FaceKind;
+  std::uint64_t VertexCount;
+  std::vector<Triangle>& Triangles;
+  std::uint64_t Corners = 0;
+  VertexId First = 0;
+  VertexId Second = 0;
+};
+
+// A run of records of one element: `first` is the number of the next record that the source stands
+// at. Errors of all methods: InvalidInput naming element and record ("vertex 17: …", "truncated:
+// face 3 of 12 expected at byte 1234"), InputOutput.
+class PlyBody
+{
+public:
+  virtual ~PlyBody() = default;
+
+  // `source` must outlive the body.
+  static std::unique_ptr<PlyBody> Make(PlyEncoding encoding, ByteSource& source);
+
+  virtual Status SkipRecords(
+    const PlyElement& element, std::uint64_t first, std::uint64_t count) = 0;
+
+  // Appends `count` points. `coordinates`: the numbers of the properties x, y, z, which are no
+  // lists.
+  virtual Status ReadPoints(const PlyElement& element,
+    const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
+    std::vector<Vec3>& points) = 0;
+
+  // Appends the triangles of `count` faces. `list`: the number of the property with the corners, a
+  // list of integers.
+  virtual Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
+    std::uint64_t count, PlyFaceSink& sink) = 0;
+};
+
+std::unique_ptr<PlyBody> MakePlyAsciiBody(ByteSource& source);
+std::unique_ptr<PlyBody> MakePlyBinaryBody(ByteSource& source, bool bigEndian);
+
+// One record, for messages.
+struct PlyPlace
+{
+  const PlyElement& element;
+  std::uint64_t record;
+
+  Error Bad(const std::string& what) const;
+  Error Truncated(std::uint64_t byte) const;
+  Error NotFinite(std::string_view property, double value) const;
+  Error BadIndex(std::int64_t index, const PlyFaceSink& sink) const;
+  Error BadListCount(const PlyProperty& property, std::int64_t count) const;
+  Error ListPastEnd(const PlyProperty& property, std::int64_t count, std::uint64_t byte) const;
+  Error TooFewCorners(const PlyFaceSink& sink) const;
+};
+
+}

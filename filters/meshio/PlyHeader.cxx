@@ -1,0 +1,323 @@
+// The header of a PLY file: elements, their properties, and where the body begins. Part of step
+// "read".
+#include "filters/meshio/PlyHeader.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+struct TypeName
+{
+  std::string_view name;
+  PlyType type;
+};
+
+// The first name of each type is the one that messages use.
+constexpr std::array<TypeName, 16> typeNames{ { { "char", PlyType::Int8 },
+  { "uchar", PlyType::UInt8 }, { "short", PlyType::Int16 }, { "ushort", PlyType::UInt16 },
+  { "int", PlyType::Int32 }, { "uint", PlyType::UInt32 }, { "float", PlyType::Float32 },
+  { "double", PlyType::Float64 }, { "int8", PlyType::Int8 }, { "uint8", PlyType::UInt8 },
+  { "int16", PlyType::Int16 }, { "uint16", PlyType::UInt16 }, { "int32", PlyType::Int32 },
+  { "uint32", PlyType::UInt32 }, { "float32", PlyType::Float32 },
+  { "float64", PlyType::Float64 } } };
+
+std::optional<PlyType> FindType(std::string_view name)
+{
+  const auto* found = std::find_if(
+    typeNames.begin(), typeNames.end(), [&](const TypeName& known) { return known.name == name; });
+  return found == typeNames.end() ? std::nullopt : std::optional(found->type);
+}
+
+// Words of the file end up in messages: no control characters, no pages of text.
+std::string Quoted(std::string_view word)
+{
+  std::string text = "'";
+  for (char c : word.substr(0, 40))
+  {
+    text += c >= ' ' && c <= '~' ? c : '?';
+  }
+  text += word.size() > 40 ? "…'" : "'";
+  return text;
+}
+
+// Names go into messages and lists of names as they are.
+bool IsGoodName(std::string_view name)
+{
+  return name.size() <= 256 && std::none_of(name.begin(), name.end(),
+                                 [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
+}
+
+std::vector<std::string_view> SplitWords(std::string_view line)
+{
+  constexpr std::string_view blanks = " \t";
+  std::vector<std::string_view> words;
+  std::size_t begin = line.find_first_not_of(blanks);
+  while (begin != std::string_view::npos)
+  {
+    const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(blanks, end);
+  }
+  return words;
+}
+
+// The lines of the header, one after the other. The first one decides how lines end.
+class LineReader
+{
+public:
+  explicit LineReader(std::string_view bytes)
+    : Bytes(bytes)
+    , Terminator(bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n") ? '\r' : '\n')
+  {
+  }
+
+  // Empty at the end: a line without its terminator is none.
+  std::optional<std::string_view> Next()
+  {
+    const std::size_t end = this->Bytes.find(this->Terminator, this->Consumed);
+    if (end == std::string_view::npos)
+    {
+      return std::nullopt;
+    }
+    std::string_view line = this->Bytes.substr(this->Consumed, end - this->Consumed);
+    if (line.ends_with('\r'))
+    {
+      line.remove_suffix(1);
+    }
+    this->Consumed = end + 1;
+    ++this->Number;
+    return line;
+  }
+
+  std::size_t Position() const { return this->Consumed; }
+  std::size_t LineNumber() const { return this->Number; }
+
+private:
+  std::string_view Bytes;
+  char Terminator;
+  std::size_t Consumed = 0;
+  std::size_t Number = 0;
+};
+
+// Takes the words of one line after the other and builds the header.
+class HeaderBuilder
+{
+public:
+  Status AddLine(const std::vector<std::string_view>& words, std::size_t lineNumber)
+  {
+    this->Line = lineNumber;
+    if (words.empty() || words[0] == "comment" || words[0] == "obj_info")
+    {
+      return {};
+    }
+    if (words[0] == "format")
+    {
+      return this->AddFormat(words);
+    }
+    if (words[0] == "element")
+    {
+      return this->AddElement(words);
+    }
+    if (words[0] == "property")
+    {
+      return this->AddProperty(words);
+    }
+    return this->Bad("unknown word " + Quoted(words[0]));
+  }
+
+  Result<PlyHeader> Finish()
+  {
+    if (!this->HasFormat)
+    {
+      return Error{ ErrorCode::InvalidInput, "the header has no format line" };
+    }
+    return std::move(this->Header);
+  }
+
+private:
+  Error Bad(const std::string& what) const
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "header line " + std::to_string(this->Line) + ": " + what };
+  }
+
+  Status AddFormat(const std::vector<std::string_view>& words)
+  {
+    if (this->HasFormat)
+    {
+      return this->Bad("a second format line");
+    }
+    if (words.size() != 3)
+    {
+      return this->Bad("a format line has a name and a version");
+    }
+    if (words[1] == "ascii")
+    {
+      this->Header.encoding = PlyEncoding::Ascii;
+    }
+    else if (words[1] == "binary_little_endian")
+    {
+      this->Header.encoding = PlyEncoding::BinaryLittleEndian;
+    }
+    else if (words[1] == "binary_big_endian")
+    {
+      this->Header.encoding = PlyEncoding::BinaryBigEndian;
+    }
+    else
+    {
+      return this->Bad("unknown format " + Quoted(words[1]));
+    }
+    if (words[2] != "1.0")
+    {
+      return this->Bad("unknown version " + Quoted(words[2]) + " (1.0 is known)");
+    }
+    this->HasFormat = true;
+    return {};
+  }
+
+  Status AddElement(const std::vector<std::string_view>& words)
+  {
+    if (words.size() != 3)
+    {
+      return this->Bad("an element line has a name and a count");
+    }
+    if (!IsGoodName(words[1]))
+    {
+      return this->Bad("the name " + Quoted(words[1]) + " is too long or holds control characters");
+    }
+    PlyElement element;
+    element.name = words[1];
+    const char* end = words[2].data() + words[2].size();
+    const auto parsed = std::from_chars(words[2].data(), end, element.count);
+    if (parsed.ec != std::errc() || parsed.ptr != end)
+    {
+      return this->Bad("the count " + Quoted(words[2]) + " of element " + Quoted(words[1]) +
+                       " is not a number from 0 to 2^64 - 1");
+    }
+    if (!this->ElementNames.insert(element.name).second)
+    {
+      return this->Bad("a second element " + Quoted(words[1]));
+    }
+    this->Header.elements.push_back(std::move(element));
+    this->PropertyNames.clear();
+    return {};
+  }
+
+  Status AddProperty(const std::vector<std::string_view>& words)
+  {
+    if (this->Header.elements.empty())
+    {
+      return this->Bad("a property before the first element");
+    }
+    if (!IsGoodName(words.back()))
+    {
+      return this->Bad(
+        "the name " + Quoted(words.back()) + " is too long or holds control characters");
+    }
+    PlyElement& element = this->Header.elements.back();
+    PlyProperty property;
+    property.isList = words.size() > 1 && words[1] == "list";
+    if (words.size() != (property.isList ? 5 : 3))
+    {
+      return this->Bad(property.isList ? "a list property has two types and a name"
+                                       : "a property has a type and a name");
+    }
+    if (property.isList)
+    {
+      const std::optional<PlyType> countType = FindType(words[2]);
+      if (!countType)
+      {
+        return this->Bad("unknown type " + Quoted(words[2]));
+      }
+      if (!IsInteger(*countType))
+      {
+        return this->Bad("list " + Quoted(words[4]) + " is counted in " + std::string(words[2]) +
+                         ", not in integers");
+      }
+      property.countType = *countType;
+    }
+    const std::string_view typeName = words[words.size() - 2];
+    const std::optional<PlyType> type = FindType(typeName);
+    if (!type)
+    {
+      return this->Bad("unknown type " + Quoted(typeName));
+    }
+    property.type = *type;
+    property.name = words.back();
+    if (!this->PropertyNames.insert(property.name).second)
+    {
+      return this->Bad(
+        "a second property " + Quoted(words.back()) + " of element " + Quoted(element.name));
+    }
+    element.properties.push_back(std::move(property));
+    return {};
+  }
+
+  PlyHeader Header;
+  bool HasFormat = false;
+  std::size_t Line = 0;
+  std::set<std::string> ElementNames;
+  std::set<std::string> PropertyNames; // of the last element
+};
+
+}
+
+std::string_view PlyTypeName(PlyType type)
+{
+  return typeNames[static_cast<std::size_t>(type)].name;
+}
+
+std::size_t PlyElement::Find(std::string_view property) const
+{
+  const auto found = std::find_if(this->properties.begin(), this->properties.end(),
+    [&](const PlyProperty& known) { return known.name == property; });
+  return static_cast<std::size_t>(std::distance(this->properties.begin(), found));
+}
+
+Result<PlyHeader> ReadPlyHeader(ByteSource& source)
+{
+  Result<std::string_view> bytes = source.Peek(ByteSource::blockSize);
+  if (!bytes)
+  {
+    return bytes.GetError();
+  }
+  if (bytes->empty())
+  {
+    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+  }
+  LineReader lines(*bytes);
+  const std::optional<std::string_view> first = lines.Next();
+  if (!first || SplitWords(*first) != std::vector<std::string_view>{ "ply" })
+  {
+    return Error{ ErrorCode::InvalidInput, "not a PLY file: its first line is not 'ply'" };
+  }
+  HeaderBuilder builder;
+  while (const std::optional<std::string_view> line = lines.Next())
+  {
+    const std::vector<std::string_view> words = SplitWords(*line);
+    if (words.size() == 1 && words[0] == "end_header")
+    {
+      source.Consume(lines.Position());
+      return builder.Finish();
+    }
+    if (Status added = builder.AddLine(words, lines.LineNumber()); !added)
+    {
+      return added.GetError();
+    }
+  }
+  return Error{ ErrorCode::InvalidInput, bytes->size() < ByteSource::blockSize
+                                           ? "truncated: the header has no end_header line"
+                                           : "the header has no end_header line in the first MiB" };
+}
+
+}

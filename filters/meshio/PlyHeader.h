@@ -1,0 +1,105 @@
+// The header of a PLY file: elements, their properties, and where the body begins. Part of step
+// "read".
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/meshio/ByteSource.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+enum class PlyEncoding
+{
+  Ascii,
+  BinaryLittleEndian,
+  BinaryBigEndian
+};
+
+enum class PlyType : std::uint8_t
+{
+  Int8,
+  UInt8,
+  Int16,
+  UInt16,
+  Int32,
+  UInt32,
+  Float32,
+  Float64
+};
+
+constexpr bool IsInteger(PlyType type)
+{
+  return type < PlyType::Float32;
+}
+
+// The name that our messages use: "int", "float", …
+std::string_view PlyTypeName(PlyType type);
+
+// Calls `function.operator()<T>()` with the C++ type of `type`.
+template <class Function>
+decltype(auto) WithPlyType(PlyType type, Function&& function)
+{
+  switch (type)
+  {
+    case PlyType::Int8:
+      return function.template operator()<std::int8_t>();
+    case PlyType::UInt8:
+      return function.template operator()<std::uint8_t>();
+    case PlyType::Int16:
+      return function.template operator()<std::int16_t>();
+    case PlyType::UInt16:
+      return function.template operator()<std::uint16_t>();
+    case PlyType::Int32:
+      return function.template operator()<std::int32_t>();
+    case PlyType::UInt32:
+      return function.template operator()<std::uint32_t>();
+    case PlyType::Float32:
+      return function.template operator()<float>();
+    case PlyType::Float64:
+      break;
+  }
+  return function.template operator()<double>();
+}
+
+inline std::size_t SizeOf(PlyType type)
+{
+  return WithPlyType(type, []<class T>() { return sizeof(T); });
+}
+
+struct PlyProperty
+{
+  std::string name;
+  PlyType type = PlyType::Float32; // of the value, or of a list's items
+  bool isList = false;
+  PlyType countType = PlyType::UInt8; // lists only; always an integer type
+};
+
+struct PlyElement
+{
+  std::string name;
+  std::uint64_t count = 0; // a claim, like everything in a header
+  std::vector<PlyProperty> properties;
+
+  // Number of the property of that name, or properties.size().
+  std::size_t Find(std::string_view property) const;
+};
+
+struct PlyHeader
+{
+  PlyEncoding encoding = PlyEncoding::Ascii;
+  std::vector<PlyElement> elements;
+};
+
+// Reads the header and leaves `source` at the first byte of the body. Lines may end in LF, CRLF or
+// CR; "comment" and "obj_info" lines are skipped; both families of type names are known ("uchar"
+// and "uint8"). Errors: InvalidInput naming the line: not a PLY file, no end_header in the first
+// MiB, an unknown word or type, a count that is no number below 2^64, an element or property named
+// twice, a list counted in float.
+Result<PlyHeader> ReadPlyHeader(ByteSource& source);
+
+}

@@ -1,0 +1,287 @@
+// Reads PLY files in chunks: step "read" of the README's picture. Here is decided which element is
+// read when; the records themselves are read by PlyBody.
+#include "filters/meshio/PlyReader.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::uint64_t mostVertices = noVertex - 1;
+
+// Number of the list with the corners, or properties.size().
+std::size_t FindCorners(const PlyElement& element)
+{
+  return std::min(element.Find("vertex_indices"), element.Find("vertex_index"));
+}
+
+}
+
+Result<std::unique_ptr<MeshReader>> PlyReader::Open(ByteSource source)
+{
+  Result<PlyHeader> header = ReadPlyHeader(source);
+  if (!header)
+  {
+    return header.GetError();
+  }
+  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header)));
+  if (Status understood = reader->UnderstandHeader(); !understood)
+  {
+    return understood.GetError();
+  }
+  return std::unique_ptr<MeshReader>(std::move(reader));
+}
+
+PlyReader::PlyReader(ByteSource source, PlyHeader header)
+  : Source(std::move(source))
+  , Header(std::move(header))
+  , Body(PlyBody::Make(this->Header.encoding, this->Source))
+  , ElementBegins{ this->Source.Position() }
+{
+}
+
+Status PlyReader::UnderstandHeader()
+{
+  const std::vector<PlyElement>& elements = this->Header.elements;
+  const auto vertices = std::find_if(elements.begin(), elements.end(),
+    [](const PlyElement& element) { return element.name == "vertex"; });
+  if (vertices == elements.end())
+  {
+    return Error{ ErrorCode::InvalidInput, "the header names no element 'vertex'" };
+  }
+  this->VertexElement = static_cast<std::size_t>(vertices - elements.begin());
+  if (Status understood = this->UnderstandVertices(); !understood)
+  {
+    return understood;
+  }
+  for (std::size_t i = 0; i < elements.size(); ++i)
+  {
+    const bool polygons = elements[i].name == "face";
+    if ((!polygons && elements[i].name != "tristrips") || elements[i].count == 0)
+    {
+      continue;
+    }
+    const auto kind = polygons ? PlyFaceSink::Kind::Polygon : PlyFaceSink::Kind::Strip;
+    if (Status understood = this->UnderstandFaces(i, kind); !understood)
+    {
+      return understood;
+    }
+  }
+  this->ListIgnoredAttributes();
+  return {};
+}
+
+Status PlyReader::UnderstandVertices()
+{
+  const PlyElement& element = this->Header.elements[this->VertexElement];
+  if (element.count > mostVertices)
+  {
+    return Error{ ErrorCode::LimitExceeded, "the header claims " + std::to_string(element.count) +
+                                              " vertices; " + std::to_string(mostVertices) +
+                                              " are the most that can be read" };
+  }
+  this->FileInfo.vertices = element.count;
+  this->FileInfo.scalarType = ScalarType::Float32;
+  const std::array<const char*, 3> names{ "x", "y", "z" };
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const std::size_t found = element.Find(names[k]);
+    if (found == element.properties.size())
+    {
+      return Error{ ErrorCode::InvalidInput,
+        std::string("element 'vertex' has no property '") + names[k] + "'" };
+    }
+    const PlyProperty& property = element.properties[found];
+    if (property.isList)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        std::string("property '") + names[k] + "' of element 'vertex' is a list, not a number" };
+    }
+    if (property.type != PlyType::Float32 && SizeOf(property.type) > 2)
+    {
+      this->FileInfo.scalarType = ScalarType::Float64;
+    }
+    this->Coordinates[k] = found;
+  }
+  return {};
+}
+
+Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
+{
+  const PlyElement& faces = this->Header.elements[element];
+  const std::size_t none = faces.properties.size();
+  const std::size_t list = FindCorners(faces);
+  if (list == none)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "element '" + faces.name + "' has no list 'vertex_indices' or 'vertex_index'" };
+  }
+  if (faces.Find("vertex_indices") != none && faces.Find("vertex_index") != none)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "element '" + faces.name + "' has both 'vertex_indices' and 'vertex_index'" };
+  }
+  const PlyProperty& property = faces.properties[list];
+  if (!property.isList || !IsInteger(property.type))
+  {
+    return Error{ ErrorCode::InvalidInput, "property '" + property.name + "' of element '" +
+                                             faces.name + "' is not a list of integers" };
+  }
+  this->Faces.push_back({ element, list, kind });
+  const std::uint64_t room = std::numeric_limits<std::uint64_t>::max() - this->FileInfo.faces;
+  this->FileInfo.faces += std::min(room, faces.count);
+  return {};
+}
+
+void PlyReader::ListIgnoredAttributes()
+{
+  for (std::size_t i = 0; i < this->Header.elements.size(); ++i)
+  {
+    const PlyElement& element = this->Header.elements[i];
+    const auto faces = std::find_if(this->Faces.begin(), this->Faces.end(),
+      [i](const FaceElement& known) { return known.element == i; });
+    const bool isVertices = i == this->VertexElement;
+    if (element.count == 0)
+    {
+      continue;
+    }
+    if (!isVertices && faces == this->Faces.end())
+    {
+      this->FileInfo.ignoredAttributes.push_back(element.name);
+      continue;
+    }
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+    {
+      const bool read = isVertices ? std::find(this->Coordinates.begin(), this->Coordinates.end(),
+                                       p) != this->Coordinates.end()
+                                   : faces->list == p;
+      if (!read)
+      {
+        this->FileInfo.ignoredAttributes.push_back(element.name + "." + element.properties[p].name);
+      }
+    }
+  }
+}
+
+// Brings the source to a record of an element: on from here, or on from the element's beginning if
+// that is behind.
+Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
+{
+  if (element < this->CurrentElement ||
+      (element == this->CurrentElement && record < this->CurrentRecord))
+  {
+    this->Source.Seek(this->ElementBegins[element]);
+    this->CurrentElement = element;
+    this->CurrentRecord = 0;
+  }
+  while (this->CurrentElement < element)
+  {
+    if (this->CurrentElement + 1 < this->ElementBegins.size())
+    {
+      this->Source.Seek(this->ElementBegins[this->CurrentElement + 1]);
+    }
+    else
+    {
+      if (Status skipped = this->SkipToRecord(this->Header.elements[this->CurrentElement].count);
+          !skipped)
+      {
+        return skipped;
+      }
+      this->ElementBegins.push_back(this->Source.Position());
+    }
+    ++this->CurrentElement;
+    this->CurrentRecord = 0;
+  }
+  return this->SkipToRecord(record);
+}
+
+Status PlyReader::SkipToRecord(std::uint64_t record)
+{
+  const Status skipped = this->Body->SkipRecords(
+    this->Header.elements[this->CurrentElement], this->CurrentRecord, record - this->CurrentRecord);
+  this->CurrentRecord = record;
+  return skipped;
+}
+
+Result<std::size_t> PlyReader::Remember(Result<std::size_t> result)
+{
+  if (!result)
+  {
+    this->Failure = result.GetError();
+  }
+  return result;
+}
+
+Result<std::size_t> PlyReader::ReadVertices(std::vector<Vec3>& points, std::size_t limit)
+{
+  return this->Failure ? *this->Failure : this->Remember(this->ReadSomeVertices(points, limit));
+}
+
+Result<std::size_t> PlyReader::ReadTriangles(std::vector<Triangle>& triangles, std::size_t limit)
+{
+  return this->Failure ? *this->Failure : this->Remember(this->ReadSomeTriangles(triangles, limit));
+}
+
+Result<std::size_t> PlyReader::ReadSomeVertices(std::vector<Vec3>& points, std::size_t limit)
+{
+  const std::uint64_t number =
+    std::min<std::uint64_t>(limit, this->FileInfo.vertices - this->VerticesRead);
+  if (number == 0)
+  {
+    return std::size_t{ 0 };
+  }
+  if (Status moved = this->MoveTo(this->VertexElement, this->VerticesRead); !moved)
+  {
+    return moved.GetError();
+  }
+  const PlyElement& element = this->Header.elements[this->VertexElement];
+  if (Status read =
+        this->Body->ReadPoints(element, this->Coordinates, this->VerticesRead, number, points);
+      !read)
+  {
+    return read.GetError();
+  }
+  this->VerticesRead += number;
+  this->CurrentRecord = this->VerticesRead;
+  return static_cast<std::size_t>(number);
+}
+
+Result<std::size_t> PlyReader::ReadSomeTriangles(
+  std::vector<Triangle>& triangles, std::size_t limit)
+{
+  std::uint64_t done = 0;
+  while (done < limit && this->FaceElementsDone < this->Faces.size())
+  {
+    const FaceElement& faces = this->Faces[this->FaceElementsDone];
+    const PlyElement& element = this->Header.elements[faces.element];
+    if (this->FacesRead == element.count)
+    {
+      ++this->FaceElementsDone;
+      this->FacesRead = 0;
+      continue;
+    }
+    const std::uint64_t number =
+      std::min<std::uint64_t>(limit - done, element.count - this->FacesRead);
+    if (Status moved = this->MoveTo(faces.element, this->FacesRead); !moved)
+    {
+      return moved.GetError();
+    }
+    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, triangles);
+    if (Status read = this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink);
+        !read)
+    {
+      return read.GetError();
+    }
+    this->FacesRead += number;
+    this->CurrentRecord = this->FacesRead;
+    done += number;
+  }
+  return static_cast<std::size_t>(done);
+}
+
+}

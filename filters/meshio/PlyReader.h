@@ -1,0 +1,81 @@
+// Reads PLY files in chunks: step "read" of the README's picture.
+#pragma once
+
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/PlyBody.h"
+#include "filters/meshio/PlyHeader.h"
+
+#include <array>
+#include <optional>
+
+namespace kdstream
+{
+
+// ASCII and binary PLY of either byte order, version 1.0. Elements may come in any order and
+// properties too; the vertices are always read first, so that a file with its faces before its
+// vertices is gone through twice. Read: element "vertex" (x, y, z of any scalar type), "face" and
+// "tristrips" (the list "vertex_indices" or "vertex_index", of any integer types). Everything else
+// is skipped, and named in Info().ignoredAttributes. Coordinates: if x, y and z all are float or
+// integers of at most 16 bits, which floats hold exactly, the scalar type is Float32, else Float64.
+// ASCII values are rounded once, to the type that the header gives them. Strips of fewer than three
+// vertices hold no triangle and are passed over; polygons of fewer are an error. Memory: one block
+// of the file, and what is appended to the caller's vectors, which grow with the bytes that were
+// read, never with what the header or a list claims. One face can have as many triangles as the
+// file has bytes.
+class PlyReader : public MeshReader
+{
+public:
+  // Errors: those of ReadPlyHeader; InvalidInput for a header without vertices, coordinates or
+  // corners; LimitExceeded for more vertices than VertexId can number.
+  static Result<std::unique_ptr<MeshReader>> Open(ByteSource source);
+
+  const MeshFileInfo& Info() const override { return this->FileInfo; }
+  // After an error, every further call gives the same error.
+  Result<std::size_t> ReadVertices(std::vector<Vec3>& points, std::size_t limit) override;
+  Result<std::size_t> ReadTriangles(std::vector<Triangle>& triangles, std::size_t limit) override;
+  std::uint64_t FileSize() const override { return this->Source.Size(); }
+  std::uint64_t Position() const override { return this->Source.Position(); }
+
+private:
+  // An element with faces, and which of its properties has the corners.
+  struct FaceElement
+  {
+    std::size_t element = 0;
+    std::size_t list = 0;
+    PlyFaceSink::Kind kind = PlyFaceSink::Kind::Polygon;
+  };
+
+  PlyReader(ByteSource source, PlyHeader header);
+
+  Status UnderstandHeader();
+  Status UnderstandVertices();
+  Status UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind);
+  void ListIgnoredAttributes();
+
+  Status MoveTo(std::size_t element, std::uint64_t record);
+  Status SkipToRecord(std::uint64_t record);
+  Result<std::size_t> ReadSomeVertices(std::vector<Vec3>& points, std::size_t limit);
+  Result<std::size_t> ReadSomeTriangles(std::vector<Triangle>& triangles, std::size_t limit);
+  Result<std::size_t> Remember(Result<std::size_t> result);
+
+  ByteSource Source;
+  PlyHeader Header;
+  std::unique_ptr<PlyBody> Body;
+  MeshFileInfo FileInfo;
+
+  std::size_t VertexElement = 0;
+  std::array<std::size_t, 3> Coordinates{}; // numbers of the properties x, y, z
+  std::vector<FaceElement> Faces;
+
+  // Where the source stands, and where every element begins that has been reached.
+  std::size_t CurrentElement = 0;
+  std::uint64_t CurrentRecord = 0;
+  std::vector<std::uint64_t> ElementBegins;
+
+  std::uint64_t VerticesRead = 0;
+  std::size_t FaceElementsDone = 0;
+  std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
+  std::optional<Error> Failure;
+};
+
+}
