@@ -1,0 +1,29 @@
+// One maker of windows for each backend. Internal to viewer/rendering; OffscreenWindow.h is for
+// everybody.
+//
+// There are two sets of definitions, and CMake takes one: GlxOnlyWindows.cxx for a VTK that knows
+// GLX windows only, such as Debian's 9.1, and OwnWindows.cxx for a VTK that has windows for EGL or
+// OSMesa itself.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <vtkRenderWindow.h>
+#include <vtkSmartPointer.h>
+
+namespace kdstream
+{
+
+using WindowResult = Result<vtkSmartPointer<vtkRenderWindow>>;
+
+// Each: a window that draws off screen, of `width` × `height` pixels, with its context made and
+// checked.
+WindowResult MakeEglWindow(int width, int height);
+WindowResult MakeOsMesaWindow(int width, int height);
+WindowResult MakeX11Window(int width, int height);
+
+// Whether the display that DISPLAY names is there and has GLX. VTK would end the program if not.
+// Errors: NotFound.
+Status CheckX11Display();
+
+}

@@ -1,0 +1,52 @@
+// An OpenGL context without a window, and which one is current. Internal to viewer/rendering.
+//
+// Contexts of EGL, OSMesa and GLX may live side by side, but the libraries do not know of each
+// other: whichever was current is let go before one of another library is made current, or the
+// first would believe that it still is.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/rendering/GlLibrary.h"
+
+#include <memory>
+
+namespace kdstream
+{
+
+// Threads: one context at a time is current in a thread; a context must be destroyed in the thread
+// that used it.
+class GlContext
+{
+public:
+  GlContext() = default;
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
+  virtual ~GlContext();
+
+  // Makes this the context that all calls of OpenGL in this thread go to. Cheap if it is already.
+  // Errors: InputOutput if its library refuses; those of UseGlLibrary.
+  Status MakeCurrent();
+  bool IsCurrent() const;
+
+protected:
+  virtual const GlLibrary& Library() const = 0;
+  virtual Status Bind() = 0;
+  virtual void Unbind() = 0;
+  // Whether its library says that it is current.
+  virtual bool IsBound() const = 0;
+
+  // Unbinds it if it is current. Derived destructors call this first.
+  void LetGo();
+};
+
+// A context on EGL without a display server: OpenGL 3.2 core or later, on Mesa's surfaceless
+// platform, else on the first device that has one. Everything is drawn into framebuffer objects.
+// Errors: NotFound without libEGL, a device or a configuration; Unsupported if there is no such
+// OpenGL.
+Result<std::unique_ptr<GlContext>> MakeEglContext();
+
+// A context of OSMesa, Mesa's renderer in main memory, likewise.
+// Errors: NotFound without libOSMesa; Unsupported if there is no such OpenGL.
+Result<std::unique_ptr<GlContext>> MakeOsMesaContext();
+
+}

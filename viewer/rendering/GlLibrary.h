@@ -1,0 +1,53 @@
+// Whose OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX). Internal to
+// viewer/rendering.
+//
+// A stock VTK reaches OpenGL in two ways: most functions through the pointers of GLEW, which are
+// one global table, the oldest (OpenGL 1.0 and 1.1) as linked symbols. Both are filled for GLX
+// only. GlSymbols.cxx, which is linked into the executable, stands in front of both; this file
+// decides whom it asks, and fills the tables anew when a context of another library becomes
+// current.
+#pragma once
+
+#include "filters/core/Result.h"
+
+namespace kdstream
+{
+
+using GlFunction = void (*)();
+
+// A library that has OpenGL contexts of its own. There is one object a library: they are compared
+// by address.
+struct GlLibrary
+{
+  const char* name;
+  GlFunction (*find)(const char* function);
+};
+
+// The OpenGL that the program is linked to, with GLX: what runs where none of our contexts is
+// current.
+const GlLibrary& SystemGlLibrary();
+
+// The library that was last given to UseGlLibrary; at first the system's.
+const GlLibrary& GlLibraryInUse();
+
+// Makes all calls of OpenGL go to `library`. O(1) if they do already, else about 3 ms.
+// REQUIRES: a context of that library is current. Threads: the tables belong to the process, so
+// contexts of different libraries must be used from one thread. Errors: NotFound for a function
+// that the library lacks, Unsupported if GLEW refuses the context.
+Status UseGlLibrary(const GlLibrary& library);
+
+// How GlSymbols.cxx makes itself known, before main().
+struct GlSymbols
+{
+  // Points the linked symbols at `library`'s; the name of a function that is missing there, or
+  // null.
+  const char* (*load)(const GlLibrary& library) = nullptr;
+  // The exported glXGetProcAddressARB.
+  GlFunction getProcAddress = nullptr;
+};
+void RegisterGlSymbols(const GlSymbols& symbols);
+
+// Errors: Unsupported if the program was linked without GlSymbols.cxx, or does not export it.
+Status CheckGlSymbols();
+
+}

@@ -1,0 +1,77 @@
+// Chooses the backend of an off-screen window: see OffscreenWindow.h.
+#include "viewer/rendering/OffscreenWindow.h"
+
+#include "viewer/rendering/BackendWindows.h"
+
+#include <array>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+WindowResult MakeWindow(WindowBackend backend, int width, int height)
+{
+  switch (backend)
+  {
+    case WindowBackend::Egl:
+      return MakeEglWindow(width, height);
+    case WindowBackend::OsMesa:
+      return MakeOsMesaWindow(width, height);
+    case WindowBackend::X11:
+      return MakeX11Window(width, height);
+    case WindowBackend::Auto:
+      break;
+  }
+  std::string reasons;
+  for (const WindowBackend each : { WindowBackend::Egl, WindowBackend::OsMesa, WindowBackend::X11 })
+  {
+    WindowResult window = MakeWindow(each, width, height);
+    if (window)
+    {
+      return window;
+    }
+    reasons += (reasons.empty() ? "" : "; ") + window.GetError().message;
+  }
+  return Error{ ErrorCode::NotFound, "nothing can draw off screen here: " + reasons };
+}
+
+constexpr std::array<const char*, 4> backendNames{ "auto", "egl", "osmesa", "x11" };
+
+}
+
+const char* NameOf(WindowBackend backend)
+{
+  return backendNames[static_cast<std::size_t>(backend)];
+}
+
+Result<WindowBackend> ParseWindowBackend(std::string_view name)
+{
+  for (std::size_t i = 0; i < backendNames.size(); ++i)
+  {
+    if (name == backendNames[i])
+    {
+      return static_cast<WindowBackend>(i);
+    }
+  }
+  return Error{ ErrorCode::InvalidArgument,
+    std::string(name) + " is none of auto, egl, osmesa, x11" };
+}
+
+Result<vtkSmartPointer<vtkRenderWindow>> MakeOffscreenWindow(
+  WindowBackend backend, int width, int height)
+{
+  for (const int side : { width, height })
+  {
+    if (side < 1 || side > largestWindowSide)
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        "a window of " + std::to_string(width) + "x" + std::to_string(height) +
+          " pixels: sides are 1 to " + std::to_string(largestWindowSide) };
+    }
+  }
+  return MakeWindow(backend, width, height);
+}
+
+}

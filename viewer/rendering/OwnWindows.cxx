@@ -1,0 +1,82 @@
+// Windows of a VTK that has its own for EGL or OSMesa: built with VTK_OPENGL_HAS_EGL or
+// VTK_OPENGL_HAS_OSMESA, or VTK 9.4 and later, which opens the libraries when it runs. Nothing here
+// is ours but the choice.
+#include "viewer/rendering/BackendWindows.h"
+
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkRenderingOpenGLConfigure.h>
+#include <vtkVersionMacros.h>
+
+#include <string>
+
+#if defined(VTK_OPENGL_HAS_EGL)
+#include <vtkEGLRenderWindow.h>
+#endif
+#if defined(VTK_OPENGL_HAS_OSMESA) || VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 4, 0)
+#define KDSTREAM_VTK_HAS_OSMESA
+#include <vtkOSOpenGLRenderWindow.h>
+#endif
+#if defined(VTK_USE_X)
+#include <vtkXOpenGLRenderWindow.h>
+#undef Status
+#endif
+
+namespace kdstream
+{
+namespace
+{
+
+template <class Window>
+[[maybe_unused]] WindowResult Make(const char* backend, int width, int height)
+{
+  const vtkNew<Window> window;
+  window->SetOffScreenRendering(1);
+  window->SetSize(width, height);
+  if (!window->SupportsOpenGL())
+  {
+    return Error{ ErrorCode::NotFound,
+      std::string(backend) + ": VTK finds no OpenGL 3.2: " + window->GetOpenGLSupportMessage() };
+  }
+  return vtkSmartPointer<vtkRenderWindow>(window);
+}
+
+[[maybe_unused]] Error NotBuilt(const char* backend)
+{
+  return Error{ ErrorCode::Unsupported,
+    std::string(backend) + ": the VTK that this program uses was built without it" };
+}
+
+}
+
+WindowResult MakeEglWindow([[maybe_unused]] int width, [[maybe_unused]] int height)
+{
+#if defined(VTK_OPENGL_HAS_EGL)
+  return Make<vtkEGLRenderWindow>("EGL", width, height);
+#else
+  return NotBuilt("EGL");
+#endif
+}
+
+WindowResult MakeOsMesaWindow([[maybe_unused]] int width, [[maybe_unused]] int height)
+{
+#if defined(KDSTREAM_VTK_HAS_OSMESA)
+  return Make<vtkOSOpenGLRenderWindow>("OSMesa", width, height);
+#else
+  return NotBuilt("OSMesa");
+#endif
+}
+
+WindowResult MakeX11Window([[maybe_unused]] int width, [[maybe_unused]] int height)
+{
+#if defined(VTK_USE_X)
+  if (Result<void> status = CheckX11Display(); !status)
+  {
+    return status.GetError();
+  }
+  return Make<vtkXOpenGLRenderWindow>("X11", width, height);
+#else
+  return NotBuilt("X11");
+#endif
+}
+
+}

@@ -1,0 +1,23 @@
+// The colours of partitions and resolutions. Step "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <array>
+#include <cstdint>
+
+namespace kdstream
+{
+
+using Color = std::array<std::uint8_t, 3>; // red, green, blue
+
+// A colour for every partition; neighbours in number, and so mostly in space, lie far apart in hue.
+Color PartitionColor(std::uint32_t partition);
+
+// A colour for every resolution; gold for the original.
+Color ResolutionColor(Resolution resolution);
+
+// The stone that everything without a colour of its own is made of.
+inline constexpr Color stoneColor{ 214, 206, 192 };
+
+}

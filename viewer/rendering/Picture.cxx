@@ -1,0 +1,111 @@
+// What a window shows, as bytes and as a PNG file: see Picture.h.
+#include "viewer/rendering/Picture.h"
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
+#include <vtkRenderWindow.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+namespace kdstream
+{
+namespace
+{
+
+// Draws; the rows of `pixels` are then VTK's, the lowest first.
+Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
+{
+  window.Render();
+  const int* size = window.GetSize();
+  constexpr int backBuffer = 0;
+  window.GetPixelData(0, 0, size[0] - 1, size[1] - 1, backBuffer, &pixels);
+  if (pixels.GetNumberOfValues() != vtkIdType{ 3 } * size[0] * size[1])
+  {
+    return Error{ ErrorCode::InputOutput, "the window gives back no pixels" };
+  }
+  return {};
+}
+
+Error FileError(const std::string& file, const char* what)
+{
+  return Error{ ErrorCode::InputOutput, file + ": " + what + ": " + std::strerror(errno) };
+}
+
+Status WriteFile(const std::string& file, const unsigned char* bytes, std::size_t size)
+{
+  // Beside the file, so that renaming it is one step.
+  const std::string temporary = file + ".part";
+  const auto close = [](std::FILE* f) { return std::fclose(f); };
+  std::unique_ptr<std::FILE, decltype(close)> stream(std::fopen(temporary.c_str(), "wb"), close);
+  if (!stream)
+  {
+    return FileError(file, "cannot be created");
+  }
+  const bool written = std::fwrite(bytes, 1, size, stream.get()) == size;
+  if (!written || std::fclose(stream.release()) != 0)
+  {
+    const Error error = FileError(file, "cannot be written");
+    std::remove(temporary.c_str());
+    return error;
+  }
+  if (std::rename(temporary.c_str(), file.c_str()) != 0)
+  {
+    const Error error = FileError(file, "cannot be replaced");
+    std::remove(temporary.c_str());
+    return error;
+  }
+  return {};
+}
+
+}
+
+Result<Picture> Pixels(vtkRenderWindow& window)
+{
+  const vtkNew<vtkUnsignedCharArray> pixels;
+  if (Status status = ReadBack(window, *pixels); !status)
+  {
+    return status.GetError();
+  }
+  Picture picture;
+  picture.width = window.GetSize()[0];
+  picture.height = window.GetSize()[1];
+  picture.rgb.resize(static_cast<std::size_t>(pixels->GetNumberOfValues()));
+  const std::size_t row = 3 * static_cast<std::size_t>(picture.width);
+  for (std::size_t y = 0, rows = static_cast<std::size_t>(picture.height); y < rows; ++y)
+  {
+    std::copy_n(pixels->GetPointer(0) + y * row, row, picture.rgb.data() + (rows - 1 - y) * row);
+  }
+  return picture;
+}
+
+Status WritePng(vtkRenderWindow& window, const std::string& file)
+{
+  const vtkNew<vtkUnsignedCharArray> pixels;
+  if (Status status = ReadBack(window, *pixels); !status)
+  {
+    return status;
+  }
+  const vtkNew<vtkImageData> image;
+  image->SetDimensions(window.GetSize()[0], window.GetSize()[1], 1);
+  image->GetPointData()->SetScalars(pixels);
+  const vtkNew<vtkPNGWriter> writer;
+  writer->WriteToMemoryOn();
+  writer->SetInputData(image);
+  writer->Write();
+  const vtkUnsignedCharArray* bytes = writer->GetResult();
+  if (!bytes || bytes->GetNumberOfValues() == 0)
+  {
+    return Error{ ErrorCode::InputOutput, file + ": the picture cannot be encoded" };
+  }
+  return WriteFile(
+    file, writer->GetResult()->GetPointer(0), static_cast<std::size_t>(bytes->GetNumberOfValues()));
+}
+
+}

@@ -1,0 +1,32 @@
+// What a window shows, as bytes and as a PNG file. Step "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+class vtkRenderWindow;
+
+namespace kdstream
+{
+
+struct Picture
+{
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb; // 3 bytes a pixel, row by row, the top row first
+  bool operator==(const Picture&) const = default;
+};
+
+// Draws the window and gives back what it then shows, 3 × width × height bytes.
+// Errors: InputOutput if VTK gives back no pixels.
+Result<Picture> Pixels(vtkRenderWindow& window);
+
+// Draws the window into a PNG file, which is written whole or not at all.
+// Errors: those of Pixels; InputOutput, with the operating system's reason, if the file cannot be
+// written.
+Status WritePng(vtkRenderWindow& window, const std::string& file);
+
+}

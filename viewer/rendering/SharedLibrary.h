@@ -1,0 +1,53 @@
+// A shared library that is opened when it is first needed. Internal to viewer/rendering.
+//
+// EGL and OSMesa are opened this way, so that a program starts where one of them is missing and can
+// say so, and so that OSMesa's OpenGL symbols (it exports them all) stand in nobody's way.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <dlfcn.h>
+
+#include <initializer_list>
+#include <string>
+
+namespace kdstream
+{
+
+// Stays open until the program ends: drivers do not survive being closed.
+class SharedLibrary
+{
+public:
+  // Opens the first of `names` that exists. Errors: NotFound, with the loader's words for the last
+  // one.
+  static Result<SharedLibrary> Open(std::initializer_list<const char*> names)
+  {
+    std::string reason;
+    for (const char* name : names)
+    {
+      if (void* handle = dlopen(name, RTLD_NOW | RTLD_LOCAL))
+      {
+        return SharedLibrary(handle);
+      }
+      reason = dlerror();
+    }
+    return Error{ ErrorCode::NotFound, reason };
+  }
+
+  // Sets `function` to the symbol `name`; false if there is none.
+  template <class F>
+  bool Find(const char* name, F*& function) const
+  {
+    function = reinterpret_cast<F*>(dlsym(this->Handle, name));
+    return function != nullptr;
+  }
+
+private:
+  explicit SharedLibrary(void* handle)
+    : Handle(handle)
+  {
+  }
+  void* Handle;
+};
+
+}

@@ -1,0 +1,164 @@
+// What the tests of viewer/rendering share: a model, a camera, pictures and their comparison.
+#pragma once
+
+#include "filters/core/Surface.h"
+#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/rendering/Picture.h"
+#include "viewer/rendering/SurfaceScene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace kdstream::test
+{
+
+// A window with one scene. The scene goes first, as a viewer's does.
+struct Stage
+{
+  vtkSmartPointer<vtkRenderWindow> window;
+  std::unique_ptr<SurfaceScene> scene;
+
+  Stage(WindowBackend backend, int width, int height)
+  {
+    auto made = MakeOffscreenWindow(backend, width, height);
+    EXPECT_TRUE(made) << (made ? "" : made.GetError().message);
+    if (!made)
+    {
+      return;
+    }
+    this->window = *made;
+    this->scene = std::make_unique<SurfaceScene>();
+    this->window->AddRenderer(&this->scene->Renderer());
+  }
+
+  Picture Draw() const
+  {
+    const Result<Picture> picture = this->window ? Pixels(*this->window) : Picture{};
+    EXPECT_TRUE(picture) << (picture ? "" : picture.GetError().message);
+    return picture ? *picture : Picture{};
+  }
+};
+
+// Depths of a tree of 8 partitions whose finest level and stitch depth are 7.
+inline constexpr TreeDepths depths{ 3, 7, 7 };
+
+// Rounds to a multiple of 2^-20, so that adding an offset of a few millions loses nothing.
+inline double OnGrid(double x)
+{
+  return std::round(x * 1048576.0) / 1048576.0;
+}
+
+// A closed sphere of radius about 1 with bumps; `rows` rings of 2 × rows quads. Its vertices are
+// originals, each in the partition of its octant.
+inline Surface BumpySphere(std::uint32_t rows, const Vec3& offset = { 0.0, 0.0, 0.0 })
+{
+  Surface surface;
+  const std::uint32_t columns = 2 * rows;
+  const auto add = [&](double polar, double azimuth)
+  {
+    const double radius = 1.0 + 0.08 * std::sin(5.0 * polar) * std::sin(6.0 * azimuth) +
+                          0.01 * std::sin(31.0 * polar) * std::sin(28.0 * azimuth);
+    const Vec3 p{ OnGrid(radius * std::sin(polar) * std::cos(azimuth)),
+      OnGrid(radius * std::cos(polar)), OnGrid(radius * std::sin(polar) * std::sin(azimuth)) };
+    const auto octant = static_cast<std::uint32_t>(
+      (p[0] > 0.0 ? 1 : 0) + (p[1] > 0.0 ? 2 : 0) + (p[2] > 0.0 ? 4 : 0));
+    const auto index = static_cast<std::uint32_t>(surface.points.size());
+    surface.sources.push_back({ Resolution::Original(), MakeKey(octant, index) });
+    surface.points.push_back({ p[0] + offset[0], p[1] + offset[1], p[2] + offset[2] });
+  };
+  add(0.0, 0.0);
+  for (std::uint32_t r = 1; r < rows; ++r)
+  {
+    for (std::uint32_t c = 0; c < columns; ++c)
+    {
+      add(std::numbers::pi * r / rows, 2.0 * std::numbers::pi * c / columns);
+    }
+  }
+  add(std::numbers::pi, 0.0);
+  const auto last = static_cast<VertexId>(surface.points.size() - 1);
+  const auto at = [&](std::uint32_t r, std::uint32_t c)
+  { return 1 + (r - 1) * columns + c % columns; };
+  for (std::uint32_t c = 0; c < columns; ++c)
+  {
+    surface.triangles.push_back({ 0, at(1, c + 1), at(1, c) });
+    for (std::uint32_t r = 1; r + 1 < rows; ++r)
+    {
+      surface.triangles.push_back({ at(r, c), at(r, c + 1), at(r + 1, c + 1) });
+      surface.triangles.push_back({ at(r, c), at(r + 1, c + 1), at(r + 1, c) });
+    }
+    surface.triangles.push_back({ at(rows - 1, c), at(rows - 1, c + 1), last });
+  }
+  return surface;
+}
+
+// Looks at `focal` from a little above and to the right; the sphere fills most of the picture.
+inline SceneCamera CameraAt(const Vec3& focal)
+{
+  SceneCamera camera;
+  camera.focal = focal;
+  camera.eye = { focal[0] + 1.25, focal[1] + 1.0, focal[2] + 4.0 };
+  return camera;
+}
+
+inline std::array<int, 3> PixelAt(const Picture& picture, int x, int y)
+{
+  const std::size_t i = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+                              static_cast<std::size_t>(x));
+  return { picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2] };
+}
+
+inline double Brightness(const std::array<int, 3>& pixel)
+{
+  return (pixel[0] + pixel[1] + pixel[2]) / 3.0;
+}
+
+// The mean brightness (0-255) of a square of 2 r + 1 pixels around a place given in fractions of
+// the picture.
+inline double BrightnessAround(const Picture& picture, double x, double y, int r)
+{
+  const int cx = static_cast<int>(x * picture.width);
+  const int cy = static_cast<int>(y * picture.height);
+  double sum = 0.0;
+  for (int dy = -r; dy <= r; ++dy)
+  {
+    for (int dx = -r; dx <= r; ++dx)
+    {
+      sum += Brightness(PixelAt(picture, cx + dx, cy + dy));
+    }
+  }
+  return sum / ((2.0 * r + 1.0) * (2.0 * r + 1.0));
+}
+
+struct PictureDifference
+{
+  std::size_t pixels = 0; // that differ at all
+  int largest = 0;        // of any channel
+};
+
+inline PictureDifference Compare(const Picture& a, const Picture& b)
+{
+  EXPECT_EQ(a.width, b.width);
+  EXPECT_EQ(a.height, b.height);
+  PictureDifference difference;
+  for (std::size_t i = 0; i + 2 < std::min(a.rgb.size(), b.rgb.size()); i += 3)
+  {
+    int worst = 0;
+    for (std::size_t k = i; k < i + 3; ++k)
+    {
+      worst = std::max(worst, std::abs(int{ a.rgb[k] } - int{ b.rgb[k] }));
+    }
+    difference.pixels += worst > 0 ? 1 : 0;
+    difference.largest = std::max(difference.largest, worst);
+  }
+  return difference;
+}
+
+}

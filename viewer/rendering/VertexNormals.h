@@ -1,0 +1,20 @@
+// Normals of a drawn surface, for shading. Step "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// The unit normal of every point: the sum of its triangles' normals, weighted by their areas.
+// Input: n points, triangles over them. Output: n normals; (0, 0, 0) for a point without triangles,
+// or whose triangles have no area or cancel out. Depends on the differences of points only, so
+// far-away origins are harmless. O(points + triangles). REQUIRES: indices below n.
+std::vector<std::array<float, 3>> ComputeVertexNormals(
+  std::span<const Vec3> points, std::span<const Triangle> triangles);
+
+}
