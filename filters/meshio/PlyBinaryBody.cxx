@@ -67,31 +67,49 @@ RecordSize SizeOfProperties(const PlyElement& element, std::size_t begin, std::s
   return size;
 }
 
-// Where the corners lie in a record that is a triangle, for files whose faces are counted in bytes
-// and indexed in four bytes (nearly all are).
-struct TriangleLayout
+// Polygons of more corners than this take the slow path.
+constexpr std::int64_t mostFastCorners = 64;
+
+// Where the corners lie in a face's record, if nothing else in it is a list and indices have four
+// bytes (as in nearly all files).
+struct FaceLayout
 {
   bool applies = false;
-  std::size_t recordSize = 0;
   std::size_t listOffset = 0;
+  std::size_t countSize = 0;
+  std::size_t triangleSize = 0; // bytes of a record with three corners
   std::uint64_t indexLimit = 0; // an index below zero, read as unsigned, must not be below it
+  PlyType countType = PlyType::UInt8;
 
-  TriangleLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)
+  FaceLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)
   {
     const PlyProperty& property = element.properties[list];
     const RecordSize before = SizeOfProperties(element, 0, list);
     const RecordSize after = SizeOfProperties(element, list + 1, element.properties.size());
+    this->countType = property.countType;
     this->listOffset = before.bytes;
-    this->recordSize = before.bytes + 1 + 3 * sizeof(std::uint32_t) + after.bytes;
-    this->applies = sink.GetKind() == PlyFaceSink::Kind::Polygon &&
-                    property.countType == PlyType::UInt8 &&
-                    SizeOf(property.type) == sizeof(std::uint32_t) && before.fixed && after.fixed &&
-                    this->recordSize <= ByteSource::blockSize;
+    this->countSize = SizeOf(property.countType);
+    this->triangleSize = before.bytes + this->countSize + 3 * sizeof(VertexId) + after.bytes;
+    this->applies = sink.GetKind() == PlyFaceSink::Kind::Polygon && before.fixed && after.fixed &&
+                    SizeOf(property.type) == sizeof(VertexId) &&
+                    this->triangleSize <= ByteSource::blockSize;
     const std::uint64_t typeLimit = std::uint64_t{ 1 }
                                     << (property.type == PlyType::Int32 ? 31 : 32);
     this->indexLimit = std::min(sink.GetVertexCount(), typeLimit);
   }
 };
+
+// Makes room for what is about to be read in one go, without giving up growth by doubling.
+// REQUIRES: the file still has bytes for `count` records.
+template <class T>
+void MakeRoom(std::vector<T>& items, std::uint64_t count)
+{
+  const std::size_t wanted = items.size() + static_cast<std::size_t>(count);
+  if (wanted > items.capacity())
+  {
+    items.reserve(std::max(wanted, 2 * items.capacity()));
+  }
+}
 
 template <bool Swap>
 class BinaryBody : public PlyBody
@@ -117,8 +135,7 @@ private:
   Status ReadPoint(
     const PlyPlace& place, const std::array<std::size_t, 3>& coordinates, Vec3& point);
   Status ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink);
-  Result<std::size_t> ReadTriangleRun(
-    const TriangleLayout& layout, std::uint64_t count, PlyFaceSink& sink);
+  Result<std::size_t> ReadFaceRun(const FaceLayout& layout, std::uint64_t count, PlyFaceSink& sink);
 
   static std::int64_t LoadInteger(PlyType type, const char* bytes);
   static double LoadReal(PlyType type, const char* bytes);
@@ -262,6 +279,7 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
   {
     offsets[k] = SizeOfProperties(element, 0, coordinates[k]).bytes;
   }
+  MakeRoom(points, std::min(count, this->Source.Remaining() / recordSize));
   std::array<Vec3, batchSize> batch;
   for (std::uint64_t done = 0; done < count;)
   {
@@ -354,39 +372,58 @@ Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
   return {};
 }
 
-// The fast path: reads faces as long as they are whole triangles in memory with good indices, and
-// returns how many. What stops it is left to ReadFace, which goes on or says what is wrong.
+// The fast path: reads faces as long as they lie in memory whole, have few corners and good
+// indices, and returns how many. What stops it is left to ReadFace, which goes on or says what is
+// wrong.
 template <bool Swap>
-Result<std::size_t> BinaryBody<Swap>::ReadTriangleRun(
-  const TriangleLayout& layout, std::uint64_t count, PlyFaceSink& sink)
+Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(
+  const FaceLayout& layout, std::uint64_t count, PlyFaceSink& sink)
 {
-  if (!layout.applies)
-  {
-    return std::size_t{ 0 };
-  }
-  const Result<std::string_view> ahead = this->Source.Peek(layout.recordSize);
+  const Result<std::string_view> ahead = this->Source.Peek(layout.triangleSize);
   if (!ahead)
   {
     return ahead.GetError();
   }
-  const std::size_t most = static_cast<std::size_t>(
-    std::min<std::uint64_t>({ count, ahead->size() / layout.recordSize, batchSize }));
-  const char* record = ahead->data() + layout.listOffset;
-  std::array<Triangle, batchSize> batch;
+  std::array<Triangle, batchSize + mostFastCorners> batch;
+  std::size_t used = 0;
   std::size_t number = 0;
-  for (; number < most && record[0] == 3; ++number, record += layout.recordSize)
+  std::size_t at = 0;
+  while (number < count && used < batchSize && ahead->size() - at >= layout.triangleSize)
   {
-    const Triangle corners{ Load<std::uint32_t, Swap>(record + 1),
-      Load<std::uint32_t, Swap>(record + 5), Load<std::uint32_t, Swap>(record + 9) };
-    if (std::max({ corners[0], corners[1], corners[2] }) >= layout.indexLimit)
+    const char* list = ahead->data() + at + layout.listOffset;
+    const std::int64_t corners = LoadInteger(layout.countType, list);
+    if (corners < 3 || corners > mostFastCorners)
     {
       break;
     }
-    batch[number] = corners;
+    const std::size_t triangles = static_cast<std::size_t>(corners) - 2;
+    const std::size_t recordSize = layout.triangleSize + (triangles - 1) * sizeof(VertexId);
+    if (ahead->size() - at < recordSize)
+    {
+      break;
+    }
+    const char* index = list + layout.countSize;
+    const VertexId first = Load<VertexId, Swap>(index);
+    VertexId second = Load<VertexId, Swap>(index + sizeof(VertexId));
+    VertexId largest = std::max(first, second);
+    for (std::size_t i = 0; i < triangles; ++i)
+    {
+      const VertexId third = Load<VertexId, Swap>(index + (2 + i) * sizeof(VertexId));
+      batch[used + i] = { first, second, third };
+      largest = std::max(largest, third);
+      second = third;
+    }
+    if (largest >= layout.indexLimit)
+    {
+      break;
+    }
+    used += triangles;
+    at += recordSize;
+    ++number;
   }
   sink.GetTriangles().insert(
-    sink.GetTriangles().end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(number));
-  this->Source.Consume(number * layout.recordSize);
+    sink.GetTriangles().end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(used));
+  this->Source.Consume(at);
   return number;
 }
 
@@ -436,18 +473,25 @@ template <bool Swap>
 Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
   std::uint64_t count, PlyFaceSink& sink)
 {
-  const TriangleLayout layout(element, list, sink);
+  const FaceLayout layout(element, list, sink);
+  if (layout.applies)
+  {
+    MakeRoom(sink.GetTriangles(), std::min(count, this->Source.Remaining() / layout.triangleSize));
+  }
   for (std::uint64_t done = 0; done < count;)
   {
-    const Result<std::size_t> run = this->ReadTriangleRun(layout, count - done, sink);
-    if (!run)
+    if (layout.applies)
     {
-      return run.GetError();
-    }
-    done += *run;
-    if (*run > 0)
-    {
-      continue;
+      const Result<std::size_t> run = this->ReadFaceRun(layout, count - done, sink);
+      if (!run)
+      {
+        return run.GetError();
+      }
+      done += *run;
+      if (*run > 0)
+      {
+        continue;
+      }
     }
     if (Status read = this->ReadFace(PlyPlace{ element, first + done }, list, sink); !read)
     {
