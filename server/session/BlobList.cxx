@@ -1,0 +1,172 @@
+#include "server/session/BlobList.h"
+
+#include "filters/core/Region.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace kdstream
+{
+
+namespace
+{
+
+using protocol::BlobId;
+using protocol::BlobKind;
+using protocol::ModelDescription;
+
+constexpr unsigned treePageDepths = 11;
+
+Error NoBlob(const ModelDescription& model, const BlobId& blob)
+{
+  return Error{ ErrorCode::NotFound, model.id + " has no " + protocol::BlobName(blob) };
+}
+
+// About the bytes of `count` pieces of a resolution.
+std::uint64_t Estimate(const protocol::ResolutionDescription& resolution, std::uint64_t count)
+{
+  if (resolution.pieces == 0)
+  {
+    return 0;
+  }
+  const double mean =
+    static_cast<double>(resolution.bytes) / static_cast<double>(resolution.pieces);
+  constexpr double most = 9e15; // what JSON carries exactly
+  return static_cast<std::uint64_t>(std::min(mean * static_cast<double>(count), most));
+}
+
+Result<BlobList> ListLevel(
+  const ModelDescription& model, unsigned level, const std::vector<std::uint32_t>& nodes)
+{
+  const unsigned depth = protocol::PieceDepth(model, level);
+  BlobList list;
+  list.kind = BlobKind::Level;
+  list.level = static_cast<std::uint8_t>(level);
+  list.numbers = nodes;
+  list.first = std::uint32_t{ 1 } << depth;
+  list.count = nodes.empty() ? list.first : nodes.size();
+  if (level >= model.levels.size())
+  {
+    return NoBlob(model, list.At(0));
+  }
+  for (const auto node : nodes)
+  {
+    if (DepthOfNode(node) != depth)
+    {
+      return NoBlob(model, BlobId::LevelPiece(list.level, node));
+    }
+  }
+  list.estimatedBytes = Estimate(model.levels[level], list.count);
+  return list;
+}
+
+Result<BlobList> ListPartitions(
+  const ModelDescription& model, const std::vector<std::uint32_t>& partitions)
+{
+  BlobList list;
+  list.kind = BlobKind::Partition;
+  list.numbers = partitions;
+  list.count = partitions.size();
+  for (const auto partition : partitions)
+  {
+    if (partition >= model.partitions)
+    {
+      return NoBlob(model, BlobId::Partition(partition));
+    }
+  }
+  list.estimatedBytes = Estimate(model.original, list.count);
+  return list;
+}
+
+Result<BlobList> ListTree(const ModelDescription& model, const std::vector<std::uint32_t>& nodes)
+{
+  const std::uint64_t bytesOfBox = model.doublePrecision ? 48 : 24;
+  BlobList list;
+  list.kind = BlobKind::Tree;
+  list.numbers = nodes;
+  list.count = nodes.size();
+  for (const auto node : nodes)
+  {
+    const unsigned depth = DepthOfNode(node);
+    if (depth % treePageDepths != 0 || (depth > 0 && depth >= model.partitionDepth))
+    {
+      return NoBlob(model, BlobId::TreePage(node));
+    }
+    const unsigned below = std::min(treePageDepths, model.partitionDepth - depth);
+    list.estimatedBytes += bytesOfBox << (below + 1);
+  }
+  return list;
+}
+
+Result<BlobList> ListRegion(const ServedModel& model, const protocol::RegionRequest& request)
+{
+  const ModelDescription& description = model.Description();
+  if (DepthOfNode(request.cell) > description.partitionDepth)
+  {
+    return Error{ ErrorCode::InvalidArgument, "cell " + std::to_string(request.cell) +
+                                                " is deeper than the partitions of " +
+                                                description.id };
+  }
+  const auto boxes = model.Boxes();
+  if (!boxes)
+  {
+    return boxes.GetError();
+  }
+  const TreeDepths depths{ description.partitionDepth, description.stitchDepth,
+    description.finestDepth };
+  auto region = FindRegion(*boxes, depths, request.cell, request.rings);
+  if (!region)
+  {
+    return region.GetError();
+  }
+
+  auto held = request.except;
+  std::sort(held.begin(), held.end());
+  std::vector<std::uint32_t> wanted;
+  std::copy_if(region->begin(), region->end(), std::back_inserter(wanted),
+    [&](std::uint32_t partition)
+    { return !std::binary_search(held.begin(), held.end(), partition); });
+
+  auto list = ListPartitions(description, wanted);
+  if (list && region->size() <= protocol::maximumListedPartitions)
+  {
+    list->region = std::move(*region);
+  }
+  return list;
+}
+
+}
+
+BlobId BlobList::At(std::uint64_t index) const
+{
+  const auto number = this->numbers.empty() ? this->first + static_cast<std::uint32_t>(index)
+                                            : this->numbers[static_cast<std::size_t>(index)];
+  return { this->kind, this->level, number };
+}
+
+Result<BlobList> ListBlobs(const ServedModel& model, const protocol::ClientMessage& message)
+{
+  const ModelDescription& description = model.Description();
+  if (const auto* level = std::get_if<protocol::LevelRequest>(&message.body))
+  {
+    return ListLevel(description, level->level, level->nodes);
+  }
+  if (const auto* tree = std::get_if<protocol::TreeRequest>(&message.body))
+  {
+    return ListTree(description, tree->nodes);
+  }
+  if (const auto* region = std::get_if<protocol::RegionRequest>(&message.body))
+  {
+    return ListRegion(model, *region);
+  }
+  if (const auto* partitions = std::get_if<protocol::PartitionsRequest>(&message.body))
+  {
+    return ListPartitions(description, partitions->partitions);
+  }
+  return ListLevel(description, protocol::PreviewLevel(description), {});
+}
+
+}

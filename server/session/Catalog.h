@@ -1,0 +1,54 @@
+// What a server serves, as the conversation and the routes see it: models, each with its
+// description, the boxes of its tree, and its blobs. Step "serve" of the README's picture.
+//
+// Behind it: stores (StoreCatalog), or plain memory in tests. Everything here may be called from
+// any thread.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "server/protocol/BlobId.h"
+#include "server/protocol/ModelDescription.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+using BlobBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+
+// One model: never changes. Who holds the pointer can read it, also when the catalog has another
+// build by then.
+class ServedModel
+{
+public:
+  virtual ~ServedModel() = default;
+
+  virtual const protocol::ModelDescription& Description() const = 0;
+
+  // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model.
+  // Errors: Damaged.
+  virtual Result<std::span<const Box>> Boxes() const = 0;
+
+  // Errors: NotFound where the model has no such blob; Damaged or InputOutput where it cannot be
+  // read.
+  virtual Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const = 0;
+};
+
+class Catalog
+{
+public:
+  virtual ~Catalog() = default;
+
+  // Every model, by id.
+  virtual std::vector<std::shared_ptr<const ServedModel>> Models() const = 0;
+
+  // The model, or null.
+  virtual std::shared_ptr<const ServedModel> Find(std::string_view id) const = 0;
+};
+
+}

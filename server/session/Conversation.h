@@ -1,0 +1,90 @@
+// One client's conversation: control messages in, control messages and frames out. No sockets, no
+// threads.
+//
+// Answers are pulled one at a time, so that nothing is read from a store before the client has
+// taken what came before, and a cancel takes effect at the next pull. Requests are answered one
+// after the other, as they came. The messages: doc/protocol.md.
+#pragma once
+
+#include "server/protocol/BinaryFrame.h"
+#include "server/protocol/ControlMessage.h"
+#include "server/session/Catalog.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace kdstream
+{
+
+// Why a conversation ends; the values are those of a WebSocket's close.
+enum class CloseReason : std::uint16_t
+{
+  GoingAway = 1001,
+  NotText = 1003,
+  NotJson = 1007,
+  TooLarge = 1009
+};
+
+class Conversation
+{
+public:
+  // A control message (text), or a frame (binary).
+  using Message = std::variant<std::string, std::vector<std::uint8_t>>;
+
+  static constexpr std::size_t maximumRequests = 16; // unfinished ones
+  static constexpr std::size_t maximumPendingAnswers =
+    64; // to messages that are no accepted requests
+
+  // REQUIRES: the catalog outlives the conversation.
+  explicit Conversation(const Catalog& catalog);
+  ~Conversation();
+
+  // Takes a text message of any content and length.
+  void Receive(std::string_view text);
+  // Takes a binary message, which a client must not send.
+  void ReceiveBinary();
+  // The server stops: the current request goes on, those that wait and those to come are refused
+  // (503), then the conversation closes.
+  void Drain();
+
+  // Whether messages should be taken now. False while a client that does not read has many answers
+  // pending, and after the end.
+  bool AcceptsMessages() const;
+
+  // The next message to send, or nothing until more is received. Reads at most one blob.
+  std::optional<Message> NextMessage();
+
+  // Set once the conversation has to end: send what NextMessage still gives, then close.
+  std::optional<CloseReason> Closing() const { return this->Close; }
+
+private:
+  // A request that is being answered.
+  struct Job;
+
+  void Answer(protocol::ServerMessage message);
+  void AnswerError(std::uint32_t request, unsigned code, std::string message);
+  bool IsUnfinished(std::uint32_t request) const;
+  void Cancel(std::uint32_t request);
+  void Start(const protocol::ClientMessage& message);
+  void Open(std::uint32_t request, const protocol::OpenRequest& body);
+  std::optional<Message> Continue();
+  bool NextBlob();
+  std::vector<std::uint8_t> NextFrame();
+
+  const Catalog& Models;
+  std::shared_ptr<const ServedModel> Model; // the open one
+  std::deque<protocol::ClientMessage> Waiting;
+  std::unique_ptr<Job> Current;
+  std::deque<protocol::ServerMessage> Answers; // before anything else
+  bool Draining = false;
+  std::optional<CloseReason> Close;
+};
+
+}
