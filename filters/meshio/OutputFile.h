@@ -1,0 +1,80 @@
+// A file that appears whole or not at all: written under a temporary name beside it, then renamed.
+// For the writers.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// Open, Write…, Finish. The first error is kept: writing goes on as a no-op, and Finish returns it.
+// A file that is not finished is removed.
+class OutputFile
+{
+public:
+  OutputFile() = default;
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile();
+
+  // Errors: InputOutput with the system's reason, or for a name that belongs to something else than
+  // a regular file.
+  Status Open(const std::filesystem::path& file);
+
+  void Write(std::string_view bytes)
+  {
+    this->Buffer.append(bytes);
+    if (this->Buffer.size() >= blockSize)
+    {
+      this->Flush();
+    }
+  }
+
+  // The bytes of a number, the lowest first.
+  template <class T>
+  void WriteLittleEndian(T value)
+  {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    if constexpr (std::endian::native == std::endian::big)
+    {
+      std::reverse(bytes, bytes + sizeof(T));
+    }
+    this->Write(std::string_view(bytes, sizeof(T)));
+  }
+
+  // The shortest decimals that read back to the same value.
+  template <class T>
+  void WriteText(T value)
+  {
+    char text[32];
+    const std::to_chars_result written = std::to_chars(text, text + sizeof(text), value);
+    this->Write(std::string_view(text, static_cast<std::size_t>(written.ptr - text)));
+  }
+
+  // Writes what is left, makes it durable, and gives the file its name.
+  Status Finish();
+
+private:
+  static constexpr std::size_t blockSize = std::size_t{ 1 } << 20;
+
+  void Flush();
+  void Fail(std::string_view what, int reason);
+
+  std::filesystem::path Target;
+  std::filesystem::path Temporary;
+  int Descriptor = -1;
+  std::string Buffer;
+  Status FirstError;
+};
+
+}
