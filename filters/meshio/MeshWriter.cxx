@@ -77,9 +77,10 @@ Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
 
 void WriteStl(OutputFile& file, const Mesh& mesh)
 {
-  // It must not begin with "solid", by which text files are told.
+  // It must not begin with "solid", by which text files are told; VTK looks for a byte that is not
+  // ASCII instead.
   std::string header = "binary STL written by KdStream";
-  header.resize(80, ' ');
+  header.resize(80, '\xff');
   file.Write(header);
   file.WriteLittleEndian(static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const Triangle& triangle : mesh.triangles)
@@ -195,8 +196,11 @@ void WriteVtp(OutputFile& file, const Mesh& mesh)
   file.Write("<Points>\n" +
              arrays.Declare(single ? "Float32" : "Float64", "Points", 3, pointBytes) +
              "</Points>\n");
-  file.Write("<" + section + ">\n" + arrays.Declare("Int64", "connectivity", 1, connectivityBytes) +
-             arrays.Declare("Int64", "offsets", 1, offsetBytes) + "</" + section + ">\n");
+  // One statement each: every declaration takes the next place in the appended block.
+  file.Write("<" + section + ">\n");
+  file.Write(arrays.Declare("Int64", "connectivity", 1, connectivityBytes));
+  file.Write(arrays.Declare("Int64", "offsets", 1, offsetBytes));
+  file.Write("</" + section + ">\n");
   file.Write("</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
 
   file.WriteLittleEndian(pointBytes);
