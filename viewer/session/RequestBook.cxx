@@ -1,0 +1,147 @@
+// Which requests are under way, and which blobs they still owe: step "request" of the README's
+// picture.
+#include "viewer/session/RequestBook.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+
+void RequestBook::Send(SessionRequest request)
+{
+  request.id = ++this->LastId;
+  Entry& entry = this->Open[request.id];
+  entry.owed.insert(request.blobs.begin(), request.blobs.end());
+  for (const protocol::BlobId& blob : request.blobs)
+  {
+    this->Owed[blob] = request.id;
+  }
+  entry.request = request;
+  this->Unsent.push_back(std::move(request));
+}
+
+void RequestBook::Cancel(std::uint32_t request)
+{
+  const auto entry = this->Open.find(request);
+  for (const protocol::BlobId& blob : entry->second.owed)
+  {
+    this->Owed.erase(blob);
+  }
+  this->Open.erase(entry);
+  // What has not been sent yet need not be.
+  const auto unsent = std::find_if(this->Unsent.begin(), this->Unsent.end(),
+    [request](const SessionRequest& r) { return r.id == request; });
+  if (unsent != this->Unsent.end())
+  {
+    this->Unsent.erase(unsent);
+    return;
+  }
+  SessionRequest cancel;
+  cancel.kind = SessionRequest::Kind::Cancel;
+  cancel.id = request;
+  this->Unsent.push_back(cancel);
+}
+
+void RequestBook::CancelUnwanted(const std::set<protocol::BlobId>& wanted)
+{
+  std::set<std::uint32_t> unwanted;
+  for (const auto& [blob, request] : this->Owed)
+  {
+    if (wanted.count(blob) == 0)
+    {
+      unwanted.insert(request);
+    }
+  }
+  for (const std::uint32_t request : unwanted)
+  {
+    this->Cancel(request);
+  }
+}
+
+void RequestBook::CancelAll()
+{
+  while (!this->Open.empty())
+  {
+    this->Cancel(this->Open.begin()->first);
+  }
+}
+
+bool RequestBook::Settle(std::uint32_t request, const protocol::BlobId& blob)
+{
+  const auto entry = this->Open.find(request);
+  if (entry == this->Open.end() || entry->second.owed.erase(blob) == 0)
+  {
+    return false;
+  }
+  this->Owed.erase(blob);
+  if (entry->second.owed.empty())
+  {
+    this->Open.erase(entry);
+  }
+  return true;
+}
+
+bool RequestBook::SettleOpen(std::uint32_t request)
+{
+  const auto entry = this->Open.find(request);
+  if (entry == this->Open.end() || entry->second.request.kind != SessionRequest::Kind::Open)
+  {
+    return false;
+  }
+  this->Open.erase(entry);
+  return true;
+}
+
+std::vector<protocol::BlobId> RequestBook::Close(std::uint32_t request)
+{
+  const auto entry = this->Open.find(request);
+  if (entry == this->Open.end())
+  {
+    return {};
+  }
+  std::vector<protocol::BlobId> owed(entry->second.owed.begin(), entry->second.owed.end());
+  for (const protocol::BlobId& blob : owed)
+  {
+    this->Owed.erase(blob);
+  }
+  this->Open.erase(entry);
+  return owed;
+}
+
+const SessionRequest* RequestBook::Find(std::uint32_t request) const
+{
+  const auto entry = this->Open.find(request);
+  return entry == this->Open.end() ? nullptr : &entry->second.request;
+}
+
+std::string RequestBook::Describe() const
+{
+  constexpr std::size_t most = 5;
+  std::vector<std::string> names;
+  for (const auto& [id, entry] : this->Open)
+  {
+    if (entry.request.kind == SessionRequest::Kind::Open)
+    {
+      names.push_back("open " + entry.request.model);
+    }
+    for (const protocol::BlobId& blob : entry.owed)
+    {
+      names.push_back(protocol::BlobName(blob));
+    }
+  }
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
+  {
+    text += (i > 0 ? ", " : "") + names[i];
+  }
+  return names.size() > most ? text + ", and " + std::to_string(names.size() - most) + " more"
+                             : text;
+}
+
+std::vector<SessionRequest> RequestBook::TakeOutgoing()
+{
+  return std::exchange(this->Unsent, {});
+}
+
+}

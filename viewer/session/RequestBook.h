@@ -1,0 +1,58 @@
+// Which requests are under way, and which blobs they still owe: step "request" of the README's
+// picture.
+#pragma once
+
+#include "viewer/session/SessionTypes.h"
+
+#include <map>
+#include <set>
+#include <vector>
+
+namespace kdstream
+{
+
+// Every blob is owed by at most one request. All O(log blobs), but for what is said otherwise.
+class RequestBook
+{
+public:
+  // Gives the request the next id and notes what it will bring. REQUIRES: none of its blobs is owed
+  // already.
+  void Send(SessionRequest request);
+  // Cancels each request that still owes a blob which is not in `wanted`; the blobs it owed are
+  // owed by nobody then. `Open` is never cancelled so. O(blobs owed).
+  void CancelUnwanted(const std::set<protocol::BlobId>& wanted);
+  // Cancels everything. Ids go on.
+  void CancelAll();
+
+  // An answer came: false if that request does not owe this blob (it was cancelled, or never
+  // asked).
+  bool Settle(std::uint32_t request, const protocol::BlobId& blob);
+  bool SettleOpen(std::uint32_t request);
+  // The request is over: what it still owed, nothing if it is not known (any more).
+  std::vector<protocol::BlobId> Close(std::uint32_t request);
+
+  bool IsOwed(const protocol::BlobId& blob) const { return this->Owed.count(blob) != 0; }
+  const SessionRequest* Find(std::uint32_t request) const;
+  bool Empty() const { return this->Open.empty(); }
+  // A list of what is outstanding for messages: "open dragon, levels/12/3, and 4 more".
+  std::string Describe() const;
+
+  // What there is to send since the last TakeOutgoing, in order.
+  const std::vector<SessionRequest>& Outgoing() const { return this->Unsent; }
+  std::vector<SessionRequest> TakeOutgoing();
+
+private:
+  void Cancel(std::uint32_t request);
+
+  std::uint32_t LastId = 0;
+  struct Entry
+  {
+    SessionRequest request;
+    std::set<protocol::BlobId> owed;
+  };
+  std::map<std::uint32_t, Entry> Open;
+  std::map<protocol::BlobId, std::uint32_t> Owed;
+  std::vector<SessionRequest> Unsent;
+};
+
+}

@@ -1,0 +1,85 @@
+// What goes in and out of a viewer's session: names and texts.
+#include "viewer/session/SessionTypes.h"
+
+#include "viewer/session/JsonText.h"
+
+namespace kdstream
+{
+
+protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths)
+{
+  if (piece.resolution.IsOriginal())
+  {
+    return protocol::BlobId::Partition(piece.node - (NodeId{ 1 } << depths.partition));
+  }
+  return protocol::BlobId::LevelPiece(
+    static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
+}
+
+PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
+{
+  if (blob.kind == protocol::BlobKind::Partition)
+  {
+    return { Resolution::Original(), NodeOfPartition(blob.number, depths) };
+  }
+  return { Resolution::Level(blob.level), blob.number };
+}
+
+const char* NameOf(SessionRequest::Kind kind)
+{
+  switch (kind)
+  {
+    case SessionRequest::Kind::Open:
+      return "open";
+    case SessionRequest::Kind::Preview:
+      return "preview";
+    case SessionRequest::Kind::Level:
+      return "level";
+    case SessionRequest::Kind::Tree:
+      return "tree";
+    case SessionRequest::Kind::Region:
+      return "region";
+    case SessionRequest::Kind::Partitions:
+      return "partitions";
+    case SessionRequest::Kind::Cancel:
+      break;
+  }
+  return "cancel";
+}
+
+const char* NameOf(ViewerMode mode)
+{
+  switch (mode)
+  {
+    case ViewerMode::Browsing:
+      return "browsing";
+    case ViewerMode::FullScreen:
+      return "full screen";
+    case ViewerMode::NoModel:
+      break;
+  }
+  return "no model";
+}
+
+std::string StatisticsJson(const std::vector<BlobStatistics>& statistics)
+{
+  std::string text = "[";
+  for (const BlobStatistics& blob : statistics)
+  {
+    text += text.size() > 1 ? ",\n " : "\n ";
+    text += JsonObject()
+              .Add("what", blob.what)
+              .Add("id", blob.id)
+              .Add("vertices", blob.vertices)
+              .Add("triangles", blob.triangles)
+              .Add("bytes", blob.bytes)
+              .Add("transmission_s", blob.transmissionSeconds)
+              .Add("parsing_s", blob.parsingSeconds)
+              .Add("rendering_s", blob.renderingSeconds)
+              .Add("from_cache", blob.fromCache)
+              .Text();
+  }
+  return text + "\n]\n";
+}
+
+}

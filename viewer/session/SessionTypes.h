@@ -1,0 +1,115 @@
+// What goes in and out of a viewer's session: requests, the scene, the status, the statistics.
+#pragma once
+
+#include "filters/core/Piece.h"
+#include "filters/core/Surface.h"
+#include "server/protocol/BlobId.h"
+#include "viewer/session/Camera.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
+// (PieceOfBlob): not a tree page.
+protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
+PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);
+
+// What the session asks of a server. The host sends it by any means (a stream's message, or a GET
+// for each blob) and answers with Opened, BlobArrived, BlobFailed, RequestFailed and RequestEnded
+// of ViewerSession.
+struct SessionRequest
+{
+  enum class Kind
+  {
+    Open,    // the description of `model`; what follows is about it
+    Preview, // the piece of the preview level
+    Level,   // `blobs`, pieces of `level`
+    Tree,    // `blobs`, pages of the tree
+    Region,  // the region of `rings` around `cell`, nearest first, but for the partitions `except`
+    Partitions, // `blobs`, partitions
+    Cancel      // of the request with this id, which ends without further answers
+  };
+  Kind kind = Kind::Open;
+  std::uint32_t id = 0; // from 1; of a Cancel: the request that is cancelled
+  std::string model;    // of Open
+  std::uint8_t level = 0;
+  NodeId cell = 1;
+  std::uint8_t rings = 1;
+  std::vector<std::uint32_t> except;
+  std::vector<protocol::BlobId>
+    blobs; // that will answer, in the order wanted; of all kinds but Open and Cancel
+  bool operator==(const SessionRequest&) const = default;
+};
+const char* NameOf(SessionRequest::Kind kind);
+// As a line of JSON, for traces.
+std::string FormatRequest(const SessionRequest& request);
+
+// What to draw.
+struct ViewerScene
+{
+  std::shared_ptr<const Surface> surface; // never null; empty at first
+  std::uint64_t surfaceVersion = 0;       // grows whenever `surface` is another one
+  Box box;                                // of the model; empty without one
+  Vec3 eye{}, focal{}, up{ 0, 1, 0 };
+  Quaternion orientation;               // of the camera: x right, y up, view along -z
+  double viewAngle = Camera::viewAngle; // degrees, vertical
+  TreeDepths depths;                    // of the model
+};
+
+enum class ViewerMode
+{
+  NoModel,   // nothing is selected
+  Browsing,  // a model is selected: its preview is shown
+  FullScreen // the level follows the zoom, a double tap streams a region
+};
+const char* NameOf(ViewerMode mode);
+
+// What to tell the person.
+struct ViewerStatus
+{
+  ViewerMode mode = ViewerMode::NoModel;
+  std::string model; // id, title
+  std::string title;
+  std::optional<unsigned> shownLevel; // of what is not refined; nothing before the preview has come
+  std::optional<unsigned> targetLevel; // that the zoom asks for; nothing before the model is open
+  struct Region
+  {
+    NodeId cell = 1; // picked
+    unsigned rings = 1;
+    std::uint64_t partitions = 0; // it has
+    std::uint64_t shown = 0;      // are shown as the original
+  };
+  std::optional<Region> region;
+  std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
+  std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last
+  std::uint64_t bytesLoaded = 0;                  // of these
+  std::string error; // a sentence about the last thing that failed; empty again when something else
+                     // is asked for
+};
+
+// One blob's way, as in the paper's Tables 4-6.
+struct BlobStatistics
+{
+  std::string what;           // "preview", "level" or "partition"
+  std::string id;             // "levels/12/3", "partitions/7"
+  std::uint64_t vertices = 0; // its own
+  std::uint64_t triangles = 0;
+  std::uint64_t bytes = 0;
+  double transmissionSeconds = 0;
+  double parsingSeconds = 0; // decoding and checking
+  // Of the first frame that shows it: drawing the surface and rendering it, shared among the blobs
+  // that this frame shows for the first time by their triangles. 0 if it has not been shown.
+  double renderingSeconds = 0;
+  bool fromCache = false; // of the disk
+};
+
+// As the list of CLI.md.
+std::string StatisticsJson(const std::vector<BlobStatistics>& statistics);
+
+}

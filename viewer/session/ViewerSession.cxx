@@ -1,0 +1,666 @@
+// The one brain of all viewers: see ViewerSession.h. Every input ends in Update(), which compares
+// what one would like to see with what is loaded and with what is under way:
+//   1. the wish: the level that the zoom asks for (or a coarser one, where it failed) and the
+//   picked region,
+//   2. the shown cut: the best that the loaded pieces allow,
+//   3. cancel what nobody wants any more, and ask for what is missing.
+#include "viewer/session/ViewerSession.h"
+
+#include "filters/core/Region.h"
+#include "viewer/session/Picker.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+using protocol::BlobId;
+using protocol::BlobKind;
+
+std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
+{
+  std::vector<LevelFacts> facts;
+  for (const auto& level : model.levels)
+  {
+    facts.push_back({ level.deviation, level.triangles });
+  }
+  return facts;
+}
+
+CodecContext CodecOf(const protocol::ModelDescription& model)
+{
+  CodecContext codec;
+  codec.depths = { model.partitionDepth, model.stitchDepth, model.finestDepth };
+  codec.grid.bits = model.bits;
+  codec.grid.scalarType = model.doublePrecision ? ScalarType::Float64 : ScalarType::Float32;
+  codec.grid.origin = model.gridOrigin;
+  codec.grid.step = model.gridStep;
+  return codec;
+}
+
+// Why this viewer cannot show the model; empty if it can.
+std::string Objection(const protocol::ModelDescription& model)
+{
+  if (model.levels.size() != std::size_t{ model.finestDepth } + 1)
+  {
+    return "it has no levels of detail, only partitions";
+  }
+  if (model.partitionDepth > ViewerSession::deepestPartitions)
+  {
+    return "its tree of depth " + std::to_string(model.partitionDepth) +
+           " is deeper than this viewer takes (" +
+           std::to_string(ViewerSession::deepestPartitions) + ")";
+  }
+  return {};
+}
+
+}
+
+ViewerSession::ViewerSession(SessionOptions options)
+  : Options(std::move(options))
+  , Gestures(this->Options.gestures)
+  , Pieces(this->Options.cacheBytes)
+{
+  this->Options.rings = std::clamp(this->Options.rings, 1u, 3u);
+}
+
+// ---- what the person does
+
+void ViewerSession::Resize(const Viewport& viewport)
+{
+  this->Eye.SetViewport(viewport);
+  this->Gestures.SetPixelRatio(this->Eye.GetViewport().pixelRatio);
+  if (!this->EyeMoved && this->Current)
+  {
+    this->Eye.FitTo(this->Current->box);
+  }
+  this->FollowZoom();
+  this->Update();
+  this->Trace("resize");
+}
+
+Status ViewerSession::SelectModel(const std::string& model)
+{
+  const auto listed = std::any_of(this->ModelList.begin(), this->ModelList.end(),
+    [&model](const protocol::ModelSummary& summary) { return summary.id == model; });
+  if (this->HasModelList && !listed)
+  {
+    return Error{ ErrorCode::NotFound, "the server has no model '" + model + "'" };
+  }
+  this->Retry();
+  if (this->Mode != ViewerMode::NoModel && this->ModelId == model)
+  {
+    const bool failed = !this->Current && this->Book.Empty();
+    if (!failed)
+    {
+      this->EnterFullScreen();
+      return {};
+    }
+  }
+  this->CloseModel();
+  this->ModelId = model;
+  this->Mode = ViewerMode::Browsing;
+  SessionRequest open;
+  open.kind = SessionRequest::Kind::Open;
+  open.model = model;
+  this->Book.Send(open);
+  this->Trace("select", model);
+  return {};
+}
+
+void ViewerSession::CloseModel()
+{
+  this->Book.CancelAll();
+  this->Pieces.Clear();
+  this->Shown.Reset({});
+  this->Current.reset();
+  this->Region.reset();
+  this->WaitingPick.reset();
+  this->Unrendered.clear();
+  this->JustShown.clear();
+  this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
+  this->EyeMoved = false;
+}
+
+void ViewerSession::EnterFullScreen()
+{
+  if (this->Mode == ViewerMode::Browsing)
+  {
+    this->Mode = ViewerMode::FullScreen;
+    this->FollowZoom();
+  }
+  this->Update();
+  this->Trace("full screen");
+}
+
+void ViewerSession::HandleTouches(const TouchFrame& frame)
+{
+  for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
+  {
+    this->Handle(gesture);
+  }
+  this->Update();
+  this->Trace("touches");
+}
+
+void ViewerSession::Handle(const Gesture& gesture)
+{
+  if (!this->Current)
+  {
+    return;
+  }
+  switch (gesture.kind)
+  {
+    case Gesture::Kind::Rotate:
+      this->EyeMoved = true;
+      this->Eye.Rotate(gesture.x - gesture.dx, gesture.y - gesture.dy, gesture.x, gesture.y);
+      break;
+    case Gesture::Kind::PinchBegin:
+      this->Retry();
+      if (const auto hit =
+            PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(gesture.x, gesture.y)))
+      {
+        this->Eye.FocusAtDepthOf(hit->point);
+      }
+      break;
+    case Gesture::Kind::Pinch:
+      this->EyeMoved = true;
+      this->Mode = ViewerMode::FullScreen;
+      this->Eye.Pan(gesture.dx, gesture.dy);
+      this->Eye.Zoom(gesture.scale, gesture.x, gesture.y);
+      this->FollowZoom();
+      break;
+    case Gesture::Kind::PinchEnd:
+      break;
+    case Gesture::Kind::Tap:
+      if (this->Mode == ViewerMode::Browsing)
+      {
+        this->Mode = ViewerMode::FullScreen;
+        this->FollowZoom();
+      }
+      break;
+    case Gesture::Kind::DoubleTap:
+      this->DoubleTap(gesture.x, gesture.y);
+      break;
+  }
+}
+
+void ViewerSession::SetRings(unsigned rings)
+{
+  this->Options.rings = std::clamp(rings, 1u, 3u);
+  this->Trace("rings");
+}
+
+// Forgets what failed, so that it is asked for again.
+void ViewerSession::Retry()
+{
+  this->FailedPieces.clear();
+  this->FailedPages.clear();
+  this->LastError.clear();
+}
+
+void ViewerSession::DoubleTap(double x, double y)
+{
+  this->Retry();
+  this->WaitingPick.reset();
+  const auto hit = PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y));
+  if (!hit)
+  {
+    this->Region.reset();
+  }
+  else if (this->Current->missingPages.empty())
+  {
+    this->PickRegion(hit->point);
+  }
+  else
+  {
+    this->WaitingPick = hit->point;
+  }
+}
+
+// REQUIRES: the tree has come.
+void ViewerSession::PickRegion(const Vec3& point)
+{
+  const TreeDepths& depths = this->Current->codec.depths;
+  const std::vector<Box>& tree = this->Current->tree;
+  const std::size_t first = std::size_t{ 1 } << depths.partition;
+  if (std::all_of(tree.begin() + static_cast<std::ptrdiff_t>(first), tree.end(),
+        [](const Box& box) { return box.Empty(); }))
+  {
+    this->LastError = "The tree of " + this->ModelId + " has no partitions.";
+    return;
+  }
+  PickedRegion region;
+  region.cell = NodeOfPartition(NearestPartition(tree, depths, point), depths);
+  region.rings = this->Options.rings;
+  auto found = FindRegion(tree, depths, region.cell, region.rings);
+  if (!found)
+  {
+    this->LastError = "The region around the tap cannot be found: " + found.GetError().message;
+    return;
+  }
+  region.partitions = std::move(*found);
+  if (region.partitions.size() > this->Options.mostRegionPartitions)
+  {
+    region.partitions.resize(this->Options.mostRegionPartitions);
+    region.whole = false;
+  }
+  for (const std::uint32_t partition : region.partitions)
+  {
+    region.box.Add(tree[first + partition]);
+  }
+  this->Region = std::move(region);
+}
+
+// The level that the zoom asks for, and whether the region can still be seen.
+void ViewerSession::FollowZoom()
+{
+  if (!this->Current)
+  {
+    return;
+  }
+  const double scale = this->Eye.PixelsPerUnit() / this->Eye.GetViewport().pixelRatio;
+  if (this->Mode == ViewerMode::FullScreen)
+  {
+    this->Target = this->Current->policy.Choose(scale, this->Target);
+  }
+  if (this->Region && Length(this->Region->box.hi - this->Region->box.lo) * scale <
+                        this->Options.smallestRegionPoints)
+  {
+    this->Region.reset();
+  }
+}
+
+// ---- what the server sends
+
+void ViewerSession::SetModels(std::vector<protocol::ModelSummary> models)
+{
+  this->ModelList = std::move(models);
+  this->HasModelList = true;
+  this->Trace("models");
+}
+
+void ViewerSession::Opened(std::uint32_t request, const protocol::ModelDescription& model)
+{
+  if (!this->Book.SettleOpen(request))
+  {
+    return;
+  }
+  const std::string objection = Objection(model);
+  if (!objection.empty())
+  {
+    this->LastError = this->ModelId + " cannot be shown: " + objection + ".";
+    this->Trace("opened", this->ModelId);
+    return;
+  }
+  this->Current.emplace(
+    Model{ model, CodecOf(model), LevelPolicy(FactsOf(model), this->Options.policy), {}, {}, {} });
+  const TreeDepths& depths = this->Current->codec.depths;
+  this->Current->box.lo = model.boxLo;
+  this->Current->box.hi = model.boxHi;
+  this->Current->tree.resize(std::size_t{ 2 } << depths.partition);
+  const auto pages = TreePages(depths);
+  this->Current->missingPages.insert(pages.begin(), pages.end());
+  this->Shown.Reset(depths);
+  this->Eye.FitTo(this->Current->box);
+  this->Target = this->Current->policy.PreviewLevel();
+  this->FollowZoom();
+  this->Update();
+  this->Trace("opened", this->ModelId);
+}
+
+void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
+  std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)
+{
+  const SessionRequest* asked = this->Book.Find(request);
+  const bool preview = asked && asked->kind == SessionRequest::Kind::Preview;
+  if (!this->Current || !this->Book.Settle(request, blob))
+  {
+    return;
+  }
+  BlobStatistics entry;
+  entry.what = preview ? "preview" : blob.kind == BlobKind::Partition ? "partition" : "level";
+  entry.id = protocol::BlobName(blob);
+  entry.bytes = bytes.size();
+  entry.transmissionSeconds = transmissionSeconds;
+  entry.fromCache = fromCache;
+  ++this->BlobsLoaded;
+  this->BytesLoaded += bytes.size();
+  if (const Status status = this->Decode(blob, bytes, entry); !status)
+  {
+    this->Fail(blob, status.GetError().message);
+  }
+  else if (blob.kind != BlobKind::Tree)
+  {
+    this->Unrendered[PieceOfBlob(blob, this->Current->codec.depths)] = this->Blobs.size();
+    this->Blobs.push_back(std::move(entry));
+  }
+  this->Update();
+  this->Trace("blob", protocol::BlobName(blob));
+}
+
+Status ViewerSession::Decode(
+  const BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry)
+{
+  Model& model = *this->Current;
+  if (blob.kind == BlobKind::Tree)
+  {
+    if (Status status = DecodeTreePage(bytes, blob.number, model.codec.depths, model.tree); !status)
+    {
+      return status;
+    }
+    model.missingPages.erase(blob.number);
+    if (model.missingPages.empty() && this->WaitingPick)
+    {
+      this->PickRegion(*std::exchange(this->WaitingPick, std::nullopt));
+    }
+    return {};
+  }
+  const double begin = this->Options.clock ? this->Options.clock() : 0;
+  auto piece = DecodePiece(bytes, PieceOfBlob(blob, model.codec.depths), model.codec);
+  entry.parsingSeconds = this->Options.clock ? this->Options.clock() - begin : 0;
+  if (!piece)
+  {
+    return piece.GetError();
+  }
+  entry.vertices = piece->ownVertices;
+  entry.triangles = piece->triangles.size();
+  this->Pieces.Add(std::move(*piece));
+  return {};
+}
+
+void ViewerSession::Fail(const BlobId& blob, const std::string& message)
+{
+  this->LastError =
+    protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
+  if (blob.kind == BlobKind::Tree)
+  {
+    this->FailedPages.insert(blob.number);
+    this->WaitingPick.reset();
+  }
+  else
+  {
+    this->FailedPieces.insert(PieceOfBlob(blob, this->Current->codec.depths));
+  }
+}
+
+void ViewerSession::BlobFailed(
+  std::uint32_t request, const BlobId& blob, const std::string& message)
+{
+  if (this->Current && this->Book.Settle(request, blob))
+  {
+    this->Fail(blob, message);
+    this->Update();
+    this->Trace("failed", protocol::BlobName(blob));
+  }
+}
+
+void ViewerSession::RequestFailed(std::uint32_t request, const std::string& message)
+{
+  const SessionRequest* asked = this->Book.Find(request);
+  if (!asked)
+  {
+    return;
+  }
+  const bool open = asked->kind == SessionRequest::Kind::Open;
+  const std::vector<BlobId> owed = this->Book.Close(request);
+  for (const BlobId& blob : owed)
+  {
+    this->Fail(blob, message);
+  }
+  if (open)
+  {
+    this->LastError = this->ModelId + " cannot be opened: " + message;
+  }
+  this->Update();
+  this->Trace("request failed");
+}
+
+void ViewerSession::RequestEnded(std::uint32_t request)
+{
+  this->RequestFailed(request, "the server ended without sending it");
+}
+
+// ---- what one would like to see, and how to get it
+
+// The level that the zoom asks for, or the next coarser one of which no piece has failed.
+unsigned ViewerSession::EffectiveLevel() const
+{
+  unsigned level = this->Target;
+  const auto failed = [this](unsigned d)
+  {
+    const auto first = this->FailedPieces.lower_bound({ Resolution::Level(d), 0 });
+    return first != this->FailedPieces.end() && first->resolution == Resolution::Level(d);
+  };
+  while (level > this->Current->policy.PreviewLevel() && failed(level))
+  {
+    --level;
+  }
+  return level;
+}
+
+SurfaceWish ViewerSession::Wish() const
+{
+  SurfaceWish wish;
+  // The preview comes first, alone.
+  wish.level =
+    this->Shown.IsEmpty() ? this->Current->policy.PreviewLevel() : this->EffectiveLevel();
+  if (this->Region && !this->Shown.IsEmpty())
+  {
+    wish.region = this->Region->partitions;
+  }
+  return wish;
+}
+
+void ViewerSession::Update()
+{
+  if (!this->Current)
+  {
+    return;
+  }
+  this->Shown.Choose(this->Wish(), this->Pieces, this->FailedPieces);
+  // The preview may just have appeared: wish again.
+  ShownSurface::Needs needs = this->Shown.NeedsOf(this->Wish(), this->Pieces);
+
+  const TreeDepths& depths = this->Current->codec.depths;
+  std::set<BlobId> wanted;
+  std::vector<PieceId> missing;
+  for (const PieceId piece : needs.missing)
+  {
+    wanted.insert(BlobOfPiece(piece, depths));
+    if (this->FailedPieces.count(piece) == 0)
+    {
+      missing.push_back(piece);
+    }
+  }
+  for (const NodeId page : this->Current->missingPages)
+  {
+    wanted.insert(BlobId::TreePage(page));
+  }
+  this->Book.CancelUnwanted(wanted);
+  if (this->Book.Empty())
+  {
+    this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
+  }
+  this->RequestMissing(missing);
+
+  needs.all.insert(this->Shown.Pieces().begin(), this->Shown.Pieces().end());
+  this->Pieces.Pin(std::move(needs.all));
+}
+
+void ViewerSession::RequestMissing(const std::vector<PieceId>& missing)
+{
+  std::vector<PieceId> fresh;
+  const TreeDepths& depths = this->Current->codec.depths;
+  for (const PieceId piece : missing)
+  {
+    if (!this->Book.IsOwed(BlobOfPiece(piece, depths)))
+    {
+      fresh.push_back(piece);
+    }
+  }
+  this->RequestLevels(fresh);
+  SessionRequest tree;
+  tree.kind = SessionRequest::Kind::Tree;
+  for (const NodeId page : this->Current->missingPages)
+  {
+    const BlobId blob = BlobId::TreePage(page);
+    if (!this->Book.IsOwed(blob) && this->FailedPages.count(page) == 0)
+    {
+      tree.blobs.push_back(blob);
+    }
+  }
+  if (!tree.blobs.empty())
+  {
+    this->BlobsWanted += tree.blobs.size();
+    this->Book.Send(std::move(tree));
+  }
+  this->RequestRegion(fresh);
+}
+
+// One request a level; `missing` is ascending, so coarse before fine.
+void ViewerSession::RequestLevels(const std::vector<PieceId>& missing)
+{
+  const unsigned preview = this->Current->policy.PreviewLevel();
+  for (auto piece = missing.begin(); piece != missing.end() && !piece->resolution.IsOriginal();)
+  {
+    const Resolution resolution = piece->resolution;
+    SessionRequest request;
+    request.kind = resolution == Resolution::Level(preview) ? SessionRequest::Kind::Preview
+                                                            : SessionRequest::Kind::Level;
+    request.level = static_cast<std::uint8_t>(resolution.Depth());
+    for (; piece != missing.end() && piece->resolution == resolution; ++piece)
+    {
+      request.blobs.push_back(BlobOfPiece(*piece, this->Current->codec.depths));
+    }
+    this->BlobsWanted += request.blobs.size();
+    this->Book.Send(std::move(request));
+  }
+}
+
+// What is missing of the region's partitions, nearest first.
+void ViewerSession::RequestRegion(const std::vector<PieceId>& missing)
+{
+  if (!this->Region)
+  {
+    return;
+  }
+  SessionRequest request;
+  request.kind =
+    this->Region->whole ? SessionRequest::Kind::Region : SessionRequest::Kind::Partitions;
+  request.cell = this->Region->cell;
+  request.rings = static_cast<std::uint8_t>(this->Region->rings);
+  for (const std::uint32_t partition : this->Region->partitions)
+  {
+    const PieceId piece{ Resolution::Original(),
+      NodeOfPartition(partition, this->Current->codec.depths) };
+    if (std::binary_search(missing.begin(), missing.end(), piece))
+    {
+      request.blobs.push_back(BlobId::Partition(partition));
+    }
+    else if (this->Region->whole)
+    {
+      request.except.push_back(partition);
+    }
+  }
+  if (!request.blobs.empty())
+  {
+    this->BlobsWanted += request.blobs.size();
+    this->Book.Send(std::move(request));
+  }
+}
+
+// ---- frames and what comes out
+
+void ViewerSession::BeginFrame()
+{
+  const auto drawn = this->Shown.Draw(this->Pieces);
+  if (!drawn)
+  {
+    this->LastError = "The surface cannot be drawn: " + drawn.GetError().message;
+  }
+  else if (*drawn)
+  {
+    for (const PieceId piece : this->Shown.Pieces())
+    {
+      const auto fresh = this->Unrendered.find(piece);
+      if (fresh != this->Unrendered.end())
+      {
+        this->JustShown.push_back(fresh->second);
+        this->Unrendered.erase(fresh);
+      }
+    }
+    this->Trace("frame");
+  }
+}
+
+void ViewerSession::EndFrame(double seconds)
+{
+  // One more for each, so that pieces without triangles share in the time too.
+  double sum = 0;
+  for (const std::size_t i : this->JustShown)
+  {
+    sum += static_cast<double>(this->Blobs[i].triangles + 1);
+  }
+  for (const std::size_t i : this->JustShown)
+  {
+    this->Blobs[i].renderingSeconds =
+      seconds * static_cast<double>(this->Blobs[i].triangles + 1) / sum;
+  }
+  this->JustShown.clear();
+}
+
+std::vector<SessionRequest> ViewerSession::TakeRequests()
+{
+  return this->Book.TakeOutgoing();
+}
+
+ViewerScene ViewerSession::Scene() const
+{
+  ViewerScene scene;
+  scene.surface = this->Shown.GetSurface();
+  scene.surfaceVersion = this->Shown.Version();
+  scene.box = this->Current ? this->Current->box : Box{};
+  scene.depths = this->Current ? this->Current->codec.depths : TreeDepths{};
+  scene.eye = this->Eye.Eye();
+  scene.focal = this->Eye.Focal();
+  scene.up = this->Eye.Up();
+  scene.orientation = this->Eye.Orientation();
+  return scene;
+}
+
+ViewerStatus ViewerSession::GetStatus() const
+{
+  ViewerStatus status;
+  status.mode = this->Mode;
+  status.model = this->ModelId;
+  status.error = this->LastError;
+  status.vertices = this->Shown.GetSurface()->points.size();
+  status.triangles = this->Shown.GetSurface()->triangles.size();
+  status.blobsLoaded = this->BlobsLoaded;
+  status.blobsWanted = this->BlobsWanted;
+  status.bytesLoaded = this->BytesLoaded;
+  if (this->Current)
+  {
+    status.title = this->Current->description.title;
+    status.targetLevel = this->Target;
+  }
+  if (this->Shown.GetCut())
+  {
+    status.shownLevel = this->Shown.GetCut()->base.Depth();
+  }
+  if (this->Region)
+  {
+    status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };
+    for (const std::uint32_t partition : this->Region->partitions)
+    {
+      status.region->shown += this->Shown.IsRefined(partition) ? 1 : 0;
+    }
+  }
+  return status;
+}
+
+}

@@ -1,0 +1,176 @@
+// The one brain of all viewers: what a person does and what a server sends go in, requests and a
+// scene come out. Steps "look", "choose", "pick", "request" and "draw" of the README's picture
+// (paper section 5).
+#pragma once
+
+#include "filters/codec/PieceCodec.h"
+#include "filters/core/Result.h"
+#include "server/protocol/ModelDescription.h"
+#include "viewer/session/GestureRecognizer.h"
+#include "viewer/session/LevelPolicy.h"
+#include "viewer/session/PieceCache.h"
+#include "viewer/session/RequestBook.h"
+#include "viewer/session/SessionTypes.h"
+#include "viewer/session/ShownSurface.h"
+
+#include <functional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct SessionOptions
+{
+  unsigned rings = 1; // around a picked cell, 1-3
+  LevelPolicyOptions policy;
+  GestureThresholds gestures;
+  // Decoded pieces that are kept beyond what is shown, bytes.
+  std::size_t cacheBytes = std::size_t{ 256 } << 20;
+  // A region takes at most so many partitions, nearest first.
+  std::size_t mostRegionPartitions = 512;
+  // A region that has shrunk to fewer points than this on the screen is let go.
+  double smallestRegionPoints = 32;
+  // Seconds of a steady clock, for parsing times only; without one these are 0.
+  std::function<double()> clock;
+  // Called with one line of JSON after every input: the input, the state, the requests that it led
+  // to. The same inputs give the same lines.
+  std::function<void(std::string_view)> trace;
+};
+
+// One person's session with one server. The states:
+//
+//   no model --SelectModel--> browsing --tap, pinch, SelectModel again--> full screen
+//
+// *Browsing* shows the selected model's preview, which can be turned, and double-tapped. In *full
+// screen* pinching zooms about the surface under the fingers and picks the level (LevelPolicy); a
+// double tap on the surface picks the partition nearest to the hit and streams the region around it
+// as the original; a double tap beside the model lets the region go. Selecting another model
+// browses that one.
+//
+// A region stays while one turns, pans and pinches, whatever the level around it, until another one
+// is picked or it has become too small to be seen; partitions that the next region shares are not
+// asked for again.
+//
+// Levels and regions appear when all that they need has come; until then the old surface stays
+// (ShownSurface). What fails is named in Status().error, and not asked for again before the next
+// double tap, pinch or selection; a level of which a piece failed is replaced by the next coarser
+// one.
+//
+// Not thread-safe; no input blocks, throws, or calls back (but for clock and trace).
+class ViewerSession
+{
+public:
+  // Deeper trees are refused: their boxes alone would take more than 100 MB.
+  static constexpr unsigned deepestPartitions = 20;
+
+  explicit ViewerSession(SessionOptions options = {});
+
+  // ---- what the person does
+  void Resize(const Viewport& viewport);
+  // Errors: NotFound where the server's list is known and `model` is not in it; nothing changes
+  // then.
+  Status SelectModel(const std::string& model);
+  void EnterFullScreen();
+  void HandleTouches(const TouchFrame& frame);
+  // For the next region. Clamped to 1-3.
+  void SetRings(unsigned rings);
+
+  // ---- what the server sends. Answers to requests that were cancelled are ignored.
+  void SetModels(std::vector<protocol::ModelSummary> models);
+  void Opened(std::uint32_t request, const protocol::ModelDescription& model);
+  // Bytes of any content may be given. transmissionSeconds: from the request, or from the blob
+  // before it.
+  void BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
+    std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
+  void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
+  // All that the request still owes has failed.
+  void RequestFailed(std::uint32_t request, const std::string& message);
+  // The server says that it has sent everything.
+  void RequestEnded(std::uint32_t request);
+
+  // ---- frames
+  // Draws what has changed; call before rendering Scene().
+  void BeginFrame();
+  // Call after rendering, with the seconds that it and BeginFrame took.
+  void EndFrame(double seconds);
+
+  // ---- what comes out
+  // What to send since the last call, in order.
+  std::vector<SessionRequest> TakeRequests();
+  ViewerScene Scene() const;
+  ViewerStatus GetStatus() const;
+  const std::vector<protocol::ModelSummary>& Models() const { return this->ModelList; }
+  const std::vector<BlobStatistics>& Statistics() const { return this->Blobs; }
+  // Whether nothing is outstanding and all that came has been drawn.
+  bool IsIdle() const { return this->Book.Empty() && !this->Shown.NeedsDrawing(); }
+  // What is outstanding, for messages.
+  std::string DescribeOutstanding() const { return this->Book.Describe(); }
+
+private:
+  struct Model
+  {
+    protocol::ModelDescription description;
+    CodecContext codec;
+    LevelPolicy policy;
+    Box box;
+    std::vector<Box> tree;         // heap order; empty boxes until their page has come
+    std::set<NodeId> missingPages; // of the tree
+  };
+  struct PickedRegion
+  {
+    NodeId cell = 1;
+    unsigned rings = 1;
+    std::vector<std::uint32_t> partitions; // nearest first
+    bool whole = true;                     // not cut off by mostRegionPartitions
+    Box box;
+  };
+
+  void CloseModel();
+  void Handle(const Gesture& gesture);
+  void DoubleTap(double x, double y);
+  void PickRegion(const Vec3& point);
+  void FollowZoom();
+  void Retry();
+  void Update();
+  unsigned EffectiveLevel() const;
+  SurfaceWish Wish() const;
+  void RequestMissing(const std::vector<PieceId>& missing);
+  void RequestLevels(const std::vector<PieceId>& missing);
+  void RequestRegion(const std::vector<PieceId>& missing);
+  Status Decode(
+    const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
+  void Fail(const protocol::BlobId& blob, const std::string& message);
+  void Trace(std::string_view input, std::string_view detail = {});
+
+  SessionOptions Options;
+  GestureRecognizer Gestures;
+  Camera Eye;
+  bool EyeMoved = false; // by a gesture since it was fitted
+  std::vector<protocol::ModelSummary> ModelList;
+  bool HasModelList = false;
+
+  ViewerMode Mode = ViewerMode::NoModel;
+  std::string ModelId;          // selected
+  std::optional<Model> Current; // once it is open
+  unsigned Target = 0;          // level that the zoom asks for
+  std::optional<PickedRegion> Region;
+  std::optional<Vec3> WaitingPick; // until the tree has come
+
+  PieceCache Pieces;
+  ShownSurface Shown;
+  RequestBook Book;
+  std::set<PieceId> FailedPieces;
+  std::set<NodeId> FailedPages;
+  std::string LastError;
+
+  std::vector<BlobStatistics> Blobs;
+  std::map<PieceId, std::size_t> Unrendered; // loaded and not yet shown: where in Blobs
+  std::vector<std::size_t> JustShown;        // by the frame that has begun
+  std::uint64_t BlobsLoaded = 0, BlobsWanted = 0, BytesLoaded = 0;
+};
+
+}
