@@ -1,0 +1,197 @@
+// kdstream-build: a mesh file in, a store out. The contract is CLI.md.
+#include "filters/app/Program.h"
+#include "filters/app/StoreJson.h"
+#include "filters/app/TbbExecution.h"
+#include "filters/store/Builder.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+namespace
+{
+
+using namespace kdstream;
+using Json = nlohmann::json;
+
+constexpr const char* description = "Cuts a mesh into uniform k-d partitions and a hierarchy of "
+                                    "simplified meshes, and writes them to a store\n"
+                                    "that kdstream-serve streams from.\n\n"
+                                    "INPUT is a .ply file (ascii, little or big endian; polygons "
+                                    "and strips are triangulated). A file without\n"
+                                    "faces is a point cloud.\n\n"
+                                    "Example: kdstream-build dragon.ply -o dragon.kds --title "
+                                    "\"Stanford dragon\" --stats dragon.json";
+
+struct CommandLine
+{
+  std::string input, output, stats;
+  BuildOptions build;
+  std::uint32_t partitions = 0;
+  std::string partitioner = "kdtree", maker = "cluster", representative = "quadric", sheets = "on",
+              weld = "on";
+  std::string precision = "20";
+  unsigned threads = 0;
+  bool quiet = false;
+};
+
+const CLI::Validator onOff = CLI::IsMember({ "on", "off" });
+
+void AddOptions(CLI::App& app, CommandLine& line)
+{
+  app.add_option("INPUT", line.input, "the mesh")->required();
+  app.add_option("-o,--output", line.output, "the store to write (NAME.kds)")->required();
+  auto* size = app
+                 .add_option("--vertices-per-partition", line.build.tree.verticesPerPartition,
+                   "most vertices of a partition")
+                 ->check(CLI::Range(1U, 1U << 20))
+                 ->capture_default_str();
+  app
+    .add_option("--partitions", line.partitions,
+      "number of partitions instead: a power of two, at most the vertices")
+    ->check(CLI::PositiveNumber)
+    ->excludes(size);
+  app.add_option("--partitioner", line.partitioner, "kdtree")
+    ->check(CLI::IsMember({ "kdtree" }))
+    ->capture_default_str();
+  AddSizeOption(app, "--memory", line.build.memory,
+    "most memory the build may take (K, M, G); a mesh that needs more is refused [75 % of free "
+    "memory]");
+  app.add_option("--threads", line.threads, "threads [all of the machine's]")
+    ->check(CLI::Range(1U, 1024U));
+  app.add_option("--levels", line.maker, "how coarser levels are made: cluster")
+    ->check(CLI::IsMember({ "cluster" }))
+    ->capture_default_str();
+  app.add_option("--representative", line.representative, "of a cluster: quadric or mean")
+    ->check(CLI::IsMember({ "quadric", "mean" }))
+    ->capture_default_str();
+  app
+    .add_option(
+      "--sheets", line.sheets, "a representative per sheet of the surface (on) or per cell (off)")
+    ->check(onOff)
+    ->capture_default_str();
+  app
+    .add_option("--cell-vertices", line.build.tree.cellVertices,
+      "most vertices of a cell at the finest level")
+    ->check(CLI::Range(1U, 1024U))
+    ->capture_default_str();
+  app.add_option("--weld", line.weld, "join vertices with bit-equal coordinates: on or off")
+    ->check(onOff)
+    ->capture_default_str();
+  app
+    .add_option("--precision", line.precision,
+      "bits per axis of the model's grid (8-24), or lossless: the exact coordinates")
+    ->capture_default_str();
+  app.add_option("--title", line.build.title, "shown by the viewers");
+  app.add_option("--credit", line.build.credit, "shown by the viewers");
+  app.add_option("--license", line.build.license, "shown by the viewers");
+  app.add_option("--unit", line.build.unit, "of the coordinates, shown by the viewers");
+  app.add_option("--stats", line.stats, "file for statistics (JSON)")->type_name("FILE");
+  app.add_flag("--quiet", line.quiet, "no progress");
+}
+
+Status Interpret(CommandLine& line)
+{
+  if (line.partitions > 0)
+  {
+    line.build.tree.partitions = line.partitions;
+  }
+  line.build.weld = line.weld == "on";
+  line.build.levels.sheets = line.sheets == "on";
+  line.build.levels.representative =
+    line.representative == "mean" ? Representative::Mean : Representative::Quadric;
+  if (line.build.memory == 0)
+  {
+    line.build.memory = FreeMemory() / 4 * 3;
+  }
+  if (line.precision == "lossless")
+  {
+    line.build.bits = 0;
+    return {};
+  }
+  const bool digits = !line.precision.empty() && line.precision.size() <= 2 &&
+                      std::all_of(line.precision.begin(), line.precision.end(),
+                        [](char c) { return c >= '0' && c <= '9'; });
+  const int bits = digits ? std::stoi(line.precision) : 0;
+  if (bits < 8 || bits > 24)
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "--precision: \"" + line.precision + "\" is neither 8 to 24 bits nor lossless" };
+  }
+  line.build.bits = static_cast<std::uint8_t>(bits);
+  return {};
+}
+
+Json StatsOf(const CommandLine& line, const BuildReport& report)
+{
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::error_code status;
+  const std::uintmax_t bytes = std::filesystem::file_size(line.output, status);
+  Json stats = StoreToJson(report.info, status ? 0 : bytes);
+  stats["input"] = line.input;
+  stats["passes"] = 1; // over the input: everything else is done in memory
+  stats["temp_bytes"] = 0;
+  stats["peak_rss_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  for (const auto& [step, time] : report.seconds)
+  {
+    stats["seconds"][step] = time;
+  }
+  return stats;
+}
+
+int Build(const std::string& program, CommandLine& line)
+{
+  if (Status status = Interpret(line); !status)
+  {
+    return PrintError(program, "", status.GetError());
+  }
+  CatchInterrupts();
+  Result<BuildReport> report = Error{};
+  {
+    ProgressReporter progress(program, line.quiet);
+    Execution execution = MakeTbbExecution(line.threads);
+    execution.progress = std::ref(progress);
+    report = BuildStore(std::filesystem::path(line.input), line.output, line.build, execution);
+  }
+  if (!report)
+  {
+    const bool output = report.GetError().code == ErrorCode::InputOutput;
+    return PrintError(program, output ? line.output : line.input, report.GetError());
+  }
+  if (!report->ignoredAttributes.empty())
+  {
+    std::string names;
+    for (const std::string& name : report->ignoredAttributes)
+    {
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    std::cerr << program << ": warning: " << line.input
+              << ": not carried by this version: " << names << "\n";
+  }
+  if (!line.stats.empty())
+  {
+    std::ofstream file(line.stats);
+    file << StatsOf(line, *report).dump(2) << "\n";
+    file.close();
+    if (!file)
+    {
+      return PrintError(program, line.stats, { ErrorCode::InputOutput, "cannot be written" });
+    }
+  }
+  return exitDone;
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  CommandLine line;
+  CLI::App app(description, "kdstream-build");
+  app.set_version_flag("--version", KDSTREAM_VERSION);
+  AddOptions(app, line);
+  return RunProgram(app, argc, argv, [&]() { return Build(app.get_name(), line); });
+}

@@ -1,0 +1,200 @@
+#include "filters/app/Program.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <new>
+
+namespace kdstream
+{
+namespace
+{
+
+std::atomic<bool> interrupted{ false };
+
+extern "C" void OnInterrupt(int signal)
+{
+  interrupted = true;
+  std::signal(signal, SIG_DFL); // a second one ends the process
+}
+
+}
+
+int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work)
+{
+  try
+  {
+    app.parse(argc, argv);
+  }
+  catch (const CLI::Success& success)
+  {
+    app.exit(success); // prints the help or the version
+    return exitDone;
+  }
+  catch (const CLI::ParseError& error)
+  {
+    std::cerr << app.get_name() << ": error: " << error.what() << " (--help tells the options)\n";
+    return exitUsage;
+  }
+  try
+  {
+    return work();
+  }
+  catch (const std::bad_alloc&)
+  {
+    return PrintError(app.get_name(), "", { ErrorCode::LimitExceeded, "out of memory" });
+  }
+}
+
+int PrintError(std::string_view program, const std::string& file, const Error& error)
+{
+  std::cerr << program << ": error: " << file << (file.empty() ? "" : ": ") << error.message
+            << "\n";
+  return error.code == ErrorCode::InvalidArgument ? exitUsage : exitFailed;
+}
+
+Result<std::uint64_t> ParseSize(const std::string& text)
+{
+  const Error bad{ ErrorCode::InvalidArgument,
+    "\"" + text + "\" is no size; examples: 4096, 256M, 1.5G" };
+  std::size_t end = 0;
+  double value = 0;
+  try
+  {
+    value = std::stod(text, &end);
+  }
+  catch (const std::exception&)
+  {
+    return bad;
+  }
+  const std::string unit = text.substr(end);
+  const std::string units = "KMG";
+  double factor = 1;
+  if (unit.size() == 1 && units.find(unit[0]) != std::string::npos)
+  {
+    factor = double(std::uint64_t{ 1 } << (10 * (units.find(unit[0]) + 1)));
+  }
+  else if (!unit.empty())
+  {
+    return bad;
+  }
+  if (!(value >= 0) || value * factor > 9e18)
+  {
+    return bad;
+  }
+  return static_cast<std::uint64_t>(value * factor);
+}
+
+CLI::Option* AddSizeOption(
+  CLI::App& app, const std::string& name, std::uint64_t& bytes, const std::string& help)
+{
+  return app
+    .add_option_function<std::string>(
+      name,
+      [&bytes, name](const std::string& text)
+      {
+        const Result<std::uint64_t> size = ParseSize(text);
+        if (!size)
+        {
+          throw CLI::ValidationError(name, size.GetError().message);
+        }
+        bytes = *size;
+      },
+      help)
+    ->type_name("SIZE");
+}
+
+std::uint64_t FreeMemory()
+{
+  std::uint64_t free = std::uint64_t{ 1 } << 62;
+  std::ifstream machine("/proc/meminfo");
+  for (std::string key, unit; machine >> key;)
+  {
+    std::uint64_t kibibytes = 0;
+    machine >> kibibytes;
+    std::getline(machine, unit);
+    if (key == "MemAvailable:")
+    {
+      free = kibibytes << 10;
+    }
+  }
+  std::uint64_t limit = 0, used = 0;
+  std::ifstream groupLimit("/sys/fs/cgroup/memory.max"), groupUse("/sys/fs/cgroup/memory.current");
+  if (groupLimit >> limit && groupUse >> used && limit > used)
+  {
+    free = std::min(free, limit - used);
+  }
+  return free;
+}
+
+void CatchInterrupts()
+{
+  std::signal(SIGINT, OnInterrupt);
+  std::signal(SIGTERM, OnInterrupt);
+}
+
+bool Interrupted()
+{
+  return interrupted;
+}
+
+ProgressReporter::ProgressReporter(std::string_view program, bool quiet)
+  : Program(program)
+  , Quiet(quiet)
+  , Terminal(::isatty(STDERR_FILENO) == 1)
+  , StepBegin(std::chrono::steady_clock::now())
+  , LastShown(this->StepBegin)
+{
+}
+
+ProgressReporter::~ProgressReporter()
+{
+  if (this->LineOpen)
+  {
+    std::fputc('\n', stderr);
+  }
+}
+
+bool ProgressReporter::operator()(std::string_view step, double fraction)
+{
+  const auto now = std::chrono::steady_clock::now();
+  if (step != this->Step)
+  {
+    this->Step = step;
+    this->StepBegin = now;
+  }
+  const double pause = this->Terminal ? 0.1 : 3.0;
+  if (!this->Quiet && std::chrono::duration<double>(now - this->LastShown).count() >= pause)
+  {
+    this->LastShown = now;
+    this->Show(
+      std::clamp(fraction, 0.0, 1.0), std::chrono::duration<double>(now - this->StepBegin).count());
+  }
+  return !Interrupted();
+}
+
+void ProgressReporter::Show(double fraction, double seconds)
+{
+  const double rate = seconds > 0 ? 100 * fraction / seconds : 0;
+  const double left = fraction > 0 ? seconds * (1 - fraction) / fraction : 0;
+  if (!this->Terminal)
+  {
+    std::fprintf(stderr, "%s: %s %.0f %%, %.1f %%/s, %.0f s left\n", this->Program.c_str(),
+      this->Step.c_str(), 100 * fraction, rate, std::ceil(left));
+    return;
+  }
+  constexpr int width = 30;
+  const int done = static_cast<int>(fraction * width);
+  std::fprintf(stderr, "\r\033[K%-8s [%.*s%*s] %3.0f %%  %.1f %%/s  %.0f s left",
+    this->Step.c_str(), done, "##############################", width - done, "", 100 * fraction,
+    rate, std::ceil(left));
+  this->LineOpen = true;
+}
+
+}

@@ -1,0 +1,68 @@
+// What every kdstream program does alike: exit codes, the error line, sizes, Ctrl-C, progress
+// (CLI.md).
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+inline constexpr int exitDone = 0;
+inline constexpr int exitFailed = 1;
+inline constexpr int exitUsage = 2;
+
+// Parses the command line and calls `work`, which returns an exit code. --help and --version end
+// with 0, wrong usage with 2; memory that runs out inside `work` is an error like others.
+int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work);
+
+// Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the
+// error: wrong usage for an InvalidArgument, failed work for everything else. `file` may be empty.
+int PrintError(std::string_view program, const std::string& file, const Error& error);
+
+// "256M", "1.5G", "4096" (binary units) as bytes.
+Result<std::uint64_t> ParseSize(const std::string& text);
+// An option of that form, checked while parsing.
+CLI::Option* AddSizeOption(
+  CLI::App& app, const std::string& name, std::uint64_t& bytes, const std::string& help);
+
+// Memory that is free now, in bytes: the smaller of what the machine and the control group have.
+std::uint64_t FreeMemory();
+
+// From now on SIGINT and SIGTERM set the flag that Interrupted tells, once; a second one ends the
+// process.
+void CatchInterrupts();
+bool Interrupted();
+
+// Progress on stderr: a bar with rate and time left on a terminal, a line every few seconds
+// otherwise, nothing if quiet. Returns false, which cancels the work, once the process is
+// interrupted.
+class ProgressReporter
+{
+public:
+  explicit ProgressReporter(std::string_view program, bool quiet);
+  ~ProgressReporter();
+  ProgressReporter(const ProgressReporter&) = delete;
+  ProgressReporter& operator=(const ProgressReporter&) = delete;
+
+  bool operator()(std::string_view step, double fraction);
+
+private:
+  void Show(double fraction, double seconds);
+
+  std::string Program;
+  bool Quiet, Terminal;
+  std::string Step;
+  std::chrono::steady_clock::time_point StepBegin, LastShown;
+  bool LineOpen = false;
+};
+
+}

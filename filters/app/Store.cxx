@@ -1,0 +1,394 @@
+// kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
+// CLI.md.
+#include "filters/store/Store.h"
+#include "filters/app/Program.h"
+#include "filters/app/StoreJson.h"
+#include "filters/core/Glue.h"
+#include "filters/core/Region.h"
+#include "filters/core/Surface.h"
+#include "filters/meshio/MeshWriter.h"
+
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <optional>
+
+namespace
+{
+
+using namespace kdstream;
+using Json = nlohmann::json;
+
+constexpr const char* description =
+  "Tells what a store holds, checks it, and writes meshes out of it.\n\n"
+  "Examples:\n"
+  "  kdstream-store info dragon.kds\n"
+  "  kdstream-store verify dragon.kds\n"
+  "  kdstream-store extract dragon.kds --level 12 -o dragon12.ply\n"
+  "  kdstream-store extract dragon.kds --region 300 --rings 1 --in-context 12 -o "
+  "region.vtp";
+
+struct CommandLine
+{
+  std::string store, output, resolutions;
+  bool json = false, all = false;
+  std::optional<unsigned> level, inContext;
+  std::optional<std::uint32_t> partition;
+  std::optional<NodeId> region;
+  unsigned rings = 1;
+};
+
+void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
+{
+  const auto line = [](const char* name, const auto& value) { std::cout << name << value << "\n"; };
+  line("input                ", info.input);
+  for (const auto& [name, value] :
+    { std::pair{ "title                ", info.title }, { "credit               ", info.credit },
+      { "license              ", info.license }, { "unit                 ", info.unit } })
+  {
+    if (!value.empty())
+    {
+      line(name, value);
+    }
+  }
+  line("vertices             ", info.vertices);
+  line("triangles            ", info.triangles);
+  line("welded vertices      ", info.welded);
+  line("inconsistent edges   ", info.inconsistentEdges);
+  line("precision            ",
+    info.grid.Lossless() ? "lossless" : std::to_string(info.grid.bits) + " bits");
+  line("partitions           ", info.partitions);
+  line("partition vertices   ",
+    std::to_string(info.smallestPartition) + " to " + std::to_string(info.largestPartition));
+  line("partition bytes      ", info.original.bytes);
+  line("store bytes          ", bytes);
+  line("digest               ", info.digest);
+  std::printf("\n%5s %10s %10s %7s %11s %12s\n", "level", "vertices", "triangles", "pieces",
+    "bytes", "deviation");
+  for (const ResolutionInfo& level : info.levels)
+  {
+    std::printf("%5u %10llu %10llu %7llu %11llu %12.6g\n", level.resolution.Depth(),
+      static_cast<unsigned long long>(level.vertices),
+      static_cast<unsigned long long>(level.triangles),
+      static_cast<unsigned long long>(level.pieces), static_cast<unsigned long long>(level.bytes),
+      level.deviation);
+  }
+}
+
+// Pieces of a store, each read once.
+class LoadedPieces
+{
+public:
+  explicit LoadedPieces(const Store& store)
+    : From(store)
+  {
+  }
+
+  // Loads until nothing that the cut needs is missing, and draws it.
+  Result<Surface> Draw(const Cut& cut)
+  {
+    const PieceLookup lookup = [this](PieceId id) -> const Piece*
+    {
+      const auto found = this->Pieces.find(id);
+      return found == this->Pieces.end() ? nullptr : &found->second;
+    };
+    if (Status status = CheckCut(cut); !status)
+    {
+      return status.GetError();
+    }
+    for (;;)
+    {
+      const std::vector<PieceId> missing = MissingPieces(cut, lookup);
+      if (missing.empty())
+      {
+        return DrawSurface(cut, lookup);
+      }
+      for (const PieceId id : missing)
+      {
+        Result<Piece> piece = this->From.ReadPiece(id);
+        if (!piece)
+        {
+          return piece.GetError();
+        }
+        this->Pieces.emplace(id, std::move(*piece));
+      }
+    }
+  }
+
+private:
+  const Store& From;
+  std::map<PieceId, Piece> Pieces;
+};
+
+Result<Mesh> DrawMesh(const Store& store, const Cut& cut)
+{
+  Result<Surface> surface = LoadedPieces(store).Draw(cut);
+  if (!surface)
+  {
+    return surface.GetError();
+  }
+  return Mesh{ std::move(surface->points), std::move(surface->triangles),
+    store.Info().grid.scalarType };
+}
+
+Result<Mesh> GlueMesh(const Store& store, const std::vector<std::uint32_t>& partitions)
+{
+  std::vector<Piece> pieces;
+  for (const std::uint32_t p : partitions)
+  {
+    Result<Piece> piece =
+      store.ReadPiece({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
+    if (!piece)
+    {
+      return piece.GetError();
+    }
+    pieces.push_back(std::move(*piece));
+  }
+  return GluePartitions(pieces, store.Info().grid.scalarType);
+}
+
+Error BadArgument(const std::string& what)
+{
+  return { ErrorCode::InvalidArgument, what };
+}
+
+// --resolutions: a list, one entry a partition, each a depth from S to L or "original".
+Result<Cut> ReadResolutions(const Store& store, const std::string& file)
+{
+  std::ifstream stream(file);
+  const Json json = Json::parse(stream, nullptr, false);
+  if (!stream || !json.is_array())
+  {
+    return BadArgument("--resolutions: " + file + " is no JSON list");
+  }
+  const TreeDepths& depths = store.Info().depths;
+  Cut cut{ depths, Resolution::Level(depths.stitch), {} };
+  for (const Json& entry : json)
+  {
+    if (entry.is_string() && entry.get<std::string>() == "original")
+    {
+      cut.refined.emplace_back(Resolution::Original());
+    }
+    else if (entry.is_number_unsigned() && entry.get<std::uint64_t>() <= depths.finest)
+    {
+      cut.refined.emplace_back(Resolution::Level(entry.get<unsigned>()));
+    }
+    else
+    {
+      return BadArgument("--resolutions: " + file + ": entry " +
+                         std::to_string(cut.refined.size()) + " is " + entry.dump() +
+                         "; a depth from " + std::to_string(depths.stitch) + " to " +
+                         std::to_string(depths.finest) + " or \"original\" is needed");
+    }
+  }
+  if (cut.refined.size() != store.Info().partitions)
+  {
+    return BadArgument("--resolutions: " + file + " has " + std::to_string(cut.refined.size()) +
+                       " entries for " + std::to_string(store.Info().partitions) + " partitions");
+  }
+  return cut;
+}
+
+Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
+{
+  const Result<std::vector<Box>> boxes = store.ReadTree();
+  if (!boxes)
+  {
+    return boxes.GetError();
+  }
+  const TreeDepths& depths = store.Info().depths;
+  const auto partitions = FindRegion(*boxes, depths, *line.region, line.rings);
+  if (!partitions)
+  {
+    return partitions.GetError();
+  }
+  if (!line.inContext)
+  {
+    return GlueMesh(store, *partitions);
+  }
+  Cut cut{ depths, Resolution::Level(*line.inContext), {} };
+  cut.refined.resize(store.Info().partitions);
+  for (const std::uint32_t p : *partitions)
+  {
+    cut.refined[p] = Resolution::Original();
+  }
+  return DrawMesh(store, cut);
+}
+
+Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
+{
+  const StoreInfo& info = store.Info();
+  for (const auto& [name, level] :
+    { std::pair{ "--level ", line.level }, { "--in-context ", line.inContext } })
+  {
+    if (level && *level > info.depths.finest)
+    {
+      return BadArgument(name + std::to_string(*level) + ": the finest level is " +
+                         std::to_string(info.depths.finest));
+    }
+  }
+  if (line.level)
+  {
+    return DrawMesh(store, { info.depths, Resolution::Level(*line.level), {} });
+  }
+  if (line.partition)
+  {
+    if (*line.partition >= info.partitions)
+    {
+      return BadArgument("--partition " + std::to_string(*line.partition) + ": the store has " +
+                         std::to_string(info.partitions) + " partitions, 0 to " +
+                         std::to_string(info.partitions - 1));
+    }
+    return GlueMesh(store, { *line.partition });
+  }
+  if (line.region)
+  {
+    return ExtractRegion(store, line);
+  }
+  if (!line.resolutions.empty())
+  {
+    const Result<Cut> cut = ReadResolutions(store, line.resolutions);
+    return cut ? DrawMesh(store, *cut) : Result<Mesh>(cut.GetError());
+  }
+  std::vector<std::uint32_t> all(info.partitions);
+  for (std::uint32_t p = 0; p < all.size(); ++p)
+  {
+    all[p] = p;
+  }
+  return GlueMesh(store, all);
+}
+
+class Commands
+{
+public:
+  Commands(const std::string& program, CommandLine& line)
+    : Program(program)
+    , Line(line)
+  {
+  }
+
+  int Info()
+  {
+    return this->WithStore(
+      [this](const Store& store)
+      {
+        std::error_code status;
+        const std::uintmax_t bytes = std::filesystem::file_size(this->Line.store, status);
+        if (this->Line.json)
+        {
+          std::cout << StoreToJson(store.Info(), status ? 0 : bytes).dump(2) << "\n";
+        }
+        else
+        {
+          PrintInfo(store.Info(), status ? 0 : bytes);
+        }
+        return exitDone;
+      });
+  }
+
+  int Verify()
+  {
+    return this->WithStore(
+      [this](const Store& store)
+      {
+        const std::vector<Error> damage = store.Verify();
+        for (const Error& error : damage)
+        {
+          PrintError(this->Program, this->Line.store, error);
+        }
+        if (damage.empty())
+        {
+          std::cout << this->Line.store << ": whole, digest " << store.Info().digest << "\n";
+        }
+        return damage.empty() ? exitDone : exitFailed;
+      });
+  }
+
+  int Extract()
+  {
+    return this->WithStore(
+      [this](const Store& store)
+      {
+        const Result<Mesh> mesh = ExtractMesh(store, this->Line);
+        if (!mesh)
+        {
+          return PrintError(this->Program, this->Line.store, mesh.GetError());
+        }
+        if (Status status = WriteMesh(this->Line.output, *mesh); !status)
+        {
+          return PrintError(this->Program, this->Line.output, status.GetError());
+        }
+        return exitDone;
+      });
+  }
+
+private:
+  template <class Work>
+  int WithStore(const Work& work)
+  {
+    const Result<std::shared_ptr<Store>> store = Store::Open(this->Line.store);
+    return store ? work(**store) : PrintError(this->Program, this->Line.store, store.GetError());
+  }
+
+  std::string Program;
+  CommandLine& Line;
+};
+
+void AddExtract(CLI::App& extract, CommandLine& line)
+{
+  extract.add_option("STORE", line.store, "the store")->required();
+  auto* what = extract.add_option_group("what", "exactly one of");
+  what->add_option("--level", line.level, "the mesh of level D")->type_name("D");
+  what
+    ->add_option(
+      "--partition", line.partition, "partition I of the original, its boundary triangles whole")
+    ->type_name("I");
+  auto* region =
+    what->add_option("--region", line.region, "the partitions around a node of the tree")
+      ->type_name("CELL");
+  what->add_flag("--all", line.all, "all partitions: the original, if the store is lossless");
+  what
+    ->add_option("--resolutions", line.resolutions,
+      "one surface of any mix: a JSON list, one entry a partition, each a depth from the stitch "
+      "depth on or "
+      "\"original\"")
+    ->type_name("FILE");
+  what->require_option(1);
+  auto* rings =
+    extract
+      .add_option("--rings", line.rings, "of the region: average side lengths around the cell")
+      ->check(CLI::Range(0U, 1000U))
+      ->capture_default_str();
+  auto* context =
+    extract.add_option("--in-context", line.inContext, "one surface of the region and level D")
+      ->type_name("D");
+  rings->needs(region);
+  context->needs(region);
+  extract.add_option("-o,--output", line.output, "OUT.ply, .vtp, .stl, .obj or .wrl")->required();
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  CommandLine line;
+  CLI::App app(description, "kdstream-store");
+  app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.require_subcommand(1);
+  CLI::App* info = app.add_subcommand("info", "prints the metadata");
+  info->add_option("STORE", line.store, "the store")->required();
+  info->add_flag("--json", line.json, "as JSON");
+  CLI::App* verify =
+    app.add_subcommand("verify", "reads and checks every blob, names each damaged one");
+  verify->add_option("STORE", line.store, "the store")->required();
+  CLI::App* extract = app.add_subcommand("extract", "writes a mesh out of the store");
+  AddExtract(*extract, line);
+  return RunProgram(app, argc, argv,
+    [&]()
+    {
+      Commands commands(app.get_name(), line);
+      return info->parsed()     ? commands.Info()
+             : verify->parsed() ? commands.Verify()
+                                : commands.Extract();
+    });
+}

@@ -1,0 +1,14 @@
+// What a store says of itself as JSON, with the keys of CLI.md: for `kdstream-build --stats` and
+// `kdstream-store info`.
+#pragma once
+
+#include "filters/store/Store.h"
+
+#include <nlohmann/json.hpp>
+
+namespace kdstream
+{
+
+nlohmann::json StoreToJson(const StoreInfo& info, std::uint64_t storeBytes);
+
+}

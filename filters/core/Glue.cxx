@@ -1,0 +1,91 @@
+#include "filters/core/Glue.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+namespace kdstream
+{
+
+Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType)
+{
+  Mesh mesh;
+  mesh.scalarType = scalarType;
+  struct Own
+  {
+    VertexId first;
+    std::uint32_t count;
+  };
+  std::map<std::uint32_t, Own> given; // by partition
+  for (const Piece& piece : partitions)
+  {
+    if (!piece.id.resolution.IsOriginal())
+    {
+      return Error{ ErrorCode::InvalidArgument, "only partitions of the original can be glued" };
+    }
+    const auto partition = piece.ownVertices > 0 ? PartitionOfKey(piece.keys[0]) : noVertex;
+    const bool fresh =
+      given
+        .try_emplace(partition, Own{ static_cast<VertexId>(mesh.points.size()), piece.ownVertices })
+        .second;
+    if (!fresh && piece.ownVertices > 0)
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        "partition " + std::to_string(partition) + " is given twice" };
+    }
+    mesh.points.insert(
+      mesh.points.end(), piece.positions.begin(), piece.positions.begin() + piece.ownVertices);
+  }
+
+  std::map<VertexKey, VertexId> outside; // ghosts of partitions that are not given
+  std::vector<VertexId> place;
+  for (const Piece& piece : partitions)
+  {
+    if (piece.ownVertices == 0)
+    {
+      continue;
+    }
+    const std::uint32_t partition = PartitionOfKey(piece.keys[0]);
+    place.resize(piece.VertexCount());
+    for (std::uint32_t v = 0; v < piece.VertexCount(); ++v)
+    {
+      const auto owner = given.find(PartitionOfKey(piece.keys[v]));
+      if (owner == given.end())
+      {
+        const auto [entry, fresh] =
+          outside.try_emplace(piece.keys[v], static_cast<VertexId>(mesh.points.size()));
+        if (fresh)
+        {
+          mesh.points.push_back(piece.positions[v]);
+        }
+        place[v] = entry->second;
+        continue;
+      }
+      if (IndexOfKey(piece.keys[v]) >= owner->second.count)
+      {
+        return Error{ ErrorCode::InvalidInput,
+          "partition " + std::to_string(partition) + " names vertex " +
+            std::to_string(IndexOfKey(piece.keys[v])) + " of partition " +
+            std::to_string(PartitionOfKey(piece.keys[v])) + ", which has " +
+            std::to_string(owner->second.count) };
+      }
+      place[v] = owner->second.first + IndexOfKey(piece.keys[v]);
+    }
+    for (const Triangle& t : piece.triangles)
+    {
+      const bool fromLower = std::any_of(t.begin(), t.end(),
+        [&](VertexId v)
+        {
+          const std::uint32_t other = PartitionOfKey(piece.keys[v]);
+          return other < partition && given.contains(other);
+        });
+      if (!fromLower)
+      {
+        mesh.triangles.push_back({ place[t[0]], place[t[1]], place[t[2]] });
+      }
+    }
+  }
+  return mesh;
+}
+
+}

@@ -1,0 +1,363 @@
+// The build in memory: see Builder.h. Steps: read, weld, tree, levels, number, cut and encode,
+// store.
+#include "filters/store/Builder.h"
+
+#include "filters/core/VertexTree.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/MeshReader.h"
+#include "filters/store/StoreWriter.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
+constexpr std::size_t encodeBatch = 64;                   // pieces encoded before they are written
+
+// Adds the time since the last call to a named step.
+class StepClock
+{
+public:
+  void Finish(const std::string& step)
+  {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - this->Last).count();
+    this->Last = now;
+    const auto found = std::find_if(this->Steps.begin(), this->Steps.end(),
+      [&](const auto& entry) { return entry.first == step; });
+    if (found == this->Steps.end())
+    {
+      this->Steps.emplace_back(step, seconds);
+    }
+    else
+    {
+      found->second += seconds;
+    }
+  }
+  std::vector<std::pair<std::string, double>> Take()
+  {
+    double total = 0;
+    for (const auto& entry : this->Steps)
+    {
+      total += entry.second;
+    }
+    this->Steps.emplace_back("total", total);
+    return std::move(this->Steps);
+  }
+
+private:
+  std::chrono::steady_clock::time_point Last = std::chrono::steady_clock::now();
+  std::vector<std::pair<std::string, double>> Steps;
+};
+
+std::string Mebibytes(std::uint64_t bytes)
+{
+  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+}
+
+Status CheckMemory(std::uint64_t vertices, std::uint64_t triangles, std::uint64_t limit)
+{
+  const std::uint64_t need = EstimateBuildMemory(vertices, triangles);
+  if (limit == 0 || need <= limit)
+  {
+    return {};
+  }
+  return Error{ ErrorCode::LimitExceeded,
+    "needs about " + Mebibytes(need) + " of memory for " + std::to_string(vertices) +
+      " vertices and " + std::to_string(triangles) + " triangles; the limit is " +
+      Mebibytes(limit) + " (building out of core is not supported yet)" };
+}
+
+Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)
+{
+  const MeshFileInfo& info = reader.Info();
+  // What the header claims is a reason to refuse only if the file is large enough to hold it: 3
+  // bytes a vertex and a face are the least.
+  if (info.vertices <= reader.FileSize() / 3 && info.faces <= reader.FileSize() / 3)
+  {
+    if (Status status = CheckMemory(info.vertices, info.faces, options.memory); !status)
+    {
+      return status.GetError();
+    }
+  }
+  Mesh mesh;
+  mesh.scalarType = info.scalarType;
+  const auto report = [&]()
+  {
+    const double size = std::max(1.0, double(reader.FileSize()));
+    return execution.Report("read", double(reader.Position()) / size);
+  };
+  for (bool triangles : { false, true })
+  {
+    for (;;)
+    {
+      const Result<std::size_t> read = triangles ? reader.ReadTriangles(mesh.triangles, readChunk)
+                                                 : reader.ReadVertices(mesh.points, readChunk);
+      if (!read)
+      {
+        return read.GetError();
+      }
+      if (*read == 0)
+      {
+        break;
+      }
+      if (Status status = CheckMemory(mesh.points.size(), mesh.triangles.size(), options.memory);
+          !status)
+      {
+        return status.GetError();
+      }
+      if (Status status = report(); !status)
+      {
+        return status.GetError();
+      }
+    }
+  }
+  if (mesh.triangles.size() >= noVertex)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      std::to_string(mesh.triangles.size()) +
+        " triangles; at most 4294967294 fit a build in memory" };
+  }
+  return mesh;
+}
+
+// Whether every coordinate difference is a number.
+Status CheckExtent(const Box& box)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (!std::isfinite(box.hi[k] - box.lo[k]))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
+    }
+  }
+  return {};
+}
+
+class StoreBuilder
+{
+public:
+  StoreBuilder(Mesh mesh, const BuildOptions& options, const Execution& execution, StepClock clock)
+    : Input(std::move(mesh))
+    , Options(options)
+    , Exec(execution)
+    , Clock(std::move(clock))
+  {
+  }
+
+  Result<BuildReport> Build(const std::string& name, const std::filesystem::path& store)
+  {
+    Result<VertexTree> numbered = this->BuildTree();
+    if (!numbered)
+    {
+      return numbered.GetError();
+    }
+    this->Information.input = name;
+    this->Clock.Finish("levels");
+    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, this->Information);
+    if (!writer)
+    {
+      return writer.GetError();
+    }
+    if (Status status = this->WritePieces(*numbered, **writer); !status)
+    {
+      return status.GetError();
+    }
+    Result<StoreInfo> info = (*writer)->Finish();
+    if (!info)
+    {
+      return info.GetError();
+    }
+    this->Clock.Finish("write");
+    BuildReport report;
+    report.info = std::move(*info);
+    report.seconds = this->Clock.Take();
+    return report;
+  }
+
+private:
+  // Weld, tree, faces, levels, numbers; fills in what the store says of the model.
+  Result<VertexTree> BuildTree()
+  {
+    StoreInfo& info = this->Information;
+    if (this->Input.points.empty())
+    {
+      return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+    }
+    info.weld = this->Options.weld;
+    info.welded = info.weld ? WeldVertices(this->Input) : 0;
+    Result<KdTree> tree = BuildKdTree(this->Input.points, this->Options.tree, this->Exec);
+    if (!tree)
+    {
+      return tree.GetError();
+    }
+    if (Status status = CheckExtent(tree->boxes[1]); !status)
+    {
+      return status.GetError();
+    }
+    this->Clock.Finish("tree");
+    const std::vector<std::uint32_t> partition = CellOfVertex(*tree, tree->depths.partition);
+    const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
+      std::size_t{ 1 } << tree->depths.partition, [&](VertexId v) { return partition[v]; });
+    info.inconsistentEdges =
+      CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
+    this->Clock.Finish("faces");
+    Result<ClusterLevels> levels = BuildClusterLevels(
+      this->Input.points, this->Input.triangles, *tree, buckets, this->Options.levels, this->Exec);
+    if (!levels)
+    {
+      return levels.GetError();
+    }
+    this->Describe(*tree);
+    this->Boxes = std::move(tree->boxes);
+    return NumberVertices(*tree, std::move(*levels));
+  }
+
+  void Describe(const KdTree& tree)
+  {
+    StoreInfo& info = this->Information;
+    info.depths = tree.depths;
+    info.box = tree.boxes[1];
+    info.grid = this->Options.bits == 0
+                  ? CoordinateGrid::Exact(this->Input.scalarType)
+                  : CoordinateGrid::Over(info.box, this->Options.bits, this->Input.scalarType);
+    info.primitive =
+      this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
+    info.vertices = this->Input.points.size();
+    info.triangles = this->Input.triangles.size();
+    info.partitions = std::uint64_t{ 1 } << tree.depths.partition;
+    info.smallestPartition = info.vertices;
+    for (std::size_t p = 0; p < info.partitions; ++p)
+    {
+      const std::uint64_t size = tree.Cell(tree.depths.partition, p).size();
+      info.smallestPartition = std::min(info.smallestPartition, size);
+      info.largestPartition = std::max(info.largestPartition, size);
+    }
+    for (unsigned d = 0; d <= tree.depths.finest; ++d)
+    {
+      info.levels.push_back({ Resolution::Level(d) });
+    }
+    info.original.resolution = Resolution::Original();
+    info.title = this->Options.title;
+    info.credit = this->Options.credit;
+    info.license = this->Options.license;
+    info.unit = this->Options.unit;
+    info.levelMaker = "cluster";
+    info.representative =
+      this->Options.levels.representative == Representative::Quadric ? "quadric" : "mean";
+    info.sheets = this->Options.levels.sheets;
+  }
+
+  Status WritePieces(const VertexTree& numbered, StoreWriter& writer)
+  {
+    for (const NodeId page : TreePages(numbered.depths))
+    {
+      if (Status status =
+            writer.AddTreePage(page, EncodeTreePage(this->Boxes, page, numbered.depths));
+          !status)
+      {
+        return status;
+      }
+    }
+    for (unsigned d = 0; d <= numbered.depths.finest; ++d)
+    {
+      if (Status status = this->WriteResolution(numbered, Resolution::Level(d), writer); !status)
+      {
+        return status;
+      }
+    }
+    return this->WriteResolution(numbered, Resolution::Original(), writer);
+  }
+
+  Status WriteResolution(const VertexTree& numbered, Resolution resolution, StoreWriter& writer)
+  {
+    const PieceCutter cutter(numbered, this->Input, resolution);
+    const CodecContext context = this->Information.Codec();
+    std::vector<Piece> pieces(encodeBatch);
+    std::vector<std::vector<std::uint8_t>> blobs(encodeBatch);
+    for (std::size_t first = 0; first < cutter.PieceCount(); first += encodeBatch)
+    {
+      const std::size_t count = std::min(encodeBatch, cutter.PieceCount() - first);
+      this->Exec.parallelFor(count, 1,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            pieces[i] = cutter.Cut(first + i);
+            blobs[i] = EncodePiece(pieces[i], context);
+          }
+        });
+      this->Clock.Finish("encode");
+      for (std::size_t i = 0; i < count; ++i)
+      {
+        if (Status status = writer.AddPiece(pieces[i], blobs[i]); !status)
+        {
+          return status;
+        }
+      }
+      this->Clock.Finish("write");
+      const double part = double(first + count) / double(cutter.PieceCount());
+      const double done = resolution.IsOriginal()
+                            ? 0.5 + 0.5 * part
+                            : 0.5 * (resolution.Depth() + part) / (numbered.depths.finest + 1);
+      if (Status status = this->Exec.Report("encode", done); !status)
+      {
+        return status;
+      }
+    }
+    writer.SetTriangles(resolution, cutter.TriangleCount());
+    return {};
+  }
+
+  Mesh Input;
+  const BuildOptions& Options;
+  const Execution& Exec;
+  StepClock Clock;
+  StoreInfo Information;
+  std::vector<Box> Boxes;
+};
+
+}
+
+std::uint64_t EstimateBuildMemory(std::uint64_t vertices, std::uint64_t triangles)
+{
+  return (std::uint64_t{ 32 } << 20) + 200 * vertices + 80 * triangles;
+}
+
+Result<BuildReport> BuildStore(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
+{
+  StepClock clock;
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(input);
+  if (!reader)
+  {
+    return reader.GetError();
+  }
+  Result<Mesh> mesh = ReadMesh(**reader, options, execution);
+  if (!mesh)
+  {
+    return mesh.GetError();
+  }
+  clock.Finish("read");
+  Result<BuildReport> report = StoreBuilder(std::move(*mesh), options, execution, std::move(clock))
+                                 .Build(input.filename().string(), store);
+  if (report)
+  {
+    report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
+  }
+  return report;
+}
+
+Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
+{
+  return StoreBuilder(std::move(mesh), options, execution, {}).Build(name, store);
+}
+
+}

@@ -1,0 +1,51 @@
+// From a mesh file to a store: the README's picture from "read" to "store", in memory.
+#pragma once
+
+#include "filters/core/ClusterLevels.h"
+#include "filters/core/Execution.h"
+#include "filters/core/KdTree.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+struct BuildOptions
+{
+  KdTreeOptions tree;
+  ClusterOptions levels;
+  bool weld = true;
+  std::uint8_t bits = 20; // of the grid (8-24), or 0: lossless
+  // Most bytes the build may take; 0 = no limit. A mesh that needs more is refused (LimitExceeded).
+  std::uint64_t memory = 0;
+  std::string title, credit, license, unit;
+};
+
+struct BuildReport
+{
+  StoreInfo info;
+  std::vector<std::string> ignoredAttributes; // of the input, not carried
+  std::vector<std::pair<std::string, double>>
+    seconds; // read, tree, faces, levels, encode, write, total
+};
+
+// Builds `store` from `input`. The store appears whole or not at all.
+// Complexity O(n log n + t log t); peak memory as EstimateBuildMemory. The content depends on input
+// and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices;
+// LimitExceeded; InputOutput; Cancelled. The message does not name the file.
+Result<BuildReport> BuildStore(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
+
+// The same from a mesh in memory. name: stored as the input's name.
+Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
+
+// Bytes that a build in memory takes at most. Measured: Testing/TestBuildMemory.
+std::uint64_t EstimateBuildMemory(std::uint64_t vertices, std::uint64_t triangles);
+
+}

@@ -1,0 +1,61 @@
+// The little of SQLite that a store needs: a connection and a statement that close themselves, and
+// its errors as ours. For filters/store alone.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace kdstream
+{
+
+struct CloseDatabase
+{
+  void operator()(sqlite3* database) const;
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+
+// Read-only and immutable: no journal is looked for, no lock is taken.
+Result<Database> OpenForReading(const std::filesystem::path& file);
+Result<Database> OpenForWriting(const std::filesystem::path& file);
+
+// What SQLite says of the last call on `database`, as an error of code `code`.
+Error SqliteError(sqlite3* database, ErrorCode code);
+
+Status Execute(sqlite3* database, const std::string& sql);
+Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql);
+
+// A prepared statement. Bind from parameter 1, Step, read columns from 0, Reset.
+class Statement
+{
+public:
+  static Result<Statement> Prepare(sqlite3* database, const char* sql);
+
+  void Bind(int parameter, std::int64_t value);
+  void Bind(int parameter, std::string_view value);
+  void Bind(int parameter, std::span<const std::uint8_t> value);
+  // True for a row, false at the end. Errors: Damaged.
+  Result<bool> Step();
+  void Reset();
+
+  std::int64_t Integer(int column) const;
+  std::string Text(int column) const;
+  std::span<const std::uint8_t> Blob(int column) const; // valid until Step or Reset
+
+private:
+  struct Finalize
+  {
+    void operator()(sqlite3_stmt* statement) const;
+  };
+  std::unique_ptr<sqlite3_stmt, Finalize> Handle;
+};
+
+}

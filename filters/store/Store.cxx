@@ -1,0 +1,333 @@
+#include "filters/store/Store.h"
+
+#include "filters/store/Sqlite.h"
+#include "filters/store/StoreSchema.h"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr const char* selectPiece =
+  "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ?";
+constexpr const char* selectTreePage = "SELECT data, checksum FROM tree WHERE page = ?";
+constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
+
+// One connection with its statements: used by one thread at a time.
+struct Reader
+{
+  kdstream::Database database;
+  Statement piece;
+  Statement treePage;
+};
+
+Error Damaged(const std::string& blob, const std::string& what)
+{
+  return { ErrorCode::Damaged, blob + ": " + what };
+}
+
+Result<StoreInfo> ReadInfo(sqlite3* database)
+{
+  const Result<std::int64_t> application = QueryInteger(database, "PRAGMA application_id");
+  if (!application)
+  {
+    return Damaged("header", application.GetError().message);
+  }
+  if (*application != storeApplicationId)
+  {
+    return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
+  }
+  const Result<std::int64_t> version = QueryInteger(database, "PRAGMA user_version");
+  if (!version)
+  {
+    return Damaged("header", version.GetError().message);
+  }
+  if (*version != storeVersion)
+  {
+    return Error{ ErrorCode::Unsupported,
+      "store version " + std::to_string(*version) + "; this program reads version " +
+        std::to_string(storeVersion) + ": build the store again" };
+  }
+  Result<Statement> statement = Statement::Prepare(database, selectModel);
+  if (!statement)
+  {
+    return Damaged("metadata", statement.GetError().message);
+  }
+  const Result<bool> row = statement->Step();
+  if (!row)
+  {
+    return Damaged("metadata", row.GetError().message);
+  }
+  const std::string json = *row ? statement->Text(0) : std::string();
+  if (!*row || MetadataChecksum("model", json) != statement->Integer(1))
+  {
+    return Damaged(
+      "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
+  }
+  return StoreInfoFromJson(json);
+}
+
+}
+
+// The connections: as many as threads have read at the same time.
+struct Store::Connection
+{
+  std::filesystem::path file;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Reader>> idle;
+
+  Result<std::unique_ptr<Reader>> Take()
+  {
+    {
+      const std::lock_guard lock(this->mutex);
+      if (!this->idle.empty())
+      {
+        std::unique_ptr<Reader> reader = std::move(this->idle.back());
+        this->idle.pop_back();
+        return reader;
+      }
+    }
+    Result<kdstream::Database> database = OpenForReading(this->file);
+    if (!database)
+    {
+      return database.GetError();
+    }
+    Result<Statement> piece = Statement::Prepare(database->get(), selectPiece);
+    Result<Statement> treePage = Statement::Prepare(database->get(), selectTreePage);
+    if (!piece || !treePage)
+    {
+      return Damaged("tables", (piece ? treePage : piece).GetError().message);
+    }
+    return std::make_unique<Reader>(
+      Reader{ std::move(*database), std::move(*piece), std::move(*treePage) });
+  }
+
+  void Return(std::unique_ptr<Reader> reader)
+  {
+    const std::lock_guard lock(this->mutex);
+    this->idle.push_back(std::move(reader));
+  }
+};
+
+Store::Store() = default;
+Store::~Store() = default;
+
+Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
+{
+  std::error_code status;
+  if (!std::filesystem::is_regular_file(file, status))
+  {
+    return Error{ ErrorCode::NotFound, status ? status.message() : "is not a file" };
+  }
+  Result<kdstream::Database> database = OpenForReading(file);
+  if (!database)
+  {
+    return database.GetError();
+  }
+  Result<StoreInfo> info = ReadInfo(database->get());
+  if (!info)
+  {
+    return info.GetError();
+  }
+  std::shared_ptr<Store> store(new Store);
+  store->Information = std::move(*info);
+  store->Database = std::make_unique<Connection>();
+  store->Database->file = file;
+  return store;
+}
+
+std::string Store::BlobName(PieceId id, const TreeDepths& depths)
+{
+  if (id.resolution.IsOriginal())
+  {
+    return "partitions/" + std::to_string(id.node - (NodeId{ 1 } << depths.partition));
+  }
+  return "levels/" + std::to_string(id.resolution.Depth()) + "/" + std::to_string(id.node);
+}
+
+std::string Store::TreePageName(NodeId page)
+{
+  return "tree/" + std::to_string(page);
+}
+
+Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
+{
+  const TreeDepths& depths = this->Information.depths;
+  const bool exists = id.node != 0 &&
+                      (id.resolution.IsOriginal() || id.resolution.Depth() <= depths.finest) &&
+                      DepthOfNode(id.node) == PieceDepth(id.resolution, depths);
+  if (!exists)
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such piece" };
+  }
+  const std::string name = BlobName(id, depths);
+  Result<std::unique_ptr<Reader>> reader = this->Database->Take();
+  if (!reader)
+  {
+    return Damaged(name, reader.GetError().message);
+  }
+  Statement& statement = (*reader)->piece;
+  statement.Bind(1, PieceRow(id));
+  const Result<bool> row = statement.Step();
+  Result<std::vector<std::uint8_t>> result =
+    Damaged(name, row ? "row is missing" : row.GetError().message);
+  if (row && *row)
+  {
+    const auto data = statement.Blob(2);
+    const auto vertices = static_cast<std::uint64_t>(statement.Integer(0));
+    const auto triangles = static_cast<std::uint64_t>(statement.Integer(1));
+    if (PieceChecksum(id, vertices, triangles, data) == statement.Integer(3))
+    {
+      result = std::vector<std::uint8_t>(data.begin(), data.end());
+    }
+    else
+    {
+      result = Damaged(name, "wrong checksum");
+    }
+  }
+  statement.Reset();
+  this->Database->Return(std::move(*reader));
+  return result;
+}
+
+Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
+{
+  const std::vector<NodeId> pages = TreePages(this->Information.depths);
+  if (!std::binary_search(pages.begin(), pages.end(), page))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such tree page" };
+  }
+  const std::string name = TreePageName(page);
+  Result<std::unique_ptr<Reader>> reader = this->Database->Take();
+  if (!reader)
+  {
+    return Damaged(name, reader.GetError().message);
+  }
+  Statement& statement = (*reader)->treePage;
+  statement.Bind(1, std::int64_t{ page });
+  const Result<bool> row = statement.Step();
+  Result<std::vector<std::uint8_t>> result =
+    Damaged(name, row ? "row is missing" : row.GetError().message);
+  if (row && *row)
+  {
+    const auto data = statement.Blob(0);
+    if (TreePageChecksum(page, data) == statement.Integer(1))
+    {
+      result = std::vector<std::uint8_t>(data.begin(), data.end());
+    }
+    else
+    {
+      result = Damaged(name, "wrong checksum");
+    }
+  }
+  statement.Reset();
+  this->Database->Return(std::move(*reader));
+  return result;
+}
+
+Result<Piece> Store::ReadPiece(PieceId id) const
+{
+  const auto blob = this->ReadPieceBlob(id);
+  if (!blob)
+  {
+    return blob.GetError();
+  }
+  return DecodePiece(*blob, id, this->Information.Codec());
+}
+
+Result<std::vector<Box>> Store::ReadTree() const
+{
+  std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
+  for (const NodeId page : TreePages(this->Information.depths))
+  {
+    const auto blob = this->ReadTreePageBlob(page);
+    if (!blob)
+    {
+      return blob.GetError();
+    }
+    if (Status status = DecodeTreePage(*blob, page, this->Information.depths, boxes); !status)
+    {
+      return status.GetError();
+    }
+  }
+  return boxes;
+}
+
+std::vector<PieceId> Store::PieceIds() const
+{
+  std::vector<PieceId> ids;
+  const auto add = [&](Resolution resolution)
+  {
+    const unsigned depth = PieceDepth(resolution, this->Information.depths);
+    for (NodeId i = 0; i < NodeId{ 1 } << depth; ++i)
+    {
+      ids.push_back({ resolution, (NodeId{ 1 } << depth) + i });
+    }
+  };
+  for (unsigned d = 0; d <= this->Information.depths.finest; ++d)
+  {
+    add(Resolution::Level(d));
+  }
+  add(Resolution::Original());
+  return ids;
+}
+
+std::vector<Error> Store::Verify(const Execution& execution) const
+{
+  std::vector<Error> damage;
+  ContentDigest digest(this->Information);
+  const auto note = [&](const std::string& name, const Error& error)
+  {
+    const bool named = error.message.rfind(name, 0) == 0;
+    damage.push_back({ error.code, named ? error.message : name + ": " + error.message });
+  };
+  std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
+  for (const NodeId page : TreePages(this->Information.depths))
+  {
+    const auto blob = this->ReadTreePageBlob(page);
+    Status status =
+      blob ? DecodeTreePage(*blob, page, this->Information.depths, boxes) : blob.GetError();
+    if (!status)
+    {
+      note(TreePageName(page), status.GetError());
+      continue;
+    }
+    digest.AddTreePage(page, *blob);
+  }
+  const std::vector<PieceId> ids = this->PieceIds();
+  for (std::size_t i = 0; i < ids.size(); ++i)
+  {
+    const std::string name = BlobName(ids[i], this->Information.depths);
+    const auto blob = this->ReadPieceBlob(ids[i]);
+    if (!blob)
+    {
+      note(name, blob.GetError());
+    }
+    else
+    {
+      digest.AddPiece(ids[i], *blob);
+      const Result<Piece> piece = DecodePiece(*blob, ids[i], this->Information.Codec());
+      if (!piece)
+      {
+        note(name, piece.GetError());
+      }
+    }
+    if (Status status = execution.Report("verify", double(i + 1) / double(ids.size())); !status)
+    {
+      damage.push_back(status.GetError());
+      return damage;
+    }
+  }
+  if (damage.empty() && digest.Hexadecimal() != this->Information.digest)
+  {
+    damage.push_back(Damaged("metadata", "the digest does not match the content"));
+  }
+  return damage;
+}
+
+}

@@ -1,0 +1,156 @@
+#include "filters/store/StoreSchema.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <array>
+#include <bit>
+
+namespace kdstream
+{
+namespace
+{
+
+class RowHash
+{
+public:
+  RowHash()
+    : State(XXH3_createState())
+  {
+    XXH3_64bits_reset(this->State);
+  }
+  RowHash(const RowHash&) = delete;
+  RowHash& operator=(const RowHash&) = delete;
+  ~RowHash() { XXH3_freeState(this->State); }
+
+  RowHash& Number(std::uint64_t value)
+  {
+    std::array<std::uint8_t, 8> bytes;
+    for (std::size_t i = 0; i < 8; ++i)
+    {
+      bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+    }
+    return this->Bytes(bytes);
+  }
+  RowHash& Bytes(std::span<const std::uint8_t> bytes)
+  {
+    XXH3_64bits_update(this->State, bytes.data(), bytes.size());
+    return *this;
+  }
+  RowHash& Text(std::string_view text)
+  {
+    this->Number(text.size());
+    XXH3_64bits_update(this->State, text.data(), text.size());
+    return *this;
+  }
+  std::int64_t Value() const
+  {
+    return std::bit_cast<std::int64_t>(XXH3_64bits_digest(this->State));
+  }
+
+private:
+  XXH3_state_t* State;
+};
+
+}
+
+std::int64_t PieceRow(PieceId id)
+{
+  const std::int64_t resolution = id.resolution.IsOriginal()
+                                    ? Resolution::maximumLevel + 1
+                                    : static_cast<int>(id.resolution.Depth());
+  return (resolution << 32) | id.node;
+}
+
+std::int64_t MetadataChecksum(std::string_view key, std::string_view value)
+{
+  return RowHash().Text(key).Text(value).Value();
+}
+
+std::int64_t TreePageChecksum(NodeId page, std::span<const std::uint8_t> data)
+{
+  return RowHash().Number(page).Bytes(data).Value();
+}
+
+std::int64_t PieceChecksum(
+  PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data)
+{
+  const auto row = static_cast<std::uint64_t>(PieceRow(id));
+  return RowHash().Number(row).Number(vertices).Number(triangles).Bytes(data).Value();
+}
+
+struct ContentDigest::State
+{
+  State()
+    : Xxh(XXH3_createState())
+  {
+    XXH3_128bits_reset(this->Xxh);
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { XXH3_freeState(this->Xxh); }
+
+  void Number(std::uint64_t value)
+  {
+    std::array<std::uint8_t, 8> bytes;
+    for (std::size_t i = 0; i < 8; ++i)
+    {
+      bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+    }
+    XXH3_128bits_update(this->Xxh, bytes.data(), bytes.size());
+  }
+
+  XXH3_state_t* Xxh;
+};
+
+ContentDigest::ContentDigest(const StoreInfo& info)
+  : Hash(std::make_unique<State>())
+{
+  this->Hash->Number(info.depths.partition);
+  this->Hash->Number(info.depths.stitch);
+  this->Hash->Number(info.depths.finest);
+  this->Hash->Number(info.grid.bits);
+  this->Hash->Number(static_cast<std::uint64_t>(info.grid.scalarType));
+  for (const double value :
+    { info.grid.origin[0], info.grid.origin[1], info.grid.origin[2], info.grid.step })
+  {
+    this->Hash->Number(std::bit_cast<std::uint64_t>(value));
+  }
+}
+
+ContentDigest::~ContentDigest() = default;
+
+void ContentDigest::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
+{
+  this->AddBlob('t', page, data);
+}
+
+void ContentDigest::AddPiece(PieceId id, std::span<const std::uint8_t> data)
+{
+  this->AddBlob('p', static_cast<std::uint64_t>(PieceRow(id)), data);
+}
+
+void ContentDigest::AddBlob(char kind, std::uint64_t key, std::span<const std::uint8_t> data)
+{
+  const XXH128_hash_t hash = XXH3_128bits(data.data(), data.size());
+  this->Hash->Number(static_cast<std::uint64_t>(kind));
+  this->Hash->Number(key);
+  this->Hash->Number(hash.high64);
+  this->Hash->Number(hash.low64);
+}
+
+std::string ContentDigest::Hexadecimal() const
+{
+  const XXH128_hash_t hash = XXH3_128bits_digest(this->Hash->Xxh);
+  std::string text;
+  for (const std::uint64_t half : { hash.high64, hash.low64 })
+  {
+    for (int shift = 60; shift >= 0; shift -= 4)
+    {
+      text += "0123456789abcdef"[(half >> shift) & 15];
+    }
+  }
+  return text;
+}
+
+}

@@ -1,0 +1,59 @@
+// The layout of a store inside SQLite, for the reader and the writer alone. Described in
+// doc/formats.md.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace kdstream
+{
+
+inline constexpr int storeVersion = 1;
+inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
+
+inline constexpr const char* storeSchema = R"(
+CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
+CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT NULL,
+  vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, checksum INTEGER NOT NULL);
+)";
+
+// The row of a piece: its resolution (63 = original) above its node, so that rows lie coarse to
+// fine.
+std::int64_t PieceRow(PieceId id);
+
+// XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
+// noticed.
+std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
+std::int64_t TreePageChecksum(NodeId page, std::span<const std::uint8_t> data);
+std::int64_t PieceChecksum(
+  PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
+
+// The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid and depths, and
+// then over the kind, key and XXH3-128 of every blob: tree pages, levels coarse to fine,
+// partitions, each by ascending node.
+class ContentDigest
+{
+public:
+  explicit ContentDigest(const StoreInfo& info);
+  ~ContentDigest();
+  void AddTreePage(NodeId page, std::span<const std::uint8_t> data);
+  void AddPiece(PieceId id, std::span<const std::uint8_t> data);
+  std::string Hexadecimal() const;
+
+private:
+  void AddBlob(char kind, std::uint64_t key, std::span<const std::uint8_t> data);
+  struct State;
+  std::unique_ptr<State> Hash;
+};
+
+// Metadata as the value of the row "model" and back.
+std::string StoreInfoToJson(const StoreInfo& info);
+Result<StoreInfo> StoreInfoFromJson(std::string_view json);
+
+}

@@ -1,0 +1,42 @@
+// Writing a store: step "store" of the README's picture. The file appears whole or not at all.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+namespace kdstream
+{
+
+// Writes to a temporary file beside the store; Finish makes it durable (fsync) and renames it. A
+// writer that is destroyed before that removes its file.
+class StoreWriter
+{
+public:
+  // info: everything but the digest and the counts of bytes and pieces, which the writer adds.
+  static Result<std::unique_ptr<StoreWriter>> Create(
+    const std::filesystem::path& store, StoreInfo info);
+  ~StoreWriter();
+
+  // All tree pages first, ascending; then the pieces, coarse to fine, nodes ascending: the order of
+  // the digest.
+  Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
+  Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
+
+  // Sets what is known of a resolution once all its pieces are written.
+  void SetTriangles(Resolution resolution, std::uint64_t triangles);
+
+  // Returns the metadata as stored.
+  Result<StoreInfo> Finish();
+
+private:
+  struct State;
+  explicit StoreWriter(std::unique_ptr<State> state);
+  std::unique_ptr<State> S;
+};
+
+}
