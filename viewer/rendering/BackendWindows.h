@@ -11,6 +11,10 @@
 #include <vtkRenderWindow.h>
 #include <vtkSmartPointer.h>
 
+#include <memory>
+
+struct _XDisplay;
+
 namespace kdstream
 {
 
@@ -22,8 +26,16 @@ WindowResult MakeEglWindow(int width, int height);
 WindowResult MakeOsMesaWindow(int width, int height);
 WindowResult MakeX11Window(int width, int height);
 
-// Whether the display that DISPLAY names is there and has GLX. VTK would end the program if not.
-// Errors: NotFound.
-Status CheckX11Display();
+// A connection to the X server, which ends with it.
+struct X11Disconnect
+{
+  void operator()(_XDisplay* display) const;
+};
+using X11Connection = std::unique_ptr<_XDisplay, X11Disconnect>;
+
+// Asks whether the display that DISPLAY names is there and has GLX: VTK ends the program if not. To
+// be held until VTK has a connection of its own, since some servers start anew when their last
+// client goes. Errors: NotFound.
+Result<X11Connection> ConnectToX11();
 
 }

@@ -20,7 +20,6 @@
 #include <GL/glcorearb.h>
 
 #include <cstring>
-#include <type_traits>
 
 // Every function of OpenGL 1.0 and 1.1 that the core profile has kept: result, name, parameters,
 // arguments.

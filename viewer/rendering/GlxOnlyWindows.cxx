@@ -226,9 +226,10 @@ WindowResult MakeOsMesaWindow(int width, int height)
 
 WindowResult MakeX11Window(int width, int height)
 {
-  if (Result<void> status = CheckX11Display(); !status)
+  const Result<X11Connection> connection = ConnectToX11();
+  if (!connection)
   {
-    return status.GetError();
+    return connection.GetError();
   }
   const vtkNew<X11RenderWindow> window;
   window->SetOffScreenRendering(1);

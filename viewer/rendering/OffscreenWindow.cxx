@@ -71,7 +71,13 @@ Result<vtkSmartPointer<vtkRenderWindow>> MakeOffscreenWindow(
           " pixels: sides are 1 to " + std::to_string(largestWindowSide) };
     }
   }
-  return MakeWindow(backend, width, height);
+  WindowResult window = MakeWindow(backend, width, height);
+  if (window)
+  {
+    // Said once for all backends: their defaults differ.
+    (*window)->SetMultiSamples(4);
+  }
+  return window;
 }
 
 }

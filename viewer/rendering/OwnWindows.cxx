@@ -5,14 +5,14 @@
 
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkRenderingOpenGLConfigure.h>
-#include <vtkVersionMacros.h>
 
 #include <string>
 
-#if defined(VTK_OPENGL_HAS_EGL)
+#if __has_include(<vtkEGLRenderWindow.h>)
+#define KDSTREAM_VTK_HAS_EGL
 #include <vtkEGLRenderWindow.h>
 #endif
-#if defined(VTK_OPENGL_HAS_OSMESA) || VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 4, 0)
+#if __has_include(<vtkOSOpenGLRenderWindow.h>)
 #define KDSTREAM_VTK_HAS_OSMESA
 #include <vtkOSOpenGLRenderWindow.h>
 #endif
@@ -50,7 +50,7 @@ template <class Window>
 
 WindowResult MakeEglWindow([[maybe_unused]] int width, [[maybe_unused]] int height)
 {
-#if defined(VTK_OPENGL_HAS_EGL)
+#if defined(KDSTREAM_VTK_HAS_EGL)
   return Make<vtkEGLRenderWindow>("EGL", width, height);
 #else
   return NotBuilt("EGL");
@@ -69,9 +69,10 @@ WindowResult MakeOsMesaWindow([[maybe_unused]] int width, [[maybe_unused]] int h
 WindowResult MakeX11Window([[maybe_unused]] int width, [[maybe_unused]] int height)
 {
 #if defined(VTK_USE_X)
-  if (Result<void> status = CheckX11Display(); !status)
+  const Result<X11Connection> connection = ConnectToX11();
+  if (!connection)
   {
-    return status.GetError();
+    return connection.GetError();
   }
   return Make<vtkXOpenGLRenderWindow>("X11", width, height);
 #else

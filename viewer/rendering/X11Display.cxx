@@ -11,29 +11,32 @@
 namespace kdstream
 {
 
-Result<void> CheckX11Display()
+void X11Disconnect::operator()(_XDisplay* display) const
+{
+  XCloseDisplay(display);
+}
+
+Result<X11Connection> ConnectToX11()
 {
   const char* name = std::getenv("DISPLAY");
   if (!name || !*name)
   {
     return Error{ ErrorCode::NotFound, "X11: the environment variable DISPLAY is not set" };
   }
-  Display* display = XOpenDisplay(name);
-  if (!display)
+  X11Connection connection(XOpenDisplay(name));
+  if (!connection)
   {
     return Error{ ErrorCode::NotFound, std::string("X11: no server answers at DISPLAY=") + name };
   }
   int opcode = 0;
   int event = 0;
   int error = 0;
-  const bool hasGlx = XQueryExtension(display, "GLX", &opcode, &event, &error) != 0;
-  XCloseDisplay(display);
-  if (!hasGlx)
+  if (!XQueryExtension(connection.get(), "GLX", &opcode, &event, &error))
   {
     return Error{ ErrorCode::NotFound,
       std::string("X11: the server at DISPLAY=") + name + " has no GLX extension" };
   }
-  return {};
+  return connection;
 }
 
 }

@@ -8,6 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,6 +22,27 @@
 
 namespace kdstream::test
 {
+
+// Whatever VTK complains of fails the test.
+class FailingOutputWindow final : public vtkOutputWindow
+{
+public:
+  static FailingOutputWindow* New() { VTK_STANDARD_NEW_BODY(FailingOutputWindow); }
+  vtkTypeMacro(FailingOutputWindow, vtkOutputWindow);
+  void DisplayText(const char* text) override { ADD_FAILURE() << "VTK: " << text; }
+};
+
+class VtkErrorsFail final : public ::testing::Environment
+{
+public:
+  void SetUp() override
+  {
+    const vtkNew<FailingOutputWindow> output;
+    vtkOutputWindow::SetInstance(output);
+  }
+};
+inline ::testing::Environment* const vtkErrorsFail =
+  ::testing::AddGlobalTestEnvironment(new VtkErrorsFail);
 
 // A window with one scene. The scene goes first, as a viewer's does.
 struct Stage
@@ -139,11 +163,11 @@ inline double BrightnessAround(const Picture& picture, double x, double y, int r
 
 struct PictureDifference
 {
-  std::size_t pixels = 0; // that differ at all
+  std::size_t pixels = 0; // that differ by more than the tolerance in a channel
   int largest = 0;        // of any channel
 };
 
-inline PictureDifference Compare(const Picture& a, const Picture& b)
+inline PictureDifference Compare(const Picture& a, const Picture& b, int tolerance = 0)
 {
   EXPECT_EQ(a.width, b.width);
   EXPECT_EQ(a.height, b.height);
@@ -155,7 +179,7 @@ inline PictureDifference Compare(const Picture& a, const Picture& b)
     {
       worst = std::max(worst, std::abs(int{ a.rgb[k] } - int{ b.rgb[k] }));
     }
-    difference.pixels += worst > 0 ? 1 : 0;
+    difference.pixels += worst > tolerance ? 1 : 0;
     difference.largest = std::max(difference.largest, worst);
   }
   return difference;

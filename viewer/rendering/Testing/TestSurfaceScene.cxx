@@ -1,0 +1,446 @@
+#include "viewer/rendering/Testing/RenderTools.h"
+
+#include "viewer/rendering/Palette.h"
+
+#include <vtkActorCollection.h>
+#include <vtkCamera.h>
+#include <vtkRenderer.h>
+
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+
+namespace kdstream::test
+{
+namespace
+{
+
+constexpr int side = 200;
+
+Stage MakeStage()
+{
+  return Stage(WindowBackend::OsMesa, side, side);
+}
+
+// A sphere of radius 1 without bumps.
+Surface SmoothSphere()
+{
+  Surface sphere = BumpySphere(60);
+  for (Vec3& p : sphere.points)
+  {
+    const double length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    p = { p[0] / length, p[1] / length, p[2] / length };
+  }
+  return sphere;
+}
+
+// Updates and draws, looking from a little above and to the right of the center.
+Picture Draw(const Stage& stage, const Surface& surface, const Vec3& center = { 0, 0, 0 })
+{
+  const Status status = stage.scene->Update(surface, depths, center);
+  EXPECT_TRUE(status) << (status ? "" : status.GetError().message);
+  EXPECT_TRUE(stage.scene->SetCamera(CameraAt(center)));
+  return stage.Draw();
+}
+
+// What the stage shows without a surface.
+Picture Background()
+{
+  return Draw(MakeStage(), Surface{});
+}
+
+// The hue of a pixel in steps of 10 degrees; -1 if it has hardly any color.
+int HueStep(const std::array<int, 3>& pixel)
+{
+  const int hi = std::max({ pixel[0], pixel[1], pixel[2] });
+  const int lo = std::min({ pixel[0], pixel[1], pixel[2] });
+  if (hi - lo < hi / 5)
+  {
+    return -1;
+  }
+  const double range = hi - lo;
+  double sextant = 0.0;
+  if (hi == pixel[0])
+  {
+    sextant = (pixel[1] - pixel[2]) / range;
+  }
+  else
+  {
+    sextant =
+      hi == pixel[1] ? 2.0 + (pixel[2] - pixel[0]) / range : 4.0 + (pixel[0] - pixel[1]) / range;
+  }
+  return static_cast<int>(std::floor((sextant < 0.0 ? sextant + 6.0 : sextant) * 6.0));
+}
+
+// The hues that cover at least a hundredth of the picture.
+std::set<int> Hues(const Picture& picture)
+{
+  std::map<int, int> counts;
+  for (int y = 0; y < picture.height; ++y)
+  {
+    for (int x = 0; x < picture.width; ++x)
+    {
+      ++counts[HueStep(PixelAt(picture, x, y))];
+    }
+  }
+  std::set<int> hues;
+  for (const auto& [hue, count] : counts)
+  {
+    if (hue >= 0 && count * 100 >= picture.width * picture.height)
+    {
+      hues.insert(hue);
+    }
+  }
+  return hues;
+}
+
+// Runs of neighbouring steps count once: lights of their own tints spread a colour a little.
+std::size_t DistinctHues(const std::set<int>& hues)
+{
+  std::size_t runs = 0;
+  for (const int hue : hues)
+  {
+    runs += hues.count((hue + 35) % 36) == 0 ? 1 : 0;
+  }
+  return runs;
+}
+
+TEST(SurfaceScene, StandsBeforeASoftGradient)
+{
+  const Picture picture = Background();
+  for (int y = 0; y + 1 < side; ++y)
+  {
+    const double step = Brightness(PixelAt(picture, 7, y + 1)) - Brightness(PixelAt(picture, 7, y));
+    EXPECT_GE(step, -1.0);
+    EXPECT_LE(step, 2.0);
+  }
+  EXPECT_GT(BrightnessAround(picture, 0.5, 0.97, 3), 20 + BrightnessAround(picture, 0.5, 0.03, 3));
+  EXPECT_NEAR(BrightnessAround(picture, 0.1, 0.5, 5), BrightnessAround(picture, 0.9, 0.5, 5), 1.0);
+}
+
+TEST(SurfaceScene, LightsFromAboveLeft)
+{
+  const Picture picture = Draw(MakeStage(), SmoothSphere());
+  const double lit = BrightnessAround(picture, 0.4, 0.35, 4);
+  const double middle = BrightnessAround(picture, 0.55, 0.6, 4);
+  const double dark = BrightnessAround(picture, 0.68, 0.75, 4);
+  EXPECT_GT(lit, middle + 10);
+  EXPECT_GT(middle, dark + 10);
+  EXPECT_GT(lit, 150);
+  EXPECT_LT(lit, 250);
+  EXPECT_GT(dark, 25);
+}
+
+TEST(SurfaceScene, LightsFollowTheCamera)
+{
+  const Stage stage = MakeStage();
+  const Picture picture = Draw(stage, SmoothSphere());
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 6; ++i)
+  {
+    Vec3 eye{ normal(random), normal(random), normal(random) };
+    const double scale = std::hypot(1.25, 1.0, 4.0) / std::hypot(eye[0], eye[1], eye[2]);
+    eye = { eye[0] * scale, eye[1] * scale, eye[2] * scale };
+    ASSERT_TRUE(stage.scene->SetCamera({ eye, { 0, 0, 0 }, { 0.1, 1, 0.2 }, 0.5 }));
+    const Picture turned = stage.Draw();
+    for (const auto& [x, y] : { std::pair{ 0.4, 0.35 }, { 0.5, 0.5 }, { 0.68, 0.75 } })
+    {
+      EXPECT_NEAR(BrightnessAround(turned, x, y, 4), BrightnessAround(picture, x, y, 4), 4.0);
+    }
+  }
+}
+
+TEST(SurfaceScene, SurvivesHugeOffsets)
+{
+  const Picture picture = Draw(MakeStage(), BumpySphere(60));
+  for (const Vec3& offset : { Vec3{ 4e6, 4e6, 4e6 }, Vec3{ -4e6, 5e5, 0.0 } })
+  {
+    EXPECT_EQ(Compare(Draw(MakeStage(), BumpySphere(60, offset), offset), picture).pixels, 0u);
+  }
+}
+
+TEST(SurfaceScene, DoesNotDependOnTheUnit)
+{
+  const Picture picture = Draw(MakeStage(), BumpySphere(40));
+  for (const double unit : { 0x1p-24, 0x1p24 })
+  {
+    Surface scaled = BumpySphere(40);
+    for (Vec3& p : scaled.points)
+    {
+      p = { p[0] * unit, p[1] * unit, p[2] * unit };
+    }
+    const Stage stage = MakeStage();
+    ASSERT_TRUE(stage.scene->Update(scaled, depths, { 0, 0, 0 }));
+    SceneCamera camera = CameraAt({ 0, 0, 0 });
+    camera.eye = { camera.eye[0] * unit, camera.eye[1] * unit, camera.eye[2] * unit };
+    ASSERT_TRUE(stage.scene->SetCamera(camera));
+    EXPECT_LE(Compare(stage.Draw(), picture).largest, 2) << unit;
+  }
+}
+
+TEST(SurfaceScene, ColorsByPartition)
+{
+  const Stage stage = MakeStage();
+  Draw(stage, BumpySphere(60));
+  EXPECT_EQ(DistinctHues(Hues(stage.Draw())), 0u);
+  SceneStyle style;
+  style.coloring = SurfaceColoring::Partition;
+  stage.scene->SetStyle(style);
+  // Eight octants: four of them face an eye on an axis.
+  EXPECT_GE(DistinctHues(Hues(Draw(stage, BumpySphere(60)))), 4u);
+  std::set<int> all;
+  for (const double z : { -4.0, 4.0 })
+  {
+    ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, z }, { 0, 0, 0 }, { 0, 1, 0 }, 0.5 }));
+    const std::set<int> hues = Hues(stage.Draw());
+    EXPECT_EQ(DistinctHues(hues), 4u);
+    all.insert(hues.begin(), hues.end());
+  }
+  EXPECT_GE(DistinctHues(all), 7u);
+  stage.scene->SetStyle({});
+  EXPECT_EQ(DistinctHues(Hues(stage.Draw())), 0u);
+}
+
+TEST(SurfaceScene, ColorsByResolution)
+{
+  // The left half at the finest level, in the partitions' numbering; the right half at a level that
+  // has none.
+  Surface sphere = BumpySphere(60);
+  for (std::size_t i = 0; i < sphere.points.size(); ++i)
+  {
+    const bool left = sphere.points[i][0] < 0.0;
+    sphere.sources[i].resolution = Resolution::Level(left ? 7 : 3);
+  }
+  const Stage stage = MakeStage();
+  SceneStyle style;
+  style.coloring = SurfaceColoring::Resolution;
+  stage.scene->SetStyle(style);
+  EXPECT_EQ(DistinctHues(Hues(Draw(stage, sphere))), 2u);
+  style.coloring = SurfaceColoring::Partition;
+  stage.scene->SetStyle(style);
+  const Picture byPartition = stage.Draw();
+  EXPECT_EQ(HueStep(PixelAt(byPartition, 150, 100)), -1);
+  EXPECT_NE(HueStep(PixelAt(byPartition, 50, 100)), -1);
+}
+
+TEST(SurfaceScene, DrawsFlatTrianglesOnRequest)
+{
+  const Stage stage = MakeStage();
+  const Picture smooth = Draw(stage, BumpySphere(6));
+  SceneStyle style;
+  style.flat = true;
+  stage.scene->SetStyle(style);
+  const Picture flat = stage.Draw();
+  EXPECT_GT(Compare(smooth, flat).pixels, static_cast<std::size_t>(side * side / 10));
+  const auto same = [](const Picture& picture)
+  {
+    int count = 0;
+    for (int x = side / 4; x < 3 * side / 4; ++x)
+    {
+      count += PixelAt(picture, x, side / 2) == PixelAt(picture, x + 1, side / 2) ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GT(same(flat), same(smooth));
+}
+
+TEST(SurfaceScene, DrawsCloudsAsPoints)
+{
+  Surface cloud = BumpySphere(60);
+  cloud.triangles.clear();
+  const Stage stage = MakeStage();
+  const Picture background = Background();
+  const std::size_t drawn = Compare(Draw(stage, cloud), background).pixels;
+  EXPECT_GT(drawn, static_cast<std::size_t>(side * side / 4));
+  SceneStyle style;
+  style.pointSize = 1.0f;
+  stage.scene->SetStyle(style);
+  const std::size_t small = Compare(stage.Draw(), background).pixels;
+  EXPECT_GT(small, 1000u);
+  EXPECT_LT(small, drawn * 3 / 4);
+  style.coloring = SurfaceColoring::Partition;
+  style.pointSize = 3.0f;
+  stage.scene->SetStyle(style);
+  EXPECT_GE(DistinctHues(Hues(stage.Draw())), 4u);
+}
+
+TEST(SurfaceScene, ReplacesItsSurface)
+{
+  const Stage stage = MakeStage();
+  const vtkRenderer* renderer = &stage.scene->Renderer();
+  const Picture coarse = Draw(stage, BumpySphere(8));
+  const vtkActor* actor = stage.scene->Renderer().GetActors()->GetLastActor();
+  const Picture fine = Draw(stage, BumpySphere(60));
+  EXPECT_GT(Compare(coarse, fine).pixels, 1000u);
+  Surface cloud = BumpySphere(30);
+  cloud.triangles.clear();
+  Draw(stage, cloud);
+  EXPECT_EQ(Compare(Draw(stage, BumpySphere(8)), coarse).pixels, 0u);
+  EXPECT_EQ(Compare(Draw(stage, Surface{}), Background()).pixels, 0u);
+  EXPECT_EQ(Compare(Draw(stage, BumpySphere(60)), fine).pixels, 0u);
+  EXPECT_EQ(&stage.scene->Renderer(), renderer);
+  EXPECT_EQ(stage.scene->Renderer().GetActors()->GetNumberOfItems(), 1);
+  EXPECT_EQ(stage.scene->Renderer().GetActors()->GetLastActor(), actor);
+}
+
+TEST(SurfaceScene, KeepsTheCameraWhenTheCenterMoves)
+{
+  const Stage stage = MakeStage();
+  const Picture picture = Draw(stage, BumpySphere(40));
+  ASSERT_TRUE(stage.scene->Update(BumpySphere(40), depths, { 8, -16, 32 }));
+  // Floats round differently around another center: a sample at an edge may fall to the other side.
+  EXPECT_LT(Compare(stage.Draw(), picture, 3).pixels, 10u);
+}
+
+TEST(SurfaceScene, RefusesBadSurfaces)
+{
+  const Stage stage = MakeStage();
+  const Picture picture = Draw(stage, BumpySphere(20));
+  const double huge = std::numeric_limits<double>::max();
+  for (const double value : { std::numeric_limits<double>::quiet_NaN(),
+         std::numeric_limits<double>::infinity(), huge, -huge, 1e39 })
+  {
+    Surface bad = BumpySphere(20);
+    bad.points[17][1] = value;
+    const Status status = stage.scene->Update(bad, depths, { 0, 0, 0 });
+    ASSERT_FALSE(status) << value;
+    EXPECT_EQ(status.GetError().code, ErrorCode::InvalidInput);
+    EXPECT_NE(status.GetError().message.find("point 17"), std::string::npos);
+  }
+  Surface bad = BumpySphere(20);
+  bad.triangles[5][2] = static_cast<VertexId>(bad.points.size());
+  const Status index = stage.scene->Update(bad, depths, { 0, 0, 0 });
+  ASSERT_FALSE(index);
+  EXPECT_NE(index.GetError().message.find("triangle 5"), std::string::npos);
+  bad = BumpySphere(20);
+  bad.sources.pop_back();
+  EXPECT_FALSE(stage.scene->Update(bad, depths, { 0, 0, 0 }));
+  EXPECT_FALSE(stage.scene->Update(
+    BumpySphere(20), depths, { 0, std::numeric_limits<double>::quiet_NaN(), 0 }));
+  EXPECT_EQ(Compare(stage.Draw(), picture).pixels, 0u);
+}
+
+TEST(SurfaceScene, RefusesBadCameras)
+{
+  const Stage stage = MakeStage();
+  const Picture picture = Draw(stage, BumpySphere(20));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const SceneCamera& bad : {
+         SceneCamera{ { nan, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, nan, 0 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, nan }, 0.5 },
+         SceneCamera{ { 1e308, 0, 0 }, { -1e308, 0, 0 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 3, 2, 1 }, { 3, 2, 1 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 0, 0 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 0, -7 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.0 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, nan },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, std::numbers::pi },
+       })
+  {
+    const Status status = stage.scene->SetCamera(bad);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.GetError().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(status.GetError().message.rfind("camera: ", 0), 0u);
+  }
+  EXPECT_EQ(Compare(stage.Draw(), picture).pixels, 0u);
+}
+
+// The rows in which the column in the middle differs from the background: the sphere's upper and
+// lower edge.
+std::pair<int, int> Extent(const Picture& picture, const Picture& background)
+{
+  int first = side;
+  int last = -1;
+  for (int y = 0; y < side; ++y)
+  {
+    const auto pixel = PixelAt(picture, side / 2, y);
+    if (std::abs(Brightness(pixel) - Brightness(PixelAt(background, side / 2, y))) > 4.0)
+    {
+      first = std::min(first, y);
+      last = std::max(last, y);
+    }
+  }
+  return { first, last };
+}
+
+TEST(SurfaceScene, HasTheFieldOfViewAskedFor)
+{
+  const Stage stage = MakeStage();
+  ASSERT_TRUE(stage.scene->Update(SmoothSphere(), depths, { 0, 0, 0 }));
+  const Picture background = Background();
+  for (const auto& [distance, view] :
+    { std::pair{ 4.0, 0.7 }, { 10.0, 0.3 }, { 1.5, 1.8 }, { 1000.0, 0.003 } })
+  {
+    ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, distance }, { 0, 0, 0 }, { 0, 1, 0 }, view }));
+    const auto [first, last] = Extent(stage.Draw(), background);
+    const double radius = std::tan(std::asin(1.0 / distance)) / std::tan(view / 2) * side / 2;
+    EXPECT_NEAR(last - first + 1, 2.0 * radius, 3.0) << distance;
+    EXPECT_NEAR(first + last + 1, side, 3.0) << distance;
+  }
+}
+
+TEST(SurfaceScene, TurnsUpUp)
+{
+  // A ball beside the focal point, in the direction of up.
+  Surface ball = SmoothSphere();
+  for (Vec3& p : ball.points)
+  {
+    p = { 0.2 * p[0] + 0.6, 0.2 * p[1], 0.2 * p[2] };
+  }
+  const Stage stage = MakeStage();
+  ASSERT_TRUE(stage.scene->Update(ball, depths, { 0, 0, 0 }));
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 1, 0, 0.5 }, 0.5 }));
+  const auto [first, last] = Extent(stage.Draw(), Background());
+  EXPECT_GT(first, 0);
+  EXPECT_LT(last, side / 2);
+}
+
+TEST(SurfaceScene, CutsNothingOff)
+{
+  const Stage stage = MakeStage();
+  ASSERT_TRUE(stage.scene->Update(SmoothSphere(), depths, { 0, 0, 0 }));
+  const Picture background = Background();
+  const auto clippingRange = [&]
+  {
+    const double* range = stage.scene->Renderer().GetActiveCamera()->GetClippingRange();
+    return std::pair{ range[0], range[1] };
+  };
+  // From outside the planes are tight, and everything lies between them.
+  for (const double distance : { 1.001, 2.0, 50.0, 1e6 })
+  {
+    ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, distance }, { 0, 0, 0 }, { 0, 1, 0 }, 0.1 }));
+    const auto [nearPlane, farPlane] = clippingRange();
+    EXPECT_GT(nearPlane, 0.0);
+    EXPECT_LE(nearPlane, distance - 1.0 + 1e-3);
+    EXPECT_GE(farPlane, distance + 1.0);
+    EXPECT_LE(farPlane, (distance + 1.0) * 1.01 + 0.1);
+  }
+  // From inside one sees the inner side all around.
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, 1.5 }));
+  const Picture inside = stage.Draw();
+  EXPECT_EQ(Compare(inside, background).pixels, static_cast<std::size_t>(side * side));
+  // Looking away one sees nothing, and VTK does not mind.
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 8 }, { 0, 1, 0 }, 0.5 }));
+  EXPECT_EQ(Compare(stage.Draw(), background).pixels, 0u);
+  // A plane seen along the line of sight has no extent.
+  Surface plane;
+  plane.points = { { -1, -1, 0 }, { 1, -1, 0 }, { 1, 1, 0 }, { -1, 1, 0 } };
+  plane.sources.resize(4);
+  plane.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+  ASSERT_TRUE(stage.scene->Update(plane, depths, { 0, 0, 0 }));
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.3 }));
+  EXPECT_EQ(Compare(stage.Draw(), background).pixels, static_cast<std::size_t>(side * side));
+  // A single point, looked at from the same distance as from everywhere.
+  Surface point;
+  point.points = { { 0, 0, 0 } };
+  point.sources.resize(1);
+  ASSERT_TRUE(stage.scene->Update(point, depths, { 0, 0, 0 }));
+  EXPECT_GE(Compare(stage.Draw(), background).pixels, 4u);
+}
+
+}
+}
