@@ -11,7 +11,7 @@ nlohmann::json StoreToJson(const StoreInfo& info, std::uint64_t storeBytes)
   {
     levels.push_back({ { "depth", level.resolution.Depth() }, { "vertices", level.vertices },
       { "triangles", level.triangles }, { "pieces", level.pieces }, { "bytes", level.bytes },
-      { "deviation", level.deviation } });
+      { "deviation", level.deviation }, { "deviation_99", level.deviation99 } });
   }
   Json precision = "lossless";
   if (!info.grid.Lossless())

@@ -311,7 +311,7 @@ private:
         return status;
       }
     }
-    writer.SetTriangles(resolution, cutter.TriangleCount());
+    writer.FinishResolution(resolution, cutter.TriangleCount());
     return {};
   }
 

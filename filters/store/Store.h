@@ -24,6 +24,8 @@ struct ResolutionInfo
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
   double deviation = 0; // largest of its vertices, model units; 0 for the original
+  double deviation99 =
+    0; // that 99 of 100 of its vertices do not exceed: a single spike does not decide it
 };
 
 struct AttributeInfo

@@ -17,7 +17,8 @@ using Json = nlohmann::json;
 Json ToJson(const ResolutionInfo& info)
 {
   Json json{ { "vertices", info.vertices }, { "triangles", info.triangles },
-    { "pieces", info.pieces }, { "bytes", info.bytes }, { "deviation", info.deviation } };
+    { "pieces", info.pieces }, { "bytes", info.bytes }, { "deviation", info.deviation },
+    { "deviation_99", info.deviation99 } };
   if (!info.resolution.IsOriginal())
   {
     json["depth"] = info.resolution.Depth();
@@ -141,6 +142,7 @@ ResolutionInfo ResolutionFrom(const Fields& fields, Resolution resolution)
   info.pieces = fields.Count("pieces");
   info.bytes = fields.Count("bytes");
   info.deviation = fields.Number("deviation");
+  info.deviation99 = fields.Number("deviation_99");
   return info;
 }
 

@@ -43,6 +43,7 @@ struct StoreWriter::State
   Database database;
   Statement page, piece;
   std::unique_ptr<ContentDigest> digest;
+  std::vector<float> deviations; // of the resolution that is being written
 
   ~State()
   {
@@ -140,10 +141,8 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
   ++resolution.pieces;
-  for (const float deviation : piece.deviations)
-  {
-    resolution.deviation = std::max(resolution.deviation, double(deviation));
-  }
+  this->S->deviations.insert(
+    this->S->deviations.end(), piece.deviations.begin(), piece.deviations.end());
   this->S->digest->AddPiece(piece.id, data);
   const std::int64_t row = PieceRow(piece.id);
   Statement& insert = this->S->piece;
@@ -159,10 +158,20 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   return done ? Status{} : Status{ done.GetError() };
 }
 
-void StoreWriter::SetTriangles(Resolution resolution, std::uint64_t triangles)
+void StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
 {
   StoreInfo& info = this->S->info;
-  (resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()]).triangles = triangles;
+  ResolutionInfo& finished =
+    resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
+  finished.triangles = triangles;
+  std::vector<float>& deviations = this->S->deviations;
+  if (!deviations.empty())
+  {
+    std::sort(deviations.begin(), deviations.end());
+    finished.deviation = deviations.back();
+    finished.deviation99 = deviations[(deviations.size() - 1) * 99 / 100];
+    deviations.clear();
+  }
 }
 
 Result<StoreInfo> StoreWriter::Finish()

@@ -27,8 +27,9 @@ public:
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
 
-  // Sets what is known of a resolution once all its pieces are written.
-  void SetTriangles(Resolution resolution, std::uint64_t triangles);
+  // Says that all pieces of a resolution are written, and how many triangles it has, each counted
+  // once.
+  void FinishResolution(Resolution resolution, std::uint64_t triangles);
 
   // Returns the metadata as stored.
   Result<StoreInfo> Finish();
