@@ -8,8 +8,8 @@ namespace kdstream
 namespace
 {
 constexpr double nearestInRadii = 1e-4, farthestInRadii = 20, focalInRadii = 1.5;
-// Half a degree of air around the fitted sphere.
-constexpr double margin = 1.02;
+// The fitted box takes 1 / margin of the window.
+constexpr double margin = 1.08;
 }
 
 void Camera::SetViewport(const Viewport& viewport)
@@ -32,11 +32,12 @@ void Camera::FitTo(const Box& box)
   this->Radius = radius > 0 && std::isfinite(radius) ? radius : 1;
   this->FocalPoint = this->Centre;
   this->Turn = {};
+  const Vec3 half = fitted.hi * 0.5 - fitted.lo * 0.5;
   const double aspect = static_cast<double>(this->View.width) / this->View.height;
-  const double tangent = tangentOfHalfAngle * std::min(1.0, aspect);
-  // A sphere touches the border of the view where sin(half angle) = radius / distance.
-  const double sine = tangent / std::sqrt(1 + tangent * tangent);
-  this->EyeDistance = std::min(margin * this->Radius / sine, farthestInRadii * this->Radius);
+  const double size = std::max(half[1], half[0] / aspect) / tangentOfHalfAngle;
+  // The face of the box that is nearest to the eye fits; a flat or tiny box keeps its distance.
+  this->EyeDistance =
+    std::clamp(margin * size + half[2], this->Radius, farthestInRadii * this->Radius);
 }
 
 // Where pixel (x, y) lies on the ball under the window, in the camera's frame.

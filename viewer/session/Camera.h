@@ -37,9 +37,9 @@ public:
   void SetViewport(const Viewport& viewport);
   const Viewport& GetViewport() const { return this->View; }
 
-  // Looks along -z of the model, y up, at all of `box` (the sphere around it touches the nearer
-  // pair of borders of the window, portrait and landscape alike). Sets the limits of panning and
-  // zooming. An empty box counts as the unit cube.
+  // Looks along -z of the model, y up, so that all of `box` just fits into the window, portrait and
+  // landscape alike, as long as the camera is not turned. Sets the limits of panning and zooming,
+  // in radii of the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box);
 
   // A finger went from one pixel to the other: turns about the focal point as if a ball under the

@@ -1,0 +1,178 @@
+// A server in memory for tests: see MemoryServer.h.
+#include "viewer/session/Testing/MemoryServer.h"
+
+#include "filters/core/ClusterLevels.h"
+#include "filters/core/VertexTree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kdstream::testing
+{
+
+Mesh MakeTorus(std::uint32_t n, std::uint32_t m)
+{
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < n; ++i)
+  {
+    for (std::uint32_t j = 0; j < m; ++j)
+    {
+      const double u = 2 * M_PI * i / n, v = 2 * M_PI * j / m;
+      const double r = 0.35 + 0.02 * std::sin(9 * u) * std::sin(7 * v);
+      mesh.points.push_back({ (1 + r * std::cos(v)) * std::cos(u),
+        (1 + r * std::cos(v)) * std::sin(u), r * std::sin(v) });
+      const auto at = [n, m](std::uint32_t a, std::uint32_t b) { return (a % n) * m + b % m; };
+      mesh.triangles.push_back({ at(i, j), at(i + 1, j), at(i + 1, j + 1) });
+      mesh.triangles.push_back({ at(i, j), at(i + 1, j + 1), at(i, j + 1) });
+    }
+  }
+  return mesh;
+}
+
+std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles)
+{
+  std::vector<std::pair<VertexId, VertexId>> edges;
+  for (const Triangle& t : triangles)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  std::size_t count = 0;
+  for (std::size_t i = 0, end = 0; i < edges.size(); i = end)
+  {
+    while (end < edges.size() && edges[end] == edges[i])
+    {
+      ++end;
+    }
+    count += end - i == 1 ? 1 : 0;
+  }
+  return count;
+}
+
+MemoryServer::MemoryServer(
+  const Mesh& mesh, std::uint32_t verticesPerPartition, std::uint32_t cellVertices)
+{
+  KdTreeOptions options;
+  options.verticesPerPartition = verticesPerPartition;
+  options.cellVertices = cellVertices;
+  const KdTree tree = std::move(*BuildKdTree(mesh.points, options));
+  const auto partitionOf = CellOfVertex(tree, tree.depths.partition);
+  const auto buckets = BucketTriangles(std::span<const Triangle>(mesh.triangles),
+    std::size_t{ 1 } << tree.depths.partition,
+    [&partitionOf](VertexId v) { return partitionOf[v]; });
+  const VertexTree vertices = NumberVertices(
+    tree, std::move(*BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, {})));
+
+  this->Boxes = tree.boxes;
+  this->Context = { tree.depths, CoordinateGrid::Over(tree.boxes[1], 20, ScalarType::Float32) };
+  this->Model.id = "torus";
+  this->Model.digest = std::string(32, 'a');
+  this->Model.vertices = mesh.points.size();
+  this->Model.triangles = mesh.triangles.size();
+  this->Model.partitions = std::uint64_t{ 1 } << tree.depths.partition;
+  this->Model.boxLo = tree.boxes[1].lo;
+  this->Model.boxHi = tree.boxes[1].hi;
+  this->Model.partitionDepth = static_cast<std::uint8_t>(tree.depths.partition);
+  this->Model.stitchDepth = static_cast<std::uint8_t>(tree.depths.stitch);
+  this->Model.finestDepth = static_cast<std::uint8_t>(tree.depths.finest);
+  this->Model.gridOrigin = this->Context.grid.origin;
+  this->Model.gridStep = this->Context.grid.step;
+
+  for (unsigned d = 0; d <= tree.depths.finest + 1; ++d)
+  {
+    const bool level = d <= tree.depths.finest;
+    const Resolution resolution = level ? Resolution::Level(d) : Resolution::Original();
+    const PieceCutter cutter(vertices, mesh, resolution);
+    protocol::ResolutionDescription counts{ cutter.VertexCount(), cutter.TriangleCount(),
+      cutter.PieceCount(), 0, 0 };
+    for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
+    {
+      const Piece piece = cutter.Cut(i);
+      for (const float deviation : piece.deviations)
+      {
+        counts.deviation = std::max(counts.deviation, double{ deviation });
+      }
+      this->Blobs[BlobOfPiece(piece.id, tree.depths)] = EncodePiece(piece, this->Context);
+    }
+    if (level)
+    {
+      this->Model.levels.push_back(counts);
+    }
+    else
+    {
+      this->Model.original = counts;
+    }
+  }
+  for (const NodeId page : TreePages(tree.depths))
+  {
+    this->Blobs[protocol::BlobId::TreePage(page)] = EncodeTreePage(tree.boxes, page, tree.depths);
+  }
+}
+
+void MemoryServer::Take(ViewerSession& session)
+{
+  for (const SessionRequest& request : session.TakeRequests())
+  {
+    this->log.push_back(FormatRequest(request));
+    if (request.kind == SessionRequest::Kind::Cancel)
+    {
+      std::erase_if(this->Queue, [&request](const Pending& p) { return p.request == request.id; });
+    }
+    if (request.kind == SessionRequest::Kind::Open)
+    {
+      this->Queue.push_back({ request.id, true, request.model, {} });
+    }
+    for (const protocol::BlobId& blob : request.blobs)
+    {
+      this->Queue.push_back({ request.id, false, {}, blob });
+    }
+  }
+}
+
+bool MemoryServer::Answer(ViewerSession& session, std::mt19937* random)
+{
+  this->Take(session);
+  if (this->Queue.empty())
+  {
+    return false;
+  }
+  const std::size_t i = random ? (*random)() % this->Queue.size() : 0;
+  const Pending next = this->Queue[i];
+  this->Queue.erase(this->Queue.begin() + static_cast<std::ptrdiff_t>(i));
+  if (next.open && next.model == this->Model.id)
+  {
+    session.Opened(next.request, this->Model);
+  }
+  else if (next.open)
+  {
+    session.RequestFailed(next.request, "no such model");
+  }
+  else if (this->refused.count(next.blob) != 0 || !this->Has(next.blob))
+  {
+    session.BlobFailed(next.request, next.blob, "it is damaged");
+  }
+  else
+  {
+    this->sent.insert(next.blob);
+    session.BlobArrived(next.request, next.blob, this->Blobs.at(next.blob), 0.25, false);
+  }
+  this->Take(session);
+  return true;
+}
+
+void MemoryServer::Serve(
+  ViewerSession& session, std::mt19937* random, const std::function<void()>& eachFrame)
+{
+  do
+  {
+    session.BeginFrame();
+    eachFrame();
+    session.EndFrame(0.5);
+  } while (this->Answer(session, random));
+}
+
+}

@@ -1,0 +1,67 @@
+// A server in memory for tests: a model built from a mesh, and requests answered blob by blob in
+// any order.
+#pragma once
+
+#include "filters/codec/PieceCodec.h"
+#include "server/protocol/ModelDescription.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <functional>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace kdstream::testing
+{
+
+// A bumpy torus with its hole along z: closed, n × m vertices.
+Mesh MakeTorus(std::uint32_t n, std::uint32_t m);
+// The edges that only one triangle uses.
+std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles);
+
+class MemoryServer
+{
+public:
+  MemoryServer(const Mesh& mesh, std::uint32_t verticesPerPartition, std::uint32_t cellVertices);
+
+  const protocol::ModelDescription& Description() const { return this->Model; }
+  const std::vector<Box>& Tree() const { return this->Boxes; }
+  const CodecContext& Codec() const { return this->Context; }
+  std::vector<std::uint8_t>& Blob(const protocol::BlobId& id) { return this->Blobs.at(id); }
+  bool Has(const protocol::BlobId& id) const { return this->Blobs.count(id) != 0; }
+
+  // Blobs that the server refuses.
+  std::set<protocol::BlobId> refused;
+
+  // Takes what the session has to send; requests are kept in `log` as JSON.
+  void Take(ViewerSession& session);
+  // Answers one thing: the next in order, or any one if `random` is given. False if there is
+  // nothing.
+  bool Answer(ViewerSession& session, std::mt19937* random = nullptr);
+  // Answers everything, drawing a frame after each answer; `eachFrame` looks at it.
+  void Serve(
+    ViewerSession& session, std::mt19937* random = nullptr,
+    const std::function<void()>& eachFrame = [] {});
+
+  std::vector<std::string> log;
+  std::multiset<protocol::BlobId> sent;
+
+private:
+  struct Pending
+  {
+    std::uint32_t request = 0;
+    bool open = false;
+    std::string model;
+    protocol::BlobId blob;
+  };
+
+  protocol::ModelDescription Model;
+  CodecContext Context;
+  std::vector<Box> Boxes;
+  std::map<protocol::BlobId, std::vector<std::uint8_t>> Blobs;
+  std::vector<Pending> Queue;
+};
+
+}

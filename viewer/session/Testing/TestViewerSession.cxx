@@ -1,0 +1,603 @@
+// The session against a server in memory: what is drawn is closed at every moment, whatever comes
+// in whatever order.
+#include "viewer/session/SessionFile.h"
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/ViewerSession.h"
+
+#include "filters/core/Region.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+using namespace kdstream;
+using kdstream::testing::CountBoundaryEdges;
+using kdstream::testing::MakeTorus;
+using kdstream::testing::MemoryServer;
+using protocol::BlobId;
+using protocol::BlobKind;
+
+namespace
+{
+
+// P = 7, S = 11, L = 13: the preview is level S. For splits below S: SmallCells, with P = 8, S =
+// 12, L = 13.
+const MemoryServer& Torus()
+{
+  static const MemoryServer server(MakeTorus(200, 80), 128, 2);
+  return server;
+}
+const MemoryServer& SmallCells()
+{
+  static const MemoryServer server(MakeTorus(200, 80), 64, 2);
+  return server;
+}
+
+SessionOptions WithTrace(std::vector<std::string>& trace)
+{
+  SessionOptions options;
+  options.trace = [&trace](std::string_view line) { trace.emplace_back(line); };
+  return options;
+}
+
+constexpr int width = 800, height = 600;
+
+void Open(ViewerSession& session)
+{
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+}
+
+// A pixel that shows the torus: on its ring.
+std::pair<double, double> OnModel(const ViewerSession& session)
+{
+  const ViewerScene scene = session.Scene();
+  const Vec3 v = Vec3{ 1, 0, 0.3 } - scene.eye;
+  const Vec3 right = scene.orientation.Rotate({ 1, 0, 0 }),
+             up = scene.orientation.Rotate({ 0, 1, 0 });
+  const double scale =
+    height / (2 * Camera::tangentOfHalfAngle * Dot(v, scene.orientation.Rotate({ 0, 0, -1 })));
+  return { width * 0.5 + Dot(v, right) * scale, height * 0.5 - Dot(v, up) * scale };
+}
+
+double clockOfFingers = 0;
+
+void Tap(ViewerSession& session, double x, double y)
+{
+  session.HandleTouches({ clockOfFingers += 0.1, { { 1, x, y } } });
+  session.HandleTouches({ clockOfFingers += 0.05, {} });
+}
+
+void DoubleTap(ViewerSession& session, double x, double y)
+{
+  clockOfFingers += 1;
+  Tap(session, x, y);
+  Tap(session, x, y);
+}
+
+void Pinch(ViewerSession& session, double x, double y, double factor)
+{
+  const double from = factor > 1 ? 30 : 30 / factor;
+  for (int i = 0; i <= 10; ++i)
+  {
+    const double gap = from * (1 + (factor - 1) * i / 10);
+    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x - gap, y }, { 2, x + gap, y } } });
+  }
+  session.HandleTouches({ clockOfFingers += 0.02, {} });
+}
+
+void ExpectClosed(const ViewerSession& session)
+{
+  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->triangles), 0u);
+}
+
+TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.policy.tolerance = 4; // the preview is fine enough for the whole torus
+  ViewerSession session(options);
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::NoModel);
+  EXPECT_TRUE(session.IsIdle());
+  Open(session);
+  EXPECT_FALSE(session.IsIdle());
+  EXPECT_EQ(session.DescribeOutstanding(), "open torus");
+  server.Serve(session);
+  ASSERT_TRUE(session.IsIdle());
+  ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.mode, ViewerMode::Browsing);
+  EXPECT_EQ(status.shownLevel, 11u);
+  EXPECT_EQ(status.triangles, server.Description().levels[11].triangles);
+  EXPECT_EQ(server.log.size(), 3u); // open, preview, tree
+
+  // A tap: full screen. A pinch: nearer, and a finer level.
+  const auto [x, y] = OnModel(session);
+  Tap(session, x, y);
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
+  server.Serve(session);
+  Pinch(session, x, y, 6);
+  EXPECT_EQ(session.GetStatus().targetLevel, 13u);
+  EXPECT_EQ(session.GetStatus().shownLevel, 11u); // until all of the other has come
+  server.Serve(session);
+  status = session.GetStatus();
+  EXPECT_EQ(status.shownLevel, 13u);
+  EXPECT_EQ(status.triangles, server.Description().levels[13].triangles);
+
+  // A double tap: the partitions of the region that the server finds too, nearest first.
+  server.log.clear();
+  const auto [px, py] = OnModel(session);
+  DoubleTap(session, px, py);
+  server.Take(session);
+  ASSERT_EQ(server.log.size(), 1u);
+  status = session.GetStatus();
+  ASSERT_TRUE(status.region);
+  const auto region = *FindRegion(server.Tree(), server.Codec().depths, status.region->cell, 1);
+  EXPECT_EQ(status.region->partitions, region.size());
+  std::string names;
+  for (const std::uint32_t partition : region)
+  {
+    names +=
+      (names.empty() ? "\"partitions/" : ",\"partitions/") + std::to_string(partition) + "\"";
+  }
+  EXPECT_NE(
+    server.log[0].find("\"kind\":\"region\",\"cell\":" + std::to_string(status.region->cell) +
+                       ",\"rings\":1,\"except\":[],\"blobs\":[" + names + "]"),
+    std::string::npos)
+    << server.log[0];
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().region->shown, region.size());
+  EXPECT_TRUE(session.IsIdle());
+  ExpectClosed(session);
+  // All of these partitions' vertices are there.
+  std::size_t originals = 0;
+  for (const auto& source : session.Scene().surface->sources)
+  {
+    originals += source.resolution.IsOriginal() ? 1 : 0;
+  }
+  EXPECT_EQ(originals, region.size() * 125);
+
+  // A double tap beside the model lets the region go; nothing is asked for.
+  server.log.clear();
+  session.Resize({ width, height, 1 });
+  DoubleTap(session, -1e6, -1e6);
+  server.Serve(session);
+  EXPECT_FALSE(session.GetStatus().region);
+  EXPECT_TRUE(server.log.empty());
+  EXPECT_EQ(session.GetStatus().triangles, server.Description().levels[13].triangles);
+}
+
+TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  session.SetModels({ Summarize(server.Description()), { "other", {}, {}, 1, 1 } });
+  Open(session);
+  EXPECT_TRUE(session.SelectModel("torus"));
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
+  const auto unknown = session.SelectModel("nobody");
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.GetError().message.find("'nobody'"), std::string::npos);
+  server.Serve(session);
+  EXPECT_GT(session.GetStatus().triangles, 0u);
+  // The other one cannot be opened: a sentence, nothing drawn, and the first can be selected again.
+  EXPECT_TRUE(session.SelectModel("other"));
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "other cannot be opened: no such model");
+  EXPECT_EQ(session.GetStatus().triangles, 0u);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_TRUE(session.SelectModel("torus"));
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_EQ(session.GetStatus().shownLevel, 11u);
+}
+
+// Random fingers, random order of blobs, refusals and damage: closed at every frame, and idle at
+// the end.
+class TestRandomSessions : public ::testing::TestWithParam<bool>
+{
+};
+
+TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
+{
+  const bool faults = GetParam();
+  for (unsigned seed = 0; seed < 8; ++seed)
+  {
+    std::mt19937 random(seed);
+    MemoryServer server = seed % 2 == 0 ? Torus() : SmallCells();
+    std::set<BlobId> damaged;
+    SessionOptions options;
+    options.cacheBytes = seed % 3 == 0 ? 1 : 1u << 26; // one keeps nothing beyond what is shown
+    options.policy.tolerance = 1;
+    ViewerSession session(options);
+    Open(session);
+    server.Serve(session, &random);
+    for (int step = 0; step < 25; ++step)
+    {
+      if (faults && random() % 4 == 0)
+      {
+        const BlobId blob =
+          BlobId::Partition(static_cast<std::uint32_t>(random() % server.Description().partitions));
+        server.refused.insert(blob);
+      }
+      const auto [x, y] = OnModel(session);
+      const double dx = static_cast<double>(random() % 100) - 50;
+      switch (random() % 5)
+      {
+        case 0:
+          Pinch(session, x, y, 2.5);
+          break;
+        case 1:
+          Pinch(session, x, y, 0.4);
+          break;
+        case 2:
+          session.SetRings(static_cast<unsigned>(1 + random() % 3));
+          DoubleTap(session, x + dx, y);
+          break;
+        case 3:
+          DoubleTap(session, x, y + dx);
+          break;
+        default:
+          session.HandleTouches({ clockOfFingers += 1, { { 1, x, y } } });
+          session.HandleTouches({ clockOfFingers += 0.1, { { 1, x + dx, y } } });
+          session.HandleTouches({ clockOfFingers += 0.1, {} });
+          break;
+      }
+      // Some answers, or all of them, before the next gesture.
+      auto answers = random() % 40;
+      while (answers-- > 0 && server.Answer(session, &random))
+      {
+        session.BeginFrame();
+        ExpectClosed(session);
+        ASSERT_GT(session.GetStatus().triangles, 0u);
+      }
+    }
+    server.Serve(session, &random, [&] { ExpectClosed(session); });
+    EXPECT_TRUE(session.IsIdle()) << session.DescribeOutstanding();
+    const ViewerStatus status = session.GetStatus();
+    if (!faults)
+    {
+      EXPECT_EQ(status.error, "");
+      EXPECT_EQ(status.shownLevel, status.targetLevel);
+      EXPECT_TRUE(!status.region || status.region->shown == status.region->partitions);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(WithAndWithoutFaults, TestRandomSessions, ::testing::Bool());
+
+TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
+{
+  std::optional<Surface> first;
+  for (unsigned seed = 0; seed < 4; ++seed)
+  {
+    std::mt19937 random(seed);
+    MemoryServer server = SmallCells();
+    ViewerSession session;
+    Open(session);
+    server.Serve(session, &random);
+    const auto [x, y] = OnModel(session);
+    DoubleTap(session, x, y);
+    server.Serve(session, &random);
+    const Surface& surface = *session.Scene().surface;
+    EXPECT_TRUE(session.GetStatus().region);
+    if (!first)
+    {
+      first = surface;
+    }
+    EXPECT_EQ(surface.points, first->points);
+    EXPECT_EQ(surface.triangles, first->triangles);
+  }
+}
+
+TEST(TestViewerSession, ARegionInALevelCoarserThanTheStitchLevelAsksForStitchPieces)
+{
+  MemoryServer server = SmallCells();
+  SessionOptions options;
+  options.policy.tolerance = 1000; // the preview is always fine enough
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  const ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.shownLevel, 11u);
+  ASSERT_TRUE(status.region);
+  EXPECT_GT(status.region->shown, 1u);
+  EXPECT_EQ(status.region->shown, status.region->partitions);
+  EXPECT_GT(
+    server.sent.count(BlobId::LevelPiece(12, 2)) + server.sent.count(BlobId::LevelPiece(12, 3)),
+    0u);
+}
+
+TEST(TestViewerSession, MovingTheRegionOnReusesPartitions)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.smallestRegionPoints = 60;
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  const NodeId cell = session.GetStatus().region->cell;
+  const auto before = server.sent;
+  double shift = 0;
+  while (session.GetStatus().region->cell == cell && shift < 200)
+  {
+    shift += 5;
+    DoubleTap(session, x, y + shift);
+    ASSERT_TRUE(session.GetStatus().region);
+  }
+  server.Serve(session);
+  EXPECT_NE(session.GetStatus().region->cell, cell);
+  EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+  for (const BlobId& blob : server.sent)
+  {
+    EXPECT_EQ(server.sent.count(blob), 1u) << protocol::BlobName(blob);
+  }
+  EXPECT_GT(server.sent.size(), before.size());
+  // Turning and pinching keep the region; far away it is let go.
+  Pinch(session, x, y, 1.5);
+  EXPECT_TRUE(session.GetStatus().region);
+  for (int i = 0; i < 6; ++i)
+  {
+    Pinch(session, x, y, 0.3);
+  }
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  server.log.clear();
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 6);
+  server.Take(session);
+  const std::uint64_t answered = server.sent.size();
+  Pinch(session, x, y, 0.05); // back before anything has come
+  server.Take(session);
+  EXPECT_EQ(session.GetStatus().targetLevel, 11u);
+  EXPECT_NE(server.log.back().find("cancel"), std::string::npos);
+  server.Serve(session);
+  EXPECT_EQ(server.sent.size(), answered);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().shownLevel, 11u);
+}
+
+TEST(TestViewerSession, AnswersToCancelledRequestsAreIgnored)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 6);
+  std::uint32_t request = 0;
+  BlobId blob;
+  for (const SessionRequest& sent : session.TakeRequests())
+  {
+    if (sent.kind == SessionRequest::Kind::Level)
+    {
+      request = sent.id;
+      blob = sent.blobs[0];
+    }
+  }
+  ASSERT_NE(request, 0u);
+  Pinch(session, x, y, 0.05);
+  const std::size_t blobs = session.Statistics().size();
+  session.BlobArrived(request, blob, server.Blob(blob), 1, false);
+  session.BlobFailed(request, blob, "late");
+  session.RequestFailed(request, "late");
+  session.RequestEnded(request);
+  session.Opened(request, server.Description());
+  EXPECT_EQ(session.Statistics().size(), blobs);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_TRUE(session.IsIdle());
+}
+
+TEST(TestViewerSession, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
+{
+  MemoryServer server = Torus();
+  server.Blob(BlobId::LevelPiece(13, 5)).resize(40);
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 6);
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  EXPECT_TRUE(session.IsIdle());
+  ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.error.rfind("levels/13/5 of torus cannot be had: ", 0), 0u) << status.error;
+  EXPECT_EQ(status.targetLevel, 13u);
+  EXPECT_EQ(status.shownLevel, 12u);
+  // Usable: once the blob is whole again, the next pinch gets it, and only it.
+  server.Blob(BlobId::LevelPiece(13, 5)) = MemoryServer(Torus()).Blob(BlobId::LevelPiece(13, 5));
+  server.sent.clear();
+  Pinch(session, x, y, 1.1);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_EQ(session.GetStatus().shownLevel, 13u);
+  EXPECT_EQ(server.sent.count(BlobId::LevelPiece(13, 5)), 1u);
+}
+
+TEST(TestViewerSession, ARefusedPartitionLeavesTheRestOfTheRegion)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  const NodeId cell = session.GetStatus().region->cell;
+  const std::uint32_t bad = cell - (1u << server.Codec().depths.partition);
+  server.refused.insert(BlobId::Partition(bad));
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  ViewerStatus status = session.GetStatus();
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(
+    status.error, "partitions/" + std::to_string(bad) + " of torus cannot be had: it is damaged");
+  EXPECT_EQ(status.region->shown + 1, status.region->partitions);
+  // It is not asked for again by itself, but by the next double tap.
+  server.refused.clear();
+  server.log.clear();
+  session.Resize({ width, height, 1 });
+  server.Serve(session);
+  EXPECT_TRUE(server.log.empty());
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  status = session.GetStatus();
+  EXPECT_EQ(status.region->shown, status.region->partitions);
+  EXPECT_EQ(status.error, "");
+}
+
+TEST(TestViewerSession, ALostConnectionFailsWhatWasOutstanding)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  // The finer levels and the region fail, then the coarser levels that would replace them.
+  for (int round = 0; round < 4; ++round)
+  {
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      session.RequestFailed(request.id, "the connection was lost");
+    }
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_NE(session.GetStatus().error.find("the connection was lost"), std::string::npos);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+}
+
+TEST(TestViewerSession, ADoubleTapBeforeTheTreeWaitsForIt)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Answer(session); // opened
+  server.Answer(session); // the preview
+  session.BeginFrame();
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  EXPECT_FALSE(session.GetStatus().region);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+}
+
+TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
+{
+  ViewerSession session;
+  protocol::ModelDescription model = MemoryServer(Torus()).Description();
+  model.levels.clear();
+  Open(session);
+  session.Opened(session.TakeRequests()[0].id, model);
+  EXPECT_EQ(session.GetStatus().error,
+    "torus cannot be shown: it has no levels of detail, only partitions.");
+  EXPECT_TRUE(session.IsIdle());
+  ViewerSession deep;
+  model = MemoryServer(Torus()).Description();
+  model.partitionDepth = model.stitchDepth = model.finestDepth = 30;
+  model.levels.resize(31);
+  Open(deep);
+  deep.Opened(deep.TakeRequests()[0].id, model);
+  EXPECT_NE(deep.GetStatus().error.find("depth 30"), std::string::npos);
+}
+
+TEST(TestViewerSession, KeepsEveryBlobsTimes)
+{
+  MemoryServer server = Torus();
+  double seconds = 0;
+  SessionOptions options;
+  options.clock = [&seconds] { return seconds += 0.125; };
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  ASSERT_EQ(session.Statistics().size(), 1u);
+  const BlobStatistics& preview = session.Statistics()[0];
+  EXPECT_EQ(preview.what, "preview");
+  EXPECT_EQ(preview.id, "levels/11/1");
+  EXPECT_EQ(preview.vertices, server.Description().levels[11].vertices);
+  EXPECT_EQ(preview.triangles, server.Description().levels[11].triangles);
+  EXPECT_EQ(preview.bytes, server.Blob(BlobId::LevelPiece(11, 1)).size());
+  EXPECT_EQ(preview.transmissionSeconds, 0.25);
+  EXPECT_EQ(preview.parsingSeconds, 0.125);
+  EXPECT_EQ(preview.renderingSeconds, 0.5);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  while (server.Answer(session))
+  {
+  }
+  session.BeginFrame(); // all partitions in one frame: they share its time
+  session.EndFrame(3);
+  double sum = 0;
+  for (const BlobStatistics& blob : session.Statistics())
+  {
+    sum += blob.what == "preview" ? 0 : blob.renderingSeconds;
+  }
+  EXPECT_NEAR(sum, 3, 1e-9);
+  const std::string json = StatisticsJson(session.Statistics());
+  EXPECT_EQ(json.rfind("[\n {\"what\":\"preview\",\"id\":\"levels/11/1\",\"vertices\":", 0), 0u);
+  EXPECT_NE(
+    json.find(
+      "\"transmission_s\":0.25,\"parsing_s\":0.125,\"rendering_s\":0.5,\"from_cache\":false}"),
+    std::string::npos);
+  EXPECT_EQ(StatisticsJson({}), "[\n]\n");
+}
+
+// A recorded session, played twice: the same requests and the same trace, line for line.
+TEST(TestViewerSession, TheSameReplayGivesTheSameTraceTwice)
+{
+  const std::string recorded =
+    "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n"
+    "{\"t\":0,\"touches\":[{\"id\":1,\"x\":300,\"y\":300}]}\n"
+    "{\"t\":0.1,\"touches\":[{\"id\":1,\"x\":360,\"y\":310}]}\n"
+    "{\"t\":0.2,\"touches\":[{\"id\":1,\"x\":550,\"y\":300},{\"id\":2,\"x\":650,\"y\":300}]}\n"
+    "{\"t\":0.3,\"touches\":[{\"id\":1,\"x\":450,\"y\":300},{\"id\":2,\"x\":750,\"y\":300}]}\n"
+    "{\"t\":0.4,\"touches\":[]}\n{\"wait\":\"idle\"}\n"
+    "{\"t\":1.0,\"touches\":[{\"id\":1,\"x\":600,\"y\":300}]}\n{\"t\":1.05,\"touches\":[]}\n"
+    "{\"t\":1.2,\"touches\":[{\"id\":1,\"x\":601,\"y\":300}]}\n{\"t\":1.25,\"touches\":[]}\n"
+    "{\"wait\":\"idle\"}\n";
+  const auto steps = ParseSession(recorded);
+  ASSERT_TRUE(steps);
+  std::vector<std::string> traces[2], logs[2];
+  for (std::size_t run = 0; run < 2; ++run)
+  {
+    MemoryServer server = SmallCells();
+    ViewerSession session(WithTrace(traces[run]));
+    session.Resize({ width, height, 1 });
+    for (const SessionStep& step : *steps)
+    {
+      if (step.kind == SessionStep::Kind::Select)
+      {
+        ASSERT_TRUE(session.SelectModel(step.name));
+      }
+      else if (step.kind == SessionStep::Kind::Touches)
+      {
+        session.HandleTouches(step.frame);
+      }
+      else
+      {
+        server.Serve(session);
+      }
+      server.Take(session);
+    }
+    logs[run] = server.log;
+    EXPECT_TRUE(session.GetStatus().region);
+  }
+  EXPECT_EQ(logs[0], logs[1]);
+  EXPECT_EQ(traces[0], traces[1]);
+  EXPECT_GT(traces[0].size(), 20u);
+}
+
+}
