@@ -283,6 +283,7 @@ bool Conversation::NextBlob()
   if (!good)
   {
     ++job.failedBlobs;
+    ++this->Failed;
     const bool missing = !blob && blob.GetError().code == ErrorCode::NotFound;
     this->Answer({ job.request,
       protocol::ErrorAnswer{ static_cast<std::uint16_t>(missing ? 404 : 500),

@@ -61,6 +61,9 @@ public:
   // The next message to send, or nothing until more is received. Reads at most one blob.
   std::optional<Message> NextMessage();
 
+  // Blobs that could not be read, in all requests so far.
+  std::uint64_t FailedBlobs() const { return this->Failed; }
+
   // Set once the conversation has to end: send what NextMessage still gives, then close.
   std::optional<CloseReason> Closing() const { return this->Close; }
 
@@ -83,6 +86,7 @@ private:
   std::deque<protocol::ClientMessage> Waiting;
   std::unique_ptr<Job> Current;
   std::deque<protocol::ServerMessage> Answers; // before anything else
+  std::uint64_t Failed = 0;
   bool Draining = false;
   std::optional<CloseReason> Close;
 };

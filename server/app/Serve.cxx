@@ -1,0 +1,142 @@
+// kdstream-serve: streams the stores of a folder. The contract is CLI.md; the protocol is
+// doc/protocol.md.
+#include "filters/app/Program.h"
+#include "server/app/AccessLog.h"
+#include "server/http/HttpServer.h"
+#include "server/session/StoreCatalog.h"
+
+#include <csignal>
+#include <iostream>
+#include <thread>
+
+namespace
+{
+
+using namespace kdstream;
+
+constexpr const char* description =
+  "Serves every store (*.kds) in a folder over HTTP and WebSocket: the model NAME is NAME.kds.\n"
+  "When it is ready it prints one line: listening on http://HOST:PORT\n"
+  "SIGHUP reads the folder again; SIGTERM and SIGINT finish what is under way and end.\n\n"
+  "Example: kdstream-serve stores --port 8700 --access-log -";
+
+struct CommandLine
+{
+  std::string folder, web, accessLog;
+  HttpServerOptions server;
+};
+
+void AddOptions(CLI::App& app, CommandLine& line)
+{
+  auto& server = line.server;
+  server.port = 8700;
+  server.threads = std::max(2U, std::thread::hardware_concurrency());
+  app.add_option("DIR", line.folder, "the folder of the stores")->required();
+  app.add_option("--host", server.host, "address to listen at")->capture_default_str();
+  app.add_option("--port", server.port, "port to listen at, 0 = any that is free")
+    ->capture_default_str();
+  app.add_option("--threads", server.threads, "threads that answer")
+    ->check(CLI::Range(1U, 1024U))
+    ->capture_default_str();
+  app
+    .add_option(
+      "--max-connections", server.maximumConnections, "clients at once; more are answered 503")
+    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1000000 }))
+    ->capture_default_str();
+  app.add_option("--allow-origin", server.allowOrigin,
+    "origin whose pages may read from here (CORS), * = any [none]");
+  app.add_option("--web", line.web, "folder whose files are served at / [a page of text]");
+  app.add_option(
+    "--access-log", line.accessLog, "file that gets a line a request, - = stderr [none]");
+  auto* certificate = app.add_option(
+    "--tls-cert", server.tlsCertificate, "PEM file of the certificate chain: serve HTTPS");
+  auto* key = app.add_option("--tls-key", server.tlsKey, "PEM file of its private key");
+  certificate->needs(key);
+  key->needs(certificate);
+}
+
+// Blocks the signals that end or reload, in this thread and those it starts, so that only
+// WaitForEnd takes them.
+sigset_t BlockSignals()
+{
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+void WaitForEnd(const sigset_t& signals, const std::string& program, const std::string& folder,
+  StoreCatalog& catalog)
+{
+  for (int signal = 0; signal != SIGTERM && signal != SIGINT;)
+  {
+    sigwait(&signals, &signal);
+    if (signal == SIGHUP)
+    {
+      if (const auto status = catalog.Reload(); !status)
+      {
+        PrintError(program, folder, status.GetError());
+      }
+    }
+  }
+}
+
+int Serve(const std::string& program, CommandLine& line)
+{
+  const sigset_t signals = BlockSignals();
+  StoreCatalog catalog(line.folder,
+    [&program](const std::filesystem::path& file, const std::string& what) {
+      PrintError(program, file.string(), { ErrorCode::Damaged, what });
+    });
+  if (const auto status = catalog.Reload(); !status)
+  {
+    return PrintError(program, line.folder, status.GetError());
+  }
+  if (!line.web.empty())
+  {
+    auto web = StaticFiles::Open(line.web);
+    if (!web)
+    {
+      return PrintError(program, line.web, web.GetError());
+    }
+    line.server.web = std::move(*web);
+  }
+  if (!line.accessLog.empty())
+  {
+    const auto log = AccessLog::Open(line.accessLog);
+    if (!log)
+    {
+      return PrintError(program, line.accessLog, log.GetError());
+    }
+    line.server.onAccess = [log = *log](const AccessRecord& record) { log->Write(record); };
+  }
+  line.server.onError = [&program](const std::string& what) {
+    PrintError(program, "", { ErrorCode::InputOutput, what });
+  };
+  line.server.version = KDSTREAM_VERSION;
+
+  const auto server = HttpServer::Start(catalog, line.server);
+  if (!server)
+  {
+    return PrintError(program, "", server.GetError());
+  }
+  std::cout << "listening on " << (*server)->Url() << std::endl;
+  WaitForEnd(signals, program, line.folder, catalog);
+  (*server)->Stop();
+  return exitDone;
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  CommandLine line;
+  CLI::App app(description, "kdstream-serve");
+  app.set_version_flag("--version", KDSTREAM_VERSION);
+  AddOptions(app, line);
+  return RunProgram(app, argc, argv, [&]() { return Serve(app.get_name(), line); });
+}

@@ -1,0 +1,35 @@
+// The header fields by which a client asks for less than the whole: ETags and byte ranges (RFC
+// 9110).
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace kdstream
+{
+
+// Whether an If-None-Match field (a list of tags, or "*") names `tag`, which is quoted. Weak
+// comparison.
+bool NamesTag(std::string_view ifNoneMatch, std::string_view tag);
+
+struct WholeRange
+{
+};
+struct UnsatisfiableRange
+{
+};
+struct PartialRange
+{
+  std::size_t begin = 0;
+  std::size_t length = 0; // at least 1
+};
+using RangeAnswer = std::variant<WholeRange, UnsatisfiableRange, PartialRange>;
+
+// What a Range field asks of a body of `size` bytes: one range of bytes is answered; several,
+// another unit and what cannot be understood give the whole, as the standard allows.
+RangeAnswer ParseRange(std::string_view range, std::size_t size);
+
+}

@@ -1,0 +1,35 @@
+// A request and its answer as the routes see them: no sockets, no Boost.
+#pragma once
+
+#include "server/session/Catalog.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+struct HttpRequest
+{
+  std::string method;                      // "GET"
+  std::string target;                      // "/api/models.json?x=1"
+  std::string ifNoneMatch, range, ifRange; // header fields; empty where absent
+};
+
+struct HttpResponse
+{
+  unsigned status = 200;
+  std::vector<std::pair<std::string, std::string>> fields; // without Content-Length
+  BlobBytes body;                                          // null for none
+  std::size_t begin = 0; // the part of `body` that is the answer's body
+  std::size_t length = 0;
+  bool omitBody = false; // HEAD: Content-Length is `length`, but nothing follows
+
+  // The value of a field, or "".
+  std::string_view Field(std::string_view name) const;
+};
+
+}

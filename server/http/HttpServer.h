@@ -1,0 +1,83 @@
+// The server on one port: HTTP/1.1 routes and the WebSocket stream, with or without TLS. Step
+// "serve" of the README's picture. Boost stays behind this header.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/http/StaticFiles.h"
+#include "server/session/Catalog.h"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+// One line of an access log: an answered request, or a stream that has ended.
+struct AccessRecord
+{
+  std::string client; // address
+  std::string method; // "GET"; "STREAM" for a stream's end
+  std::string target; // as the client sent it: any bytes
+  unsigned status = 0;
+  std::uint64_t bytes = 0; // of the body, or of the stream's messages
+  double seconds = 0;
+};
+
+struct HttpServerOptions
+{
+  std::string host = "127.0.0.1"; // an address, or a name that resolves to one
+  std::uint16_t port = 0;         // 0: any that is free
+  unsigned threads = 2;           // at least 1
+  std::size_t maximumConnections = 1000;
+  std::string allowOrigin; // RouteOptions::allowOrigin
+  std::optional<StaticFiles> web;
+  std::string version;
+
+  // PEM files; TLS is spoken (and nothing else) if both are given.
+  std::filesystem::path tlsCertificate, tlsKey;
+
+  // A request's header must have come so long after the connection or the last answer.
+  std::chrono::milliseconds requestTimeout{ 30'000 };
+  // An answer must be taken in this time plus a second for each 16 KiB.
+  std::chrono::milliseconds answerTimeout{ 30'000 };
+  // A stream whose client sends nothing, not even answers to pings, for so long is closed.
+  std::chrono::milliseconds streamTimeout{ 60'000 };
+  // What Stop gives to the answers that are under way.
+  std::chrono::milliseconds drainTimeout{ 10'000 };
+
+  // Called from any thread, one at a time.
+  std::function<void(const AccessRecord&)> onAccess;
+  std::function<void(const std::string&)> onError;
+};
+
+class HttpServer
+{
+public:
+  // Listens and serves from threads of its own.
+  // Errors: InvalidArgument for the address; InvalidInput for the TLS files; InputOutput where the
+  // port cannot be had. REQUIRES: the catalog outlives the server.
+  static Result<std::unique_ptr<HttpServer>> Start(
+    const Catalog& catalog, HttpServerOptions options);
+
+  // Stops at once.
+  ~HttpServer();
+
+  std::uint16_t Port() const;
+  std::string Url() const; // "http://127.0.0.1:8700"
+
+  // Takes no more connections, finishes what is under way (at most drainTimeout), then ends the
+  // threads. Not from a callback.
+  void Stop();
+
+private:
+  struct Implementation;
+  explicit HttpServer(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> Server;
+};
+
+}

@@ -1,0 +1,297 @@
+#include "server/http/Routes.h"
+
+#include "server/http/ConditionalRequest.h"
+#include "server/protocol/ModelDescription.h"
+#include "server/protocol/ResourcePath.h"
+
+#define XXH_INLINE_ALL
+#include <nlohmann/json.hpp>
+#include <xxhash.h>
+
+#include <cstdio>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr const char* revalidate = "no-cache";
+constexpr const char* forEver = "public, max-age=31536000, immutable";
+
+BlobBytes Bytes(std::string_view text)
+{
+  return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
+}
+
+// A strong ETag from the content itself.
+std::string TagOf(const std::vector<std::uint8_t>& bytes)
+{
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  char tag[40];
+  std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"", static_cast<unsigned long long>(hash.high64),
+    static_cast<unsigned long long>(hash.low64));
+  return tag;
+}
+
+HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body)
+{
+  HttpResponse response;
+  response.status = status;
+  response.fields.emplace_back("Content-Type", contentType);
+  response.length = body->size();
+  response.body = std::move(body);
+  return response;
+}
+
+void DropBody(HttpResponse& response)
+{
+  response.body.reset();
+  response.begin = 0;
+  response.length = 0;
+}
+
+// 200, or 304 where the client has it already.
+HttpResponse Cacheable(const HttpRequest& request, std::string_view contentType, BlobBytes body,
+  std::string tag, const char* cacheControl)
+{
+  auto response = Whole(200, contentType, std::move(body));
+  if (NamesTag(request.ifNoneMatch, tag))
+  {
+    response.status = 304;
+    response.fields.clear();
+    DropBody(response);
+  }
+  response.fields.emplace_back("ETag", std::move(tag));
+  response.fields.emplace_back("Cache-Control", cacheControl);
+  return response;
+}
+
+// Makes a 200 the part that the request's Range asks for.
+HttpResponse Ranged(const HttpRequest& request, HttpResponse response)
+{
+  response.fields.emplace_back("Accept-Ranges", "bytes");
+  const bool stale = !request.ifRange.empty() && request.ifRange != response.Field("ETag");
+  if (response.status != 200 || request.method != "GET" || stale)
+  {
+    return response;
+  }
+  const auto size = std::to_string(response.length);
+  const auto range = ParseRange(request.range, response.length);
+  if (const auto* part = std::get_if<PartialRange>(&range))
+  {
+    response.status = 206;
+    response.begin = part->begin;
+    response.length = part->length;
+    response.fields.emplace_back("Content-Range", "bytes " + std::to_string(part->begin) + "-" +
+                                                    std::to_string(part->begin + part->length - 1) +
+                                                    "/" + size);
+  }
+  else if (std::holds_alternative<UnsatisfiableRange>(range))
+  {
+    response.status = 416;
+    DropBody(response);
+    response.fields = { { "Content-Range", "bytes */" + size } };
+  }
+  return response;
+}
+
+}
+
+std::string_view HttpResponse::Field(std::string_view name) const
+{
+  for (const auto& field : this->fields)
+  {
+    if (field.first == name)
+    {
+      return field.second;
+    }
+  }
+  return {};
+}
+
+Routes::Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options)
+  : Models(catalog)
+  , Counters(metrics)
+  , Options(std::move(options))
+{
+}
+
+HttpResponse Routes::Answer(const HttpRequest& request) const
+{
+  HttpResponse response;
+  const auto path = std::string_view(request.target).substr(0, request.target.find('?'));
+  if (request.method == "OPTIONS" && !this->Options.allowOrigin.empty())
+  {
+    response = this->Preflight();
+  }
+  else if (request.method != "GET" && request.method != "HEAD")
+  {
+    response = this->Failure(405, "only GET and HEAD are answered here");
+    response.fields.emplace_back("Allow", "GET, HEAD");
+  }
+  else if (path.empty() || path.front() != '/')
+  {
+    response = this->Failure(400, "the target is no path");
+  }
+  else
+  {
+    response = this->Route(request, path);
+  }
+
+  response.omitBody = request.method == "HEAD";
+  response.fields.emplace_back("X-Content-Type-Options", "nosniff");
+  if (!this->Options.allowOrigin.empty())
+  {
+    response.fields.emplace_back("Access-Control-Allow-Origin", this->Options.allowOrigin);
+    response.fields.emplace_back("Access-Control-Expose-Headers", "ETag, Content-Range");
+    if (this->Options.allowOrigin != "*")
+    {
+      response.fields.emplace_back("Vary", "Origin");
+    }
+  }
+  return response;
+}
+
+HttpResponse Routes::Failure(unsigned status, std::string_view message) const
+{
+  const nlohmann::json json{ { "error", message } };
+  auto response = Whole(status, "application/json",
+    Bytes(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+  response.fields.emplace_back("Cache-Control", "no-store");
+  return response;
+}
+
+bool Routes::MayStream(std::string_view origin, std::string_view host) const
+{
+  if (origin.empty() || this->Options.allowOrigin == "*" || origin == this->Options.allowOrigin)
+  {
+    return true;
+  }
+  const auto scheme = origin.find("://");
+  return scheme != std::string_view::npos && origin.substr(scheme + 3) == host;
+}
+
+HttpResponse Routes::Route(const HttpRequest& request, std::string_view path) const
+{
+  if (path == "/healthz")
+  {
+    auto response = Whole(200, "text/plain; charset=utf-8", Bytes("ok\n"));
+    response.fields.emplace_back("Cache-Control", "no-store");
+    return response;
+  }
+  if (path == "/metrics")
+  {
+    auto response =
+      Whole(200, "text/plain; version=0.0.4; charset=utf-8", Bytes(this->Counters.Text()));
+    response.fields.emplace_back("Cache-Control", "no-store");
+    return response;
+  }
+  if (path == "/api" || path.substr(0, 5) == "/api/")
+  {
+    return this->AnswerApi(request, path);
+  }
+  return this->AnswerFile(request, path);
+}
+
+HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path) const
+{
+  if (path == protocol::streamPath)
+  {
+    auto response = this->Failure(426, "this is a WebSocket of subprotocol kdstream.v1");
+    response.fields.emplace_back("Upgrade", "websocket");
+    return response;
+  }
+  const auto resource = protocol::ParseResourcePath(path);
+  if (!resource)
+  {
+    const Error& error = resource.GetError();
+    return this->Failure(error.code == ErrorCode::NotFound ? 404 : 400, error.message);
+  }
+  if (resource->kind == protocol::ResourcePath::Kind::ModelList)
+  {
+    return this->AnswerModelList(request);
+  }
+  const auto model = this->Models.Find(resource->model);
+  if (!model)
+  {
+    return this->Failure(404, "there is no model " + resource->model);
+  }
+  if (resource->kind == protocol::ResourcePath::Kind::Model)
+  {
+    auto body = Bytes(protocol::WriteModel(model->Description()));
+    auto tag = TagOf(*body);
+    return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+  }
+  if (resource->digest != model->Description().digest)
+  {
+    return this->Failure(410, resource->model + " has another digest now: read its model.json");
+  }
+  const auto name = protocol::BlobName(resource->blob);
+  auto blob = model->ReadBlob(resource->blob);
+  if (!blob && blob.GetError().code == ErrorCode::NotFound)
+  {
+    return this->Failure(404, resource->model + " has no " + name);
+  }
+  if (!blob)
+  {
+    this->Counters.CountFailedBlob();
+    return this->Failure(500, name + " of " + resource->model + " is damaged on the server");
+  }
+  // The digest is over the content, so digest and name stand for the bytes.
+  return Ranged(request, Cacheable(request, "application/octet-stream", std::move(*blob),
+                           "\"" + resource->digest + "/" + name + "\"", forEver));
+}
+
+HttpResponse Routes::AnswerModelList(const HttpRequest& request) const
+{
+  std::vector<protocol::ModelSummary> summaries;
+  for (const auto& model : this->Models.Models())
+  {
+    summaries.push_back(protocol::Summarize(model->Description()));
+  }
+  auto body = Bytes(protocol::WriteModelList(summaries));
+  auto tag = TagOf(*body);
+  return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+}
+
+HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view path) const
+{
+  if (!this->Options.web)
+  {
+    if (path != "/")
+    {
+      return this->Failure(404, "nothing is at this path");
+    }
+    return Whole(200, "text/plain; charset=utf-8",
+      Bytes("kdstream-serve " + this->Options.version +
+            ": streams 3D meshes.\n\nThe models: /api/models.json\nFor viewers: " +
+            std::string(protocol::streamPath) + " (WebSocket, " +
+            std::string(protocol::streamSubprotocol) + ")\n"));
+  }
+  auto file = this->Options.web->Read(path);
+  if (!file)
+  {
+    const auto code = file.GetError().code;
+    const unsigned status = code == ErrorCode::NotFound          ? 404
+                            : code == ErrorCode::InvalidArgument ? 400
+                                                                 : 500;
+    return this->Failure(status, file.GetError().message);
+  }
+  auto tag = TagOf(*file->bytes);
+  return Ranged(request,
+    Cacheable(request, file->contentType, std::move(file->bytes), std::move(tag), revalidate));
+}
+
+HttpResponse Routes::Preflight() const
+{
+  HttpResponse response;
+  response.status = 204;
+  response.fields = { { "Access-Control-Allow-Methods", "GET, HEAD" },
+    { "Access-Control-Allow-Headers", "If-None-Match, If-Range, Range" },
+    { "Access-Control-Max-Age", "86400" } };
+  return response;
+}
+
+}

@@ -1,0 +1,136 @@
+// What all connections of one server share. Internal to the server.
+#pragma once
+
+#include "server/http/HttpServer.h"
+#include "server/http/Metrics.h"
+#include "server/http/Routes.h"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <utility>
+
+namespace kdstream
+{
+
+// A connection that can be asked to end when it has answered what is under way. Drain: any thread.
+class Drainable
+{
+public:
+  virtual ~Drainable() = default;
+  virtual void Drain() = 0;
+};
+
+class ServerState
+{
+public:
+  ServerState(const Catalog& catalog, HttpServerOptions options)
+    : Models(catalog)
+    , Options(std::move(options))
+    , Answers(catalog, Counters,
+        RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version })
+  {
+  }
+
+  const Catalog& Models;
+  const HttpServerOptions Options;
+  Metrics Counters;
+  const Routes Answers;
+
+  void Log(const AccessRecord& record)
+  {
+    if (this->Options.onAccess)
+    {
+      const std::lock_guard lock(this->LogMutex);
+      this->Options.onAccess(record);
+    }
+  }
+  void LogError(const std::string& message)
+  {
+    if (this->Options.onError)
+    {
+      const std::lock_guard lock(this->LogMutex);
+      this->Options.onError(message);
+    }
+  }
+
+  bool Draining() const { return this->Drains; }
+
+  // Drains every connection that is entered, now and from now on.
+  void Drain()
+  {
+    this->Drains = true;
+    std::vector<std::shared_ptr<Drainable>> connections;
+    {
+      const std::lock_guard lock(this->Mutex);
+      for (const auto& entry : this->Connections)
+      {
+        if (auto connection = entry.second.lock())
+        {
+          connections.push_back(std::move(connection));
+        }
+      }
+    }
+    for (const auto& connection : connections)
+    {
+      connection->Drain();
+    }
+  }
+  bool WaitForConnections(std::chrono::milliseconds timeout)
+  {
+    std::unique_lock lock(this->Mutex);
+    return this->Changed.wait_for(lock, timeout, [this] { return this->Count == 0; });
+  }
+
+  // A seat among maximumConnections, kept while a client is connected; null if all are taken.
+  std::shared_ptr<void> TakeSeat()
+  {
+    const std::lock_guard lock(this->Mutex);
+    if (this->Count >= this->Options.maximumConnections)
+    {
+      return nullptr;
+    }
+    ++this->Count;
+    this->Counters.ConnectionOpened();
+    return std::shared_ptr<void>(
+      this, [](void* state) { static_cast<ServerState*>(state)->GiveSeatBack(); });
+  }
+
+  void Enter(const std::shared_ptr<Drainable>& connection)
+  {
+    {
+      const std::lock_guard lock(this->Mutex);
+      this->Connections[connection.get()] = connection;
+    }
+    if (this->Drains)
+    {
+      connection->Drain();
+    }
+  }
+  void Leave(const Drainable* connection)
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->Connections.erase(connection);
+  }
+
+private:
+  void GiveSeatBack()
+  {
+    this->Counters.ConnectionClosed();
+    const std::lock_guard lock(this->Mutex);
+    --this->Count;
+    this->Changed.notify_all();
+  }
+
+  std::mutex Mutex;
+  std::mutex LogMutex;
+  std::condition_variable Changed;
+  std::unordered_map<const Drainable*, std::weak_ptr<Drainable>> Connections;
+  std::size_t Count = 0;
+  std::atomic<bool> Drains{ false };
+};
+
+}

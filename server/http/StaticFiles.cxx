@@ -1,0 +1,156 @@
+#include "server/http/StaticFiles.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+int HexValue(char c)
+{
+  if (c >= '0' && c <= '9')
+  {
+    return c - '0';
+  }
+  const char lower = static_cast<char>(c | 0x20);
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+std::optional<std::string> Unescape(std::string_view text)
+{
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i)
+  {
+    if (text[i] != '%')
+    {
+      plain += text[i];
+      continue;
+    }
+    const int high = i + 2 < text.size() ? HexValue(text[i + 1]) : -1;
+    const int low = i + 2 < text.size() ? HexValue(text[i + 2]) : -1;
+    if (high < 0 || low < 0)
+    {
+      return std::nullopt;
+    }
+    plain += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return plain;
+}
+
+// The path below the root, or nothing where a part is not the plain name of a visible file.
+std::optional<fs::path> RelativePath(std::string_view path)
+{
+  fs::path relative;
+  while (!path.empty())
+  {
+    const auto slash = path.find('/');
+    const auto part = path.substr(0, slash);
+    path.remove_prefix(slash == std::string_view::npos ? path.size() : slash + 1);
+    if (part.empty())
+    {
+      continue;
+    }
+    const bool plain = part.front() != '.' &&
+                       std::none_of(part.begin(), part.end(),
+                         [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\\'; });
+    if (!plain)
+    {
+      return std::nullopt;
+    }
+    relative /= part;
+  }
+  return relative;
+}
+
+std::string ContentType(const fs::path& file)
+{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 14> types{ {
+    { ".html", "text/html; charset=utf-8" },
+    { ".js", "text/javascript; charset=utf-8" },
+    { ".mjs", "text/javascript; charset=utf-8" },
+    { ".css", "text/css; charset=utf-8" },
+    { ".txt", "text/plain; charset=utf-8" },
+    { ".json", "application/json" },
+    { ".map", "application/json" },
+    { ".webmanifest", "application/manifest+json" },
+    { ".wasm", "application/wasm" },
+    { ".png", "image/png" },
+    { ".jpg", "image/jpeg" },
+    { ".svg", "image/svg+xml" },
+    { ".ico", "image/x-icon" },
+    { ".woff2", "font/woff2" },
+  } };
+  const auto extension = file.extension().string();
+  const auto found = std::find_if(
+    types.begin(), types.end(), [&](const auto& type) { return type.first == extension; });
+  return std::string(found == types.end() ? "application/octet-stream" : found->second);
+}
+
+bool IsBelow(const fs::path& file, const fs::path& root)
+{
+  return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
+}
+
+}
+
+Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
+{
+  std::error_code error;
+  auto root = fs::canonical(folder, error);
+  if (error || !fs::is_directory(root, error))
+  {
+    return Error{ ErrorCode::NotFound, "not a folder" };
+  }
+  return StaticFiles(std::move(root));
+}
+
+Result<StaticFile> StaticFiles::Read(std::string_view urlPath) const
+{
+  const auto plain = Unescape(urlPath);
+  if (!plain)
+  {
+    return Error{ ErrorCode::InvalidArgument, "a % without two hexadecimal digits" };
+  }
+  const Error notFound{ ErrorCode::NotFound, "no such file" };
+  const auto relative = RelativePath(*plain);
+  if (!relative)
+  {
+    return notFound;
+  }
+  std::error_code error;
+  auto file = fs::canonical(this->Root / *relative, error);
+  if (!error && fs::is_directory(file, error))
+  {
+    file = fs::canonical(file / "index.html", error);
+  }
+  if (error || !IsBelow(file, this->Root) || !fs::is_regular_file(file, error))
+  {
+    return notFound;
+  }
+  const auto size = fs::file_size(file, error);
+  if (error || size > maximumBytes)
+  {
+    return Error{ ErrorCode::LimitExceeded, "the file is too large to serve" };
+  }
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream || static_cast<std::size_t>(stream.gcount()) != bytes.size())
+  {
+    return Error{ ErrorCode::InputOutput, "the file cannot be read" };
+  }
+  return StaticFile{ std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)),
+    ContentType(file) };
+}
+
+}

@@ -1,0 +1,155 @@
+#include "server/session/StoreModel.h"
+
+#include "filters/store/Store.h"
+
+#include <mutex>
+#include <set>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+const char* NameOf(AttributeType type)
+{
+  constexpr const char* names[] = { "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
+    "uint64", "float32", "float64" };
+  return names[static_cast<std::size_t>(type)];
+}
+
+protocol::ResolutionDescription Describe(const ResolutionInfo& info)
+{
+  return { info.vertices, info.triangles, info.pieces, info.bytes, info.deviation };
+}
+
+protocol::ModelDescription Describe(const StoreInfo& info, const std::string& id)
+{
+  protocol::ModelDescription model;
+  model.id = id;
+  model.digest = info.digest;
+  model.vertices = info.vertices;
+  model.triangles = info.triangles;
+  model.partitions = info.partitions;
+  model.boxLo = info.box.lo;
+  model.boxHi = info.box.hi;
+  model.partitionDepth = static_cast<std::uint8_t>(info.depths.partition);
+  model.stitchDepth = static_cast<std::uint8_t>(info.depths.stitch);
+  model.finestDepth = static_cast<std::uint8_t>(info.depths.finest);
+  model.bits = info.grid.bits;
+  model.doublePrecision = info.grid.scalarType == ScalarType::Float64;
+  model.gridOrigin = info.grid.origin;
+  model.gridStep = info.grid.step;
+  model.hasTriangles = info.primitive == PrimitiveType::Triangles;
+  for (const auto& level : info.levels)
+  {
+    model.levels.push_back(Describe(level));
+  }
+  model.original = Describe(info.original);
+  model.title = info.title;
+  model.credit = info.credit;
+  model.license = info.license;
+  model.unit = info.unit;
+  for (const auto& attribute : info.attributes)
+  {
+    model.attributes.push_back({ attribute.name, NameOf(attribute.type),
+      attribute.association == AttributeAssociation::Point ? "point" : "cell",
+      attribute.components });
+  }
+  return model;
+}
+
+class StoreModel : public ServedModel
+{
+public:
+  StoreModel(
+    std::shared_ptr<Store> store, protocol::ModelDescription description, DamageReport report)
+    : Source(std::move(store))
+    , Told(std::move(description))
+    , Report(std::move(report))
+    , Tree(this->Source->ReadTree())
+  {
+    if (!this->Tree)
+    {
+      this->Report(this->Tree.GetError().message);
+    }
+  }
+
+  const protocol::ModelDescription& Description() const override { return this->Told; }
+
+  Result<std::span<const Box>> Boxes() const override
+  {
+    if (!this->Tree)
+    {
+      return this->Tree.GetError();
+    }
+    return std::span<const Box>(*this->Tree);
+  }
+
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
+  {
+    auto bytes = this->Read(blob);
+    if (bytes)
+    {
+      return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+    }
+    if (bytes.GetError().code != ErrorCode::NotFound)
+    {
+      const std::lock_guard lock(this->Mutex);
+      if (this->Reported.insert(blob).second)
+      {
+        this->Report(bytes.GetError().message);
+      }
+    }
+    return bytes.GetError();
+  }
+
+private:
+  Result<std::vector<std::uint8_t>> Read(const protocol::BlobId& blob) const
+  {
+    switch (blob.kind)
+    {
+      case protocol::BlobKind::Tree:
+        return this->Source->ReadTreePageBlob(blob.number);
+      case protocol::BlobKind::Level:
+        return this->Source->ReadPieceBlob({ Resolution::Level(blob.level), blob.number });
+      case protocol::BlobKind::Partition:
+        if (blob.number < this->Told.partitions)
+        {
+          return this->Source->ReadPieceBlob(
+            { Resolution::Original(), NodeOfPartition(blob.number, this->Source->Info().depths) });
+        }
+    }
+    return Error{ ErrorCode::NotFound, "the model has no " + protocol::BlobName(blob) };
+  }
+
+  std::shared_ptr<Store> Source;
+  protocol::ModelDescription Told;
+  DamageReport Report;
+  Result<std::vector<Box>> Tree;
+  mutable std::mutex Mutex;
+  mutable std::set<protocol::BlobId> Reported;
+};
+
+}
+
+Result<std::shared_ptr<const ServedModel>> OpenStoreModel(
+  const std::filesystem::path& file, const std::string& id, DamageReport report)
+{
+  auto store = Store::Open(file);
+  if (!store)
+  {
+    return store.GetError();
+  }
+  // What a client would refuse is refused here, once, where somebody can do something about it.
+  auto description = protocol::ParseModel(protocol::WriteModel(Describe((*store)->Info(), id)));
+  if (!description)
+  {
+    return description.GetError();
+  }
+  return std::shared_ptr<const ServedModel>(
+    std::make_shared<StoreModel>(std::move(*store), std::move(*description), std::move(report)));
+}
+
+}
