@@ -140,7 +140,6 @@ Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std:
 Status AsciiBody::ReadListCount(
   const PlyPlace& place, const PlyProperty& property, std::int64_t& count)
 {
-  const std::uint64_t begin = this->Source.Position();
   if (Status read = this->ReadInteger(place, "list count", count); !read)
   {
     return read;
@@ -152,7 +151,7 @@ Status AsciiBody::ReadListCount(
   // Every value takes a blank and a digit.
   if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / 2)
   {
-    return place.ListPastEnd(property, count, begin);
+    return place.ListPastEnd(property, count, this->Source.Position());
   }
   return {};
 }

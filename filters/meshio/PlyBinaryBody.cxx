@@ -177,7 +177,6 @@ template <bool Swap>
 Result<std::int64_t> BinaryBody<Swap>::ReadListCount(
   const PlyPlace& place, const PlyProperty& property)
 {
-  const std::uint64_t begin = this->Source.Position();
   const std::size_t countSize = SizeOf(property.countType);
   const Result<std::string_view> ahead = this->Need(place, countSize);
   if (!ahead)
@@ -192,7 +191,7 @@ Result<std::int64_t> BinaryBody<Swap>::ReadListCount(
   }
   if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / SizeOf(property.type))
   {
-    return place.ListPastEnd(property, count, begin);
+    return place.ListPastEnd(property, count, this->Source.Position());
   }
   return count;
 }

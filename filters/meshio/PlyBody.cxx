@@ -49,10 +49,11 @@ Error PlyPlace::BadListCount(const PlyProperty& property, std::int64_t count) co
 Error PlyPlace::ListPastEnd(
   const PlyProperty& property, std::int64_t count, std::uint64_t byte) const
 {
-  Error error = this->Truncated(byte);
-  error.message += "; its list " + property.name + " claims " + std::to_string(count) +
-                   " values, which run past the end of the file";
-  return error;
+  return Error{ ErrorCode::InvalidInput,
+    "truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
+      std::to_string(this->element.count) + ": list " + property.name + " at byte " +
+      std::to_string(byte) + " claims " + std::to_string(count) +
+      " values, which run past the end of the file" };
 }
 
 Error PlyPlace::TooFewCorners(const PlyFaceSink& sink) const

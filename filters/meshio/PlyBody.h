@@ -132,6 +132,7 @@ struct PlyPlace
   Error NotFinite(std::string_view property, double value) const;
   Error BadIndex(std::int64_t index, const PlyFaceSink& sink) const;
   Error BadListCount(const PlyProperty& property, std::int64_t count) const;
+  // byte: where the first value of the list should be.
   Error ListPastEnd(const PlyProperty& property, std::int64_t count, std::uint64_t byte) const;
   Error TooFewCorners(const PlyFaceSink& sink) const;
 };

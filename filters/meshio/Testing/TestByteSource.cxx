@@ -1,0 +1,107 @@
+// ByteSource: a file in blocks, wherever one starts to look.
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include <sys/stat.h>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+std::string RandomBytes(std::size_t size)
+{
+  std::mt19937_64 random(3);
+  std::string bytes(size, '\0');
+  for (char& byte : bytes)
+  {
+    byte = static_cast<char>(random());
+  }
+  return bytes;
+}
+
+}
+
+TEST(ByteSource, GivesTheBytesOfTheFileWhateverTheSteps)
+{
+  const ScratchFolder folder;
+  const std::string bytes = RandomBytes(5 * ByteSource::blockSize / 2);
+  const auto file = folder.Write("bytes", bytes);
+  std::mt19937_64 random(1);
+  for (int round = 0; round < 20; ++round)
+  {
+    Result<ByteSource> opened = ByteSource::Open(file);
+    ASSERT_TRUE(opened);
+    ByteSource source = std::move(*opened);
+    EXPECT_EQ(source.Size(), bytes.size());
+    for (int step = 0; step < 200; ++step)
+    {
+      const std::size_t wanted = random() % (random() % 2 == 0 ? 100 : ByteSource::blockSize + 1);
+      const Result<std::string_view> ahead = source.Peek(wanted);
+      ASSERT_TRUE(ahead);
+      const std::size_t at = static_cast<std::size_t>(source.Position());
+      ASSERT_GE(ahead->size(), std::min(wanted, bytes.size() - at));
+      ASSERT_EQ(*ahead, std::string_view(bytes).substr(at, ahead->size()));
+      EXPECT_EQ(source.Remaining(), bytes.size() - at);
+      if (random() % 10 == 0)
+      {
+        const std::uint64_t target = random() % (bytes.size() + 1);
+        source.Seek(target);
+        EXPECT_EQ(source.Position(), target);
+      }
+      else
+      {
+        source.Consume(random() % (ahead->size() + 1));
+      }
+    }
+  }
+}
+
+TEST(ByteSource, EndsWhereAFileEndsThatIsCutOrGrowsMeanwhile)
+{
+  const ScratchFolder folder;
+  const auto file = folder.Write("bytes", RandomBytes(ByteSource::blockSize + 1000));
+  Result<ByteSource> cut = ByteSource::Open(file);
+  Result<ByteSource> grown = ByteSource::Open(file);
+  ASSERT_TRUE(cut && grown);
+  std::filesystem::resize_file(file, 10);
+  cut->Seek(4);
+  EXPECT_EQ(cut->Peek(100)->size(), 6U);
+  std::filesystem::resize_file(file, 3 * ByteSource::blockSize);
+  grown->Seek(ByteSource::blockSize);
+  EXPECT_EQ(grown->Peek(ByteSource::blockSize)->size(), 1000U);
+  grown->Consume(1000);
+  EXPECT_TRUE(grown->Peek(1)->empty());
+  EXPECT_EQ(grown->Remaining(), 0U);
+}
+
+TEST(ByteSource, RefusesWhatIsNoRegularFile)
+{
+  const ScratchFolder folder;
+  const Result<ByteSource> missing = ByteSource::Open(folder.File("missing.ply"));
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(missing.GetError().message, "no such file");
+
+  const Result<ByteSource> directory = ByteSource::Open(folder.File("."));
+  ASSERT_FALSE(directory);
+  EXPECT_EQ(directory.GetError().message, "is a directory, not a file");
+
+  const auto pipe = folder.File("pipe.ply");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const Result<ByteSource> fifo = ByteSource::Open(pipe);
+  ASSERT_FALSE(fifo) << "and it does not wait for a writer";
+  EXPECT_EQ(fifo.GetError().message, "is not a regular file");
+
+  const Result<ByteSource> nameTooLong = ByteSource::Open(std::string(5000, 'x'));
+  ASSERT_FALSE(nameTooLong);
+  EXPECT_EQ(nameTooLong.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(nameTooLong.GetError().message, "cannot be opened: File name too long");
+}
+
+}

@@ -1,0 +1,60 @@
+// MeshReader: the file's name chooses the reader.
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+TEST(MeshReader, ReadsPlyWhateverTheCaseOfItsEnding)
+{
+  const ScratchFolder folder;
+  for (const char* name : { "a.ply", "B.PLY", "c.stl.Ply" })
+  {
+    const auto file = folder.Write(name,
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nelement edge 1\nproperty int vertex1\nend_header\n1 2 "
+      "3 4\n0\n");
+    const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+    ASSERT_TRUE(reader) << name << ": " << reader.GetError().message;
+    EXPECT_EQ((*reader)->Info().vertices, 1U);
+    EXPECT_EQ(
+      (*reader)->Info().ignoredAttributes, (std::vector<std::string>{ "vertex.red", "edge" }));
+  }
+}
+
+TEST(MeshReader, RefusesOtherFormatsByName)
+{
+  const ScratchFolder folder;
+  for (const std::string ending :
+    { ".stl", ".obj", ".vtp", ".vtk", ".wrl", ".glb", ".gltf", ".pcd", ".xyz" })
+  {
+    const Result<std::unique_ptr<MeshReader>> reader =
+      MeshReader::Open(folder.Write("mesh" + ending, "ply\n"));
+    ASSERT_FALSE(reader);
+    EXPECT_EQ(reader.GetError().code, ErrorCode::Unsupported);
+    EXPECT_EQ(reader.GetError().message,
+      "reading " + ending + " files is not supported yet; convert it to .ply");
+  }
+  for (const std::string ending : { ".gz", "", ".ply~" })
+  {
+    const Result<std::unique_ptr<MeshReader>> reader =
+      MeshReader::Open(folder.Write("mesh" + ending, "ply\n"));
+    ASSERT_FALSE(reader);
+    EXPECT_EQ(reader.GetError().code, ErrorCode::Unsupported);
+    EXPECT_EQ(reader.GetError().message,
+      "the ending '" + ending + "' names no known mesh format; convert it to .ply");
+  }
+}
+
+TEST(MeshReader, NamesMissingAndEmptyFiles)
+{
+  const ScratchFolder folder;
+  EXPECT_EQ(MeshReader::Open(folder.File("missing.ply")).GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(MeshReader::Open(folder.File("missing.stl")).GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(
+    MeshReader::Open(folder.Write("empty.ply", "")).GetError().message, "the file is empty");
+}
+
+}

@@ -1,0 +1,112 @@
+// NumberText: words become numbers of a type, rounded once, or are told to be none.
+#include "filters/meshio/NumberText.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <string>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+template <class T>
+void ExpectNumber(std::string_view word, T expected)
+{
+  T value = 99;
+  EXPECT_EQ(ParseNumber(word, value), NumberTextError::None) << word;
+  EXPECT_EQ(value, expected) << word;
+  EXPECT_EQ(std::signbit(static_cast<double>(value)), std::signbit(static_cast<double>(expected)))
+    << word;
+}
+
+template <class T>
+void ExpectNone(std::string_view word, NumberTextError error)
+{
+  T value = 0;
+  EXPECT_EQ(ParseNumber(word, value), error) << word;
+}
+
+}
+
+TEST(NumberText, ReadsNumbersOfEveryType)
+{
+  ExpectNumber<std::int8_t>("-128", -128);
+  ExpectNumber<std::uint8_t>("+255", 255);
+  ExpectNumber<std::int64_t>("0007", 7);
+  ExpectNumber<float>("0.1", 0.1F);
+  ExpectNumber<double>("+1E-3", 0.001);
+  ExpectNumber<double>("-.5", -0.5);
+  ExpectNumber<double>("5.", 5.0);
+}
+
+TEST(NumberText, TellsWhatIsNoNumber)
+{
+  for (const char* word :
+    { "", "+", "-", "x", "1x", "1.5.2", "0x1p3", "+-1", "++1", "--1", "1e", "1 2", "1,5" })
+  {
+    ExpectNone<double>(word, NumberTextError::NotANumber);
+    ExpectNone<std::int32_t>(word, NumberTextError::NotANumber);
+  }
+  for (const char* word : { "1.0", "1e3", "nan" })
+  {
+    ExpectNone<std::int32_t>(word, NumberTextError::NotANumber);
+  }
+}
+
+TEST(NumberText, TellsTooLargeFromTooSmall)
+{
+  ExpectNone<std::uint8_t>("256", NumberTextError::OutOfRange);
+  ExpectNone<std::int8_t>("-129", NumberTextError::OutOfRange);
+  const std::string zeros(1000, '0');
+  for (const std::string word : { "1e39", "3.4028236e38", "-1e999999999999", "0.0001e+500" })
+  {
+    ExpectNone<float>(word, NumberTextError::OutOfRange);
+  }
+  ExpectNone<double>("1" + zeros, NumberTextError::OutOfRange);
+  ExpectNone<double>("1" + zeros + ".5e-2", NumberTextError::OutOfRange);
+  ExpectNumber<double>("1" + zeros + "e-1000", 1.0);
+  for (const std::string word : { "1e-50", "0.00001e-45", "1e-999999999999", "1000e-1000" })
+  {
+    ExpectNumber<float>(word, 0.0F);
+    ExpectNumber<float>("-" + word, -0.0F);
+  }
+  ExpectNumber<double>("0." + zeros + "1", 0.0);
+  ExpectNumber<double>("-0." + zeros + "1e+600", -0.0);
+}
+
+// The C library is the oracle: in the "C" locale strtof and strtod round once too.
+TEST(NumberText, RoundsAsTheCLibraryDoes)
+{
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 20000; ++i)
+  {
+    const double number = std::bit_cast<double>(random());
+    if (!std::isfinite(number))
+    {
+      continue;
+    }
+    char text[64];
+    std::snprintf(text, sizeof(text), i % 2 == 0 ? "%.17e" : "%.9e",
+      i % 3 == 0 ? number : std::fmod(number, 1e40));
+    ExpectNumber<double>(text, std::strtod(text, nullptr));
+    const float single = std::strtof(text, nullptr);
+    if (std::isfinite(single))
+    {
+      ExpectNumber<float>(text, single);
+    }
+    else
+    {
+      ExpectNone<float>(text, NumberTextError::OutOfRange);
+    }
+  }
+}
+
+}

@@ -1,0 +1,141 @@
+// PlyHeader: the lines of a header, and every way in which one can be wrong.
+#include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+Result<PlyHeader> Parse(std::string_view text, std::uint64_t* bodyAt = nullptr)
+{
+  const ScratchFolder folder;
+  Result<ByteSource> source = ByteSource::Open(folder.Write("header.ply", text));
+  EXPECT_TRUE(source);
+  Result<PlyHeader> header = ReadPlyHeader(*source);
+  if (bodyAt != nullptr)
+  {
+    *bodyAt = source->Position();
+  }
+  return header;
+}
+
+void ExpectError(std::string_view text, std::string_view message)
+{
+  const Result<PlyHeader> header = Parse(text);
+  ASSERT_FALSE(header) << "expected: " << message;
+  EXPECT_EQ(header.GetError().code, ErrorCode::InvalidInput);
+  EXPECT_EQ(header.GetError().message, message);
+}
+
+const std::string start = "ply\nformat ascii 1.0\n";
+
+}
+
+TEST(PlyHeader, ReadsElementsPropertiesAndWhereTheBodyBegins)
+{
+  for (const std::string newline : { "\n", "\r\n", "\r" })
+  {
+    std::string text =
+      "ply\ncomment before\nformat binary_big_endian 1.0\nobj_info a b c\n\n"
+      "element vertex 18446744073709551615\n  property  double\tx \n"
+      "property list uint8 int32 vertex_index\nelement face 0\ncomment end\nend_header\n";
+    for (std::size_t at = text.find('\n'); at != std::string::npos;
+         at = text.find('\n', at + newline.size()))
+    {
+      text.replace(at, 1, newline);
+    }
+    std::uint64_t bodyAt = 0;
+    const Result<PlyHeader> header = Parse(text + "\n\r\n", &bodyAt);
+    ASSERT_TRUE(header) << header.GetError().message;
+    EXPECT_EQ(bodyAt, text.size());
+    EXPECT_EQ(header->encoding, PlyEncoding::BinaryBigEndian);
+    ASSERT_EQ(header->elements.size(), 2U);
+    const PlyElement& vertex = header->elements[0];
+    EXPECT_EQ(vertex.name, "vertex");
+    EXPECT_EQ(vertex.count, 18446744073709551615U);
+    ASSERT_EQ(vertex.properties.size(), 2U);
+    EXPECT_EQ(vertex.properties[0].name, "x");
+    EXPECT_EQ(vertex.properties[0].type, PlyType::Float64);
+    EXPECT_FALSE(vertex.properties[0].isList);
+    EXPECT_TRUE(vertex.properties[1].isList);
+    EXPECT_EQ(vertex.properties[1].countType, PlyType::UInt8);
+    EXPECT_EQ(vertex.properties[1].type, PlyType::Int32);
+    EXPECT_EQ(vertex.Find("vertex_index"), 1U);
+    EXPECT_EQ(vertex.Find("z"), 2U);
+    EXPECT_EQ(header->elements[1].count, 0U);
+  }
+}
+
+TEST(PlyHeader, KnowsBothNamesOfEveryType)
+{
+  const std::vector<std::pair<std::string, std::size_t>> types{ { "char", 1 }, { "uchar", 1 },
+    { "short", 2 }, { "ushort", 2 }, { "int", 4 }, { "uint", 4 }, { "float", 4 }, { "double", 8 },
+    { "int8", 1 }, { "uint8", 1 }, { "int16", 2 }, { "uint16", 2 }, { "int32", 4 }, { "uint32", 4 },
+    { "float32", 4 }, { "float64", 8 } };
+  for (std::size_t i = 0; i < types.size(); ++i)
+  {
+    const Result<PlyHeader> header =
+      Parse(start + "element vertex 1\nproperty " + types[i].first + " x\nend_header\n");
+    ASSERT_TRUE(header) << types[i].first;
+    const PlyType type = header->elements[0].properties[0].type;
+    EXPECT_EQ(PlyTypeName(type), types[i % 8].first);
+    EXPECT_EQ(SizeOf(type), types[i].second);
+  }
+}
+
+TEST(PlyHeader, RefusesWhatIsNoHeader)
+{
+  ExpectError("", "the file is empty");
+  ExpectError("solid cube\n", "not a PLY file: its first line is not 'ply'");
+  ExpectError("ply", "not a PLY file: its first line is not 'ply'");
+  ExpectError("plyx\n", "not a PLY file: its first line is not 'ply'");
+  ExpectError(std::string(100, '\0'), "not a PLY file: its first line is not 'ply'");
+  ExpectError(start + "element vertex 1\n", "truncated: the header has no end_header line");
+  ExpectError(start + "end_header", "truncated: the header has no end_header line");
+  ExpectError(start + "comment " + std::string(2 << 20, 'x') + "\nend_header\n",
+    "the header has no end_header line in the first MiB");
+  ExpectError("ply\nelement vertex 1\nend_header\n", "the header has no format line");
+}
+
+TEST(PlyHeader, RefusesBadLinesByNumber)
+{
+  ExpectError(start + "vertex 8\n", "header line 3: unknown word 'vertex'");
+  ExpectError(start + "format ascii 1.0\n", "header line 3: a second format line");
+  ExpectError("ply\nformat ascii\n", "header line 2: a format line has a name and a version");
+  ExpectError("ply\nformat binary 1.0\n", "header line 2: unknown format 'binary'");
+  ExpectError("ply\nformat ascii 2.0\n", "header line 2: unknown version '2.0' (1.0 is known)");
+  ExpectError(start + "element vertex\n", "header line 3: an element line has a name and a count");
+  for (const std::string count :
+    { "-1", "1.5", "eight", "18446744073709551616", "+5", "0x10", "8,000" })
+  {
+    ExpectError(start + "element vertex " + count + "\n",
+      "header line 3: the count '" + count +
+        "' of element 'vertex' is not a number from 0 to 2^64 - 1");
+  }
+  ExpectError(start + "property float x\n", "header line 3: a property before the first element");
+  const std::string vertex = start + "element vertex 1\nproperty float x\n";
+  ExpectError(vertex + "element vertex 2\n", "header line 5: a second element 'vertex'");
+  ExpectError(
+    vertex + "property int x\n", "header line 5: a second property 'x' of element 'vertex'");
+  ExpectError(vertex + "property float\n", "header line 5: a property has a type and a name");
+  ExpectError(vertex + "property float y y\n", "header line 5: a property has a type and a name");
+  ExpectError(vertex + "property\n", "header line 5: a property has a type and a name");
+  ExpectError(vertex + "property list uchar vertex_index\n",
+    "header line 5: a list property has two types and a name");
+  ExpectError(vertex + "property real y\n", "header line 5: unknown type 'real'");
+  ExpectError(vertex + "property list size int y\n", "header line 5: unknown type 'size'");
+  ExpectError(vertex + "property list uchar index y\n", "header line 5: unknown type 'index'");
+  ExpectError(vertex + "property list float int y\n",
+    "header line 5: list 'y' is counted in float, not in integers");
+  ExpectError(vertex + "property float \x1b[2J\n",
+    "header line 5: the name '?[2J' is too long or holds control characters");
+  ExpectError(start + "element " + std::string(300, 'a') + " 1\n",
+    "header line 3: the name '" + std::string(40, 'a') +
+      "…' is too long or holds control characters");
+}
+
+}

@@ -1,0 +1,519 @@
+// PlyReader: random files of every shape are read back exactly; files by hand for what random ones
+// do not reach; every error names its place.
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/Testing/RandomPly.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <functional>
+#include <limits>
+#include <locale>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+constexpr std::size_t everything = std::numeric_limits<std::size_t>::max();
+
+struct Contents
+{
+  MeshFileInfo info;
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+  std::uint64_t faces = 0;
+  Status status;
+};
+
+// Reads a whole file, asking for nextLimit() records at a time.
+Contents ReadAll(const std::filesystem::path& file, const std::function<std::size_t()>& nextLimit)
+{
+  Contents contents;
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+  if (!reader)
+  {
+    contents.status = reader.GetError();
+    return contents;
+  }
+  contents.info = (*reader)->Info();
+  EXPECT_EQ((*reader)->FileSize(), std::filesystem::file_size(file));
+  for (const bool vertices : { true, false })
+  {
+    for (;;)
+    {
+      const std::size_t limit = nextLimit();
+      const std::size_t before = contents.points.size();
+      const Result<std::size_t> read = vertices
+                                         ? (*reader)->ReadVertices(contents.points, limit)
+                                         : (*reader)->ReadTriangles(contents.triangles, limit);
+      if (!read)
+      {
+        contents.status = read.GetError();
+        const Result<std::size_t> again = (*reader)->ReadTriangles(contents.triangles, limit);
+        EXPECT_FALSE(again) << "an error stays";
+        EXPECT_TRUE(again || again.GetError().message == read.GetError().message);
+        return contents;
+      }
+      EXPECT_LE(*read, limit);
+      EXPECT_LE((*reader)->Position(), (*reader)->FileSize());
+      EXPECT_TRUE(!vertices || contents.points.size() == before + *read);
+      contents.faces += vertices ? 0 : *read;
+      if (*read == 0)
+      {
+        break;
+      }
+    }
+  }
+  return contents;
+}
+
+// Bits, not values: -0 and 0 differ.
+bool SameBits(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
+{
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
+}
+
+void ExpectReadBack(unsigned seed, std::uint64_t mostVertices, std::uint64_t mostLimit)
+{
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  RandomPlyMaker maker(seed);
+  const RandomPly ply = maker.Make(mostVertices);
+  const ScratchFolder folder;
+  const Contents read = ReadAll(folder.Write("random.ply", ply.bytes),
+    [&] { return maker.Chance(0.2) ? everything : 1 + maker.Pick(mostLimit); });
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.info.vertices, ply.points.size());
+  EXPECT_EQ(read.info.faces, ply.faces);
+  EXPECT_EQ(read.faces, ply.faces);
+  EXPECT_EQ(read.info.scalarType, ply.scalarType);
+  EXPECT_EQ(read.info.ignoredAttributes, ply.ignored);
+  EXPECT_TRUE(SameBits(read.points, ply.points));
+  EXPECT_EQ(read.triangles, ply.triangles);
+}
+
+Contents ReadBytes(std::string_view bytes)
+{
+  const ScratchFolder folder;
+  return ReadAll(folder.Write("bytes.ply", bytes), [] { return everything; });
+}
+
+void ExpectError(
+  std::string_view bytes, std::string_view message, ErrorCode code = ErrorCode::InvalidInput)
+{
+  const Contents read = ReadBytes(bytes);
+  ASSERT_FALSE(read.status) << "expected: " << message;
+  EXPECT_EQ(read.status.GetError().message, message);
+  EXPECT_EQ(read.status.GetError().code, code) << message;
+}
+
+const std::string asciiVertices = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                                  "property float y\nproperty float z\n";
+const std::string fourPoints = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+
+// An ASCII file with four points and faces as text.
+std::string WithFaces(std::size_t count, const std::string& faces,
+  const std::string& list = "property list uchar int vertex_indices\n")
+{
+  return asciiVertices + "element face " + std::to_string(count) + "\n" + list + "end_header\n" +
+         fourPoints + faces;
+}
+
+// A binary file with two points and one face, whose list begins with `faceBytes`.
+std::string BinaryWithFace(
+  const std::string& list, const std::string& faceBytes, bool bigEndian = false)
+{
+  return std::string("ply\nformat binary_") + (bigEndian ? "big" : "little") +
+         "_endian 1.0\nelement vertex 2\nproperty uchar x\nproperty uchar y\nproperty uchar "
+         "z\nelement face 1\n" +
+         list + "end_header\n" + std::string("\1\2\3\4\5\6", 6) + faceBytes;
+}
+
+// What a binary file with these values in the vertices' floats says.
+std::string BinaryPoints(const std::vector<std::vector<double>>& points, EmitEncoding encoding)
+{
+  EmitElement element{ "vertex",
+    { { "x", "float", "" }, { "y", "double", "" }, { "z", "float", "" } }, {} };
+  for (const std::vector<double>& point : points)
+  {
+    element.records.push_back({ { point[0] }, { point[1] }, { point[2] } });
+  }
+  EmitStyle style;
+  style.encoding = encoding;
+  return PlyEmitter(style).Emit({ element });
+}
+
+}
+
+TEST(PlyReader, ReadsRandomFilesBack)
+{
+  for (unsigned seed = 0; seed < 600; ++seed)
+  {
+    ExpectReadBack(seed, seed % 5 == 0 ? 3 : 300, seed % 3 == 0 ? 4 : 1000);
+  }
+}
+
+// Files of several blocks: records and lists lie across their borders.
+TEST(PlyReader, ReadsRandomLargeFilesBack)
+{
+  for (unsigned seed = 1000; seed < 1030; ++seed)
+  {
+    ExpectReadBack(seed, 60000, 50000);
+  }
+}
+
+TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
+{
+  const Contents read =
+    ReadBytes(asciiVertices +
+              "element tristrips 1\nproperty list int int vertex_index\n"
+              "element face 2\nproperty list uchar int vertex_indices\nend_header\n" +
+              fourPoints + "11 0 1 2 3 3 -1 2 1 -1 0 3\n4 0 1 2 3\n3 3 3 1\n");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.info.faces, 3U);
+  EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 3 }, { 2, 3, 3 },
+                              { 0, 1, 2 }, { 0, 2, 3 }, { 3, 3, 1 } }));
+}
+
+TEST(PlyReader, ReadsAListLongerThanABlock)
+{
+  for (const EmitEncoding encoding :
+    { EmitEncoding::Ascii, EmitEncoding::LittleEndian, EmitEncoding::BigEndian })
+  {
+    EmitElement vertices{ "vertex",
+      { { "x", "float", "" }, { "junk", "double", "uint" }, { "y", "float", "" },
+        { "z", "float", "" } },
+      {} };
+    EmitElement strip{ "tristrips", { { "vertex_indices", "int", "int" } }, { { {} } } };
+    vertices.records.push_back({ { 1 }, std::vector<double>(400000, 0.25), { 2 }, { 3 } });
+    for (std::size_t i = 0; i < 700000; ++i)
+    {
+      strip.records[0][0].push_back(0);
+    }
+    EmitStyle style;
+    style.encoding = encoding;
+    const Contents read = ReadBytes(PlyEmitter(style).Emit({ strip, vertices }));
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.points, (std::vector<Vec3>{ { 1, 2, 3 } }));
+    EXPECT_EQ(read.triangles.size(), 699998U);
+  }
+}
+
+TEST(PlyReader, ReadsARecordLargerThanABlock)
+{
+  EmitElement vertices{ "vertex", {}, { {}, {} } };
+  EmitElement faces{ "face", {}, { {} } };
+  for (int i = 0; i < 20000; ++i)
+  {
+    const std::string name = std::to_string(i);
+    vertices.properties.push_back({ i == 0       ? "x"
+                                    : i == 9999  ? "y"
+                                    : i == 19999 ? "z"
+                                                 : name,
+      "double", "" });
+    vertices.records[0].push_back({ i * 1.0 });
+    vertices.records[1].push_back({ i * 2.0 });
+    faces.properties.push_back(i == 500 ? EmitProperty{ "vertex_indices", "int", "uchar" }
+                                        : EmitProperty{ name, "double", "" });
+    faces.records[0].push_back(
+      i == 500 ? std::vector<double>{ 1, 0, 1 } : std::vector<double>{ 7 });
+  }
+  EmitStyle style;
+  style.encoding = EmitEncoding::BigEndian;
+  const Contents read = ReadBytes(PlyEmitter(style).Emit({ vertices, faces }));
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.points, (std::vector<Vec3>{ { 0, 9999, 19999 }, { 0, 19998, 39998 } }));
+  EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 1, 0, 1 } }));
+}
+
+TEST(PlyReader, RoundsTextOnceToTheTypeOfTheProperty)
+{
+  // 1 + 2^-24 + 2^-60 lies above the middle of two floats, but on it once it has been rounded to
+  // double.
+  const std::string tie =
+    "1.000000059604644775390625000000867361737988403547205962240695953369140625";
+  const std::string header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                             "property double y\nproperty short z\nend_header\n";
+  const Contents read =
+    ReadBytes(header + tie + " " + tie + " -32768\n+1e-46 -1e-400 +7\n-7.1e-46 .5 -0\n");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.info.scalarType, ScalarType::Float64);
+  const double above = 1.00000011920928955078125;
+  EXPECT_EQ(read.points[0], (Vec3{ above, 1.000000059604644775390625, -32768 }));
+  EXPECT_TRUE(SameBits({ read.points[1] }, { { 0, -0.0, 7 } }));
+  EXPECT_EQ(read.points[2],
+    (Vec3{ -static_cast<double>(std::numeric_limits<float>::denorm_min()), 0.5, 0 }));
+}
+
+TEST(PlyReader, ReadsTheSameInEveryLocale)
+{
+  struct Comma : std::numpunct<char>
+  {
+    char do_decimal_point() const override { return ','; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+  std::setlocale(LC_NUMERIC, "de_DE.UTF-8");
+  const Contents read =
+    ReadBytes(asciiVertices + "end_header\n0.5 1.5 2.5\n" + fourPoints.substr(6));
+  std::setlocale(LC_NUMERIC, "C");
+  std::locale::global(before);
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.points[0], (Vec3{ 0.5, 1.5, 2.5 }));
+}
+
+TEST(PlyReader, ReadsRecordsOverSeveralLinesAndWithoutALastLineEnd)
+{
+  const Contents read =
+    ReadBytes(asciiVertices + "end_header\n\n0 0\n 0\n1\n0\n0\n\n\n 0 1 0 \r\n0 0 1");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.points.size(), 4U);
+  EXPECT_EQ(read.points[3], (Vec3{ 0, 0, 1 }));
+}
+
+TEST(PlyReader, ReadsCloudsAndEmptyMeshes)
+{
+  EXPECT_TRUE(ReadBytes(asciiVertices + "end_header\n" + fourPoints).status);
+  EXPECT_TRUE(ReadBytes(asciiVertices + "element face 0\nend_header\n" + fourPoints).status);
+  const Contents none =
+    ReadBytes("ply\nformat binary_big_endian 1.0\nelement vertex 0\n"
+              "property float x\nproperty float y\nproperty float z\nend_header\n");
+  ASSERT_TRUE(none.status);
+  EXPECT_TRUE(none.points.empty());
+}
+
+TEST(PlyReader, GoesOnWhereItLeftOffWhateverTheCallsAre)
+{
+  const ScratchFolder folder;
+  const auto file = folder.Write("order.ply",
+    "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int vertex_indices\n"
+    "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    "3 0 1 2\n4 2 1 0 0\n0 0 0\n1 0 0\n2 0 0\n");
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+  ASSERT_TRUE(reader);
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 1), 1U);
+  EXPECT_EQ(*(*reader)->ReadVertices(points, 2), 2U);
+  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 0), 0U);
+  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 5), 1U);
+  EXPECT_EQ(*(*reader)->ReadVertices(points, 2), 1U);
+  EXPECT_EQ(*(*reader)->ReadVertices(points, 2), 0U);
+  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 5), 0U);
+  EXPECT_EQ(points, (std::vector<Vec3>{ { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 } }));
+  EXPECT_EQ(triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 }, { 2, 0, 0 } }));
+}
+
+TEST(PlyReader, NamesCoordinatesThatAreNotFinite)
+{
+  for (const char* value : { "nan", "NaN", "-nan" })
+  {
+    ExpectError(
+      asciiVertices + "end_header\n0 0 0\n1 " + value + " 0\n", "vertex 1: y is not finite (nan)");
+  }
+  ExpectError(asciiVertices + "end_header\n0 0 -inf\n", "vertex 0: z is not finite (-inf)");
+  ExpectError(asciiVertices + "end_header\n0 1e39 0\n",
+    "vertex 0: y '1e39' is out of range of the type float");
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const EmitEncoding encoding : { EmitEncoding::LittleEndian, EmitEncoding::BigEndian })
+  {
+    std::vector<std::vector<double>> points(3000, { 1, 2, 3 });
+    points[2500] = { 1, infinity, nan };
+    ExpectError(BinaryPoints(points, encoding), "vertex 2500: y is not finite (inf)");
+    points[17] = { nan, 0, -infinity };
+    ExpectError(BinaryPoints(points, encoding), "vertex 17: x is not finite (nan)");
+  }
+}
+
+TEST(PlyReader, NamesIndicesOutOfRange)
+{
+  ExpectError(WithFaces(2, "3 0 1 2\n3 0 1 99\n"), "face 1: index 99 out of range (4 vertices)");
+  ExpectError(WithFaces(1, "4 0 1 2 4\n"), "face 0: index 4 out of range (4 vertices)");
+  ExpectError(WithFaces(1, "3 0 -1 2\n"), "face 0: index -1 out of range (4 vertices)");
+  ExpectError(WithFaces(1, "3 0 99999999999999999999 2\n"),
+    "face 0: index '99999999999999999999' out of range");
+  const std::string bytesList = "property list uchar int vertex_indices\n";
+  const std::string minusOne(4, '\xff');
+  const std::string zeros(8, '\0');
+  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne),
+    "face 0: index -1 out of range (2 vertices)");
+  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne, true),
+    "face 0: index -1 out of range (2 vertices)");
+  ExpectError(BinaryWithFace("property list uchar uint vertex_indices\n", "\3" + minusOne + zeros),
+    "face 0: index 4294967295 out of range (2 vertices)");
+  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + std::string("\2\0\0\0", 4)),
+    "face 0: index 2 out of range (2 vertices)");
+  ExpectError(
+    BinaryWithFace("property list uchar char vertex_indices\n", std::string("\4\0\1\0\x80", 5)),
+    "face 0: index -128 out of range (2 vertices)");
+}
+
+TEST(PlyReader, NamesPolygonsWithTooFewVertices)
+{
+  ExpectError(
+    WithFaces(1, "2 0 1\n"), "face 0: a polygon needs at least 3 vertices, this one has 2");
+  ExpectError(WithFaces(1, "0\n"), "face 0: a polygon needs at least 3 vertices, this one has 0");
+  ExpectError(BinaryWithFace("property list uchar uchar vertex_index\n", std::string("\1\0", 2)),
+    "face 0: a polygon needs at least 3 vertices, this one has 1");
+}
+
+TEST(PlyReader, NamesListCountsThatLie)
+{
+  const std::string wide = "property list uint int vertex_indices\n";
+  const auto pastEnd = [](std::size_t byte, const std::string& list, const std::string& count)
+  {
+    return "truncated: face 0 of 1: list " + list + " at byte " + std::to_string(byte) +
+           " claims " + count + " values, which run past the end of the file";
+  };
+  const std::string lying = WithFaces(1, "4294967295 0 1 2\n", wide);
+  ExpectError(lying, pastEnd(lying.rfind(" 0 1 2"), "vertex_indices", "4294967295"));
+  ExpectError(WithFaces(1, "-3 0 1 2\n", wide), "face 0: list vertex_indices claims -3 values");
+  ExpectError(WithFaces(1, "3.5 0 1 2\n"), "face 0: list count '3.5' is not an integer");
+  ExpectError(WithFaces(1, "99999999999999999999 0 1 2\n"),
+    "face 0: list count '99999999999999999999' out of range");
+  const std::string maximum(4, '\xff');
+  const std::string three(12, '\0');
+  const std::string binary = BinaryWithFace(wide, maximum + three);
+  ExpectError(binary, pastEnd(binary.size() - 12, "vertex_indices", "4294967295"));
+  ExpectError(BinaryWithFace("property list int int vertex_indices\n", maximum + three),
+    "face 0: list vertex_indices claims -1 values");
+  const std::string other = BinaryWithFace(
+    "property list uchar int other\nproperty list uchar int vertex_indices\n", "\x09" + three);
+  ExpectError(other, pastEnd(other.size() - 12, "other", "9"));
+}
+
+TEST(PlyReader, NamesTextInPlaceOfNumbers)
+{
+  ExpectError(asciiVertices + "end_header\n0 0 0\n1 zero 0\n",
+    "vertex 1: y 'zero' is not a number of type float");
+  ExpectError(asciiVertices + "end_header\n0 0 0\n1 0,5 0\n",
+    "vertex 1: y '0,5' is not a number of type float");
+  ExpectError(
+    asciiVertices + "end_header\n0 0 0x10\n", "vertex 0: z '0x10' is not a number of type float");
+  ExpectError(
+    asciiVertices + "end_header\n0 0 +-1\n", "vertex 0: z '+-1' is not a number of type float");
+  ExpectError(asciiVertices + "end_header\n0 \x1b[31m 0\n",
+    "vertex 0: y '?[31m' is not a number of type float");
+  ExpectError(WithFaces(1, "3 0 1 two\n"), "face 0: index 'two' is not an integer");
+  ExpectError(WithFaces(1, "3 0 1 2.0\n"), "face 0: index '2.0' is not an integer");
+  ExpectError(asciiVertices + "end_header\n" + std::string(5000, '1') + " 0 0\n",
+    "vertex 0: a word of more than 4096 characters");
+  ExpectError("ply\nformat ascii 1.0\nelement vertex 1\nproperty uchar x\nproperty float y\n"
+              "property float z\nend_header\n256 0 0\n",
+    "vertex 0: x '256' is out of range of the type uchar");
+}
+
+TEST(PlyReader, NamesLinesWithMoreValuesThanTheHeader)
+{
+  ExpectError(asciiVertices + "end_header\n0 0 0 255\n",
+    "vertex 0: its line holds more values than the header names");
+  ExpectError(
+    WithFaces(1, "3 0 1 2 3\n"), "face 0: its line holds more values than the header names");
+}
+
+TEST(PlyReader, NamesWhereATruncatedFileEnds)
+{
+  const auto expectTruncated =
+    [](const std::string& bytes, const std::string& what, std::size_t byte)
+  { ExpectError(bytes, "truncated: " + what + " expected at byte " + std::to_string(byte)); };
+  // Text gives out at the end of the file; of a binary record that is cut off, its beginning is
+  // known.
+  const std::string text = asciiVertices + "end_header\n0 0 0\n1 0";
+  expectTruncated(text, "vertex 1 of 4", text.size());
+  expectTruncated(asciiVertices + "end_header\n", "vertex 0 of 4", asciiVertices.size() + 11);
+  const std::string faces = WithFaces(2, "3 0 1 2\n");
+  expectTruncated(faces, "face 1 of 2", faces.size());
+  const std::string binary =
+    BinaryPoints({ { 1, 2, 3 }, { 4, 5, 6 }, { 7, 8, 9 } }, EmitEncoding::LittleEndian);
+  expectTruncated(binary.substr(0, binary.size() - 1), "vertex 2 of 3", binary.size() - 16);
+  // An element that is skipped.
+  const std::string cameras =
+    "ply\nformat binary_little_endian 1.0\nelement camera 9223372036854775808\nproperty int f\n"
+    "element vertex 1\nproperty float x\nproperty float y\nproperty float "
+    "z\nend_header\n12345678ab";
+  expectTruncated(cameras, "camera 2 of 9223372036854775808", cameras.size() - 2);
+  // The list is whole, what follows it is not.
+  const std::string face =
+    BinaryWithFace("property list uchar int vertex_indices\nproperty float quality\n",
+      "\3" + std::string(12, '\0') + "123");
+  expectTruncated(face, "face 0 of 1", face.size() - 3);
+  const std::string most =
+    "ply\nformat ascii 1.0\nelement vertex 4294967294\nproperty float x\nproperty float y\n"
+    "property float z\nend_header\n";
+  expectTruncated(most, "vertex 0 of 4294967294", most.size());
+}
+
+// Every cut of every encoding is an error and no crash.
+TEST(PlyReader, RefusesEveryTruncation)
+{
+  for (const EmitEncoding encoding :
+    { EmitEncoding::Ascii, EmitEncoding::LittleEndian, EmitEncoding::BigEndian })
+  {
+    EmitStyle style;
+    style.encoding = encoding;
+    const std::string bytes = PlyEmitter(style).Emit(
+      { { "vertex", { { "x", "float", "" }, { "y", "float", "" }, { "z", "float", "" } },
+          { { { 0.5 }, { 1 }, { 2 } }, { { 3 }, { 4 }, { 5 } }, { { 6 }, { 7 }, { 8 } } } },
+        { "face", { { "flag", "short", "" }, { "vertex_indices", "int", "uchar" } },
+          { { { 1 }, { 0, 1, 2 } }, { { 10 }, { 0, 1, 2, 2 } } } } });
+    EXPECT_TRUE(ReadBytes(bytes).status);
+    // Without its last newline an ASCII file is whole.
+    const std::size_t whole = bytes.size() - (encoding == EmitEncoding::Ascii ? 1 : 0);
+    for (std::size_t length = 0; length < whole; ++length)
+    {
+      const Contents read = ReadBytes(std::string_view(bytes).substr(0, length));
+      EXPECT_FALSE(read.status) << length << " of " << bytes.size();
+    }
+  }
+}
+
+TEST(PlyReader, RefusesHeadersWithoutAMesh)
+{
+  const std::string format = "ply\nformat ascii 1.0\n";
+  const std::string xy = "element vertex 1\nproperty float x\nproperty float y\n";
+  ExpectError(format + "element face 1\nproperty list uchar int vertex_indices\nend_header\n",
+    "the header names no element 'vertex'");
+  ExpectError(format + xy + "end_header\n1 2\n", "element 'vertex' has no property 'z'");
+  ExpectError(format + xy + "property list uchar float z\nend_header\n",
+    "property 'z' of element 'vertex' is a list, not a number");
+  const std::string xyz = format + xy + "property float z\n";
+  ExpectError(xyz + "element face 1\nproperty int flag\nend_header\n",
+    "element 'face' has no list 'vertex_indices' or 'vertex_index'");
+  ExpectError(xyz + "element face 1\nproperty int vertex_indices\nend_header\n",
+    "property 'vertex_indices' of element 'face' is not a list of integers");
+  ExpectError(xyz + "element tristrips 1\nproperty list uchar float vertex_indices\nend_header\n",
+    "property 'vertex_indices' of element 'tristrips' is not a list of integers");
+  ExpectError(xyz + "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar "
+                    "int vertex_index\nend_header\n",
+    "element 'face' has both 'vertex_indices' and 'vertex_index'");
+  ExpectError(format + "element vertex 9223372036854775808\nproperty float x\nproperty float "
+                       "y\nproperty float z\nend_header\n",
+    "the header claims 9223372036854775808 vertices; 4294967294 are the most that can be read",
+    ErrorCode::LimitExceeded);
+  ExpectError(format + "element vertex 4294967295\nproperty float x\nproperty float y\nproperty "
+                       "float z\nend_header\n",
+    "the header claims 4294967295 vertices; 4294967294 are the most that can be read",
+    ErrorCode::LimitExceeded);
+}
+
+// In files with more vertices than a signed index can count, an index below zero is still none.
+TEST(PlyReader, TakesNoNegativeIndexForALargeOne)
+{
+  const ScratchFolder folder;
+  const std::string head =
+    "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list uchar int vertex_indices\n"
+    "element vertex 4294967294\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  const auto file = folder.Write(
+    "negative.ply", head + "\3" + std::string(8, '\0') + std::string("\xf0\xff\xff\xff", 4));
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+  ASSERT_TRUE(reader);
+  std::vector<Triangle> triangles;
+  const Result<std::size_t> read = (*reader)->ReadTriangles(triangles, 1);
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.GetError().message, "face 0: index -16 out of range (4294967294 vertices)");
+}
+
+}
