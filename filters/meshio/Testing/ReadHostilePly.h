@@ -1,0 +1,99 @@
+// Puts any bytes through the PLY reader, for the fuzzer and the mutation test, and checks what
+// every caller relies on.
+#pragma once
+
+#include "filters/meshio/PlyReader.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace kdstream::test
+{
+
+inline void Require(bool holds, const char* what)
+{
+  if (!holds)
+  {
+    std::fprintf(stderr, "broken promise: %s\n", what);
+    std::abort();
+  }
+}
+
+// A file in memory that holds the bytes; it is gone when the object is.
+class MemoryFile
+{
+public:
+  explicit MemoryFile(std::string_view bytes)
+    : Descriptor(memfd_create("hostile.ply", MFD_CLOEXEC))
+  {
+    Require(this->Descriptor >= 0, "memfd_create");
+    Require(
+      write(this->Descriptor, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()),
+      "write");
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { close(this->Descriptor); }
+
+  std::string Name() const { return "/proc/self/fd/" + std::to_string(this->Descriptor); }
+
+private:
+  int Descriptor;
+};
+
+// Reads all there is, `limit` records at a time. True if it is a mesh; aborts if a promise is
+// broken.
+inline bool ReadHostilePly(const MemoryFile& file, std::size_t limit)
+{
+  Result<ByteSource> source = ByteSource::Open(file.Name());
+  Require(source.HasValue(), "the file can be opened");
+  Result<std::unique_ptr<MeshReader>> opened = PlyReader::Open(std::move(*source));
+  if (!opened)
+  {
+    Require(!opened.GetError().message.empty(), "an error has a message");
+    return false;
+  }
+  MeshReader& reader = **opened;
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+  std::uint64_t faces = 0;
+  for (const bool vertices : { true, false })
+  {
+    for (std::size_t read = 1; read > 0;)
+    {
+      const Result<std::size_t> result =
+        vertices ? reader.ReadVertices(points, limit) : reader.ReadTriangles(triangles, limit);
+      Require(reader.Position() <= reader.FileSize(), "the position lies in the file");
+      if (!result)
+      {
+        Require(!result.GetError().message.empty(), "an error has a message");
+        return false;
+      }
+      Require(*result <= limit, "no more than asked for");
+      read = *result;
+      faces += vertices ? 0 : read;
+    }
+  }
+  Require(points.size() == reader.Info().vertices, "all vertices come");
+  Require(faces == reader.Info().faces, "all faces come");
+  for (const Vec3& point : points)
+  {
+    Require(std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]),
+      "coordinates are finite");
+  }
+  for (const Triangle& triangle : triangles)
+  {
+    Require(
+      triangle[0] < points.size() && triangle[1] < points.size() && triangle[2] < points.size(),
+      "indices are in range");
+  }
+  return true;
+}
+
+}

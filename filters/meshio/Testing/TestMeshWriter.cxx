@@ -1,0 +1,330 @@
+// MeshWriter: every format is read back by a few lines of its own here, exactly.
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/MeshWriter.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <locale>
+#include <random>
+#include <sstream>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+Mesh RandomMesh(unsigned seed, ScalarType type, std::size_t points, std::size_t triangles)
+{
+  std::mt19937_64 random(seed);
+  Mesh mesh;
+  mesh.scalarType = type;
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    Vec3 point{};
+    for (double& value : point)
+    {
+      const float single = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+      const double wide = std::bit_cast<double>(random());
+      value = type == ScalarType::Float32 ? static_cast<double>(single) : wide;
+      value = std::isfinite(value) ? value : -0.0;
+    }
+    mesh.points.push_back(point);
+  }
+  for (std::size_t i = 0; i < triangles; ++i)
+  {
+    Triangle& triangle = mesh.triangles.emplace_back();
+    for (VertexId& corner : triangle)
+    {
+      corner = static_cast<VertexId>(random() % points);
+    }
+  }
+  return mesh;
+}
+
+std::vector<Mesh> Meshes()
+{
+  std::vector<Mesh> meshes;
+  for (const ScalarType type : { ScalarType::Float32, ScalarType::Float64 })
+  {
+    meshes.push_back(RandomMesh(1, type, 0, 0));
+    meshes.push_back(RandomMesh(2, type, 1, 0));
+    meshes.push_back(RandomMesh(3, type, 1, 1));
+    meshes.push_back(RandomMesh(4, type, 500, 0));
+    meshes.push_back(RandomMesh(5, type, 50000, 120000));
+  }
+  return meshes;
+}
+
+void ExpectSame(const Mesh& a, const Mesh& b)
+{
+  EXPECT_EQ(a.scalarType, b.scalarType);
+  ASSERT_EQ(a.points.size(), b.points.size());
+  EXPECT_TRUE(a.points.empty() ||
+              std::memcmp(a.points.data(), b.points.data(), a.points.size() * sizeof(Vec3)) == 0);
+  EXPECT_EQ(a.triangles, b.triangles);
+}
+
+std::string Written(const Mesh& mesh, const std::string& name)
+{
+  const ScratchFolder folder;
+  const Status written = WriteMesh(folder.File(name), mesh);
+  EXPECT_TRUE(written) << written.GetError().message;
+  EXPECT_EQ(folder.CountFiles(), 1U);
+  return written ? ScratchFolder::Read(folder.File(name)) : "";
+}
+
+// A number as text in the type of the mesh.
+double FromText(const std::string& word, ScalarType type)
+{
+  return type == ScalarType::Float32 ? static_cast<double>(std::strtof(word.c_str(), nullptr))
+                                     : std::strtod(word.c_str(), nullptr);
+}
+
+template <class T>
+T FromBytes(const std::string& bytes, std::size_t at)
+{
+  EXPECT_LE(at + sizeof(T), bytes.size());
+  T value{};
+  std::memcpy(&value, bytes.data() + at, at + sizeof(T) <= bytes.size() ? sizeof(T) : 0);
+  return value;
+}
+
+std::size_t After(const std::string& text, const std::string& what, std::size_t from = 0)
+{
+  const std::size_t at = text.find(what, from);
+  EXPECT_NE(at, std::string::npos) << what;
+  return at == std::string::npos ? text.size() : at + what.size();
+}
+
+}
+
+TEST(MeshWriter, WritesPlyThatReadsBack)
+{
+  for (const Mesh& mesh : Meshes())
+  {
+    const ScratchFolder folder;
+    const auto file = folder.File("mesh.ply");
+    ASSERT_TRUE(WriteMesh(file, mesh));
+    Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+    ASSERT_TRUE(reader) << reader.GetError().message;
+    Mesh back;
+    back.scalarType = (*reader)->Info().scalarType;
+    ASSERT_TRUE((*reader)->ReadVertices(back.points, SIZE_MAX));
+    ASSERT_TRUE((*reader)->ReadTriangles(back.triangles, SIZE_MAX));
+    ExpectSame(back, mesh);
+    EXPECT_EQ((*reader)->Position(), (*reader)->FileSize());
+  }
+}
+
+TEST(MeshWriter, WritesObjThatReadsBack)
+{
+  for (const Mesh& mesh : Meshes())
+  {
+    std::istringstream text(Written(mesh, "mesh.OBJ"));
+    Mesh back;
+    back.scalarType = mesh.scalarType;
+    std::string word;
+    while (text >> word)
+    {
+      std::string a;
+      std::string b;
+      std::string c;
+      text >> a >> b >> c;
+      if (word == "v")
+      {
+        back.points.push_back({ FromText(a, mesh.scalarType), FromText(b, mesh.scalarType),
+          FromText(c, mesh.scalarType) });
+      }
+      else
+      {
+        ASSERT_EQ(word, "f");
+        back.triangles.push_back({ static_cast<VertexId>(std::stoul(a) - 1),
+          static_cast<VertexId>(std::stoul(b) - 1), static_cast<VertexId>(std::stoul(c) - 1) });
+      }
+    }
+    ExpectSame(back, mesh);
+  }
+}
+
+TEST(MeshWriter, WritesVrmlThatReadsBack)
+{
+  for (const Mesh& mesh : Meshes())
+  {
+    const std::string text = Written(mesh, "mesh.wrl");
+    EXPECT_TRUE(text.starts_with("#VRML V2.0 utf8\n"));
+    EXPECT_EQ(text.find("PointSet") != std::string::npos, mesh.triangles.empty());
+    Mesh back;
+    back.scalarType = mesh.scalarType;
+    std::istringstream points(text.substr(After(text, "point [")));
+    std::string word;
+    for (std::size_t k = 0; points >> word && word != "]"; ++k)
+    {
+      if (k % 3 == 0)
+      {
+        back.points.emplace_back();
+      }
+      back.points.back()[k % 3] = FromText(word, mesh.scalarType);
+    }
+    if (!mesh.triangles.empty())
+    {
+      std::istringstream corners(text.substr(After(text, "coordIndex [")));
+      VertexId a = 0;
+      VertexId b = 0;
+      VertexId c = 0;
+      int end = 0;
+      while (corners >> a >> b >> c >> end)
+      {
+        EXPECT_EQ(end, -1);
+        back.triangles.push_back({ a, b, c });
+      }
+    }
+    EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
+    ExpectSame(back, mesh);
+  }
+}
+
+TEST(MeshWriter, WritesStlWithCornersAndNormals)
+{
+  for (const Mesh& mesh : Meshes())
+  {
+    const std::string bytes = Written(mesh, "mesh.stl");
+    ASSERT_EQ(bytes.size(), 84 + 50 * mesh.triangles.size());
+    EXPECT_FALSE(bytes.starts_with("solid"));
+    EXPECT_EQ(FromBytes<std::uint32_t>(bytes, 80), mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    {
+      for (std::size_t corner = 0; corner < 3; ++corner)
+      {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          const float value = FromBytes<float>(bytes, 84 + 50 * i + 12 * (corner + 1) + 4 * k);
+          ASSERT_EQ(value, static_cast<float>(mesh.points[mesh.triangles[i][corner]][k]));
+        }
+      }
+    }
+  }
+  Mesh mesh;
+  mesh.points = { { 0, 0, 0 }, { 2, 0, 0 }, { 0, 3, 0 } };
+  mesh.triangles = { { 0, 1, 2 }, { 0, 2, 1 }, { 0, 1, 1 } };
+  const std::string bytes = Written(mesh, "mesh.stl");
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(FromBytes<float>(bytes, 84 + 50 * i), 0);
+    EXPECT_EQ(FromBytes<float>(bytes, 84 + 50 * i + 4), 0);
+    EXPECT_EQ(FromBytes<float>(bytes, 84 + 50 * i + 8), (std::array{ 1.0F, -1.0F, 0.0F })[i]);
+  }
+}
+
+// The appended arrays lie where the XML says.
+TEST(MeshWriter, WritesVtpThatReadsBack)
+{
+  for (const Mesh& mesh : Meshes())
+  {
+    const std::string text = Written(mesh, "mesh.vtp");
+    const bool cloud = mesh.triangles.empty();
+    const bool single = mesh.scalarType == ScalarType::Float32;
+    const std::size_t data = After(text, "<AppendedData encoding=\"raw\">\n_");
+    // Where an array's bytes are, and how many the XML leaves for it.
+    const auto arrayOf = [&](const std::string& name, std::uint64_t bytes)
+    {
+      const std::size_t tag = text.find("Name=\"" + name + "\"");
+      const std::size_t at = data + std::stoul(text.substr(After(text, "offset=\"", tag)));
+      EXPECT_EQ(FromBytes<std::uint64_t>(text, at), bytes) << name;
+      return at + sizeof(std::uint64_t);
+    };
+    EXPECT_NE(text.find("header_type=\"UInt64\""), std::string::npos);
+    EXPECT_NE(text.find("NumberOfPoints=\"" + std::to_string(mesh.points.size()) + "\""),
+      std::string::npos);
+    EXPECT_NE(text.find("NumberOfPolys=\"" + std::to_string(mesh.triangles.size()) + "\""),
+      std::string::npos);
+    const std::size_t cells = cloud ? mesh.points.size() : mesh.triangles.size();
+    EXPECT_NE(
+      text.find("NumberOfVerts=\"" + std::to_string(cloud ? cells : 0) + "\""), std::string::npos);
+
+    Mesh back;
+    back.scalarType = mesh.scalarType;
+    const std::size_t scalarSize = single ? 4 : 8;
+    const std::size_t points = arrayOf("Points", mesh.points.size() * 3 * scalarSize);
+    for (std::size_t i = 0; i < mesh.points.size() * 3; ++i)
+    {
+      if (i % 3 == 0)
+      {
+        back.points.emplace_back();
+      }
+      back.points.back()[i % 3] = single
+                                    ? static_cast<double>(FromBytes<float>(text, points + 4 * i))
+                                    : FromBytes<double>(text, points + 8 * i);
+    }
+    const std::size_t corners = cloud ? 1 : 3;
+    const std::size_t connectivity = arrayOf("connectivity", cells * corners * 8);
+    const std::size_t offsets = arrayOf("offsets", cells * 8);
+    for (std::size_t i = 0; i < cells; ++i)
+    {
+      ASSERT_EQ(FromBytes<std::uint64_t>(text, offsets + 8 * i), (i + 1) * corners);
+      const auto corner = [&](std::size_t k)
+      {
+        return static_cast<VertexId>(
+          FromBytes<std::uint64_t>(text, connectivity + 8 * (i * corners + k)));
+      };
+      if (cloud)
+      {
+        ASSERT_EQ(corner(0), i);
+      }
+      else
+      {
+        back.triangles.push_back({ corner(0), corner(1), corner(2) });
+      }
+    }
+    ExpectSame(back, mesh);
+    EXPECT_TRUE(text.ends_with("</VTKFile>\n"));
+  }
+}
+
+TEST(MeshWriter, WritesTheSameInEveryLocale)
+{
+  struct Comma : std::numpunct<char>
+  {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const Mesh mesh = RandomMesh(8, ScalarType::Float32, 2000, 3000);
+  const std::string plain = Written(mesh, "mesh.obj");
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+  const std::string other = Written(mesh, "mesh.obj");
+  std::locale::global(before);
+  EXPECT_EQ(plain, other);
+}
+
+TEST(MeshWriter, RefusesWhatItCannotWrite)
+{
+  const ScratchFolder folder;
+  Mesh mesh = RandomMesh(9, ScalarType::Float32, 8, 4);
+  for (const std::string name : { "mesh.glb", "mesh", "mesh.ply.gz" })
+  {
+    const Status written = WriteMesh(folder.File(name), mesh);
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.GetError().code, ErrorCode::Unsupported);
+    EXPECT_NE(
+      written.GetError().message.find("names no format that can be written"), std::string::npos);
+  }
+  const Status missing = WriteMesh(folder.File("no/mesh.ply"), mesh);
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.GetError().code, ErrorCode::InputOutput);
+  mesh.triangles[2][1] = 8;
+  for (const std::string ending : { ".ply", ".stl", ".obj", ".vtp", ".wrl" })
+  {
+    const Status written = WriteMesh(folder.File("mesh" + ending), mesh);
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.GetError().code, ErrorCode::InvalidInput);
+    EXPECT_EQ(written.GetError().message, "triangle 2: index 8 out of range (8 vertices)");
+  }
+  EXPECT_EQ(folder.CountFiles(), 0U);
+}
+
+}

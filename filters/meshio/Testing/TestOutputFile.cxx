@@ -1,0 +1,133 @@
+// OutputFile: whole or not at all, and the first error is the one that is told.
+#include "filters/meshio/OutputFile.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+namespace kdstream::test
+{
+
+TEST(OutputFile, AppearsWholeUnderItsName)
+{
+  const ScratchFolder folder;
+  const auto file = folder.Write("out.bin", "the old content");
+  {
+    OutputFile output;
+    ASSERT_TRUE(output.Open(file));
+    for (int i = 0; i < 300000; ++i)
+    {
+      output.WriteText(static_cast<float>(i) * 0.1F);
+      output.Write("\n");
+      output.WriteLittleEndian(static_cast<std::uint32_t>(i));
+    }
+    EXPECT_EQ(ScratchFolder::Read(file), "the old content") << "nothing is seen before Finish";
+    ASSERT_TRUE(output.Finish());
+  }
+  EXPECT_EQ(folder.CountFiles(), 1U);
+  const std::string bytes = ScratchFolder::Read(file);
+  std::size_t at = 0;
+  for (int i = 0; i < 300000; ++i)
+  {
+    const std::size_t end = bytes.find('\n', at);
+    ASSERT_NE(end, std::string::npos);
+    ASSERT_EQ(std::stof(bytes.substr(at, end - at)), static_cast<float>(i) * 0.1F);
+    for (int k = 0; k < 4; ++k)
+    {
+      ASSERT_EQ(static_cast<unsigned char>(bytes[end + 1 + static_cast<std::size_t>(k)]),
+        (i >> (8 * k)) & 255);
+    }
+    at = end + 5;
+  }
+  EXPECT_EQ(at, bytes.size());
+}
+
+TEST(OutputFile, GetsThePermissionsOfANewFile)
+{
+  const ScratchFolder folder;
+  const mode_t before = umask(027);
+  OutputFile output;
+  ASSERT_TRUE(output.Open(folder.File("out.bin")));
+  ASSERT_TRUE(output.Finish());
+  umask(before);
+  struct stat status = {};
+  ASSERT_EQ(stat(folder.File("out.bin").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0640U);
+}
+
+TEST(OutputFile, LeavesNothingWhenItIsNotFinished)
+{
+  const ScratchFolder folder;
+  const auto file = folder.Write("out.bin", "old");
+  {
+    OutputFile output;
+    ASSERT_TRUE(output.Open(file));
+    output.Write(std::string(3 << 20, 'x'));
+  }
+  EXPECT_EQ(folder.CountFiles(), 1U);
+  EXPECT_EQ(ScratchFolder::Read(file), "old");
+}
+
+TEST(OutputFile, StepsAsideForATemporaryFileOfAnother)
+{
+  const ScratchFolder folder;
+  const std::string other = "out.bin.tmp-" + std::to_string(getpid()) + "-0";
+  folder.Write(other, "not mine");
+  OutputFile output;
+  ASSERT_TRUE(output.Open(folder.File("out.bin")));
+  output.Write("mine");
+  ASSERT_TRUE(output.Finish());
+  EXPECT_EQ(ScratchFolder::Read(folder.File("out.bin")), "mine");
+  EXPECT_EQ(ScratchFolder::Read(folder.File(other)), "not mine");
+}
+
+TEST(OutputFile, SaysWhyItCannotBeOpened)
+{
+  const ScratchFolder folder;
+  OutputFile missing;
+  const Status noFolder = missing.Open(folder.File("no/out.bin"));
+  ASSERT_FALSE(noFolder);
+  EXPECT_EQ(noFolder.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(noFolder.GetError().message, "cannot be written: No such file or directory");
+
+  OutputFile special;
+  const Status device = special.Open("/dev/null");
+  ASSERT_FALSE(device);
+  EXPECT_EQ(device.GetError().message, "cannot be written: it is not a regular file");
+  OutputFile onFolder;
+  EXPECT_FALSE(onFolder.Open(folder.File(".")));
+}
+
+// A limit on the size of files stands in for a full disk.
+TEST(OutputFile, SaysThatTheDiskIsFullAndRemovesItsFile)
+{
+  const ScratchFolder folder;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  rlimit small = before;
+  small.rlim_cur = 1 << 20;
+  const auto oldHandler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  Status finished;
+  {
+    OutputFile output;
+    EXPECT_TRUE(output.Open(folder.File("out.bin")));
+    for (int i = 0; i < 5; ++i)
+    {
+      output.Write(std::string(1 << 20, 'x'));
+    }
+    finished = output.Finish();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, oldHandler);
+  ASSERT_FALSE(finished);
+  EXPECT_EQ(finished.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(finished.GetError().message, "cannot be written: File too large");
+  EXPECT_EQ(folder.CountFiles(), 0U);
+}
+
+}

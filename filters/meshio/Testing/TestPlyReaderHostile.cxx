@@ -1,0 +1,182 @@
+// PlyReader on damaged files: thousands of seeded mutations of good ones. It must not crash, must
+// keep its promises where it accepts a file, and must never take memory for what is not there:
+// every allocation is counted.
+#include "filters/meshio/Testing/RandomPly.h"
+#include "filters/meshio/Testing/ReadHostilePly.h"
+
+#include <gtest/gtest.h>
+
+#include <malloc.h>
+#include <new>
+
+namespace
+{
+
+std::size_t liveBytes = 0;
+std::size_t peakBytes = 0;
+
+void* CountedAllocation(std::size_t size)
+{
+  void* memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr)
+  {
+    throw std::bad_alloc();
+  }
+  liveBytes += malloc_usable_size(memory);
+  peakBytes = std::max(peakBytes, liveBytes);
+  return memory;
+}
+
+void CountedRelease(void* memory) noexcept
+{
+  if (memory != nullptr)
+  {
+    liveBytes -= malloc_usable_size(memory);
+    std::free(memory);
+  }
+}
+
+}
+
+void* operator new(std::size_t size)
+{
+  return CountedAllocation(size);
+}
+void* operator new[](std::size_t size)
+{
+  return CountedAllocation(size);
+}
+void operator delete(void* memory) noexcept
+{
+  CountedRelease(memory);
+}
+void operator delete[](void* memory) noexcept
+{
+  CountedRelease(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept
+{
+  CountedRelease(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept
+{
+  CountedRelease(memory);
+}
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+// True if the file is a mesh. Memory while it is read, all at once: the block (at most the file), a
+// header's names, and triangles of 12 bytes for indices of one byte in a vector that grows by
+// doubling.
+bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
+{
+  const MemoryFile file(bytes);
+  const std::size_t before = liveBytes;
+  peakBytes = liveBytes;
+  const bool isMesh = ReadHostilePly(file, limit);
+  const std::size_t used = peakBytes - before;
+  EXPECT_LE(used, std::size_t{ 16 } * 1024 + 60 * bytes.size()) << bytes.size() << " bytes";
+  EXPECT_EQ(liveBytes, before) << "everything is given back";
+  return isMesh;
+}
+
+const std::vector<std::string> numbers{ "0", "-1", "1", "255", "256", "65536", "2147483648",
+  "4294967294", "4294967295", "4294967296", "9223372036854775807", "9223372036854775808",
+  "18446744073709551615", "1e999", "nan" };
+const std::vector<std::string> lines{ "element vertex 4294967294\n",
+  "element face 18446744073709551615\n", "property list uint uint vertex_indices\n",
+  "property list int char vertex_index\n", "property double x\n", "property list uchar double y\n",
+  "element void 18446744073709551615\n", "element tristrips 3\n", "end_header\n",
+  "format binary_big_endian 1.0\n", "comment\n" };
+
+void Mutate(std::string& bytes, RandomPlyMaker& maker)
+{
+  const std::size_t at = maker.Pick(bytes.size());
+  switch (maker.Pick(8))
+  {
+    case 0: // one bit
+      bytes[at] = static_cast<char>(bytes[at] ^ (1 << maker.Pick(8)));
+      break;
+    case 1: // one byte
+      bytes[at] = static_cast<char>(maker.Pick(256));
+      break;
+    case 2: // the end is missing
+      bytes.resize(at + 1);
+      break;
+    case 3: // a part is missing
+      bytes.erase(at, 1 + maker.Pick(16));
+      break;
+    case 4: // a part is there twice
+      bytes.insert(maker.Pick(bytes.size()), bytes.substr(at, 1 + maker.Pick(64)));
+      break;
+    case 5: // four bytes that are all ones
+      bytes.replace(at, 4, "\xff\xff\xff\xff");
+      break;
+    case 6: // a number of the text
+    {
+      const std::size_t digit = std::min(bytes.find_first_of("0123456789", at), bytes.size());
+      const std::size_t end = std::min(bytes.find_first_not_of("0123456789", digit), bytes.size());
+      bytes.replace(digit, end - digit, maker.PickOf(numbers));
+      break;
+    }
+    default: // a line of the header
+      bytes.insert(std::min(bytes.find('\n', at / 4) + 1, bytes.size()), maker.PickOf(lines));
+  }
+}
+
+}
+
+TEST(PlyReaderHostile, TakesNoMemoryForWhatAHeaderClaims)
+{
+  const std::string xyz = "property uchar x\nproperty uchar y\nproperty uchar z\n";
+  for (const std::string format : { "ascii", "binary_little_endian", "binary_big_endian" })
+  {
+    for (const std::string count : { "4294967294", "9223372036854775808", "18446744073709551615" })
+    {
+      const std::string start = "ply\nformat " + format + " 1.0\n";
+      const std::string faces =
+        "element face " + count + "\nproperty list uint int vertex_indices\n";
+      EXPECT_FALSE(ReadWithinMemory(
+        start + "element vertex " + count + "\n" + xyz + "end_header\n1 2 3 ", SIZE_MAX));
+      EXPECT_FALSE(ReadWithinMemory(
+        start + "element vertex 1\n" + xyz + faces + "end_header\n1 2 3\n", SIZE_MAX));
+      EXPECT_FALSE(ReadWithinMemory(
+        start + faces + "element vertex 1\n" + xyz + "end_header\n1 2 3\n", SIZE_MAX));
+      EXPECT_TRUE(ReadWithinMemory(
+        start + "element void " + count + "\nelement vertex 1\n" + xyz + "end_header\n1 2 3\n",
+        SIZE_MAX));
+    }
+  }
+}
+
+TEST(PlyReaderHostile, SurvivesMutatedFiles)
+{
+  int accepted = 0;
+  int refused = 0;
+  for (unsigned seed = 0; seed < 300; ++seed)
+  {
+    RandomPlyMaker maker(seed);
+    const std::string good = maker.Make(1 + maker.Pick(40)).bytes;
+    ASSERT_TRUE(ReadWithinMemory(good, SIZE_MAX)) << "seed " << seed;
+    for (int round = 0; round < 150; ++round)
+    {
+      std::string bytes = good;
+      for (std::uint64_t count = 1 + maker.Pick(4); count > 0 && !bytes.empty(); --count)
+      {
+        Mutate(bytes, maker);
+      }
+      const bool whole = ReadWithinMemory(bytes, SIZE_MAX);
+      ASSERT_EQ(whole, ReadWithinMemory(bytes, 1 + maker.Pick(5)))
+        << "seed " << seed << ", round " << round;
+      ++(whole ? accepted : refused);
+    }
+  }
+  EXPECT_GT(accepted, 1000) << "too few mutants are meshes: the promises were not tested";
+  EXPECT_GT(refused, 1000) << "too few mutants are refused: the errors were not tested";
+}
+
+}
