@@ -91,7 +91,10 @@ Result<std::string_view> ByteSource::Peek(std::size_t wanted)
     this->Buffer.resize(
       static_cast<std::size_t>(std::min<std::uint64_t>(blockSize, this->FileSize)));
     const std::size_t kept = this->End - this->Begin;
-    std::memmove(this->Buffer.data(), this->Buffer.data() + this->Begin, kept);
+    if (kept > 0)
+    {
+      std::memmove(this->Buffer.data(), this->Buffer.data() + this->Begin, kept);
+    }
     this->BufferOffset += this->Begin;
     this->Begin = 0;
     this->End = kept;
