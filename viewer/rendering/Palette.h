@@ -18,6 +18,6 @@ Color PartitionColor(std::uint32_t partition);
 Color ResolutionColor(Resolution resolution);
 
 // The stone that everything without a colour of its own is made of.
-inline constexpr Color stoneColor{ 214, 206, 192 };
+inline constexpr Color stoneColor{ 217, 208, 192 };
 
 }

@@ -1,6 +1,7 @@
 // Draws one surface in a VTK renderer: see SurfaceScene.h.
 #include "viewer/rendering/SurfaceScene.h"
 
+#include "viewer/rendering/CloudShading.h"
 #include "viewer/rendering/Palette.h"
 #include "viewer/rendering/VertexNormals.h"
 
@@ -8,6 +9,8 @@
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
+
+#include <vtkCommand.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkOpenGLPolyDataMapper.h>
@@ -17,6 +20,8 @@
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
+#include <vtkRenderStepsPass.h>
+#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkTypeInt32Array.h>
@@ -162,9 +167,9 @@ void AddLight(vtkRenderer& renderer, const Vec3& position, const Vec3& color, do
 void SetUpLights(vtkRenderer& renderer)
 {
   renderer.AutomaticLightCreationOff();
-  AddLight(renderer, { -0.7, 0.9, 0.8 }, { 1.0, 0.98, 0.94 }, 0.72);
-  AddLight(renderer, { 1.0, 0.1, 0.6 }, { 0.86, 0.92, 1.0 }, 0.22);
-  AddLight(renderer, { 0.0, 0.0, 1.0 }, { 1.0, 1.0, 1.0 }, 0.22);
+  AddLight(renderer, { -0.7, 0.9, 0.8 }, { 1.0, 0.98, 0.94 }, 0.95);
+  AddLight(renderer, { 1.0, 0.1, 0.6 }, { 0.84, 0.91, 1.0 }, 0.3);
+  AddLight(renderer, { 0.0, 0.0, 1.0 }, { 1.0, 1.0, 1.0 }, 0.12);
 }
 
 void SetUpBackground(vtkRenderer& renderer)
@@ -178,10 +183,10 @@ void SetUpMaterial(vtkActor& actor)
 {
   vtkProperty* front = actor.GetProperty();
   front->SetColor(stoneColor[0] / 255.0, stoneColor[1] / 255.0, stoneColor[2] / 255.0);
-  front->SetAmbient(0.08);
+  front->SetAmbient(0.06);
   front->SetDiffuse(0.88);
-  front->SetSpecular(0.1);
-  front->SetSpecularPower(24.0);
+  front->SetSpecular(0.14);
+  front->SetSpecularPower(30.0);
 }
 
 }
@@ -199,13 +204,22 @@ SurfaceScene::SurfaceScene()
   {
     openGl->SetVBOShiftScaleMethod(vtkOpenGLVertexBufferObject::DISABLE_SHIFT_SCALE);
   }
+  const vtkNew<vtkRenderStepsPass> usual;
+  this->PointShading->SetDelegatePass(usual);
   this->Actor->SetMapper(this->Mapper);
   this->SceneRenderer->AddActor(this->Actor);
   this->SetStyle(SceneStyle{});
   this->ApplyCamera();
+  // Just before drawing, when the size of the window is known.
+  this->PointSizeObserver =
+    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::ApplyPointSize);
 }
 
-SurfaceScene::~SurfaceScene() = default;
+// The renderer lives on in a window that lives on.
+SurfaceScene::~SurfaceScene()
+{
+  this->SceneRenderer->RemoveObserver(this->PointSizeObserver);
+}
 
 Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, const Vec3& center)
 {
@@ -251,9 +265,27 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
       this->CellResolutions[i] = std::max(this->CellResolutions[i], source.resolution);
     }
   }
+  this->ShadeAsCloud(isCloud && cells > 0);
   this->ApplyColors();
   this->ApplyCamera();
   return {};
+}
+
+// Points have no normals to be lit by.
+void SurfaceScene::ShadeAsCloud(bool isCloud)
+{
+  if (isCloud)
+  {
+    this->SceneRenderer->SetPass(this->PointShading);
+    return;
+  }
+  vtkRenderWindow* window = this->SceneRenderer->GetRenderWindow();
+  if (window && this->SceneRenderer->GetPass())
+  {
+    window->MakeCurrent();
+    this->PointShading->ReleaseGraphicsResources(window);
+  }
+  this->SceneRenderer->SetPass(nullptr);
 }
 
 void SurfaceScene::SetStyle(const SceneStyle& style)
@@ -267,8 +299,27 @@ void SurfaceScene::SetStyle(const SceneStyle& style)
   {
     this->Actor->GetProperty()->SetInterpolationToPhong();
   }
-  this->Actor->GetProperty()->SetPointSize(style.pointSize);
   this->ApplyColors();
+}
+
+// The distance of points spread evenly over half the surface of their box (a terrain fills that of
+// its box, a ball that of its own nearly), as it is seen in the middle of the box.
+void SurfaceScene::ApplyPointSize()
+{
+  float pixels = this->Style.pointSize;
+  if (pixels <= 0.0f && !this->Bounds.Empty())
+  {
+    const Vec3 s = Minus(this->Bounds.hi, this->Bounds.lo);
+    const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
+    const double spacing = std::sqrt(area / static_cast<double>(this->CellResolutions.size()));
+    const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
+    const double distance = 0.5 * (range[0] + range[1]);
+    const double visible = 2.0 * distance * std::tan(0.5 * this->Camera.verticalFieldOfView);
+    const double height = this->SceneRenderer->GetSize()[1];
+    // Half as much again, since they are not spread evenly.
+    pixels = static_cast<float>(std::clamp(1.5 * spacing * height / visible, 4.0, 32.0));
+  }
+  this->Actor->GetProperty()->SetPointSize(pixels);
 }
 
 void SurfaceScene::ApplyColors()

@@ -17,12 +17,15 @@
 #include <vector>
 
 class vtkActor;
+
 class vtkPolyData;
 class vtkPolyDataMapper;
 class vtkRenderer;
 
 namespace kdstream
 {
+
+class CloudShading;
 
 enum class SurfaceColoring
 {
@@ -35,7 +38,7 @@ struct SceneStyle
 {
   SurfaceColoring coloring = SurfaceColoring::Stone;
   bool flat = false;      // a normal a triangle instead of one a vertex
-  float pointSize = 3.0f; // pixels, for point clouds
+  float pointSize = 0.0f; // pixels, for point clouds; 0: so that neighbours touch
 };
 
 // Where one looks from, in the model's coordinates.
@@ -79,11 +82,14 @@ public:
 private:
   void ApplyCamera();
   void ApplyColors();
+  void ShadeAsCloud(bool isCloud);
+  void ApplyPointSize();
 
   vtkNew<vtkRenderer> SceneRenderer;
   vtkNew<vtkActor> Actor;
   vtkNew<vtkPolyDataMapper> Mapper;
   vtkNew<vtkPolyData> Drawn;
+  vtkNew<CloudShading> PointShading;
 
   SceneStyle Style;
   SceneCamera Camera;
@@ -92,6 +98,7 @@ private:
   // One entry a drawn cell (triangle, or point of a cloud).
   std::vector<std::optional<std::uint32_t>> CellPartitions;
   std::vector<Resolution> CellResolutions;
+  unsigned long PointSizeObserver = 0;
 };
 
 }

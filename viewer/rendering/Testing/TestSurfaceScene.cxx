@@ -249,22 +249,91 @@ TEST(SurfaceScene, DrawsFlatTrianglesOnRequest)
 
 TEST(SurfaceScene, DrawsCloudsAsPoints)
 {
-  Surface cloud = BumpySphere(60);
-  cloud.triangles.clear();
+  // From far and near, many points and few: they close up to the ball that they lie on.
+  for (const std::uint32_t rows : { 20, 60, 200 })
+  {
+    Surface cloud = BumpySphere(rows);
+    cloud.triangles.clear();
+    const Stage stage = MakeStage();
+    const Picture background = Background();
+    for (const double scale : { 1.0, 2.5 })
+    {
+      ASSERT_TRUE(stage.scene->Update(cloud, depths, { 0, 0, 0 }));
+      SceneCamera camera = CameraAt({ 0, 0, 0 });
+      camera.eye = { camera.eye[0] * scale, camera.eye[1] * scale, camera.eye[2] * scale };
+      ASSERT_TRUE(stage.scene->SetCamera(camera));
+      const std::size_t drawn = Compare(stage.Draw(), background).pixels;
+      ASSERT_TRUE(stage.scene->Update(BumpySphere(rows), depths, { 0, 0, 0 }));
+      const std::size_t solid = Compare(stage.Draw(), background).pixels;
+      EXPECT_GT(drawn, solid * 9 / 10) << rows << " " << scale;
+      EXPECT_LT(drawn, solid * 14 / 10) << rows << " " << scale;
+    }
+  }
+}
+
+TEST(SurfaceScene, DrawsPointsOfTheSizeAskedFor)
+{
+  // A single point, whose square stands out.
+  Surface point;
+  point.points = { { 0, 0, 0 } };
+  point.sources = { { Resolution::Original(), 0 } };
   const Stage stage = MakeStage();
-  const Picture background = Background();
-  const std::size_t drawn = Compare(Draw(stage, cloud), background).pixels;
-  EXPECT_GT(drawn, static_cast<std::size_t>(side * side / 4));
-  SceneStyle style;
-  style.pointSize = 1.0f;
-  stage.scene->SetStyle(style);
-  const std::size_t small = Compare(stage.Draw(), background).pixels;
-  EXPECT_GT(small, 1000u);
-  EXPECT_LT(small, drawn * 3 / 4);
-  style.coloring = SurfaceColoring::Partition;
-  style.pointSize = 3.0f;
-  stage.scene->SetStyle(style);
-  EXPECT_GE(DistinctHues(Hues(stage.Draw())), 4u);
+  for (const int size : { 5, 11, 31 })
+  {
+    SceneStyle style;
+    style.pointSize = static_cast<float>(size);
+    style.coloring = SurfaceColoring::Partition;
+    stage.scene->SetStyle(style);
+    const Picture picture = Draw(stage, point);
+    int count = 0;
+    for (int x = 0; x < side; ++x)
+    {
+      count += HueStep(PixelAt(picture, x, side / 2)) >= 0 ? 1 : 0;
+    }
+    EXPECT_NEAR(count, size, 1) << size;
+  }
+}
+
+TEST(SurfaceScene, ShowsTheReliefOfClouds)
+{
+  // A ball in front of a plane, both of points: a dark line goes around the ball.
+  Surface cloud;
+  for (int y = -200; y <= 200; ++y)
+  {
+    for (int x = -200; x <= 200; ++x)
+    {
+      const double radius = std::hypot(x, y);
+      cloud.points.push_back({ x * 0.01, y * 0.01, radius < 50.0 ? 0.5 : 0.0 });
+      cloud.sources.emplace_back();
+    }
+  }
+  const Stage stage = MakeStage();
+  ASSERT_TRUE(stage.scene->Update(cloud, depths, { 0, 0, 0 }));
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 6 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
+  const Picture picture = stage.Draw();
+  double darkest = 255.0;
+  for (int x = side / 2; x < side; ++x)
+  {
+    darkest = std::min(darkest, Brightness(PixelAt(picture, x, side / 2)));
+  }
+  EXPECT_LT(darkest, 0.6 * BrightnessAround(picture, 0.5, 0.5, 5));
+  EXPECT_NEAR(BrightnessAround(picture, 0.5, 0.5, 5), BrightnessAround(picture, 0.9, 0.9, 5), 10.0);
+
+  for (const WindowBackend backend : { WindowBackend::Egl, WindowBackend::OsMesa })
+  {
+    Stage other(backend, side, side);
+    ASSERT_TRUE(other.scene->Update(cloud, depths, { 0, 0, 0 }));
+    ASSERT_TRUE(other.scene->SetCamera({ { 0, 0, 6 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
+    EXPECT_EQ(Compare(other.Draw(), picture).pixels, 0u);
+    for (const auto& [width, height] : { std::pair{ 1, 1 }, { 3, 90 }, { 90, 4 }, { 5, 5 } })
+    {
+      other.window->SetSize(width, height);
+      other.Draw();
+    }
+    other.Draw();
+    // Either may end first with a cloud shown.
+    backend == WindowBackend::Egl ? other.scene.reset() : void(other.window = nullptr);
+  }
 }
 
 TEST(SurfaceScene, ReplacesItsSurface)
