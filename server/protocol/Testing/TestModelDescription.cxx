@@ -1,0 +1,206 @@
+#include "server/protocol/ModelDescription.h"
+
+#include "server/protocol/Testing/RandomMessages.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+using namespace kdstream;
+using namespace kdstream::protocol;
+using Json = nlohmann::json;
+
+namespace
+{
+
+ModelDescription Small()
+{
+  ModelDescription model = RandomMessages(7).Model();
+  model.partitionDepth = 2;
+  model.stitchDepth = 6;
+  model.finestDepth = 7;
+  model.partitions = 4;
+  model.bits = 20;
+  model.levels.assign(8, ResolutionDescription{ 1, 2, 3, 4, 0.5 });
+  model.attributes = { { "Normals", "float32", "point", 3 } };
+  return model;
+}
+
+bool Parses(const Json& json)
+{
+  return ParseModel(json.dump()).HasValue();
+}
+
+}
+
+TEST(TestModelDescription, ComesBackBitForBit)
+{
+  RandomMessages random(6);
+  for (int i = 0; i < 500; ++i)
+  {
+    const auto model = random.Model();
+    const auto parsed = ParseModel(WriteModel(model));
+    ASSERT_TRUE(parsed) << parsed.GetError().message << "\n" << WriteModel(model);
+    EXPECT_EQ(*parsed, model);
+    for (std::size_t k = 0; k < 3; ++k) // == takes -0 for 0
+    {
+      EXPECT_EQ(std::bit_cast<std::uint64_t>(parsed->boxLo[k]),
+        std::bit_cast<std::uint64_t>(model.boxLo[k]));
+    }
+  }
+}
+
+TEST(TestModelDescription, UsesTheDocumentedKeys)
+{
+  const auto json = Json::parse(WriteModel(Small()));
+  for (const char* key : { "id", "digest", "vertices", "triangles", "partitions", "box",
+         "partition_depth", "stitch_depth", "finest_depth", "precision", "primitive", "levels",
+         "original", "title", "credit", "license", "unit", "attributes" })
+  {
+    EXPECT_TRUE(json.contains(key)) << key;
+  }
+  EXPECT_EQ(json["levels"][7]["depth"], 7);
+  EXPECT_EQ(json["precision"]["bits"], 20);
+}
+
+TEST(TestModelDescription, LosslessIsAWord)
+{
+  auto model = Small();
+  model.bits = 0;
+  EXPECT_EQ(Json::parse(WriteModel(model))["precision"]["bits"], "lossless");
+}
+
+TEST(TestModelDescription, EveryMemberIsChecked)
+{
+  const auto good = Json::parse(WriteModel(Small()));
+  ASSERT_TRUE(Parses(good));
+  const std::pair<const char*, Json> wrong[] = {
+    { "/id", "a/b" },
+    { "/id", 5 },
+    { "/digest", "0123" },
+    { "/vertices", 0 },
+    { "/vertices", -1 },
+    { "/vertices", 1.5 },
+    { "/vertices", "7" },
+    { "/triangles", 18446744073709551615ull },
+    { "/partitions", 5 }, // more than 2^2
+    { "/partitions", 0 },
+    { "/partition_depth", 31 },
+    { "/finest_depth", 1 }, // < P
+    { "/stitch_depth", 8 }, // > L
+    { "/stitch_depth", 1 }, // < P
+    { "/box", nullptr },
+    { "/box/lo", Json::array({ 1, 2 }) },
+    { "/box/lo/0", "x" },
+    { "/box/lo/0", 1.7e308 }, // inside out
+    { "/precision/bits", 7 },
+    { "/precision/bits", 25 },
+    { "/precision/bits", "exact" },
+    { "/precision/step", 0 },
+    { "/precision/step", -1.0 },
+    { "/precision/scalar_type", "float16" },
+    { "/primitive", "quads" },
+    { "/levels", Json::object() },
+    { "/levels/3/depth", 4 },
+    { "/levels/3/deviation", -0.5 },
+    { "/levels/3", 7 },
+    { "/original/pieces", "many" },
+    { "/title", std::string(5000, 'x') },
+    { "/attributes/0/type", "complex" },
+    { "/attributes/0/association", "edge" },
+    { "/attributes/0/components", 0 },
+  };
+  for (const auto& [place, value] : wrong)
+  {
+    auto bad = good;
+    bad[Json::json_pointer(place)] = value;
+    EXPECT_FALSE(Parses(bad)) << place << " = " << value;
+  }
+  for (const auto& [key, value] : good.items())
+  {
+    auto bad = good;
+    bad.erase(key);
+    const bool optional = key == "title" || key == "credit" || key == "license" || key == "unit";
+    EXPECT_EQ(Parses(bad), optional) << key;
+  }
+  auto short1 = good;
+  short1["levels"].erase(7);
+  EXPECT_FALSE(Parses(short1));
+  auto more = good;
+  more["later"] = { { "deep", 1 } };
+  EXPECT_TRUE(Parses(more)) << "unknown members are ignored";
+}
+
+TEST(TestModelDescription, NumbersBeyondADoubleAreRefused)
+{
+  auto text = WriteModel(Small());
+  const auto step = text.find("\"step\":");
+  ASSERT_NE(step, std::string::npos);
+  text.replace(step, text.find_first_of(",}", step) - step, "\"step\":1e999");
+  EXPECT_FALSE(ParseModel(text));
+}
+
+TEST(TestModelDescription, HostileTextIsRefusedNotObeyed)
+{
+  EXPECT_FALSE(ParseModel(""));
+  EXPECT_FALSE(ParseModel("null"));
+  EXPECT_FALSE(ParseModel("[]"));
+  EXPECT_FALSE(ParseModel(std::string(maximumModelBytes + 1, ' ')));
+  EXPECT_FALSE(ParseModel(std::string(maximumModelBytes, '['))); // depth must not be recursion
+  std::string nested = "{\"id\":" + std::string(200000, '[') + std::string(200000, ']') + "}";
+  EXPECT_FALSE(ParseModel(nested));
+
+  RandomMessages random(8);
+  const auto text = WriteModel(Small());
+  int whole = 0;
+  for (int i = 0; i < 5000; ++i)
+  {
+    const auto parsed = ParseModel(random.Mutated(text));
+    if (parsed)
+    {
+      ++whole;
+      EXPECT_EQ(*ParseModel(WriteModel(*parsed)), *parsed);
+    }
+  }
+  EXPECT_GT(whole, 20);
+}
+
+TEST(TestModelDescription, TextThatIsNotUtf8IsRepaired)
+{
+  auto model = Small();
+  model.title = "bad \xFF\xC0 text";
+  const auto parsed = ParseModel(WriteModel(model));
+  ASSERT_TRUE(parsed);
+  EXPECT_NE(parsed->title, model.title);
+}
+
+TEST(TestModelDescription, ListComesBack)
+{
+  std::vector<ModelSummary> models;
+  RandomMessages random(9);
+  EXPECT_TRUE(ParseModelList(WriteModelList(models))->empty());
+  for (int i = 0; i < 20; ++i)
+  {
+    models.push_back(Summarize(random.Model()));
+  }
+  const auto parsed = ParseModelList(WriteModelList(models));
+  ASSERT_TRUE(parsed);
+  EXPECT_EQ(*parsed, models);
+  EXPECT_FALSE(ParseModelList("{\"models\":[{\"id\":\"..\"}]}"));
+  EXPECT_FALSE(ParseModelList("{}"));
+  EXPECT_FALSE(ParseModelList("x"));
+}
+
+TEST(TestModelDescription, PieceDepthsAndPreview)
+{
+  ModelDescription model;
+  model.partitionDepth = 3;
+  model.finestDepth = 20;
+  EXPECT_EQ(PieceDepth(model, 5), 0u);
+  EXPECT_EQ(PieceDepth(model, 11), 0u);
+  EXPECT_EQ(PieceDepth(model, 13), 2u);
+  EXPECT_EQ(PieceDepth(model, 20), 3u);
+  EXPECT_EQ(PreviewLevel(model), 11u);
+  model.finestDepth = 4;
+  EXPECT_EQ(PreviewLevel(model), 4u);
+}
