@@ -1,6 +1,8 @@
 #include "filters/app/TbbExecution.h"
 
 #include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -11,12 +13,22 @@ namespace kdstream
 
 Execution MakeTbbExecution(unsigned threads)
 {
-  const auto arena = std::make_shared<tbb::task_arena>(
-    threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads));
-  Execution execution;
-  execution.parallelFor = [arena](std::size_t count, std::size_t grain, const Execution::Body& body)
+  // The control allows as many threads as are asked for, also more than there are cores.
+  struct Threads
   {
-    arena->execute(
+    tbb::global_control allowed;
+    tbb::task_arena arena;
+  };
+  const int count = threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(threads);
+  const auto shared = std::shared_ptr<Threads>(
+    new Threads{ tbb::global_control(
+                   tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)),
+      tbb::task_arena(count) });
+  Execution execution;
+  execution.parallelFor = [shared](
+                            std::size_t count, std::size_t grain, const Execution::Body& body)
+  {
+    shared->arena.execute(
       [&]()
       {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),

@@ -297,16 +297,21 @@ private:
           }
         }
       });
-    for (VertexId v = 0; v < first.size(); ++v)
+    // Coincident vertices form a chain in the order of the cells, so that those of any cell, of any
+    // depth, are a connected part of it.
+    std::vector<VertexId> last(first.size(), noVertex);
+    for (const VertexId v : this->Tree.order)
     {
-      if (first[v] != v && cell[first[v]] == cell[v])
+      VertexId& previous = last[first[v]];
+      if (previous != noVertex && cell[previous] == cell[v])
       {
-        Join(root, first[v], v);
+        Join(root, previous, v);
       }
-      else if (first[v] != v)
+      else if (previous != noVertex)
       {
-        coincident.emplace_back(first[v], v);
+        coincident.emplace_back(previous, v);
       }
+      previous = v;
     }
   }
 

@@ -90,7 +90,7 @@ Result<std::vector<std::uint32_t>> FindRegion(
       const Vec3 c = Centre(box);
       const bool own = (node >> (depths.partition - DepthOfNode(cell))) == cell;
       const Vec3 d{ c[0] - centre[0], c[1] - centre[1], c[2] - centre[2] };
-      found.emplace_back(own ? 0.0 : d[0] * d[0] + d[1] * d[1] + d[2] * d[2],
+      found.emplace_back(own ? -1.0 : d[0] * d[0] + d[1] * d[1] + d[2] * d[2],
         node - (NodeId{ 1 } << depths.partition));
     });
   std::sort(found.begin(), found.end());

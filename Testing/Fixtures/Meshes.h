@@ -1,0 +1,46 @@
+// Meshes that tests are run on: closed surfaces, and inputs that break naive code. All are
+// generated, seeded where they are random, and the same on every machine.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kdstream::fixtures
+{
+
+struct NamedMesh
+{
+  std::string name;
+  Mesh mesh;
+};
+
+// A sphere of 10 × 4^subdivisions + 2 vertices, its radius modulated so that no two places are
+// alike. Closed.
+Mesh DisplacedSphere(unsigned subdivisions, const Vec3& centre = {}, double radius = 1);
+// Closed.
+Mesh Torus(unsigned around, unsigned through);
+// A sphere inside a sphere: two closed surfaces that clustering by cells alone would tie together.
+Mesh NestedSpheres(unsigned subdivisions);
+// A closed plate, `side` × `side` quads above and below, a thousandth as thick as wide.
+Mesh ThinPlate(unsigned side);
+// An open plate in the plane z = 0.1, coordinates on a grid: most of them equal.
+Mesh GridPlate(unsigned side);
+// Random triangles that share no vertex.
+Mesh Soup(unsigned triangles, std::uint32_t seed);
+// Points on a displaced sphere without triangles.
+Mesh Cloud(unsigned subdivisions);
+// Vertices in random order, triangles too: the same surface.
+Mesh Shuffled(const Mesh& mesh, std::uint32_t seed);
+
+// Closed and consistently oriented.
+std::vector<NamedMesh> ClosedMeshes();
+// Everything else that must work: equal coordinates, one vertex, no faces, non-manifold edges,
+// isolated vertices, duplicate and degenerate faces, coincident vertices, huge offsets, doubles.
+std::vector<NamedMesh> HardMeshes();
+// Both.
+std::vector<NamedMesh> AllMeshes();
+
+}

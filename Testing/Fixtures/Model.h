@@ -1,0 +1,40 @@
+// A mesh taken through core, from points to pieces: what most tests of later steps start from.
+#pragma once
+
+#include "filters/core/ClusterLevels.h"
+#include "filters/core/Surface.h"
+#include "filters/core/VertexTree.h"
+
+#include <map>
+#include <memory>
+
+namespace kdstream::fixtures
+{
+
+// Keeps its parts in place: pieces and lookups refer to them.
+struct Model
+{
+  Mesh mesh;
+  KdTree tree;
+  VertexTree vertexTree;
+  std::map<PieceId, Piece> pieces;
+
+  PieceLookup Lookup() const
+  {
+    return [this](PieceId id) -> const Piece*
+    {
+      const auto found = this->pieces.find(id);
+      return found == this->pieces.end() ? nullptr : &found->second;
+    };
+  }
+};
+
+// REQUIRES: a mesh with vertices and valid options.
+std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {},
+  const ClusterOptions& levels = {}, const Execution& execution = {});
+
+// For each original vertex (numbered) the node of the cut above it, found in the whole vertex tree
+// and not in pieces.
+std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut);
+
+}
