@@ -1,0 +1,30 @@
+// What has come from a server, for a session.
+#include "viewer/client/ClientEvent.h"
+
+namespace kdstream
+{
+
+void Deliver(const ClientEvent& event, ViewerSession& session)
+{
+  switch (event.kind)
+  {
+    case ClientEvent::Kind::Opened:
+      session.Opened(event.request, event.model);
+      break;
+    case ClientEvent::Kind::Blob:
+      session.BlobArrived(
+        event.request, event.blob, event.bytes, event.transmissionSeconds, event.fromCache);
+      break;
+    case ClientEvent::Kind::BlobFailed:
+      session.BlobFailed(event.request, event.blob, event.message);
+      break;
+    case ClientEvent::Kind::RequestFailed:
+      session.RequestFailed(event.request, event.message);
+      break;
+    case ClientEvent::Kind::RequestEnded:
+      session.RequestEnded(event.request);
+      break;
+  }
+}
+
+}

@@ -1,0 +1,41 @@
+// What has come from a server, for a session. Between steps "serve" and "decode" of the README's
+// picture.
+#pragma once
+
+#include "server/protocol/BlobId.h"
+#include "server/protocol/ModelDescription.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ClientEvent
+{
+  enum class Kind
+  {
+    Opened,        // `model`
+    Blob,          // `blob`, `bytes`
+    BlobFailed,    // `blob`, `message`
+    RequestFailed, // `message`
+    RequestEnded   // but something is missing
+  };
+  Kind kind = Kind::RequestFailed;
+  std::uint32_t request = 0; // the session's
+  protocol::ModelDescription model;
+  protocol::BlobId blob;
+  std::vector<std::uint8_t> bytes;
+  // Of a Blob: seconds since it was asked for, or since the blob before it had come, whichever is
+  // later.
+  double transmissionSeconds = 0;
+  bool fromCache = false;
+  std::string message;
+};
+
+// Gives the event to the session that asked.
+void Deliver(const ClientEvent& event, ViewerSession& session);
+
+}

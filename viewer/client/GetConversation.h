@@ -1,0 +1,49 @@
+// A session's requests as plain GETs, one blob after the other, for servers without a stream. No
+// sockets, no clock.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ClientEvent.h"
+#include "viewer/client/HttpFetcher.h"
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// The same answers as those of a StreamConversation, also from a static file server.
+class GetConversation
+{
+public:
+  void Send(const SessionRequest& request, double now);
+  // What to get now; nothing while an answer is awaited, or when all is done.
+  std::optional<HttpFetch> Next();
+  // The answer to the last Next. Errors of the connection are the errors of the request.
+  void Receive(const Result<HttpReply>& reply, double now);
+  std::vector<ClientEvent> TakeEvents();
+
+private:
+  struct Item
+  {
+    std::uint32_t request = 0;
+    std::string model; // of an open; else empty
+    protocol::BlobId blob;
+    double asked = 0;
+  };
+
+  std::deque<Item> Waiting;
+  std::optional<Item> Current;
+  bool Cancelled = false; // Current is
+  double LastBlob = 0;
+  std::string Model, Digest; // that is open
+  std::vector<ClientEvent> Events;
+};
+
+// "the server says 404 Not Found: no such blob": the text of a refusal, from the status and the
+// error in the body.
+std::string DescribeRefusal(const HttpReply& reply);
+
+}

@@ -1,0 +1,51 @@
+// GET over one connection that is kept open. Boost stays in the source.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ServerUrl.h"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace boost::asio
+{
+class io_context;
+}
+
+namespace kdstream
+{
+
+struct HttpFetch
+{
+  std::string target;        // a path
+  std::size_t mostBytes = 0; // of the answer's body
+};
+
+struct HttpReply
+{
+  unsigned status = 0;
+  std::string body;
+};
+
+// Fetches one thing at a time; connects when it has to, and once more if the server had closed a
+// connection that was kept. All calls and callbacks are on the context's thread. An answer that
+// makes no progress for 30 s is given up.
+class HttpFetcher
+{
+public:
+  using Handler = std::function<void(Result<HttpReply>)>;
+  HttpFetcher(boost::asio::io_context& context, ServerUrl server);
+  ~HttpFetcher();
+
+  // Errors given to the handler: InputOutput, with the server's address and the system's reason;
+  // LimitExceeded. REQUIRES: the last fetch has been answered.
+  void Fetch(const HttpFetch& fetch, Handler handler);
+
+private:
+  class Connection;
+  std::shared_ptr<Connection> Kept;
+};
+
+}

@@ -1,0 +1,50 @@
+// A session's line to a server: requests out, blobs in, on a thread of its own. Boost stays in the
+// source.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/protocol/ModelDescription.h"
+#include "viewer/client/ClientEvent.h"
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Talks to one server, through its stream, or by GETs where it has none (a static file server).
+//
+// A connection that is lost is made again once at once, and what had not come is asked for again;
+// if that fails too, everything that is outstanding fails with a sentence that says so, and the
+// next Send tries anew. So every request is answered: by all its blobs, or by failures.
+//
+// Threads: Send, Take and Wait may be called from any threads.
+class ServerClient
+{
+public:
+  // Gets the list of models. Blocks until it is there, at most about 40 s.
+  // Errors: those of ParseServerUrl; InputOutput where the server cannot be reached; InvalidInput
+  // where what answers is no KdStream server.
+  static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url);
+  // Ends the connection and the thread.
+  ~ServerClient();
+
+  const std::vector<protocol::ModelSummary>& Models() const { return this->ModelList; }
+
+  void Send(const SessionRequest& request);
+  // What has come since the last call, in order.
+  std::vector<ClientEvent> Take();
+  // Waits until there is something to take; false if there is nothing after that time.
+  bool Wait(std::chrono::milliseconds atMost);
+
+private:
+  class Line;
+  explicit ServerClient(std::unique_ptr<Line> line);
+
+  std::unique_ptr<Line> Kept;
+  std::vector<protocol::ModelSummary> ModelList;
+};
+
+}

@@ -1,0 +1,350 @@
+// A session's requests as messages of the stream, and the server's answers as events.
+#include "viewer/client/StreamConversation.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+using protocol::BlobId;
+using protocol::BlobKind;
+
+// Numbers of a list in one message: with 10 digits each they stay well below
+// maximumClientMessageBytes.
+constexpr std::size_t longestList = 300;
+
+std::vector<std::uint32_t> NumbersOf(const BlobId* begin, const BlobId* end)
+{
+  std::vector<std::uint32_t> numbers;
+  for (const BlobId* blob = begin; blob != end; ++blob)
+  {
+    numbers.push_back(blob->number);
+  }
+  return numbers;
+}
+
+}
+
+void StreamConversation::Send(const SessionRequest& request, double now)
+{
+  using Kind = SessionRequest::Kind;
+  if (request.kind == Kind::Cancel)
+  {
+    this->Cancel(request.id);
+    this->Flush(now);
+    return;
+  }
+  if (request.kind != Kind::Open && !this->Refusal.empty())
+  {
+    this->Fail(request.id, this->Refusal);
+    return;
+  }
+  Debt& debt = this->Outstanding[request.id];
+  debt.open = request.kind == Kind::Open;
+  debt.model = request.model;
+  debt.owed.insert(request.blobs.begin(), request.blobs.end());
+  if (request.kind == Kind::Open)
+  {
+    this->Model = request.model;
+    this->Digest.clear();
+    this->Refusal.clear();
+    this->Queue(request.id, protocol::OpenRequest{ request.model });
+  }
+  else if (request.kind == Kind::Preview)
+  {
+    this->Queue(request.id, protocol::PreviewRequest{});
+  }
+  else if (request.kind == Kind::Region && request.except.size() <= longestList)
+  {
+    this->Queue(request.id, protocol::RegionRequest{ request.cell, request.rings, request.except });
+  }
+  else
+  {
+    this->QueueLists(request.id, request.blobs);
+  }
+  this->Flush(now);
+}
+
+void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientMessage::body) body)
+{
+  if (request != 0)
+  {
+    ++this->Outstanding[request].messages;
+  }
+  this->Waiting.push_back({ request, { 0, std::move(body) }, 0 });
+}
+
+// Asks for blobs one by one: runs of one kind and level, cut where they are too long for a message.
+void StreamConversation::QueueLists(std::uint32_t request, const std::vector<BlobId>& blobs)
+{
+  const BlobId* const end = blobs.data() + blobs.size();
+  for (const BlobId *begin = blobs.data(), *next = begin; begin != end; begin = next)
+  {
+    while (next != end && next->kind == begin->kind && next->level == begin->level &&
+           static_cast<std::size_t>(next - begin) < longestList)
+    {
+      ++next;
+    }
+    std::vector<std::uint32_t> numbers = NumbersOf(begin, next);
+    switch (begin->kind)
+    {
+      case BlobKind::Tree:
+        this->Queue(request, protocol::TreeRequest{ std::move(numbers) });
+        break;
+      case BlobKind::Level:
+        this->Queue(request, protocol::LevelRequest{ begin->level, std::move(numbers) });
+        break;
+      case BlobKind::Partition:
+        this->Queue(request, protocol::PartitionsRequest{ std::move(numbers) });
+        break;
+    }
+  }
+}
+
+void StreamConversation::Cancel(std::uint32_t request)
+{
+  if (this->Outstanding.erase(request) == 0)
+  {
+    return;
+  }
+  std::erase_if(
+    this->Waiting, [request](const Message& message) { return message.request == request; });
+  for (const auto& [wire, message] : this->Unfinished)
+  {
+    // An open cannot be called back; its answer finds nobody.
+    const bool open = std::holds_alternative<protocol::OpenRequest>(message.content.body);
+    if (message.request == request && !open)
+    {
+      this->Messages.push_back(protocol::WriteClientMessage({ wire, protocol::CancelRequest{} }));
+    }
+  }
+}
+
+void StreamConversation::Flush(double now)
+{
+  while (!this->Waiting.empty() && this->Unfinished.size() < mostUnfinished)
+  {
+    Message message = std::move(this->Waiting.front());
+    this->Waiting.pop_front();
+    message.content.request = ++this->LastWire;
+    message.sent = now;
+    this->Messages.push_back(protocol::WriteClientMessage(message.content));
+    this->Unfinished[this->LastWire] = std::move(message);
+  }
+}
+
+Status StreamConversation::ReceiveText(std::string_view text, double now)
+{
+  auto message = protocol::ParseServerMessage(text);
+  if (!message)
+  {
+    return message.GetError();
+  }
+  const std::uint32_t wire = message->request;
+  const auto found = this->Unfinished.find(wire);
+  if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message->body))
+  {
+    if (wire == 0)
+    {
+      return Error{ ErrorCode::InvalidInput, "the server refused: " + error->message };
+    }
+    this->Failed(wire, *error, now);
+  }
+  else if (const auto* opened = std::get_if<protocol::OpenedAnswer>(&message->body))
+  {
+    if (found != this->Unfinished.end())
+    {
+      const std::uint32_t request = found->second.request;
+      this->Unfinished.erase(found);
+      this->Opened(request, opened->model);
+      this->Flush(now);
+    }
+  }
+  else if (std::holds_alternative<protocol::EndAnswer>(message->body))
+  {
+    this->Frames.Forget(wire);
+    this->FinishMessage(wire, now);
+  }
+  return {};
+}
+
+void StreamConversation::Opened(std::uint32_t request, const protocol::ModelDescription& model)
+{
+  const auto debt = this->Outstanding.find(request);
+  if (request == 0 && model.digest != this->Digest)
+  {
+    this->RefuseModel("the model has been replaced on the server; select it again");
+  }
+  else if (debt != this->Outstanding.end() && debt->second.open)
+  {
+    this->Outstanding.erase(debt);
+    this->Digest = model.digest;
+    ClientEvent event;
+    event.kind = ClientEvent::Kind::Opened;
+    event.request = request;
+    event.model = model;
+    this->Events.push_back(std::move(event));
+  }
+}
+
+// An error: of one blob, or the end of a whole message.
+void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now)
+{
+  const auto message = this->Unfinished.find(wire);
+  if (message == this->Unfinished.end())
+  {
+    return;
+  }
+  const std::uint32_t request = message->second.request;
+  const auto debt = this->Outstanding.find(request);
+  ClientEvent event;
+  event.request = request;
+  event.message = answer.message;
+  if (answer.blob)
+  {
+    if (debt != this->Outstanding.end() && debt->second.owed.erase(*answer.blob) != 0)
+    {
+      event.kind = ClientEvent::Kind::BlobFailed;
+      event.blob = *answer.blob;
+      this->Events.push_back(std::move(event));
+    }
+    return;
+  }
+  this->Frames.Forget(wire);
+  this->Unfinished.erase(message);
+  if (request == 0)
+  {
+    this->RefuseModel(answer.message);
+  }
+  else if (debt != this->Outstanding.end())
+  {
+    this->Cancel(request); // its other messages
+    this->Events.push_back(std::move(event));
+  }
+  this->Flush(now);
+}
+
+void StreamConversation::FinishMessage(std::uint32_t wire, double now)
+{
+  const auto message = this->Unfinished.find(wire);
+  if (message == this->Unfinished.end())
+  {
+    return;
+  }
+  const auto debt = this->Outstanding.find(message->second.request);
+  this->Unfinished.erase(message);
+  if (debt != this->Outstanding.end() && --debt->second.messages == 0)
+  {
+    if (!debt->second.owed.empty())
+    {
+      ClientEvent event;
+      event.kind = ClientEvent::Kind::RequestEnded;
+      event.request = debt->first;
+      this->Events.push_back(std::move(event));
+    }
+    this->Outstanding.erase(debt);
+  }
+  this->Flush(now);
+}
+
+Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, double now)
+{
+  const auto frame = protocol::ParseFrame(message);
+  if (!frame)
+  {
+    return frame.GetError();
+  }
+  const auto found = this->Unfinished.find(frame->header.request);
+  if (found == this->Unfinished.end())
+  {
+    return {}; // of a request that has ended
+  }
+  auto blob = this->Frames.Accept(*frame);
+  if (!blob)
+  {
+    return blob.GetError();
+  }
+  if (!*blob)
+  {
+    return {};
+  }
+  const auto debt = this->Outstanding.find(found->second.request);
+  if (debt != this->Outstanding.end() && debt->second.owed.erase((*blob)->id) != 0)
+  {
+    ClientEvent event;
+    event.kind = ClientEvent::Kind::Blob;
+    event.request = debt->first;
+    event.blob = (*blob)->id;
+    event.bytes = std::move((*blob)->bytes);
+    event.transmissionSeconds = now - std::max(found->second.sent, this->LastBlob);
+    this->Events.push_back(std::move(event));
+  }
+  this->LastBlob = now;
+  return {};
+}
+
+void StreamConversation::Restart(double now)
+{
+  this->Waiting.clear();
+  this->Unfinished.clear();
+  this->Messages.clear();
+  this->Frames = {};
+  if (!this->Digest.empty())
+  {
+    this->Queue(0, protocol::OpenRequest{ this->Model });
+  }
+  for (auto& [request, debt] : this->Outstanding)
+  {
+    debt.messages = 0;
+    if (debt.open)
+    {
+      this->Queue(request, protocol::OpenRequest{ debt.model });
+    }
+    else
+    {
+      this->QueueLists(request, { debt.owed.begin(), debt.owed.end() });
+    }
+  }
+  this->Flush(now);
+}
+
+void StreamConversation::FailAll(const std::string& message)
+{
+  for (const auto& [request, debt] : this->Outstanding)
+  {
+    this->Fail(request, message);
+  }
+  this->Outstanding.clear();
+  this->Waiting.clear();
+}
+
+// What was opened is not there any more: pieces of another build must not be mixed with it.
+void StreamConversation::RefuseModel(const std::string& message)
+{
+  this->FailAll(message);
+  this->Refusal = message;
+  this->Digest.clear();
+}
+
+void StreamConversation::Fail(std::uint32_t request, const std::string& message)
+{
+  ClientEvent event;
+  event.request = request;
+  event.message = message;
+  this->Events.push_back(std::move(event));
+}
+
+std::vector<std::string> StreamConversation::TakeMessages()
+{
+  return std::exchange(this->Messages, {});
+}
+
+std::vector<ClientEvent> StreamConversation::TakeEvents()
+{
+  return std::exchange(this->Events, {});
+}
+
+}

@@ -1,0 +1,87 @@
+// A session's requests as messages of the stream, and the server's answers as events. No sockets,
+// no clock.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/protocol/BinaryFrame.h"
+#include "server/protocol/ControlMessage.h"
+#include "viewer/client/ClientEvent.h"
+
+#include <deque>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// One session's side of a WebSocket conversation, over as many connections as it takes.
+//
+// A session's request becomes one message, or several where its list is too long for one; at most
+// `mostUnfinished` of them are on their way at a time, the others wait. What has not come is known
+// at all times, so that a new connection goes on where the old one ended. Times are seconds of any
+// steady clock.
+class StreamConversation
+{
+public:
+  static constexpr std::size_t mostUnfinished = 12; // servers refuse more than 16
+
+  void Send(const SessionRequest& request, double now);
+
+  // What came. Errors: InvalidInput where the server does not keep to the protocol: give the
+  // connection up.
+  Status ReceiveText(std::string_view text, double now);
+  Status ReceiveFrame(std::span<const std::uint8_t> message, double now);
+
+  // A new connection: opens the model again and asks for everything that is still owed.
+  void Restart(double now);
+  // Everything that is owed has failed; the next Send starts a new conversation.
+  void FailAll(const std::string& message);
+
+  // Messages to send, in order, since the last call.
+  std::vector<std::string> TakeMessages();
+  std::vector<ClientEvent> TakeEvents();
+  // Whether anything is owed.
+  bool IsWaiting() const { return !this->Outstanding.empty(); }
+
+private:
+  struct Debt // of the server to one request of the session
+  {
+    bool open = false;
+    std::string model; // of an open
+    std::set<protocol::BlobId> owed;
+    std::size_t messages = 0; // not yet ended
+  };
+  struct Message
+  {
+    std::uint32_t request = 0; // the session's; 0 = ours, to open the model again
+    protocol::ClientMessage content;
+    double sent = 0;
+  };
+
+  void Queue(std::uint32_t request, decltype(protocol::ClientMessage::body) body);
+  void QueueLists(std::uint32_t request, const std::vector<protocol::BlobId>& blobs);
+  void Cancel(std::uint32_t request);
+  void Flush(double now);
+  void FinishMessage(std::uint32_t wire, double now);
+  void Opened(std::uint32_t request, const protocol::ModelDescription& model);
+  void RefuseModel(const std::string& message);
+  void Fail(std::uint32_t request, const std::string& message);
+  void Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now);
+
+  std::map<std::uint32_t, Debt> Outstanding; // by the session's request
+  std::deque<Message> Waiting;
+  std::map<std::uint32_t, Message> Unfinished; // by the message's own number
+  std::uint32_t LastWire = 0;
+  protocol::FrameAssembler Frames;
+  double LastBlob = 0;
+  std::string Model, Digest; // that is open, or was when the connection was lost
+  std::string Refusal;       // why nothing more can be had of it; empty = it can
+  std::vector<std::string> Messages;
+  std::vector<ClientEvent> Events;
+};
+
+}

@@ -1,0 +1,193 @@
+// The WebSocket to a server.
+#include "viewer/client/StreamSocket.h"
+
+#include "server/protocol/ControlMessage.h"
+#include "server/protocol/ResourcePath.h"
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <chrono>
+#include <deque>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+
+constexpr std::chrono::seconds connectTimeout{ 10 };
+// A server that is silent for so long is asked for a sign of life, and given up after as long
+// again.
+constexpr std::chrono::seconds silenceTimeout{ 20 };
+}
+
+class StreamSocket::Connection : public std::enable_shared_from_this<Connection>
+{
+public:
+  Connection(asio::io_context& context, ServerUrl server, Handlers handlers)
+    : Server(std::move(server))
+    , Callbacks(std::move(handlers))
+    , Resolver(context)
+    , Socket(context)
+  {
+  }
+
+  void Connect()
+  {
+    this->Resolver.async_resolve(this->Server.host, this->Server.port,
+      [self = this->shared_from_this()](error_code error, const auto& endpoints)
+      {
+        if (error)
+        {
+          self->End(false, error.message());
+          return;
+        }
+        beast::get_lowest_layer(self->Socket).expires_after(connectTimeout);
+        beast::get_lowest_layer(self->Socket)
+          .async_connect(endpoints, [self](error_code failure, const auto&)
+            { failure ? self->End(false, failure.message()) : self->Handshake(); });
+      });
+  }
+
+  void Send(std::string text)
+  {
+    this->Outgoing.push_back(std::move(text));
+    if (this->Outgoing.size() == 1)
+    {
+      this->Write();
+    }
+  }
+
+  void Close()
+  {
+    this->Callbacks = {};
+    this->Resolver.cancel();
+    beast::get_lowest_layer(this->Socket).close();
+  }
+
+private:
+  void Handshake()
+  {
+    beast::get_lowest_layer(this->Socket).expires_never(); // the WebSocket has its own
+    websocket::stream_base::timeout timeout;
+    timeout.handshake_timeout = connectTimeout;
+    timeout.idle_timeout = silenceTimeout * 2;
+    timeout.keep_alive_pings = true;
+    this->Socket.set_option(timeout);
+    this->Socket.set_option(websocket::stream_base::decorator(
+      [](websocket::request_type& request)
+      {
+        request.set(http::field::sec_websocket_protocol, std::string(protocol::streamSubprotocol));
+        request.set(http::field::user_agent, "kdstream");
+      }));
+    this->Socket.read_message_max(protocol::maximumServerMessageBytes);
+    this->Socket.async_handshake(this->Answer, this->Server.Authority(),
+      std::string(protocol::streamPath),
+      [self = this->shared_from_this()](error_code error) { self->Shaken(error); });
+  }
+
+  void Shaken(error_code error)
+  {
+    if (error)
+    {
+      const bool refused = error == websocket::error::upgrade_declined;
+      this->End(refused,
+        refused ? "the server says " + std::to_string(this->Answer.result_int()) : error.message());
+    }
+    else if (this->Answer[http::field::sec_websocket_protocol].to_string() !=
+             protocol::streamSubprotocol)
+    {
+      this->End(true, "the server does not speak " + std::string(protocol::streamSubprotocol));
+    }
+    else
+    {
+      this->Callbacks.onOpen ? this->Callbacks.onOpen() : void();
+      this->Read();
+    }
+  }
+
+  void Read()
+  {
+    this->Socket.async_read(this->Incoming,
+      [self = this->shared_from_this()](error_code error, std::size_t)
+      {
+        if (error)
+        {
+          self->End(false, error.message());
+          return;
+        }
+        const auto data = self->Incoming.cdata();
+        if (self->Callbacks.onMessage)
+        {
+          self->Callbacks.onMessage({ static_cast<const std::uint8_t*>(data.data()), data.size() },
+            self->Socket.got_text());
+        }
+        self->Incoming.clear();
+        self->Read();
+      });
+  }
+
+  void Write()
+  {
+    this->Socket.text(true);
+    this->Socket.async_write(asio::buffer(this->Outgoing.front()),
+      [self = this->shared_from_this()](error_code error, std::size_t)
+      {
+        if (error)
+        {
+          self->End(false, error.message());
+          return;
+        }
+        self->Outgoing.pop_front();
+        if (!self->Outgoing.empty())
+        {
+          self->Write();
+        }
+      });
+  }
+
+  void End(bool refused, const std::string& why)
+  {
+    const Handlers callbacks = std::exchange(this->Callbacks, {});
+    beast::get_lowest_layer(this->Socket).close();
+    if (callbacks.onEnd)
+    {
+      callbacks.onEnd(refused, why);
+    }
+  }
+
+  ServerUrl Server;
+  Handlers Callbacks;
+  asio::ip::tcp::resolver Resolver;
+  websocket::stream<beast::tcp_stream> Socket;
+  websocket::response_type Answer;
+  beast::flat_buffer Incoming;
+  std::deque<std::string> Outgoing; // the first is being written
+};
+
+StreamSocket::StreamSocket(asio::io_context& context, const ServerUrl& server, Handlers handlers)
+  : Kept(std::make_shared<Connection>(context, server, std::move(handlers)))
+{
+  this->Kept->Connect();
+}
+
+StreamSocket::~StreamSocket()
+{
+  this->Kept->Close();
+}
+
+void StreamSocket::Send(std::string text)
+{
+  this->Kept->Send(std::move(text));
+}
+
+}
