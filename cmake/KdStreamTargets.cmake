@@ -9,8 +9,13 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 # Every target of ours: C++20, strict warnings, no fused multiply-add (DESIGN 3.2: the same bits everywhere).
+# kdstream_configure_target(target [FEATURES PRIVATE cxx_std_17]): another language than C++20 for all.
 function(kdstream_configure_target target)
-  target_compile_features(${target} PUBLIC cxx_std_20)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FEATURES")
+  if(NOT arg_FEATURES)
+    set(arg_FEATURES PUBLIC cxx_std_20)
+  endif()
+  target_compile_features(${target} ${arg_FEATURES})
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -ffp-contract=off)
   if(KDSTREAM_WARNINGS_AS_ERRORS)

@@ -1,0 +1,53 @@
+# The VTK modules: scanned, built and exported with everything else as KdStream::<name>. A module lives in a folder
+# with a vtk.module; its tests in Testing/Cxx.
+
+# As kdstream_configure_target, and core linked privately: the module's users see C++17 and VTK only.
+function(kdstream_configure_module module)
+  _vtk_module_real_target(target ${module})
+  kdstream_configure_target(${target} FEATURES PRIVATE cxx_std_20 INTERFACE cxx_std_17)
+  vtk_module_link(${module} PRIVATE KdStream::core KdStream::vtkadapter)
+endfunction()
+
+# A picture test, a program with a main of its own that compares with ../Data/Baseline/<name>.png. Compiled as C++17, as
+# users of the modules may. It runs in an X server of its own, with Mesa's software renderer.
+# kdstream_add_picture_test(TestName LINK …)
+function(kdstream_add_picture_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LINK")
+  find_program(KDSTREAM_XVFB_RUN xvfb-run REQUIRED)
+  add_executable(${name} ${name}.cxx)
+  kdstream_configure_target(${name} FEATURES PRIVATE cxx_std_17)
+  target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}")
+  target_link_libraries(${name} PRIVATE ${arg_LINK} VTK::TestingRendering)
+  vtk_module_autoinit(TARGETS ${name} MODULES VTK::RenderingOpenGL2)
+  set(temporary "${CMAKE_BINARY_DIR}/Testing/Temporary")
+  file(MAKE_DIRECTORY "${temporary}")
+  add_test(NAME ${name} COMMAND "${KDSTREAM_XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX"
+    $<TARGET_FILE:${name}> -D "${CMAKE_CURRENT_SOURCE_DIR}/../Data" -T "${temporary}"
+    -V "${CMAKE_CURRENT_SOURCE_DIR}/../Data/Baseline/${name}.png")
+  set_tests_properties(${name} PROPERTIES LABELS render ENVIRONMENT "LIBGL_ALWAYS_SOFTWARE=1")
+endfunction()
+
+set(modules filters/Partitioning filters/Simplification)
+list(TRANSFORM modules PREPEND "${PROJECT_SOURCE_DIR}/")
+list(TRANSFORM modules APPEND /vtk.module OUTPUT_VARIABLE files)
+vtk_module_scan(
+  MODULE_FILES ${files}
+  REQUEST_MODULES KdStream::FiltersPartitioning KdStream::FiltersSimplification
+  PROVIDES_MODULES provided
+  ENABLE_TESTS OFF)
+# INSTALL_EXPORT: the export set of all other libraries, so that this call installs and exports them too.
+vtk_module_build(
+  MODULES ${provided}
+  PACKAGE KdStream
+  INSTALL_EXPORT KdStream
+  INSTALL_HEADERS ON
+  HEADERS_DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/vtk"
+  CMAKE_DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/KdStream"
+  TEST_DIRECTORY_NAME NONE
+  ENABLE_WRAPPING OFF)
+
+if(KDSTREAM_BUILD_TESTING)
+  foreach(module IN LISTS modules)
+    add_subdirectory("${module}/Testing/Cxx")
+  endforeach()
+endif()

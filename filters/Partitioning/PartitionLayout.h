@@ -1,0 +1,51 @@
+// Which vertices and elements go to which partition, and who owns them: between the tree and the
+// VTK arrays. No VTK here.
+#pragma once
+
+#include "filters/core/TriangleBuckets.h"
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// One partition: its own vertices, the ghost vertices that make its boundary whole, and every
+// element that touches an own vertex.
+struct PartitionPiece
+{
+  std::vector<VertexId> vertices;      // own, ascending; then ghosts, ascending
+  std::size_t owned = 0;               // how many of the vertices are own
+  std::vector<std::uint32_t> elements; // ascending
+  std::vector<Triangle> corners;       // of the elements, positions in `vertices`
+  std::vector<std::uint8_t> duplicate; // 1 where a partition of a lower number owns the element
+};
+
+// Distributes elements (triangles, segments {a, b, b}, vertices {a, a, a}) over the partitions of
+// their corners. An element goes to each partition that it touches; the lowest owns it. O(vertices
+// + elements) memory: 16 bytes a vertex, about 4.3 an element.
+class PartitionLayout
+{
+public:
+  // partitionOf: for each vertex, below `partitions`. Keeps a reference to the elements.
+  PartitionLayout(std::vector<std::uint32_t> partitionOf, std::size_t partitions,
+    std::span<const Triangle> elements);
+
+  std::size_t PartitionCount() const { return this->OwnBegin.size() - 1; }
+  std::uint32_t PartitionOf(VertexId vertex) const { return this->Partition[vertex]; }
+  // Any number of threads may cut at once.
+  PartitionPiece Cut(std::size_t partition) const;
+
+private:
+  std::vector<std::uint32_t> Partition;
+  std::vector<std::size_t> OwnBegin; // into Own, one entry a partition, and the end
+  std::vector<VertexId> Own;         // vertices by partition, ascending
+  std::vector<VertexId> PlaceInOwn;  // of each vertex among its partition's own
+  std::span<const Triangle> Elements;
+  TriangleBuckets Buckets;
+};
+
+}

@@ -1,0 +1,140 @@
+/**
+ * @class   vtkKdClusterSimplification
+ * @brief   one level of detail of a surface: a representative for each cluster of a k-d tree's
+ * cells
+ *
+ * Step "levels" of the README's picture, as a VTK filter. It gives the clusters that kdstream-build
+ * --levels cluster makes with the same options.
+ *
+ * Input: a vtkPolyData. Its points are split by a balanced k-d tree (as in vtkKdTreePartition) down
+ * to Depth; all cells there hold the same number of points, up to one. The points of a cell, or of
+ * each connected sheet of the surface inside it, become one point.
+ *
+ * Output: a vtkPolyData of about 2^Depth points, with the triangles of the input between them,
+ * degenerate ones dropped, one kept of each orientation. Points are float if the input's are, else
+ * double. The point array "Deviation" (vtkDoubleArray) tells for each point how far, in the input's
+ * unit, the surface it stands for lies from it: the root of the mean squared distance to the
+ * planes of its triangles, never less than that of the finer points it is made from. An input
+ * without triangles is taken for a point set: its output has a vertex cell for every point.
+ *
+ * Not passed: point data, cell data, vertex and line cells (those of a point set excepted).
+ * Polygons become fans around their first point (put a vtkTriangleFilter before, if they are not
+ * convex), strips triangles. No points give an empty output.
+ *
+ * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
+ * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
+ * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
+ * finite; a cell that uses a point that is not there; Depth below the finest level.
+ *
+ * Use it for speed, or for meshes and soups that no edge collapse can handle. At the same number of
+ * triangles vtkQuadricDecimation comes closer to the surface, and takes far longer.
+ *
+ * Source: section 4.3 of the paper named in the README, exactly so with Sheets off and
+ * Representative Mean; sheets, quadrics and deviations are ours.
+ *
+ * @sa vtkKdTreePartition
+ */
+#ifndef vtkKdClusterSimplification_h
+#define vtkKdClusterSimplification_h
+
+#include "vtkKdStreamFiltersSimplificationModule.h" // for the export macro
+#include "vtkPolyDataAlgorithm.h"
+
+class VTKKDSTREAMFILTERSSIMPLIFICATION_EXPORT vtkKdClusterSimplification
+  : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkKdClusterSimplification* New();
+  vtkTypeMacro(vtkKdClusterSimplification, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum RepresentativeType
+  {
+    Quadric = 0, // minimises the distances to the planes of the cluster's triangles
+    Mean = 1     // the mean of the cluster's points
+  };
+
+  ///@{
+  /**
+   * The level: about 2^Depth points. From 0, one point a sheet, to the depth of the finest level,
+   * which depends on the input (see GetFinestDepth); beyond that is an error. -1, the default, is
+   * the finest level. At most 30.
+   */
+  vtkSetClampMacro(Depth, int, -1, 30);
+  vtkGetMacro(Depth, int);
+  ///@}
+
+  ///@{
+  /**
+   * Where in its cluster a point is put: Quadric (0, default) or Mean (1), in the box of the
+   * cluster's points in either case.
+   */
+  vtkSetClampMacro(Representative, int, Quadric, Mean);
+  vtkGetMacro(Representative, int);
+  void SetRepresentativeToQuadric() { this->SetRepresentative(Quadric); }
+  void SetRepresentativeToMean() { this->SetRepresentative(Mean); }
+  ///@}
+
+  ///@{
+  /**
+   * Whether every sheet of the surface in a cell (at most four; smaller ones join the nearest) gets
+   * its own point, or each cell one. Default on: two sides of a thin wall stay apart.
+   */
+  vtkSetMacro(Sheets, bool);
+  vtkGetMacro(Sheets, bool);
+  vtkBooleanMacro(Sheets, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether points with bit-equal coordinates are joined first. Default on: a surface read from STL
+   * has no connections otherwise.
+   */
+  vtkSetMacro(Weld, bool);
+  vtkGetMacro(Weld, bool);
+  vtkBooleanMacro(Weld, bool);
+  ///@}
+
+  ///@{
+  /**
+   * The most points of a cell at the finest level, 1 to 1024; default 8.
+   */
+  vtkSetClampMacro(CellVertices, int, 1, 1024);
+  vtkGetMacro(CellVertices, int);
+  ///@}
+
+  ///@{
+  /**
+   * The most points of a partition, 1 to 2^31 - 1; default 2000. The finest level is at least as
+   * deep as the partitions.
+   */
+  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  vtkGetMacro(VerticesPerPartition, vtkIdType);
+  ///@}
+
+  /**
+   * The depth of the finest level of the input that was last processed; -1 before.
+   */
+  vtkGetMacro(FinestDepth, int);
+
+protected:
+  vtkKdClusterSimplification() = default;
+  ~vtkKdClusterSimplification() override = default;
+
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+private:
+  vtkKdClusterSimplification(const vtkKdClusterSimplification&) = delete;
+  void operator=(const vtkKdClusterSimplification&) = delete;
+
+  int Depth = -1;
+  int Representative = Quadric;
+  bool Sheets = true;
+  bool Weld = true;
+  int CellVertices = 8;
+  vtkIdType VerticesPerPartition = 2000;
+  int FinestDepth = -1;
+};
+
+#endif

@@ -1,0 +1,180 @@
+#include "filters/adapter/PolyDataMesh.h"
+
+#include <vtkCellArray.h>
+#include <vtkCellArrayIterator.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+using Corners = std::span<const vtkIdType>;
+
+void AddVertices(Corners points, std::vector<Triangle>& elements)
+{
+  for (const vtkIdType point : points)
+  {
+    const auto a = static_cast<VertexId>(point);
+    elements.push_back({ a, a, a });
+  }
+}
+
+void AddSegments(Corners points, std::vector<Triangle>& elements)
+{
+  for (std::size_t i = 1; i < points.size(); ++i)
+  {
+    const auto a = static_cast<VertexId>(points[i - 1]), b = static_cast<VertexId>(points[i]);
+    elements.push_back({ a, b, b });
+  }
+}
+
+void AddFan(Corners points, std::vector<Triangle>& elements)
+{
+  for (std::size_t i = 2; i < points.size(); ++i)
+  {
+    elements.push_back({ static_cast<VertexId>(points[0]), static_cast<VertexId>(points[i - 1]),
+      static_cast<VertexId>(points[i]) });
+  }
+}
+
+void AddStrip(Corners points, std::vector<Triangle>& elements)
+{
+  for (std::size_t i = 2; i < points.size(); ++i)
+  {
+    const auto a = static_cast<VertexId>(points[i - 2]), b = static_cast<VertexId>(points[i - 1]);
+    const auto c = static_cast<VertexId>(points[i]);
+    elements.push_back(i % 2 == 0 ? Triangle{ a, b, c } : Triangle{ b, a, c });
+  }
+}
+
+// Appends what the cells of one array hold. firstCell: id of the array's first cell in the input.
+template <class Add>
+Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, const Add& add,
+  PolyDataElements& elements)
+{
+  if (!cells)
+  {
+    return {};
+  }
+  const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
+  for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
+  {
+    vtkIdType size = 0;
+    const vtkIdType* points = nullptr;
+    iterator->GetCurrentCell(size, points);
+    const vtkIdType cell = firstCell + iterator->GetCurrentCellId();
+    const Corners corners(points, static_cast<std::size_t>(size));
+    for (const vtkIdType point : corners)
+    {
+      if (point < 0 || point >= pointCount)
+      {
+        return Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " uses point " +
+                                                 std::to_string(point) + ", but there are " +
+                                                 std::to_string(pointCount) };
+      }
+    }
+    add(corners, elements.corners);
+    elements.cells.resize(elements.corners.size(), cell);
+  }
+  return {};
+}
+
+}
+
+Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execution)
+{
+  const auto count = static_cast<std::size_t>(input.GetNumberOfPoints());
+  if (count >= noVertex)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      std::to_string(count) + " points; at most 4294967294 fit a tree in memory" };
+  }
+  std::vector<Vec3> points(count);
+  execution.parallelFor(count, 1 << 16,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        input.GetPoints()->GetPoint(static_cast<vtkIdType>(i), points[i].data());
+      }
+    });
+  const auto bad = std::find_if(points.begin(), points.end(),
+    [](const Vec3& p)
+    { return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]); });
+  if (bad != points.end())
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "point " + std::to_string(bad - points.begin()) + ": a coordinate is not finite" };
+  }
+  return points;
+}
+
+Result<PolyDataElements> ReadElements(vtkPolyData& input)
+{
+  const vtkIdType points = input.GetNumberOfPoints();
+  const vtkIdType lines = input.GetNumberOfVerts();
+  const vtkIdType polygons = lines + input.GetNumberOfLines();
+  const vtkIdType strips = polygons + input.GetNumberOfPolys();
+  PolyDataElements elements;
+  Status status = ReadCells(input.GetVerts(), 0, points, AddVertices, elements);
+  elements.vertices = elements.corners.size();
+  if (status)
+  {
+    status = ReadCells(input.GetLines(), lines, points, AddSegments, elements);
+    elements.segments = elements.corners.size() - elements.vertices;
+  }
+  if (status)
+  {
+    const auto triangles = static_cast<std::size_t>(input.GetNumberOfPolys());
+    elements.corners.reserve(elements.corners.size() + triangles);
+    elements.cells.reserve(elements.cells.size() + triangles);
+    status = ReadCells(input.GetPolys(), polygons, points, AddFan, elements);
+  }
+  if (status)
+  {
+    status = ReadCells(input.GetStrips(), strips, points, AddStrip, elements);
+  }
+  if (!status)
+  {
+    return status.GetError();
+  }
+  if (elements.corners.size() > std::numeric_limits<std::uint32_t>::max())
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      std::to_string(elements.corners.size()) +
+        " triangles, lines and vertices; at most 4294967295 are possible" };
+  }
+  return elements;
+}
+
+Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution)
+{
+  Result<std::vector<Vec3>> points = ReadPoints(input, execution);
+  if (!points)
+  {
+    return points.GetError();
+  }
+  Result<PolyDataElements> elements = ReadElements(input);
+  if (!elements)
+  {
+    return elements.GetError();
+  }
+  Mesh mesh;
+  mesh.points = std::move(*points);
+  const std::span<const Triangle> triangles = elements->Triangles();
+  mesh.triangles.assign(triangles.begin(), triangles.end());
+  mesh.scalarType = input.GetPoints() && input.GetPoints()->GetDataType() == VTK_FLOAT
+                      ? ScalarType::Float32
+                      : ScalarType::Float64;
+  return mesh;
+}
+
+}

@@ -1,0 +1,47 @@
+// A vtkPolyData in core's types: the first step of every VTK filter here.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <vtkType.h>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+class vtkPolyData;
+
+namespace kdstream
+{
+
+// The cells of a vtkPolyData, cut into single vertices, line segments and triangles, in this order.
+// Polygons become a fan around their first point and strips triangles of alternating orientation,
+// just as kdstream-build reads them; degenerate triangles stay. Cells of too few points have none.
+struct PolyDataElements
+{
+  std::vector<Triangle> corners; // a vertex is {a, a, a}, a segment {a, b, b}
+  std::vector<vtkIdType> cells;  // for each element the input's cell that it is part of
+  std::size_t vertices = 0;      // how many of the elements are vertices,
+  std::size_t segments = 0;      // and segments
+
+  std::span<const Triangle> Triangles() const
+  {
+    return std::span(this->corners).subspan(this->vertices + this->segments);
+  }
+};
+
+// The points as doubles, all of them finite.
+// O(n), 24 bytes a point. Errors: InvalidInput naming the point that is not finite; LimitExceeded.
+Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execution);
+
+// O(cells), 20 bytes an element. Errors: InvalidInput naming the cell and point where a cell uses a
+// point that is not there; LimitExceeded.
+Result<PolyDataElements> ReadElements(vtkPolyData& input);
+
+// What core calls a mesh: points and triangles; vertex and line cells are left out. The errors of
+// both.
+Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution);
+
+}

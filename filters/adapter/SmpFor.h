@@ -1,0 +1,16 @@
+// vtkSMPTools behind a plain function: vtkSMPTools.h of VTK 9.1 does not compile as C++20 with
+// g++ 12, so one C++17 source includes it.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace kdstream
+{
+
+// Calls body on disjoint ranges that cover [0, count) on the threads of VTK's current SMP backend,
+// and returns when all are done. Ranges have about `grain` items or more.
+void SmpFor(std::size_t count, std::size_t grain,
+  const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+}
