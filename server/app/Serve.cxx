@@ -5,6 +5,7 @@
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
+#include <algorithm>
 #include <csignal>
 #include <iostream>
 #include <thread>

@@ -8,12 +8,30 @@
 #include <boost/asio/ssl.hpp>
 #include <boost/beast/ssl.hpp>
 
+#include <array>
+#include <cstdio>
+#include <ctime>
 #include <optional>
 #include <string>
 #include <type_traits>
 
 namespace kdstream
 {
+
+// The time now as a Date field has it, whatever the locale.
+inline std::string HttpDate()
+{
+  constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
+  constexpr const char* months[] = { "Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep",
+    "Oct", "Nov", "Dec" };
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[40];
+  std::snprintf(text, sizeof text, "%s, %02d %s %d %02d:%02d:%02d GMT", days[utc.tm_wday],
+    utc.tm_mday, months[utc.tm_mon], utc.tm_year + 1900, utc.tm_hour, utc.tm_min, utc.tm_sec);
+  return text;
+}
 
 template <class Stream>
 class HttpConnection
@@ -223,6 +241,7 @@ private:
     {
       message.insert(field.first, field.second);
     }
+    message.set(http::field::date, HttpDate());
     message.keep_alive(keepAlive && !this->State.Draining());
     if (this->Answer.status != 304 && this->Answer.status != 204)
     {

@@ -1,0 +1,159 @@
+// Models made up in memory, from a seed: for tests of what stands on a Catalog.
+#pragma once
+
+#include "filters/core/KdTree.h"
+#include "server/session/Catalog.h"
+
+#include <atomic>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+
+class MemoryModel : public ServedModel
+{
+public:
+  // A model of random points with 2^partitionDepth partitions. Each partition's blob has
+  // `blobBytes` bytes, give or take a half; the others are small.
+  MemoryModel(std::string id, std::uint64_t seed, unsigned partitionDepth, std::size_t blobBytes)
+    : Random(seed)
+  {
+    KdTreeOptions options;
+    options.partitions = 1u << partitionDepth;
+    std::vector<Vec3> points(std::size_t{ 20 } << partitionDepth);
+    std::uniform_real_distribution<double> coordinate(-10, 10);
+    for (auto& point : points)
+    {
+      point = { coordinate(this->Random), coordinate(this->Random), coordinate(this->Random) / 8 };
+    }
+    const auto tree = BuildKdTree(points, options);
+    this->Tree = tree->boxes;
+    this->Depths = tree->depths;
+    this->Describe(std::move(id), points.size());
+    this->MakeBlobs(blobBytes);
+  }
+
+  const protocol::ModelDescription& Description() const override { return this->Told; }
+  Result<std::span<const Box>> Boxes() const override
+  {
+    if (this->treeDamaged)
+    {
+      return Error{ ErrorCode::Damaged, "tree/1: wrong checksum" };
+    }
+    return std::span<const Box>(this->Tree);
+  }
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
+  {
+    ++this->reads;
+    const auto found = this->blobs.find(blob);
+    if (found == this->blobs.end())
+    {
+      return Error{ ErrorCode::NotFound, "no such blob" };
+    }
+    if (this->damaged.count(blob) != 0)
+    {
+      return Error{ ErrorCode::Damaged, protocol::BlobName(blob) + ": secret place" };
+    }
+    return found->second;
+  }
+
+  std::map<protocol::BlobId, BlobBytes> blobs;
+  std::set<protocol::BlobId> damaged;
+  bool treeDamaged = false;
+  mutable std::atomic<std::size_t> reads{ 0 };
+
+  const TreeDepths& GetDepths() const { return this->Depths; }
+  std::span<const Box> TrueBoxes() const { return this->Tree; }
+
+private:
+  void Describe(std::string id, std::uint64_t vertices)
+  {
+    this->Told.id = std::move(id);
+    for (int i = 0; i < 32; ++i)
+    {
+      this->Told.digest += "0123456789abcdef"[this->Random() % 16];
+    }
+    this->Told.vertices = vertices;
+    this->Told.triangles = 2 * vertices;
+    this->Told.partitions = std::uint64_t{ 1 } << this->Depths.partition;
+    this->Told.partitionDepth = static_cast<std::uint8_t>(this->Depths.partition);
+    this->Told.stitchDepth = static_cast<std::uint8_t>(this->Depths.stitch);
+    this->Told.finestDepth = static_cast<std::uint8_t>(this->Depths.finest);
+    this->Told.boxLo = this->Tree[1].lo;
+    this->Told.boxHi = this->Tree[1].hi;
+    this->Told.title = "made up";
+    this->Told.levels.resize(this->Depths.finest + 1u);
+  }
+
+  std::uint64_t Put(const protocol::BlobId& id, std::size_t size)
+  {
+    std::vector<std::uint8_t> bytes(size);
+    for (auto& byte : bytes)
+    {
+      byte = static_cast<std::uint8_t>(this->Random());
+    }
+    this->blobs[id] = std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
+    return size;
+  }
+
+  void MakeBlobs(std::size_t blobBytes)
+  {
+    this->Put(protocol::BlobId::TreePage(1), 500);
+    for (std::uint8_t level = 0; level <= this->Depths.finest; ++level)
+    {
+      const auto depth = protocol::PieceDepth(this->Told, level);
+      auto& told = this->Told.levels[level];
+      told.pieces = std::uint64_t{ 1 } << depth;
+      for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)
+      {
+        told.bytes += this->Put(protocol::BlobId::LevelPiece(level, node), 100 + level);
+      }
+    }
+    this->Told.original.pieces = this->Told.partitions;
+    for (std::uint32_t p = 0; p < this->Told.partitions; ++p)
+    {
+      this->Told.original.bytes += this->Put(
+        protocol::BlobId::Partition(p), blobBytes / 2 + this->Random() % (blobBytes + 1) + 1);
+    }
+  }
+
+  std::mt19937_64 Random;
+  std::vector<Box> Tree;
+  TreeDepths Depths;
+  protocol::ModelDescription Told;
+};
+
+class MemoryCatalog : public Catalog
+{
+public:
+  std::shared_ptr<MemoryModel> Add(
+    const std::string& id, std::uint64_t seed, unsigned partitionDepth, std::size_t blobBytes)
+  {
+    auto model = std::make_shared<MemoryModel>(id, seed, partitionDepth, blobBytes);
+    this->models[id] = model;
+    return model;
+  }
+
+  std::vector<std::shared_ptr<const ServedModel>> Models() const override
+  {
+    std::vector<std::shared_ptr<const ServedModel>> all;
+    for (const auto& entry : this->models)
+    {
+      all.push_back(entry.second);
+    }
+    return all;
+  }
+  std::shared_ptr<const ServedModel> Find(std::string_view id) const override
+  {
+    const auto found = this->models.find(id);
+    return found == this->models.end() ? nullptr : found->second;
+  }
+
+  std::map<std::string, std::shared_ptr<MemoryModel>, std::less<>> models;
+};
+
+}

@@ -1,0 +1,467 @@
+#include "server/session/Conversation.h"
+
+#include "filters/core/Region.h"
+#include "server/protocol/Testing/RandomMessages.h"
+#include "server/session/Testing/MemoryCatalog.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+using namespace kdstream;
+using namespace kdstream::protocol;
+
+namespace
+{
+
+// A conversation, and the receiving side of it.
+class Talk : public testing::Test
+{
+protected:
+  MemoryCatalog catalog;
+  std::shared_ptr<MemoryModel> model = this->catalog.Add("dragon", 1, 7, 20000);
+  Conversation conversation{ this->catalog };
+  FrameAssembler assembler;
+  std::vector<FrameAssembler::Blob> blobs;
+  std::vector<ServerMessage> answers;
+
+  void Ask(const ClientMessage& message)
+  {
+    this->conversation.Receive(WriteClientMessage(message));
+  }
+
+  // Takes one message; false if there is none.
+  bool Step()
+  {
+    const auto message = this->conversation.NextMessage();
+    if (!message)
+    {
+      return false;
+    }
+    if (const auto* text = std::get_if<std::string>(&*message))
+    {
+      auto answer = ParseServerMessage(*text);
+      EXPECT_TRUE(answer) << *text;
+      this->answers.push_back(std::move(*answer));
+      return true;
+    }
+    const auto& bytes = std::get<std::vector<std::uint8_t>>(*message);
+    EXPECT_LE(bytes.size(), maximumFrameBytes);
+    const auto frame = ParseFrame(bytes);
+    EXPECT_TRUE(frame);
+    auto blob = this->assembler.Accept(*frame);
+    EXPECT_TRUE(blob);
+    if (*blob)
+    {
+      this->blobs.push_back(std::move(**blob));
+    }
+    return true;
+  }
+
+  void Finish()
+  {
+    while (this->Step())
+    {
+    }
+  }
+
+  void OpenModel()
+  {
+    this->Ask({ 1, OpenRequest{ "dragon" } });
+    this->Finish();
+    ASSERT_EQ(this->answers.size(), 1u);
+    ASSERT_EQ(std::get<OpenedAnswer>(this->answers[0].body).model, this->model->Description());
+    this->answers.clear();
+  }
+
+  template <class Answer>
+  const Answer& Last() const
+  {
+    static const Answer none{};
+    const auto* answer =
+      this->answers.empty() ? nullptr : std::get_if<Answer>(&this->answers.back().body);
+    EXPECT_TRUE(answer) << "the last answer is another one";
+    return answer ? *answer : none;
+  }
+
+  // The request was answered by an error alone.
+  void ExpectError(const ClientMessage& message, unsigned code)
+  {
+    this->answers.clear();
+    this->blobs.clear();
+    this->Ask(message);
+    this->Finish();
+    ASSERT_EQ(this->answers.size(), 1u);
+    EXPECT_EQ(this->answers[0].request, message.request);
+    EXPECT_EQ(this->Last<ErrorAnswer>().code, code) << this->Last<ErrorAnswer>().message;
+    EXPECT_FALSE(this->Last<ErrorAnswer>().blob);
+    EXPECT_TRUE(this->blobs.empty());
+    EXPECT_FALSE(this->conversation.Closing());
+  }
+
+  void ExpectBlobs(std::uint32_t request, const std::vector<BlobId>& expected)
+  {
+    ASSERT_EQ(this->blobs.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+    {
+      EXPECT_EQ(this->blobs[i].request, request);
+      EXPECT_EQ(this->blobs[i].id, expected[i]) << BlobName(this->blobs[i].id);
+      EXPECT_EQ(this->blobs[i].bytes, *this->model->blobs.at(expected[i]));
+    }
+  }
+};
+
+std::vector<BlobId> Partitions(const std::vector<std::uint32_t>& numbers)
+{
+  std::vector<BlobId> ids;
+  for (const auto number : numbers)
+  {
+    ids.push_back(BlobId::Partition(number));
+  }
+  return ids;
+}
+
+}
+
+TEST_F(Talk, PreviewIsOnePieceOfLevelEleven)
+{
+  this->OpenModel();
+  this->Ask({ 2, PreviewRequest{} });
+  this->Finish();
+  const auto level = static_cast<std::uint8_t>(PreviewLevel(this->model->Description()));
+  this->ExpectBlobs(2, { BlobId::LevelPiece(level, 1) });
+  EXPECT_EQ(std::get<BeginAnswer>(this->answers.front().body).blobs, 1u);
+  EXPECT_EQ(this->Last<EndAnswer>(), (EndAnswer{ 1, this->blobs[0].bytes.size(), 0, false }));
+}
+
+TEST_F(Talk, LevelsComeWholeOrByNode)
+{
+  this->OpenModel();
+  const auto finest = this->model->Description().finestDepth;
+  const auto depth = PieceDepth(this->model->Description(), finest);
+  std::vector<BlobId> all;
+  for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)
+  {
+    all.push_back(BlobId::LevelPiece(finest, node));
+  }
+  this->Ask({ 2, LevelRequest{ finest, {} } });
+  this->Finish();
+  this->ExpectBlobs(2, all);
+
+  this->blobs.clear();
+  this->Ask({ 3, LevelRequest{ 0, { 1, 1 } } });
+  this->Finish();
+  this->ExpectBlobs(3, { BlobId::LevelPiece(0, 1), BlobId::LevelPiece(0, 1) });
+}
+
+TEST_F(Talk, TreeAndPartitionsComeInTheOrderAskedFor)
+{
+  this->OpenModel();
+  this->Ask({ 2, TreeRequest{ { 1 } } });
+  this->Ask({ 3, PartitionsRequest{ { 9, 2, 127 } } });
+  this->Finish();
+  ASSERT_EQ(this->blobs.size(), 4u);
+  EXPECT_EQ(this->blobs[0].id, BlobId::TreePage(1));
+  this->blobs.erase(this->blobs.begin());
+  this->ExpectBlobs(3, Partitions({ 9, 2, 127 }));
+}
+
+TEST_F(Talk, RegionsComeInTheOrderOfFindRegion)
+{
+  this->OpenModel();
+  RandomMessages random(3);
+  for (std::uint32_t request = 2; request < 60; ++request)
+  {
+    const auto cell = random.Small<std::uint32_t>(1, 255);
+    const auto rings = random.Small<std::uint8_t>(0, 3);
+    const auto expected =
+      FindRegion(this->model->TrueBoxes(), this->model->GetDepths(), cell, rings);
+    ASSERT_TRUE(expected);
+    std::vector<std::uint32_t> held;
+    std::vector<std::uint32_t> wanted;
+    for (const auto partition : *expected)
+    {
+      (random.Integer(0, 3) == 0 ? held : wanted).push_back(partition);
+    }
+    this->blobs.clear();
+    this->answers.clear();
+    this->Ask({ request, RegionRequest{ cell, rings, held } });
+    this->Finish();
+    this->ExpectBlobs(request, Partitions(wanted));
+    const auto& begin = std::get<BeginAnswer>(this->answers.front().body);
+    EXPECT_EQ(begin.blobs, wanted.size());
+    EXPECT_EQ(begin.partitions, *expected);
+    EXPECT_EQ(this->Last<EndAnswer>().blobs, wanted.size());
+  }
+}
+
+TEST_F(Talk, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
+{
+  this->ExpectError({ 1, PreviewRequest{} }, 409); // no model is open
+  this->ExpectError({ 1, OpenRequest{ "lucy" } }, 404);
+  this->answers.clear();
+  this->OpenModel();
+  const auto finest = this->model->Description().finestDepth;
+  this->ExpectError({ 2, LevelRequest{ static_cast<std::uint8_t>(finest + 1), {} } }, 404);
+  this->ExpectError({ 3, LevelRequest{ 3, { 2 } } }, 404);
+  this->ExpectError({ 4, TreeRequest{ { 2 } } }, 404);
+  this->ExpectError({ 5, TreeRequest{ { 1u << 11 } } }, 404);
+  this->ExpectError({ 6, PartitionsRequest{ { 0, 128 } } }, 404);
+  this->ExpectError({ 7, RegionRequest{ 256, 1, {} } }, 400);
+  this->answers.clear();
+  this->Ask({ 8, PreviewRequest{} }); // and it goes on
+  this->Finish();
+  EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
+}
+
+TEST_F(Talk, WrongMessagesAreErrorsAndOthersEndIt)
+{
+  this->conversation.Receive(R"({"type":"dance","request":12})");
+  this->conversation.Receive(R"({"type":"preview"})");
+  this->Finish();
+  ASSERT_EQ(this->answers.size(), 2u);
+  EXPECT_EQ(this->answers[0].request, 12u);
+  EXPECT_EQ(this->answers[1].request, 0u);
+  EXPECT_FALSE(this->conversation.Closing());
+
+  const std::pair<std::string, CloseReason> fatal[] = { { "nonsense", CloseReason::NotJson },
+    { "[1]", CloseReason::NotJson }, { std::string(5000, ' '), CloseReason::TooLarge } };
+  for (const auto& [text, reason] : fatal)
+  {
+    Conversation other(catalog);
+    other.Receive(WriteClientMessage({ 1, OpenRequest{ "dragon" } }));
+    other.Receive(text);
+    EXPECT_EQ(other.Closing(), reason);
+    EXPECT_FALSE(other.AcceptsMessages());
+    other.Receive(WriteClientMessage({ 2, PreviewRequest{} }));
+    const auto last = other.NextMessage(); // the error, and nothing after it
+    ASSERT_TRUE(last);
+    EXPECT_EQ(ParseServerMessage(std::get<std::string>(*last))->request, 0u);
+    EXPECT_FALSE(other.NextMessage());
+  }
+  this->conversation.ReceiveBinary();
+  EXPECT_EQ(this->conversation.Closing(), CloseReason::NotText);
+}
+
+TEST_F(Talk, CancelStopsTheCurrentRequestAtOnce)
+{
+  this->OpenModel();
+  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2, 3, 4, 5, 6, 7 } } });
+  while (this->blobs.size() < 2)
+  {
+    ASSERT_TRUE(this->Step());
+  }
+  const auto reads = this->model->reads.load();
+  this->Ask({ 2, CancelRequest{} });
+  ASSERT_TRUE(this->Step());
+  EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
+  EXPECT_EQ(this->Last<EndAnswer>().blobs, 2u);
+  EXPECT_FALSE(this->Step());
+  EXPECT_EQ(this->blobs.size(), 2u);
+  EXPECT_EQ(this->model->reads.load(), reads) << "nothing is read for a cancelled request";
+
+  this->answers.clear();
+  this->Ask({ 2, PreviewRequest{} }); // the id is free again
+  this->Ask({ 99, CancelRequest{} }); // nobody's: ignored
+  this->Finish();
+  EXPECT_EQ(this->answers.size(), 2u);
+  EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
+}
+
+TEST_F(Talk, CancelInTheMiddleOfABlob)
+{
+  this->OpenModel();
+  auto& blob = this->model->blobs[BlobId::Partition(5)];
+  const auto before = blob;
+  blob = std::make_shared<const std::vector<std::uint8_t>>(300000, std::uint8_t{ 1 });
+  this->Ask({ 2, PartitionsRequest{ { 5 } } });
+  ASSERT_TRUE(this->Step()); // begin
+  ASSERT_TRUE(this->Step()); // a frame
+  this->Ask({ 2, CancelRequest{} });
+  this->Finish();
+  EXPECT_EQ(this->Last<EndAnswer>(), (EndAnswer{ 0, maximumPayloadBytes, 0, true }));
+  EXPECT_TRUE(this->blobs.empty());
+  blob = before;
+}
+
+TEST_F(Talk, CancelOfAWaitingRequest)
+{
+  this->OpenModel();
+  this->Ask({ 2, PartitionsRequest{ { 0 } } });
+  this->Ask({ 3, PartitionsRequest{ { 1 } } });
+  this->Ask({ 4, PartitionsRequest{ { 2 } } });
+  this->Ask({ 3, CancelRequest{} });
+  this->Finish();
+  ASSERT_EQ(this->blobs.size(), 2u);
+  EXPECT_EQ(this->blobs[0].request, 2u);
+  EXPECT_EQ(this->blobs[1].request, 4u);
+}
+
+TEST_F(Talk, AtMostSixteenUnfinishedRequests)
+{
+  this->OpenModel();
+  for (std::uint32_t request = 1; request <= 17; ++request)
+  {
+    this->Ask({ request, PartitionsRequest{ { request } } });
+  }
+  this->Ask({ 5, PreviewRequest{} }); // that of an unfinished request
+  this->conversation.Receive(R"({"type":"dance","request":6})");
+  ASSERT_TRUE(this->Step());
+  EXPECT_EQ(this->answers.back().request, 17u);
+  EXPECT_EQ(this->Last<ErrorAnswer>().code, 429);
+  ASSERT_TRUE(this->Step());
+  EXPECT_EQ(this->answers.back().request, 0u);
+  EXPECT_EQ(this->Last<ErrorAnswer>().code, 409);
+  ASSERT_TRUE(this->Step());
+  EXPECT_EQ(this->answers.back().request, 0u);
+  EXPECT_EQ(this->Last<ErrorAnswer>().code, 400);
+  this->Finish();
+  EXPECT_EQ(this->blobs.size(), 16u);
+  this->Ask({ 17, PartitionsRequest{ { 17 } } });
+  this->Finish();
+  EXPECT_EQ(this->blobs.size(), 17u);
+}
+
+TEST_F(Talk, ClientsThatDoNotReadAreNotHeardForEver)
+{
+  int accepted = 0;
+  for (; this->conversation.AcceptsMessages() && accepted < 100000; ++accepted)
+  {
+    this->conversation.Receive(R"({"type":"dance","request":1})");
+  }
+  EXPECT_EQ(accepted, static_cast<int>(Conversation::maximumPendingAnswers));
+  this->Finish();
+  EXPECT_TRUE(this->conversation.AcceptsMessages());
+}
+
+TEST_F(Talk, DamagedBlobsAreErrorsAndTheRestComes)
+{
+  this->OpenModel();
+  this->model->damaged = { BlobId::Partition(0), BlobId::Partition(2), BlobId::Partition(4) };
+  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2, 3, 4 } } });
+  this->Finish();
+  this->model->damaged.clear();
+  this->ExpectBlobs(2, Partitions({ 1, 3 }));
+  std::vector<BlobId> named;
+  for (const auto& answer : this->answers)
+  {
+    if (const auto* error = std::get_if<ErrorAnswer>(&answer.body))
+    {
+      EXPECT_EQ(error->code, 500);
+      EXPECT_EQ(error->message.find("secret"), std::string::npos);
+      named.push_back(error->blob.value_or(BlobId::TreePage(1)));
+    }
+  }
+  EXPECT_EQ(named, Partitions({ 0, 2, 4 }));
+  EXPECT_EQ(this->Last<EndAnswer>().blobs, 2u);
+  EXPECT_EQ(this->Last<EndAnswer>().failed, 3u);
+  EXPECT_EQ(this->conversation.FailedBlobs(), 3u);
+}
+
+TEST_F(Talk, ADamagedTreeForbidsRegionsOnly)
+{
+  this->OpenModel();
+  this->model->treeDamaged = true;
+  this->ExpectError({ 2, RegionRequest{ 1, 1, {} } }, 500);
+  this->model->treeDamaged = false;
+  this->Ask({ 3, PreviewRequest{} });
+  this->Finish();
+  EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
+}
+
+TEST_F(Talk, NothingIsReadBeforeItIsWanted)
+{
+  this->OpenModel();
+  const auto before = this->model->reads.load();
+  this->Ask({ 2, RegionRequest{ 1, 3, {} } });
+  EXPECT_EQ(this->model->reads.load(), before);
+  ASSERT_TRUE(this->Step()); // begin
+  EXPECT_EQ(this->model->reads.load(), before);
+  ASSERT_TRUE(this->Step());
+  EXPECT_EQ(this->model->reads.load(), before + 1);
+}
+
+TEST_F(Talk, ProgressComesAboutOnceAMebibyte)
+{
+  this->OpenModel();
+  this->Ask({ 2, RegionRequest{ 1, 3, {} } }); // 128 partitions of about 20 kB
+  this->Finish();
+  std::uint64_t last = 0;
+  int reports = 0;
+  for (const auto& answer : this->answers)
+  {
+    if (const auto* progress = std::get_if<ProgressAnswer>(&answer.body))
+    {
+      EXPECT_GE(progress->bytes - last, 1u << 20);
+      last = progress->bytes;
+      ++reports;
+    }
+  }
+  EXPECT_GE(reports, 2);
+  EXPECT_EQ(this->Last<EndAnswer>().bytes, this->model->Description().original.bytes);
+}
+
+TEST_F(Talk, KeepsTheModelThatItHasOpened)
+{
+  this->OpenModel();
+  const auto old = this->model;
+  this->model = catalog.Add("dragon", 2, 3, 1000);
+  this->Ask({ 2, PartitionsRequest{ { 100 } } }); // the new one has only 8
+  this->Finish();
+  ASSERT_EQ(this->blobs.size(), 1u);
+  EXPECT_EQ(this->blobs[0].bytes, *old->blobs.at(BlobId::Partition(100)));
+  this->answers.clear();
+  this->OpenModel();
+  this->ExpectError({ 3, PartitionsRequest{ { 100 } } }, 404);
+}
+
+TEST_F(Talk, DrainingFinishesTheCurrentRequestOnly)
+{
+  this->OpenModel();
+  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2 } } });
+  this->Ask({ 3, PreviewRequest{} });
+  ASSERT_TRUE(this->Step());
+  ASSERT_TRUE(this->Step());
+  this->conversation.Drain();
+  this->Ask({ 4, PreviewRequest{} });
+  this->Finish();
+  this->ExpectBlobs(2, Partitions({ 0, 1, 2 }));
+  EXPECT_EQ(std::get<ErrorAnswer>(this->answers[1].body).code, 503);
+  EXPECT_EQ(this->answers[1].request, 3u);
+  EXPECT_EQ(this->answers[2].request, 4u);
+  EXPECT_EQ(this->conversation.Closing(), CloseReason::GoingAway);
+}
+
+TEST_F(Talk, RandomConversationsStayInOrder)
+{
+  RandomMessages random(12);
+  for (int round = 0; round < 200; ++round)
+  {
+    Conversation other(catalog);
+    std::size_t pulled = 0;
+    for (int i = 0; i < 60; ++i)
+    {
+      auto message = random.FromClient();
+      message.request = random.Small<std::uint32_t>(1, 20);
+      if (auto* open = std::get_if<OpenRequest>(&message.body))
+      {
+        open->model = "dragon";
+      }
+      if (auto* region = std::get_if<RegionRequest>(&message.body))
+      {
+        region->cell = random.Small<std::uint32_t>(1, 300);
+      }
+      auto text = WriteClientMessage(message);
+      other.Receive(random.Integer(0, 9) == 0 ? random.Mutated(text) : text);
+      for (auto n = random.Integer(0, 5); n > 0; --n)
+      {
+        pulled += other.NextMessage() ? 1 : 0;
+      }
+    }
+    while (other.NextMessage())
+    {
+      ASSERT_LT(++pulled, 100000u);
+    }
+    EXPECT_FALSE(other.NextMessage());
+  }
+}
