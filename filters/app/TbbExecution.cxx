@@ -19,11 +19,12 @@ Execution MakeTbbExecution(unsigned threads)
     tbb::global_control allowed;
     tbb::task_arena arena;
   };
-  const int count = threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(threads);
+  const int concurrency =
+    threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(threads);
   const auto shared = std::shared_ptr<Threads>(
-    new Threads{ tbb::global_control(
-                   tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)),
-      tbb::task_arena(count) });
+    new Threads{ tbb::global_control(tbb::global_control::max_allowed_parallelism,
+                   static_cast<std::size_t>(concurrency)),
+      tbb::task_arena(concurrency) });
   Execution execution;
   execution.parallelFor = [shared](
                             std::size_t count, std::size_t grain, const Execution::Body& body)

@@ -1,0 +1,296 @@
+#include "Testing/Fixtures/Invariants.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/Model.h"
+#include "filters/codec/ByteStream.h"
+#include "filters/codec/PieceCodec.h"
+#include "filters/core/Weld.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+// Bytes taken through operator new since the last reset: what a decoder allocates.
+std::atomic<std::size_t> allocated{ 0 };
+
+}
+
+// Not inlined: g++ would take malloc and delete for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size)
+{
+  allocated += size;
+  if (void* memory = std::malloc(size))
+  {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept
+{
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
+{
+  std::free(memory);
+}
+
+namespace
+{
+
+std::vector<CodecContext> ContextsOf(const Model& model)
+{
+  const Box box = BoxOfPoints(model.mesh.points);
+  const TreeDepths& depths = model.tree.depths;
+  const ScalarType type = model.mesh.scalarType;
+  return { { depths, CoordinateGrid::Over(box, 20, type) },
+    { depths, CoordinateGrid::Over(box, 8, type) }, { depths, CoordinateGrid::Exact(type) } };
+}
+
+void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& grid)
+{
+  ASSERT_EQ(decoded.id, piece.id);
+  ASSERT_EQ(decoded.primitive, piece.primitive);
+  ASSERT_EQ(decoded.ownVertices, piece.ownVertices);
+  ASSERT_EQ(decoded.keys, piece.keys);
+  ASSERT_EQ(decoded.deviations, piece.deviations);
+  ASSERT_EQ(decoded.ancestors, piece.ancestors);
+  ASSERT_EQ(decoded.reachBegin, piece.reachBegin);
+  ASSERT_EQ(decoded.reachNodes, piece.reachNodes);
+  ASSERT_EQ(decoded.triangles, piece.triangles);
+  ASSERT_EQ(decoded.attributes, piece.attributes);
+  ASSERT_EQ(decoded.positions.size(), piece.positions.size());
+  for (std::size_t v = 0; v < piece.positions.size(); ++v)
+  {
+    ASSERT_EQ(BitsOf(decoded.positions[v]), BitsOf(grid.Snap(piece.positions[v])));
+    for (std::size_t k = 0; !grid.Lossless() && k < 3; ++k)
+    {
+      ASSERT_LE(std::abs(decoded.positions[v][k] - piece.positions[v][k]), 0.5001 * grid.step);
+    }
+  }
+}
+
+Piece WithAttributes(Piece piece)
+{
+  std::mt19937 random(1);
+  const auto add = [&](const char* name, AttributeType type, AttributeAssociation association,
+                     std::uint8_t components)
+  {
+    Attribute attribute{ name, type, association, components, {} };
+    const std::size_t tuples =
+      association == AttributeAssociation::Point ? piece.positions.size() : piece.triangles.size();
+    attribute.values.resize(tuples * components * SizeOf(type));
+    for (std::uint8_t& value : attribute.values)
+    {
+      value = static_cast<std::uint8_t>(random());
+    }
+    piece.attributes.push_back(std::move(attribute));
+  };
+  add("RGB", AttributeType::UInt8, AttributeAssociation::Point, 3);
+  add("", AttributeType::Float64, AttributeAssociation::Cell, 1);
+  add("Normals", AttributeType::Float32, AttributeAssociation::Point, 3);
+  return piece;
+}
+
+}
+
+TEST(PieceCodec, EveryPieceOfEveryMeshComesBack)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    const auto model = MakeModel(named.mesh, { 150, {}, 8 });
+    for (const CodecContext& context : ContextsOf(*model))
+    {
+      SCOPED_TRACE(named.name + ", " + std::to_string(context.grid.bits) + " bits");
+      for (const auto& [id, piece] : model->pieces)
+      {
+        const auto blob = EncodePiece(piece, context);
+        const Result<Piece> decoded = DecodePiece(blob, id, context);
+        ASSERT_TRUE(decoded) << decoded.GetError().message;
+        ExpectSame(*decoded, piece, context.grid);
+        ASSERT_EQ(EncodePiece(*decoded, context), blob) << "encoding again gives other bytes";
+      }
+    }
+  }
+}
+
+TEST(PieceCodec, AttributesComeBack)
+{
+  const auto model = MakeModel(Torus(40, 20), { 150, {}, 8 });
+  const CodecContext context = ContextsOf(*model)[0];
+  for (const auto& [id, plain] : model->pieces)
+  {
+    const Piece piece = WithAttributes(plain);
+    const Result<Piece> decoded = DecodePiece(EncodePiece(piece, context), id, context);
+    ASSERT_TRUE(decoded) << decoded.GetError().message;
+    EXPECT_EQ(decoded->attributes, piece.attributes);
+  }
+}
+
+TEST(PieceCodec, EveryTruncationIsAnError)
+{
+  const auto model = MakeModel(Torus(20, 10), { 60, {}, 8 });
+  const CodecContext context = ContextsOf(*model)[0];
+  for (const auto& [id, piece] : model->pieces)
+  {
+    const auto blob = EncodePiece(WithAttributes(piece), context);
+    for (std::size_t size = 0; size < blob.size(); ++size)
+    {
+      const Result<Piece> decoded = DecodePiece(std::span(blob).first(size), id, context);
+      ASSERT_FALSE(decoded) << size << " of " << blob.size() << " bytes";
+    }
+    auto longer = blob;
+    longer.push_back(0);
+    const Result<Piece> decoded = DecodePiece(longer, id, context);
+    ASSERT_FALSE(decoded);
+    EXPECT_NE(decoded.GetError().message.find(
+                "bytes beyond the end at byte " + std::to_string(blob.size())),
+      std::string::npos)
+      << decoded.GetError().message;
+  }
+}
+
+TEST(PieceCodec, AlteredBytesNeverCrashNorTakeMemoryThatIsNotThere)
+{
+  const auto model = MakeModel(Torus(40, 20), { 150, {}, 8 });
+  std::mt19937 random(99);
+  for (const CodecContext& context : ContextsOf(*model))
+  {
+    for (const auto& [id, piece] : model->pieces)
+    {
+      const auto blob = EncodePiece(WithAttributes(piece), context);
+      for (unsigned i = 0; i < 60; ++i)
+      {
+        auto altered = blob;
+        for (unsigned j = 0; j <= i % 4; ++j)
+        {
+          // Half of the time in the head, where the counts are.
+          const std::size_t at =
+            random() % (j % 2 == 0 ? std::min<std::size_t>(24, blob.size()) : blob.size());
+          altered[at] = static_cast<std::uint8_t>(random() % 3 == 0 ? 255 : random());
+        }
+        allocated = 0;
+        const Result<Piece> decoded = DecodePiece(altered, id, context);
+        ASSERT_LT(allocated, 1024 * altered.size() + 65536);
+        if (decoded)
+        {
+          ASSERT_TRUE(CheckPiece(*decoded, context.depths));
+        }
+      }
+    }
+  }
+}
+
+TEST(PieceCodec, SaysWhatItDoesNotKnow)
+{
+  const auto model = MakeModel(Torus(20, 10), { 60, {}, 8 });
+  const CodecContext context = ContextsOf(*model)[0];
+  const PieceId id{ Resolution::Level(0), 1 };
+  auto blob = EncodePiece(model->pieces.at(id), context);
+  blob[3] = 77;
+  EXPECT_EQ(DecodePiece(blob, id, context).GetError().code, ErrorCode::Unsupported);
+  EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
+    "piece 1 of level 0: codec version 77 is not known to this program");
+  blob[0] = 'X';
+  EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
+    "piece 1 of level 0: does not begin with \"KDP\"");
+  const auto original = model->pieces.rbegin()->second;
+  EXPECT_FALSE(DecodePiece(EncodePiece(original, context), id, context))
+    << "a blob in the wrong place";
+}
+
+TEST(TreePage, PagesHoldTheBoxesOfTheWholeTree)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    if (named.mesh.points.size() > 9000)
+    {
+      continue;
+    }
+    // One vertex a partition: trees of 13 depths have pages below pages, and empty cells.
+    const KdTree tree = *BuildKdTree(named.mesh.points, { 1, {}, 1 });
+    std::vector<Box> boxes(tree.boxes.size());
+    for (const NodeId page : TreePages(tree.depths))
+    {
+      const auto blob = EncodeTreePage(tree.boxes, page, tree.depths);
+      const Status status = DecodeTreePage(blob, page, tree.depths, boxes);
+      ASSERT_TRUE(status) << status.GetError().message;
+      for (std::size_t size = 0; size < std::min<std::size_t>(blob.size(), 200); ++size)
+      {
+        ASSERT_FALSE(DecodeTreePage(std::span(blob).first(size), page, tree.depths, boxes));
+      }
+    }
+    for (NodeId node = 1; node < boxes.size(); ++node)
+    {
+      ASSERT_EQ(boxes[node], tree.boxes[node]) << node;
+      const NodeId page = TreePageOfNode(node);
+      const auto nodes = TreePageNodes(page, tree.depths);
+      ASSERT_TRUE(std::find(nodes.begin(), nodes.end(), node) != nodes.end());
+      ASSERT_EQ(DepthOfNode(page) % treePageDepths, 0U);
+    }
+  }
+}
+
+TEST(CoordinateGrid, CoversTheBoxInEqualSteps)
+{
+  const Box box{ { -1, 2, 4e6 }, { 1, 2.5, 4e6 + 0.25 } };
+  const auto grid = CoordinateGrid::Over(box, 20, ScalarType::Float64);
+  EXPECT_DOUBLE_EQ(grid.step, 2.0 / ((1 << 20) - 1));
+  EXPECT_EQ(grid.Quantize(box.lo), (std::array<std::uint32_t, 3>{ 0, 0, 0 }));
+  EXPECT_EQ(grid.Quantize(box.hi)[0], (1U << 20) - 1);
+  EXPECT_EQ(grid.Quantize({ -100, 100, 0 }), (std::array<std::uint32_t, 3>{ 0, (1U << 20) - 1, 0 }))
+    << "clamped";
+  EXPECT_EQ(CoordinateGrid::Over({ { 3, 3, 3 }, { 3, 3, 3 } }, 20, ScalarType::Float32).step, 1.0);
+}
+
+TEST(ByteStream, OrderedBitsKeepTheOrderOfNumbers)
+{
+  const std::vector<double> ascending{ -INFINITY, -1e300, -2.5, -1e-310, -0.0, 0.0, 1e-310, 1,
+    1e300, INFINITY };
+  for (std::size_t i = 0; i < ascending.size(); ++i)
+  {
+    EXPECT_EQ(BitsOf({ DoubleOfOrderedBits(OrderedBits(ascending[i])), 0, 0 }),
+      BitsOf({ ascending[i], 0, 0 }));
+    const auto f = static_cast<float>(ascending[i]);
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(FloatOfOrderedBits(OrderedBits(f))),
+      std::bit_cast<std::uint32_t>(f));
+    if (i > 0)
+    {
+      EXPECT_LT(OrderedBits(ascending[i - 1]), OrderedBits(ascending[i]));
+    }
+  }
+}
+
+TEST(ByteStream, IntegersOfAnySizeComeBack)
+{
+  std::mt19937_64 random(4);
+  for (unsigned bits = 0; bits <= 64; ++bits)
+  {
+    std::vector<std::uint64_t> values(random() % 50);
+    ByteWriter writer;
+    for (std::uint64_t& value : values)
+    {
+      value = bits == 0 ? 0 : random() >> (64 - bits);
+      writer.Varint(value);
+    }
+    writer.Stream(values);
+    const auto bytes = writer.Take();
+    ByteReader reader(bytes);
+    for (const std::uint64_t value : values)
+    {
+      EXPECT_EQ(reader.Varint(~std::uint64_t{ 0 }), value);
+    }
+    EXPECT_EQ(reader.Stream(values.size()), values);
+    EXPECT_FALSE(reader.Failed());
+    EXPECT_EQ(reader.Remaining(), 0U);
+  }
+}

@@ -1,0 +1,393 @@
+// Builder, StoreWriter and Store: what goes in comes out, what is damaged is named, nothing is left
+// behind.
+#include "Testing/Fixtures/Invariants.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/app/TbbExecution.h"
+#include "filters/core/Glue.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/MeshWriter.h"
+#include "filters/store/Builder.h"
+#include "filters/store/StoreSchema.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <random>
+#include <set>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+class StoreTest : public ::testing::Test
+{
+protected:
+  StoreTest()
+    : Folder(fs::temp_directory_path() / ("kdstream-store-test-" + std::to_string(::getpid())))
+  {
+    fs::create_directories(this->Folder);
+  }
+  ~StoreTest() override { fs::remove_all(this->Folder); }
+
+  fs::path File(const std::string& name = "model.kds") const { return this->Folder / name; }
+
+  BuildReport Build(const Mesh& mesh, const BuildOptions& options, const Execution& execution = {})
+  {
+    Result<BuildReport> report = BuildStore(mesh, "mesh.ply", this->File(), options, execution);
+    EXPECT_TRUE(report) << report.GetError().message;
+    return std::move(*report);
+  }
+
+  std::size_t FilesInFolder() const
+  {
+    return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(this->Folder), fs::directory_iterator()));
+  }
+
+  fs::path Folder;
+};
+
+BuildOptions Lossless(bool weld, std::uint32_t size = 200)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = size;
+  options.bits = 0;
+  options.weld = weld;
+  return options;
+}
+
+Mesh GlueAll(const Store& store)
+{
+  std::vector<Piece> pieces;
+  for (const PieceId id : store.PieceIds())
+  {
+    if (id.resolution.IsOriginal())
+    {
+      Result<Piece> piece = store.ReadPiece(id);
+      EXPECT_TRUE(piece) << piece.GetError().message;
+      pieces.push_back(std::move(*piece));
+    }
+  }
+  return *GluePartitions(pieces, store.Info().grid.scalarType);
+}
+
+void Sql(const fs::path& file, const std::string& statement)
+{
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  char* message = nullptr;
+  EXPECT_EQ(sqlite3_exec(database, statement.c_str(), nullptr, nullptr, &message), SQLITE_OK)
+    << message;
+  sqlite3_close(database);
+}
+
+}
+
+TEST_F(StoreTest, LosslessWithoutWeldingGivesTheInputBack)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    const BuildReport report = this->Build(named.mesh, Lossless(false));
+    const auto store = *Store::Open(this->File());
+    const Mesh all = GlueAll(*store);
+    EXPECT_EQ(PointMultiset(all), PointMultiset(named.mesh));
+    EXPECT_EQ(TriangleMultiset(all), TriangleMultiset(named.mesh));
+    EXPECT_LE(report.info.largestPartition - report.info.smallestPartition, 1U);
+    EXPECT_TRUE(store->Verify().empty());
+  }
+}
+
+TEST_F(StoreTest, WithWeldingTheWeldedMeshComesBack)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    const BuildReport report = this->Build(named.mesh, Lossless(true));
+    Mesh welded = named.mesh;
+    EXPECT_EQ(report.info.welded, WeldVertices(welded));
+    const Mesh all = GlueAll(**Store::Open(this->File()));
+    EXPECT_EQ(PointMultiset(all), PointMultiset(welded));
+    EXPECT_EQ(TriangleMultiset(all), TriangleMultiset(welded));
+  }
+}
+
+TEST_F(StoreTest, TheDigestDependsOnInputAndOptionsAlone)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    BuildOptions options;
+    options.tree.verticesPerPartition = 200;
+    std::set<std::string> digests;
+    for (const unsigned threads : { 1U, 2U, 8U, 2U })
+    {
+      digests.insert(this->Build(named.mesh, options, MakeTbbExecution(threads)).info.digest);
+    }
+    EXPECT_EQ(digests.size(), 1U);
+  }
+  const Mesh torus = Torus(60, 40);
+  std::set<std::string> digests;
+  for (unsigned i = 0; i < 7; ++i)
+  {
+    BuildOptions options;
+    options.tree.verticesPerPartition = i == 1 ? 300 : 200;
+    options.tree.cellVertices = i == 2 ? 1 : 8;
+    options.levels.sheets = i != 3;
+    options.levels.representative = i == 4 ? Representative::Mean : Representative::Quadric;
+    options.bits = i == 5 ? 0 : i == 6 ? 16 : 20;
+    digests.insert(this->Build(torus, options).info.digest);
+  }
+  EXPECT_EQ(digests.size(), 7U) << "an option changes nothing";
+  BuildOptions titled;
+  titled.title = "A title";
+  EXPECT_EQ(this->Build(torus, titled).info.digest, this->Build(torus, {}).info.digest)
+    << "the title is no content";
+}
+
+TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  options.title = "T";
+  options.credit = "C";
+  options.license = "L";
+  options.unit = "mm";
+  const Mesh mesh = Torus(96, 48);
+  this->Build(mesh, options);
+  const auto store = *Store::Open(this->File());
+  const StoreInfo& info = store->Info();
+  EXPECT_EQ(info.title + info.credit + info.license + info.unit + info.input, "TCLmmmesh.ply");
+  EXPECT_EQ(info.vertices, mesh.points.size());
+  EXPECT_EQ(info.triangles, mesh.triangles.size());
+  EXPECT_EQ(info.original.triangles, mesh.triangles.size());
+  EXPECT_EQ(info.box, BoxOfPoints(mesh.points));
+  std::map<Resolution, ResolutionInfo> found;
+  for (const PieceId id : store->PieceIds())
+  {
+    const Piece piece = *store->ReadPiece(id);
+    ResolutionInfo& resolution = found[id.resolution];
+    ++resolution.pieces;
+    resolution.vertices += piece.ownVertices;
+    resolution.bytes += store->ReadPieceBlob(id)->size();
+    for (const float deviation : piece.deviations)
+    {
+      resolution.deviation = std::max(resolution.deviation, double(deviation));
+    }
+  }
+  for (const ResolutionInfo& level : info.levels)
+  {
+    const ResolutionInfo& expected = found[level.resolution];
+    EXPECT_EQ(level.pieces, expected.pieces);
+    EXPECT_EQ(level.vertices, expected.vertices);
+    EXPECT_EQ(level.bytes, expected.bytes);
+    EXPECT_EQ(level.deviation, expected.deviation);
+    EXPECT_LE(level.deviation99, level.deviation);
+  }
+  const auto boxes = store->ReadTree();
+  ASSERT_TRUE(boxes);
+  EXPECT_EQ((*boxes)[1], info.box);
+}
+
+TEST_F(StoreTest, EveryRowThatIsDamagedIsNamed)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  const Mesh mesh = Torus(96, 48);
+  const auto damageOf = [&](const std::string& statement)
+  {
+    this->Build(mesh, options);
+    Sql(this->File(), statement);
+    std::vector<std::string> messages;
+    const auto store = Store::Open(this->File());
+    if (!store)
+    {
+      return std::vector<std::string>{ store.GetError().message };
+    }
+    for (const Error& error : (*store)->Verify())
+    {
+      messages.push_back(error.message);
+    }
+    return messages;
+  };
+  using Messages = std::vector<std::string>;
+  const std::string last = std::to_string((std::int64_t{ 63 } << 32) | (32 + 5));
+  EXPECT_EQ(damageOf("UPDATE pieces SET data = zeroblob(length(data)) WHERE id = " + last),
+    Messages{ "partitions/5: wrong checksum" });
+  EXPECT_EQ(
+    damageOf("DELETE FROM pieces WHERE id = " + last), Messages{ "partitions/5: row is missing" });
+  EXPECT_EQ(damageOf("UPDATE pieces SET vertices = vertices + 1 WHERE resolution = 3"),
+    Messages{ "levels/3/1: wrong checksum" });
+  EXPECT_EQ(
+    damageOf("UPDATE tree SET checksum = checksum + 1"), Messages{ "tree/1: wrong checksum" });
+  EXPECT_EQ(damageOf("UPDATE metadata SET value = replace(value, 'mesh.ply', 'MESH.ply')"),
+    Messages{ "metadata: row \"model\" has a wrong checksum" });
+  EXPECT_EQ(damageOf("DELETE FROM metadata"), Messages{ "metadata: row \"model\" is missing" });
+  EXPECT_EQ(damageOf("PRAGMA user_version = 99"),
+    Messages{ "store version 99; this program reads version 1: build the store again" });
+  EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
+}
+
+TEST_F(StoreTest, FlippedBytesAreNoticedAndTheRestIsRead)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  this->Build(Torus(96, 48), options);
+  std::ifstream file(this->File(), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(file)), {});
+  const auto healthy = *Store::Open(this->File());
+  std::map<PieceId, std::vector<std::uint8_t>> blobs;
+  for (const PieceId id : healthy->PieceIds())
+  {
+    blobs[id] = *healthy->ReadPieceBlob(id);
+  }
+  std::mt19937 random(17);
+  unsigned noticed = 0, unopened = 0;
+  constexpr unsigned flips = 150;
+  for (unsigned i = 0; i < flips; ++i)
+  {
+    std::string damaged = whole;
+    damaged[random() % damaged.size()] ^= static_cast<char>(1 << random() % 8);
+    std::ofstream(this->File("damaged.kds"), std::ios::binary | std::ios::trunc) << damaged;
+    const auto store = Store::Open(this->File("damaged.kds"));
+    if (!store)
+    {
+      EXPECT_FALSE(store.GetError().message.empty());
+      ++unopened;
+      continue;
+    }
+    const bool whole_ = (*store)->Verify().empty();
+    noticed += !whole_;
+    for (const auto& [id, blob] : blobs)
+    {
+      const auto read = (*store)->ReadPieceBlob(id);
+      if (read)
+      {
+        ASSERT_EQ(*read, blob) << "a wrong blob passed for whole";
+      }
+      else
+      {
+        ASSERT_FALSE(whole_) << "verify says whole, but a blob is not";
+        ASSERT_EQ(read.GetError().code, ErrorCode::Damaged);
+      }
+    }
+  }
+  // Most of the file is live data; the rest is free space between rows.
+  EXPECT_GT(noticed + unopened, flips * 8 / 10);
+  EXPECT_LT(unopened, flips / 4) << "a flip must rarely cost the whole store";
+}
+
+TEST_F(StoreTest, ManyThreadsReadAtOnce)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  this->Build(Torus(96, 48), options);
+  const auto store = *Store::Open(this->File());
+  std::atomic<unsigned> bad{ 0 };
+  std::vector<std::thread> threads;
+  for (unsigned t = 0; t < 8; ++t)
+  {
+    threads.emplace_back(
+      [&]()
+      {
+        for (const PieceId id : store->PieceIds())
+        {
+          bad += !store->ReadPiece(id);
+        }
+      });
+  }
+  for (std::thread& thread : threads)
+  {
+    thread.join();
+  }
+  EXPECT_EQ(bad, 0U);
+}
+
+TEST_F(StoreTest, AFailedBuildLeavesNothingAndKeepsTheOldStore)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  const std::string digest = this->Build(Torus(96, 48), options).info.digest;
+  unsigned calls = 0;
+  for (unsigned stopAt = 1; stopAt < 40; stopAt += 3)
+  {
+    calls = 0;
+    Execution execution;
+    execution.progress = [&](std::string_view, double) { return ++calls < stopAt; };
+    const auto report = BuildStore(DisplacedSphere(5), "x", this->File(), options, execution);
+    if (report)
+    {
+      break;
+    }
+    EXPECT_EQ(report.GetError().code, ErrorCode::Cancelled);
+    EXPECT_EQ(this->FilesInFolder(), 1U) << "a temporary file is left";
+    EXPECT_EQ((*Store::Open(this->File()))->Info().digest, digest);
+  }
+  EXPECT_GT(calls, 10U);
+}
+
+TEST_F(StoreTest, SaysWhatIsWrong)
+{
+  BuildOptions options;
+  options.memory = std::uint64_t{ 1 } << 20;
+  ASSERT_TRUE(WriteMesh(this->File("torus.ply"), Torus(96, 48)));
+  const auto small = BuildStore(this->File("torus.ply"), this->File(), options);
+  ASSERT_FALSE(small);
+  EXPECT_EQ(small.GetError().code, ErrorCode::LimitExceeded);
+  EXPECT_NE(small.GetError().message.find("the limit is 1 MiB"), std::string::npos)
+    << small.GetError().message;
+  EXPECT_FALSE(fs::exists(this->File()));
+
+  EXPECT_EQ(
+    BuildStore(Mesh{}, "x", this->File(), {}).GetError().message, "the mesh has no vertices");
+  const Mesh wide{ { { -1.7e308, 0, 0 }, { 1.7e308, 0, 0 } }, {}, ScalarType::Float64 };
+  EXPECT_EQ(BuildStore(wide, "x", this->File(), {}).GetError().message,
+    "the mesh spans more along x than a double can hold");
+  const auto unwritable = BuildStore(Torus(9, 9), "x", this->Folder / "no" / "x.kds", {});
+  EXPECT_EQ(unwritable.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(Store::Open(this->File("absent.kds")).GetError().code, ErrorCode::NotFound);
+  std::ofstream(this->File("text.kds"))
+    << "this is no store, but long enough to be mistaken for one ...........";
+  EXPECT_FALSE(Store::Open(this->File("text.kds")));
+}
+
+TEST_F(StoreTest, NamesWithOddCharactersWork)
+{
+  for (const char* name : { "a b.kds", "100%?x=1#.kds", "ümlaut.kds", "'quote\".kds" })
+  {
+    SCOPED_TRACE(name);
+    ASSERT_TRUE(BuildStore(Torus(9, 9), "x", this->File(name), {}));
+    const auto store = Store::Open(this->File(name));
+    ASSERT_TRUE(store) << store.GetError().message;
+    EXPECT_TRUE((*store)->Verify().empty());
+  }
+}
+
+TEST_F(StoreTest, LevelsOfLosslessStoresHaveTheInputsType)
+{
+  const Mesh offset = DisplacedSphere(4, { 4e6 + 0.123, 5e6, 7 }, 0.5);
+  Mesh asDoubles = offset;
+  asDoubles.scalarType = ScalarType::Float64;
+  this->Build(asDoubles, Lossless(true));
+  const Mesh all = GlueAll(**Store::Open(this->File()));
+  EXPECT_EQ(PointMultiset(all), PointMultiset(asDoubles))
+    << "doubles far from the origin survive exactly";
+  BuildOptions grid;
+  this->Build(asDoubles, grid);
+  const auto store = *Store::Open(this->File());
+  const Mesh onGrid = GlueAll(*store);
+  EXPECT_LT(store->Info().grid.step, 2e-6);
+  const Box box = BoxOfPoints(onGrid.points), input = BoxOfPoints(asDoubles.points);
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    EXPECT_NEAR(box.lo[k], input.lo[k], store->Info().grid.step);
+    EXPECT_NEAR(box.hi[k], input.hi[k], store->Info().grid.step);
+  }
+}
