@@ -21,8 +21,9 @@ struct MeshFileInfo
   std::uint64_t vertices = 0;
   std::uint64_t faces = 0; // polygons and strips, before triangulation
   ScalarType scalarType = ScalarType::Float32;
-  std::vector<std::string>
-    ignoredAttributes; // properties that this version does not carry ("vertex.red")
+  // Properties that this version does not carry ("vertex.red"), and elements that it does not know
+  // ("edge").
+  std::vector<std::string> ignoredAttributes;
 };
 
 class MeshReader

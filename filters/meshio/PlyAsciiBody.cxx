@@ -1,6 +1,7 @@
 // ASCII PLY records: words between blanks, a record ends with its line. Part of step "read".
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/PlyBody.h"
+#include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,17 +18,6 @@ constexpr std::size_t maximumWord = 4096;
 bool IsBlank(char c)
 {
   return c == ' ' || c == '\n' || c == '\r' || c == '\t' || c == '\v' || c == '\f';
-}
-
-std::string Quoted(std::string_view word)
-{
-  std::string text = "'";
-  for (char c : word.substr(0, 40))
-  {
-    text += c >= ' ' && c <= '~' ? c : '?';
-  }
-  text += word.size() > 40 ? "…'" : "'";
-  return text;
 }
 
 class AsciiBody : public PlyBody
@@ -106,7 +96,7 @@ Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, d
     });
   if (error != NumberTextError::None)
   {
-    return place.Bad(property.name + " " + Quoted(word) +
+    return place.Bad(property.name + " " + QuotedText(word) +
                      (error == NumberTextError::NotANumber ? " is not a number of type "
                                                            : " is out of range of the type ") +
                      std::string(PlyTypeName(property.type)));
@@ -131,7 +121,7 @@ Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std:
   if (error != NumberTextError::None)
   {
     return place.Bad(
-      std::string(what) + " " + Quoted(word) +
+      std::string(what) + " " + QuotedText(word) +
       (error == NumberTextError::NotANumber ? " is not an integer" : " out of range"));
   }
   return {};

@@ -2,6 +2,8 @@
 // "read".
 #include "filters/meshio/PlyHeader.h"
 
+#include "filters/meshio/QuotedText.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -36,18 +38,6 @@ std::optional<PlyType> FindType(std::string_view name)
   const auto* found = std::find_if(
     typeNames.begin(), typeNames.end(), [&](const TypeName& known) { return known.name == name; });
   return found == typeNames.end() ? std::nullopt : std::optional(found->type);
-}
-
-// Words of the file end up in messages: no control characters, no pages of text.
-std::string Quoted(std::string_view word)
-{
-  std::string text = "'";
-  for (char c : word.substr(0, 40))
-  {
-    text += c >= ' ' && c <= '~' ? c : '?';
-  }
-  text += word.size() > 40 ? "…'" : "'";
-  return text;
 }
 
 // Names go into messages and lists of names as they are.
@@ -132,7 +122,7 @@ public:
     {
       return this->AddProperty(words);
     }
-    return this->Bad("unknown word " + Quoted(words[0]));
+    return this->Bad("unknown word " + QuotedText(words[0]));
   }
 
   Result<PlyHeader> Finish()
@@ -175,11 +165,11 @@ private:
     }
     else
     {
-      return this->Bad("unknown format " + Quoted(words[1]));
+      return this->Bad("unknown format " + QuotedText(words[1]));
     }
     if (words[2] != "1.0")
     {
-      return this->Bad("unknown version " + Quoted(words[2]) + " (1.0 is known)");
+      return this->Bad("unknown version " + QuotedText(words[2]) + " (1.0 is known)");
     }
     this->HasFormat = true;
     return {};
@@ -193,7 +183,8 @@ private:
     }
     if (!IsGoodName(words[1]))
     {
-      return this->Bad("the name " + Quoted(words[1]) + " is too long or holds control characters");
+      return this->Bad(
+        "the name " + QuotedText(words[1]) + " is too long or holds control characters");
     }
     PlyElement element;
     element.name = words[1];
@@ -201,12 +192,12 @@ private:
     const auto parsed = std::from_chars(words[2].data(), end, element.count);
     if (parsed.ec != std::errc() || parsed.ptr != end)
     {
-      return this->Bad("the count " + Quoted(words[2]) + " of element " + Quoted(words[1]) +
+      return this->Bad("the count " + QuotedText(words[2]) + " of element " + QuotedText(words[1]) +
                        " is not a number from 0 to 2^64 - 1");
     }
     if (!this->ElementNames.insert(element.name).second)
     {
-      return this->Bad("a second element " + Quoted(words[1]));
+      return this->Bad("a second element " + QuotedText(words[1]));
     }
     this->Header.elements.push_back(std::move(element));
     this->PropertyNames.clear();
@@ -222,7 +213,7 @@ private:
     if (!IsGoodName(words.back()))
     {
       return this->Bad(
-        "the name " + Quoted(words.back()) + " is too long or holds control characters");
+        "the name " + QuotedText(words.back()) + " is too long or holds control characters");
     }
     PlyElement& element = this->Header.elements.back();
     PlyProperty property;
@@ -237,12 +228,12 @@ private:
       const std::optional<PlyType> countType = FindType(words[2]);
       if (!countType)
       {
-        return this->Bad("unknown type " + Quoted(words[2]));
+        return this->Bad("unknown type " + QuotedText(words[2]));
       }
       if (!IsInteger(*countType))
       {
-        return this->Bad("list " + Quoted(words[4]) + " is counted in " + std::string(words[2]) +
-                         ", not in integers");
+        return this->Bad("list " + QuotedText(words[4]) + " is counted in " +
+                         std::string(words[2]) + ", not in integers");
       }
       property.countType = *countType;
     }
@@ -250,14 +241,14 @@ private:
     const std::optional<PlyType> type = FindType(typeName);
     if (!type)
     {
-      return this->Bad("unknown type " + Quoted(typeName));
+      return this->Bad("unknown type " + QuotedText(typeName));
     }
     property.type = *type;
     property.name = words.back();
     if (!this->PropertyNames.insert(property.name).second)
     {
-      return this->Bad(
-        "a second property " + Quoted(words.back()) + " of element " + Quoted(element.name));
+      return this->Bad("a second property " + QuotedText(words.back()) + " of element " +
+                       QuotedText(element.name));
     }
     element.properties.push_back(std::move(property));
     return {};
