@@ -31,7 +31,7 @@ struct Ray
 class Camera
 {
 public:
-  static constexpr double viewAngle = 30;                           // degrees, vertical
+  static constexpr double viewAngle = 0.52359877559829887;          // radians, vertical
   static constexpr double tangentOfHalfAngle = 0.26794919243112270; // of viewAngle / 2
 
   void SetViewport(const Viewport& viewport);

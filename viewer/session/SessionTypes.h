@@ -58,7 +58,7 @@ struct ViewerScene
   Box box;                                // of the model; empty without one
   Vec3 eye{}, focal{}, up{ 0, 1, 0 };
   Quaternion orientation;               // of the camera: x right, y up, view along -z
-  double viewAngle = Camera::viewAngle; // degrees, vertical
+  double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
 };
 

@@ -115,7 +115,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   Tap(session, x, y);
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
   server.Serve(session);
-  Pinch(session, x, y, 6);
+  Pinch(session, x, y, 16);
   EXPECT_EQ(session.GetStatus().targetLevel, 13u);
   EXPECT_EQ(session.GetStatus().shownLevel, 11u); // until all of the other has come
   server.Serve(session);

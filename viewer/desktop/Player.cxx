@@ -1,0 +1,124 @@
+// Plays a session without a person. Step "replay" of the README's picture.
+#include "viewer/desktop/Player.h"
+
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+using Clock = std::chrono::steady_clock;
+}
+
+Player::Player(
+  ServerClient& client, ViewerSession& session, SessionWindow& window, PlayerOptions options)
+  : Client(client)
+  , Session(session)
+  , Window(window)
+  , Options(std::move(options))
+{
+}
+
+Status Player::Play(const SessionStep& step)
+{
+  if (this->Options.record)
+  {
+    this->Options.record(step);
+  }
+  switch (step.kind)
+  {
+    case SessionStep::Kind::Select:
+      if (Status status = this->Session.SelectModel(step.name); !status)
+      {
+        return status;
+      }
+      break;
+    case SessionStep::Kind::Touches:
+      this->Session.HandleTouches(step.frame);
+      break;
+    case SessionStep::Kind::WaitForIdle:
+      return this->WaitForIdle();
+    case SessionStep::Kind::Screenshot:
+      if (Status status = this->Frame(); !status)
+      {
+        return status;
+      }
+      return this->Window.SavePicture(step.name);
+  }
+  this->SendRequests();
+  return {};
+}
+
+Status Player::WaitForIdle()
+{
+  const auto begin = Clock::now();
+  auto lastNews = begin;
+  for (;;)
+  {
+    this->DeliverEvents();
+    this->SendRequests();
+    if (Status status = this->Frame(); !status)
+    {
+      return status;
+    }
+    if (this->Session.IsIdle())
+    {
+      return {};
+    }
+    const auto now = Clock::now();
+    if (this->Client.Wait(std::chrono::milliseconds(100)))
+    {
+      lastNews = Clock::now();
+    }
+    else if (now - lastNews > this->Options.longestSilence ||
+             now - begin > this->Options.longestWait)
+    {
+      return Error{ ErrorCode::InputOutput,
+        "gave up waiting for the server; outstanding: " + this->Session.DescribeOutstanding() };
+    }
+    if (this->Options.interrupted && this->Options.interrupted())
+    {
+      return Error{ ErrorCode::Cancelled, "interrupted" };
+    }
+  }
+}
+
+void Player::DeliverEvents()
+{
+  for (const ClientEvent& event : this->Client.Take())
+  {
+    Deliver(event, this->Session);
+    this->Complain();
+  }
+}
+
+void Player::SendRequests()
+{
+  for (const SessionRequest& request : this->Session.TakeRequests())
+  {
+    this->Client.Send(request);
+  }
+}
+
+Status Player::Frame()
+{
+  const auto begin = Clock::now();
+  this->Session.BeginFrame();
+  this->Complain();
+  Status status = this->Window.Show(this->Session.Scene());
+  this->Session.EndFrame(std::chrono::duration<double>(Clock::now() - begin).count());
+  return status;
+}
+
+// Each new sentence once.
+void Player::Complain()
+{
+  const std::string error = this->Session.GetStatus().error;
+  if (!error.empty() && error != this->LastComplaint && this->Options.complain)
+  {
+    this->Options.complain(error);
+  }
+  this->LastComplaint = error;
+}
+
+}

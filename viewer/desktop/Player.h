@@ -1,0 +1,58 @@
+// Plays a session without a person: steps in, requests to the server, frames to a window. Step
+// "replay" of the README's picture.
+#pragma once
+
+#include "viewer/client/ServerClient.h"
+#include "viewer/desktop/SessionWindow.h"
+#include "viewer/session/SessionFile.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct PlayerOptions
+{
+  // A wait for idle without an answer from the server for so long is an error, and so is one that
+  // lasts so long.
+  std::chrono::seconds longestSilence{ 120 };
+  std::chrono::seconds longestWait{ 1800 };
+  // Called with each step before it is done.
+  std::function<void(const SessionStep&)> record;
+  // Called with each sentence about something that could not be had; the session goes on.
+  std::function<void(const std::string&)> complain;
+  // Whether to give up a wait.
+  std::function<bool()> interrupted;
+};
+
+// What comes from the server is looked at during waits only, and time is that of the steps, so that
+// the same steps give the same gestures, picks and levels however fast the server is.
+class Player
+{
+public:
+  // References are kept.
+  Player(
+    ServerClient& client, ViewerSession& session, SessionWindow& window, PlayerOptions options);
+
+  // Errors: those of the step, naming the model, the picture, or what is outstanding.
+  Status Play(const SessionStep& step);
+
+private:
+  Status WaitForIdle();
+  Status Frame();
+  void SendRequests();
+  void DeliverEvents();
+  void Complain();
+
+  ServerClient& Client;
+  ViewerSession& Session;
+  SessionWindow& Window;
+  PlayerOptions Options;
+  std::string LastComplaint;
+};
+
+}

@@ -1,0 +1,53 @@
+// A window that shows what a session says. Step "draw" of the README's picture.
+#include "viewer/desktop/SessionWindow.h"
+
+#include "viewer/rendering/Picture.h"
+
+#include <vtkRenderer.h>
+
+namespace kdstream
+{
+
+Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOffscreen(
+  WindowBackend backend, int width, int height, const SceneStyle& style)
+{
+  auto window = MakeOffscreenWindow(backend, width, height);
+  if (!window)
+  {
+    return window.GetError();
+  }
+  std::unique_ptr<SessionWindow> made(new SessionWindow);
+  made->Window = *window;
+  made->Scene = std::make_unique<SurfaceScene>();
+  made->Scene->SetStyle(style);
+  made->Window->AddRenderer(&made->Scene->Renderer());
+  return made;
+}
+
+Status SessionWindow::Show(const ViewerScene& scene)
+{
+  if (this->ShownVersion != scene.surfaceVersion)
+  {
+    const Vec3 centre = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
+    if (Status status = this->Scene->Update(*scene.surface, scene.depths, centre); !status)
+    {
+      return status;
+    }
+    this->ShownVersion = scene.surfaceVersion;
+  }
+  if (Status status = this->Scene->SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });
+      !status)
+  {
+    return status;
+  }
+  this->Window->Render();
+  this->Window->WaitForCompletion();
+  return {};
+}
+
+Status SessionWindow::SavePicture(const std::string& file)
+{
+  return WritePng(*this->Window, file);
+}
+
+}

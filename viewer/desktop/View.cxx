@@ -1,0 +1,285 @@
+// kdstream-view: looks at the models of a server. The contract is CLI.md.
+#include "filters/app/Program.h"
+#include "viewer/desktop/Player.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <memory>
+
+namespace
+{
+
+using namespace kdstream;
+
+constexpr const char* description =
+  "Looks at a model of a KdStream server, without a screen: this version has no interactive window "
+  "yet, so --offscreen "
+  "is required.\n"
+  "With --replay it plays a recorded session and ends; otherwise it shows the model in the level "
+  "of detail that fits "
+  "the window. --screenshot writes what is shown at the end.\n\n"
+  "A session file has one JSON object a line:\n"
+  "  {\"select\":\"MODEL\"}          browse the model: its preview is shown; again, or a tap: full "
+  "screen\n"
+  "  {\"wait\":\"idle\"}             until everything that was asked for has come\n"
+  "  {\"screenshot\":\"NAME.png\"}   write what is shown\n"
+  "  {\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360}]}   all fingers on the screen at that "
+  "time (seconds, "
+  "pixels)\n"
+  "One finger turns, two move and zoom (and pick the level of detail), a double tap streams the "
+  "region under it as the "
+  "original.\n\n"
+  "Example: kdstream-view http://localhost:8700 --model dragon --offscreen auto --screenshot "
+  "dragon.png";
+
+struct CommandLine
+{
+  std::string url, model, offscreen, size = "1280x720", record, replay, screenshot, statistics;
+  unsigned rings = 1;
+  SurfaceColoring coloring = SurfaceColoring::Stone;
+  int width = 0, height = 0;
+};
+
+// "1280x720"; an empty text, or why not.
+std::string ParseWindowSize(const std::string& text, int& width, int& height)
+{
+  char rest = 0;
+  const bool parsed = std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &rest) == 2;
+  const bool inRange =
+    width >= 1 && width <= largestWindowSide && height >= 1 && height <= largestWindowSide;
+  return parsed && inRange ? std::string()
+                           : "'" + text + "' is no size: WxH, each 1 to " +
+                               std::to_string(largestWindowSide) + " pixels";
+}
+
+void AddOptions(CLI::App& app, CommandLine& line)
+{
+  app.add_option("URL", line.url, "the server: http://HOST:PORT")->required();
+  app.add_option("--model", line.model, "id of the model [the server's only one]");
+  app
+    .add_option("--offscreen", line.offscreen,
+      "draw into memory by auto, egl, osmesa or x11; auto takes the first that works")
+    ->check(CLI::IsMember({ "auto", "egl", "osmesa", "x11" }));
+  app
+    .add_option_function<std::string>(
+      "--size",
+      [&line](const std::string& text)
+      {
+        const std::string wrong = ParseWindowSize(text, line.width, line.height);
+        if (!wrong.empty())
+        {
+          throw CLI::ValidationError("--size", wrong);
+        }
+      },
+      "size of the window, pixels")
+    ->type_name("WxH")
+    ->default_str("1280x720");
+  app
+    .add_option("--rings", line.rings,
+      "how far around a picked cell the original is streamed: 1, 2 or 3 times its size")
+    ->check(CLI::Range(1u, 3u))
+    ->capture_default_str();
+  app.add_option("--replay", line.replay, "session file to play");
+  app.add_option(
+    "--record", line.record, "session file to write: what is done, to be played again");
+  app.add_option("--screenshot", line.screenshot, "PNG file to write at the end");
+  app.add_option("--stats", line.statistics,
+    "JSON file to write at the end: vertices, triangles, bytes and seconds of every blob");
+  const std::map<std::string, SurfaceColoring> colorings{ { "none", SurfaceColoring::Stone },
+    { "partition", SurfaceColoring::Partition }, { "resolution", SurfaceColoring::Resolution } };
+  app
+    .add_option("--colour-by", line.coloring,
+      "colours of the surface: none, partition or resolution (optional)")
+    ->transform(CLI::CheckedTransformer(colorings).description(""))
+    ->default_str("none");
+}
+
+Result<std::vector<SessionStep>> ReadSession(const std::string& file)
+{
+  std::ifstream input(file, std::ios::binary);
+  if (!input)
+  {
+    return Error{ ErrorCode::NotFound, std::string("cannot be read: ") + std::strerror(errno) };
+  }
+  const std::string text{ std::istreambuf_iterator<char>(input), {} };
+  return ParseSession(text);
+}
+
+Status WriteFile(const std::string& file, const std::string& text)
+{
+  std::ofstream output(file, std::ios::binary | std::ios::trunc);
+  output << text;
+  output.close();
+  if (!output)
+  {
+    return Error{ ErrorCode::InputOutput,
+      std::string("cannot be written: ") + std::strerror(errno) };
+  }
+  return {};
+}
+
+// The model to begin with: the one that is named, or the only one; empty where a replay selects for
+// itself.
+Result<std::string> FirstModel(const CommandLine& line, const std::vector<SessionStep>& steps,
+  const std::vector<protocol::ModelSummary>& models)
+{
+  if (!line.model.empty())
+  {
+    return line.model;
+  }
+  for (const SessionStep& step : steps)
+  {
+    if (step.kind == SessionStep::Kind::Select)
+    {
+      return std::string();
+    }
+    if (step.kind == SessionStep::Kind::Touches)
+    {
+      break;
+    }
+  }
+  if (models.size() == 1)
+  {
+    return models[0].id;
+  }
+  if (models.empty())
+  {
+    return Error{ ErrorCode::NotFound, "the server has no models" };
+  }
+  std::string names;
+  for (const protocol::ModelSummary& model : models)
+  {
+    names += (names.empty() ? "" : ", ") + model.id;
+  }
+  return Error{ ErrorCode::InvalidArgument,
+    "the server has several models; choose one by --model: " + names };
+}
+
+// What is played: the session file, or one model in full screen.
+std::vector<SessionStep> Script(
+  const std::string& first, const std::vector<SessionStep>& replay, const CommandLine& line)
+{
+  using Kind = SessionStep::Kind;
+  std::vector<SessionStep> steps;
+  if (!first.empty())
+  {
+    steps.push_back({ Kind::Select, {}, first });
+    steps.push_back({ Kind::WaitForIdle, {}, {} });
+  }
+  if (line.replay.empty())
+  {
+    steps.push_back({ Kind::Select, {}, first }); // again: full screen
+    steps.push_back({ Kind::WaitForIdle, {}, {} });
+  }
+  steps.insert(steps.end(), replay.begin(), replay.end());
+  if (!line.screenshot.empty())
+  {
+    steps.push_back({ Kind::Screenshot, {}, line.screenshot });
+  }
+  return steps;
+}
+
+int View(const std::string& program, const CommandLine& line)
+{
+  const auto fail = [&program](const std::string& file, const Error& error)
+  { return PrintError(program, file, error); };
+  std::vector<SessionStep> replay;
+  if (!line.replay.empty())
+  {
+    auto read = ReadSession(line.replay);
+    if (!read)
+    {
+      return fail(line.replay, read.GetError());
+    }
+    replay = std::move(*read);
+  }
+  auto client = ServerClient::Connect(line.url);
+  if (!client)
+  {
+    return fail(line.url, client.GetError());
+  }
+  const auto first = FirstModel(line, replay, (*client)->Models());
+  if (!first)
+  {
+    return fail(line.url, first.GetError());
+  }
+  SceneStyle style;
+  style.coloring = line.coloring;
+  auto window = SessionWindow::MakeOffscreen(
+    *ParseWindowBackend(line.offscreen), line.width, line.height, style);
+  if (!window)
+  {
+    return fail("", window.GetError());
+  }
+
+  SessionOptions sessionOptions;
+  sessionOptions.rings = line.rings;
+  sessionOptions.clock = []
+  {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+  };
+  ViewerSession session(sessionOptions);
+  session.SetModels((*client)->Models());
+  session.Resize({ line.width, line.height, 1 });
+
+  int exitCode = exitDone;
+  std::string record;
+  PlayerOptions options;
+  options.record = [&record](const SessionStep& step) { record += FormatSessionStep(step) + "\n"; };
+  options.complain = [&](const std::string& sentence) {
+    exitCode = fail(line.url, { ErrorCode::NotFound, sentence });
+  };
+  options.interrupted = Interrupted;
+  Player player(**client, session, **window, options);
+  for (const SessionStep& step : Script(*first, replay, line))
+  {
+    if (const Status status = player.Play(step); !status)
+    {
+      const bool picture = step.kind == SessionStep::Kind::Screenshot;
+      return fail(picture ? step.name : line.url, status.GetError());
+    }
+  }
+  const std::pair<std::string, std::string> files[] = { { line.record, record },
+    { line.statistics, StatisticsJson(session.Statistics()) } };
+  for (const auto& [file, text] : files)
+  {
+    if (file.empty())
+    {
+      continue;
+    }
+    if (const Status status = WriteFile(file, text); !status)
+    {
+      return fail(file, status.GetError());
+    }
+  }
+  return exitCode;
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  CommandLine line;
+  ParseWindowSize(line.size, line.width, line.height);
+  CLI::App app(description, "kdstream-view");
+  app.set_version_flag("--version", KDSTREAM_VERSION);
+  AddOptions(app, line);
+  return RunProgram(app, argc, argv,
+    [&]()
+    {
+      if (line.offscreen.empty())
+      {
+        return PrintError(app.get_name(), "",
+          { ErrorCode::InvalidArgument,
+            "the interactive window comes in a later version: --offscreen auto is required" });
+      }
+      CatchInterrupts();
+      return View(app.get_name(), line);
+    });
+}
