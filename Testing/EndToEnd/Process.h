@@ -1,0 +1,78 @@
+// Running the programs as a user does: arguments in; exit code, stdout and stderr out.
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace kdstream::fixtures
+{
+
+struct Outcome
+{
+  int exitCode = -1; // 128 + the signal where one ended it
+  std::string out, err;
+};
+
+// A folder of one test's own, gone with the object.
+class TemporaryFolder
+{
+public:
+  TemporaryFolder()
+  {
+    std::string name = (std::filesystem::temp_directory_path() / "kdstream-test-XXXXXX").string();
+    this->Path = ::mkdtemp(name.data());
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(this->Path); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return this->Path / name; }
+  std::filesystem::path Path;
+};
+
+inline std::string ReadWhole(const std::filesystem::path& file)
+{
+  std::ifstream stream(file, std::ios::binary);
+  return { std::istreambuf_iterator<char>(stream), {} };
+}
+
+// Runs kdstream-NAME from the build's bin folder with the arguments, in `folder`.
+inline Outcome RunTool(
+  const TemporaryFolder& folder, const std::string& name, const std::vector<std::string>& arguments)
+{
+  const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-" + name;
+  const std::filesystem::path out = folder / ".stdout", err = folder / ".stderr";
+  const pid_t child = ::fork();
+  if (child == 0)
+  {
+    std::vector<char*> argv{ const_cast<char*>(program.c_str()) };
+    for (const std::string& argument : arguments)
+    {
+      argv.push_back(const_cast<char*>(argument.c_str()));
+    }
+    argv.push_back(nullptr);
+    if (::chdir(folder.Path.c_str()) == 0 && std::freopen(out.c_str(), "w", stdout) &&
+        std::freopen(err.c_str(), "w", stderr))
+    {
+      ::execv(program.c_str(), argv.data());
+    }
+    ::_exit(127);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  Outcome outcome;
+  outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = ReadWhole(out);
+  outcome.err = ReadWhole(err);
+  std::filesystem::remove(out);
+  std::filesystem::remove(err);
+  return outcome;
+}
+
+}

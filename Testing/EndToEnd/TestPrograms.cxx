@@ -1,0 +1,429 @@
+// kdstream-build and kdstream-store as CLI.md describes them: what they write, say and return.
+#include "Testing/EndToEnd/Process.h"
+#include "Testing/Fixtures/Invariants.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/MeshWriter.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <random>
+#include <set>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+using Json = nlohmann::json;
+
+namespace
+{
+
+class Programs : public ::testing::Test
+{
+protected:
+  Outcome Build(std::vector<std::string> arguments)
+  {
+    return RunTool(this->Folder, "build", arguments);
+  }
+  Outcome Store(std::vector<std::string> arguments)
+  {
+    return RunTool(this->Folder, "store", arguments);
+  }
+
+  void Write(const std::string& name, const Mesh& mesh)
+  {
+    const Status status = WriteMesh(this->Folder / name, mesh);
+    ASSERT_TRUE(status) << status.GetError().message;
+  }
+  void WriteText(const std::string& name, const std::string& text)
+  {
+    std::ofstream(this->Folder / name) << text;
+  }
+
+  Mesh Read(const std::string& name)
+  {
+    auto reader = MeshReader::Open(this->Folder / name);
+    Mesh mesh;
+    EXPECT_TRUE(reader) << reader.GetError().message;
+    if (reader)
+    {
+      mesh.scalarType = (*reader)->Info().scalarType;
+      EXPECT_TRUE((*reader)->ReadVertices(mesh.points, ~std::size_t{ 0 }));
+      EXPECT_TRUE((*reader)->ReadTriangles(mesh.triangles, ~std::size_t{ 0 }));
+    }
+    return mesh;
+  }
+
+  // The error line of a program that fails, whole.
+  void ExpectError(const Outcome& outcome, int exitCode, const std::string& line)
+  {
+    EXPECT_EQ(outcome.exitCode, exitCode);
+    EXPECT_EQ(outcome.err, line + "\n");
+    EXPECT_EQ(outcome.out, "");
+  }
+
+  std::set<std::string> Files() const
+  {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(this->Folder.Path))
+    {
+      names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+
+  TemporaryFolder Folder;
+};
+
+std::string Ply(const std::string& vertices, const std::string& faces, const std::string& body)
+{
+  return "ply\nformat ascii 1.0\nelement vertex " + vertices +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " + faces +
+         "\nproperty list uchar int vertex_indices\nend_header\n" + body;
+}
+
+}
+
+TEST_F(Programs, HelpAndVersion)
+{
+  for (const char* name : { "build", "store" })
+  {
+    const Outcome help = RunTool(this->Folder, name, { "--help" });
+    EXPECT_EQ(help.exitCode, 0);
+    EXPECT_NE(help.out.find("Example"), std::string::npos);
+    EXPECT_EQ(RunTool(this->Folder, name, { "--version" }).out, "0.1.0\n");
+  }
+}
+
+TEST_F(Programs, AllOfALosslessStoreIsTheInput)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    this->Write("in.ply", named.mesh);
+    const Outcome built = this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless",
+      "--weld", "off", "--vertices-per-partition", "150", "--stats", "s.json", "--quiet" });
+    ASSERT_EQ(built.exitCode, 0) << built.err;
+    EXPECT_EQ(built.out + built.err, "");
+    ASSERT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "out.ply" }).exitCode, 0);
+    const Mesh out = this->Read("out.ply");
+    EXPECT_EQ(PointMultiset(out), PointMultiset(named.mesh));
+    EXPECT_EQ(TriangleMultiset(out), TriangleMultiset(named.mesh));
+    const Json stats = Json::parse(ReadWhole(this->Folder / "s.json"));
+    EXPECT_EQ(stats["vertices"], named.mesh.points.size());
+    EXPECT_EQ(stats["triangles"], named.mesh.triangles.size());
+    EXPECT_LE(
+      stats["partition_vertices"]["max"].get<int>() - stats["partition_vertices"]["min"].get<int>(),
+      1);
+  }
+}
+
+TEST_F(Programs, StatsHaveTheContractsKeys)
+{
+  this->Write("in.ply", Torus(96, 48));
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", "s.json" }).exitCode, 0);
+  const Json stats = Json::parse(ReadWhole(this->Folder / "s.json"));
+  for (const char* key :
+    { "input", "vertices", "triangles", "partitions", "partition_depth", "stitch_depth", "welded",
+      "inconsistent_edges", "passes", "peak_rss_bytes", "temp_bytes", "store_bytes", "digest" })
+  {
+    EXPECT_TRUE(stats.contains(key)) << key;
+  }
+  for (const char* key : { "read", "tree", "faces", "levels", "encode", "write", "total" })
+  {
+    EXPECT_TRUE(stats["seconds"].contains(key)) << key;
+  }
+  ASSERT_EQ(stats["levels"].size(), 12U);
+  for (const char* key : { "depth", "vertices", "triangles", "pieces", "bytes", "deviation" })
+  {
+    EXPECT_TRUE(stats["levels"][5].contains(key)) << key;
+  }
+  EXPECT_EQ(stats["store_bytes"], std::filesystem::file_size(this->Folder / "m.kds"));
+  const Json info = Json::parse(this->Store({ "info", "m.kds", "--json" }).out);
+  EXPECT_EQ(info["digest"], stats["digest"]);
+  EXPECT_EQ(info["levels"], stats["levels"]);
+  EXPECT_NE(this->Store({ "info", "m.kds" }).out.find(stats["digest"].get<std::string>()),
+    std::string::npos);
+}
+
+TEST_F(Programs, EveryOptionChangesSomething)
+{
+  this->Write("in.ply", Shuffled(DisplacedSphere(5), 4));
+  const auto stats = [&](std::vector<std::string> options)
+  {
+    options.insert(options.begin(), { "in.ply", "-o", "m.kds", "--stats", "s.json" });
+    const Outcome built = this->Build(options);
+    EXPECT_EQ(built.exitCode, 0) << built.err;
+    return Json::parse(ReadWhole(this->Folder / "s.json"));
+  };
+  const Json plain = stats({});
+  EXPECT_EQ(stats({ "--vertices-per-partition", "100" })["partitions"], 64);
+  EXPECT_EQ(stats({ "--partitions", "16" })["partitions"], 16);
+  EXPECT_EQ(stats({ "--cell-vertices", "1" })["levels"].size(), 14U);
+  EXPECT_EQ(stats({ "--sheets", "off" })["levels"][8]["vertices"], 256);
+  EXPECT_NE(stats({ "--representative", "mean" })["digest"], plain["digest"]);
+  EXPECT_EQ(stats({ "--precision", "8" })["precision"], 8);
+  EXPECT_EQ(stats({ "--precision", "lossless" })["precision"], "lossless");
+  const Json named = stats({ "--title", "T", "--credit", "C", "--license", "L", "--unit", "mm" });
+  EXPECT_EQ(named["title"], "T");
+  EXPECT_EQ(named["credit"], "C");
+  EXPECT_EQ(named["license"], "L");
+  EXPECT_EQ(named["unit"], "mm");
+  for (const char* threads : { "1", "2", "8" })
+  {
+    EXPECT_EQ(stats({ "--threads", threads, "--partitioner", "kdtree", "--levels", "cluster",
+                "--memory", "1G" })["digest"],
+      plain["digest"]);
+  }
+  Mesh doubled = Torus(40, 20);
+  doubled.points.insert(doubled.points.end(), doubled.points.begin(), doubled.points.end());
+  this->Write("in.ply", doubled);
+  EXPECT_EQ(stats({})["welded"], 800);
+  EXPECT_EQ(stats({ "--weld", "off" })["welded"], 0);
+}
+
+TEST_F(Programs, WrongUsageExitsWith2)
+{
+  this->Write("in.ply", Torus(40, 20));
+  const std::vector<std::vector<std::string>> wrong{ {}, { "in.ply" },
+    { "in.ply", "-o", "m.kds", "--nonsense" }, { "in.ply", "-o", "m.kds", "--levels", "collapse" },
+    { "in.ply", "-o", "m.kds", "--partitioner", "octree" },
+    { "in.ply", "-o", "m.kds", "--precision", "7" },
+    { "in.ply", "-o", "m.kds", "--precision", "25" },
+    { "in.ply", "-o", "m.kds", "--precision", "fine" },
+    { "in.ply", "-o", "m.kds", "--partitions", "3" },
+    { "in.ply", "-o", "m.kds", "--partitions", "1024" },
+    { "in.ply", "-o", "m.kds", "--partitions", "0" },
+    { "in.ply", "-o", "m.kds", "--partitions", "4", "--vertices-per-partition", "10" },
+    { "in.ply", "-o", "m.kds", "--vertices-per-partition", "0" },
+    { "in.ply", "-o", "m.kds", "--memory", "lots" },
+    { "in.ply", "-o", "m.kds", "--sheets", "maybe" },
+    { "in.ply", "-o", "m.kds", "--cell-vertices", "0" },
+    { "in.ply", "-o", "m.kds", "--threads", "0" } };
+  for (const auto& arguments : wrong)
+  {
+    const Outcome outcome = this->Build(arguments);
+    const std::string last = arguments.empty() ? "" : arguments.back();
+    EXPECT_EQ(outcome.exitCode, 2) << last;
+    EXPECT_EQ(outcome.err.rfind("kdstream-build: error: ", 0), 0U) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
+  const std::vector<std::vector<std::string>> wrongStore{ {}, { "info" },
+    { "extract", "m.kds", "-o", "x.ply" }, { "extract", "m.kds", "--level", "3" },
+    { "extract", "m.kds", "--level", "3", "--all", "-o", "x.ply" },
+    { "extract", "m.kds", "--level", "99", "-o", "x.ply" },
+    { "extract", "m.kds", "--partition", "1", "-o", "x.ply" },
+    { "extract", "m.kds", "--region", "0", "-o", "x.ply" },
+    { "extract", "m.kds", "--region", "2", "-o", "x.ply" },
+    { "extract", "m.kds", "--in-context", "3", "--all", "-o", "x.ply" }, { "distance", "m.kds" } };
+  for (const auto& arguments : wrongStore)
+  {
+    const Outcome outcome = this->Store(arguments);
+    EXPECT_EQ(outcome.exitCode, 2) << (arguments.empty() ? "" : arguments.back()) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("kdstream-store: error: ", 0), 0U) << outcome.err;
+  }
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply", "m.kds" }));
+}
+
+TEST_F(Programs, BadInputIsNamedWithItsPlace)
+{
+  const std::string cube = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n";
+  this->WriteText("empty.ply", "");
+  this->WriteText("text.ply", "no mesh at all\n");
+  this->WriteText("range.ply", Ply("4", "2", cube + "3 0 1 2\n3 1 2 99\n"));
+  this->WriteText("nan.ply", Ply("4", "1", "0 0 0\n1 0 nan\n0 1 0\n1 1 0\n3 0 1 2\n"));
+  this->WriteText("none.ply", Ply("0", "0", ""));
+  this->WriteText("model.xyz", "1 2 3\n");
+  this->Write("whole.ply", Torus(40, 20));
+  const std::string whole = ReadWhole(this->Folder / "whole.ply");
+  std::ofstream(this->Folder / "cut.ply", std::ios::binary) << whole.substr(0, whole.size() - 5);
+  std::ofstream(this->Folder / "cut2.ply", std::ios::binary) << whole.substr(0, 1000);
+
+  const auto error = [&](const std::string& file)
+  {
+    const Outcome outcome = this->Build({ file, "-o", "m.kds" });
+    EXPECT_EQ(outcome.exitCode, 1) << file;
+    EXPECT_EQ(outcome.err.rfind("kdstream-build: error: " + file + ": ", 0), 0U) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds"));
+    return outcome.err;
+  };
+  const auto expect = [&](const std::string& file, const std::string& what)
+  { EXPECT_NE(error(file).find(what), std::string::npos) << error(file) << "\nlacks: " << what; };
+  expect("missing.ply", "no such file");
+  expect("empty.ply", "empty");
+  expect("text.ply", "not a PLY");
+  expect("range.ply", "face 1: index 99 out of range (4 vertices)");
+  expect("nan.ply", "vertex 1: z is not finite");
+  expect("none.ply", "the mesh has no vertices");
+  expect("model.xyz", ".xyz");
+  expect("cut.ply", "face 1599");
+  expect("cut2.ply", "vertex ");
+}
+
+TEST_F(Programs, RefusesWhatDoesNotFitTheMemory)
+{
+  this->Write("in.ply", DisplacedSphere(5));
+  const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds", "--memory", "1M" });
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_EQ(outcome.err.rfind("kdstream-build: error: in.ply: needs about ", 0), 0U) << outcome.err;
+  EXPECT_NE(outcome.err.find("the limit is 1 MiB"), std::string::npos);
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply" }));
+}
+
+TEST_F(Programs, UnwritableOutputIsNamed)
+{
+  this->Write("in.ply", Torus(40, 20));
+  this->ExpectError(this->Build({ "in.ply", "-o", "no/m.kds" }), 1,
+    "kdstream-build: error: no/m.kds: cannot create a file in no: No such file or directory");
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", "no/s.json" }).err,
+    "kdstream-build: error: no/s.json: cannot be written\n");
+  const Outcome outcome = this->Store({ "extract", "m.kds", "--all", "-o", "no/x.ply" });
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_EQ(outcome.err.rfind("kdstream-store: error: no/x.ply: ", 0), 0U) << outcome.err;
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.doc" }).exitCode, 1);
+}
+
+TEST_F(Programs, NamesAttributesThatAreNotCarried)
+{
+  this->WriteText("in.ply",
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\n"
+    "property uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n");
+  const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds" });
+  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_EQ(
+    outcome.err, "kdstream-build: warning: in.ply: not carried by this version: vertex.red\n");
+}
+
+TEST_F(Programs, DamageIsNamedByVerify)
+{
+  this->Write("in.ply", Torus(96, 48));
+  ASSERT_EQ(
+    this->Build({ "in.ply", "-o", "m.kds", "--vertices-per-partition", "200" }).exitCode, 0);
+  EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
+  const std::string whole = ReadWhole(this->Folder / "m.kds");
+  // The blob of the last partition: partitions come last in the file.
+  std::string damaged = whole;
+  const std::size_t blob = whole.rfind("KDP\x01");
+  ASSERT_NE(blob, std::string::npos);
+  damaged[blob + 200] ^= 1;
+  std::ofstream(this->Folder / "d.kds", std::ios::binary) << damaged;
+  const Outcome verify = this->Store({ "verify", "d.kds" });
+  EXPECT_EQ(verify.exitCode, 1);
+  EXPECT_NE(verify.err.find("kdstream-store: error: d.kds: partitions/"), std::string::npos)
+    << verify.err;
+  EXPECT_EQ(this->Store({ "extract", "d.kds", "--all", "-o", "x.ply" }).exitCode, 1);
+  EXPECT_EQ(this->Store({ "extract", "d.kds", "--level", "5", "-o", "x.ply" }).exitCode, 0)
+    << "the rest is whole";
+  this->ExpectError(this->Store({ "info", "in.ply" }), 1,
+    "kdstream-store: error: in.ply: header: file is not a database");
+  this->ExpectError(this->Store({ "info", "nothing.kds" }), 1,
+    "kdstream-store: error: nothing.kds: No such file or directory");
+}
+
+TEST_F(Programs, ExtractsWhatIsAskedFor)
+{
+  this->Write("in.ply", Torus(96, 48));
+  ASSERT_EQ(
+    this->Build({ "in.ply", "-o", "m.kds", "--vertices-per-partition", "200", "--stats", "s.json" })
+      .exitCode,
+    0);
+  const Json stats = Json::parse(ReadWhole(this->Folder / "s.json"));
+  const unsigned stitch = stats["stitch_depth"], partitions = stats["partitions"];
+  const auto extract = [&](std::vector<std::string> arguments)
+  {
+    arguments.insert(arguments.begin(), { "extract", "m.kds", "-o", "x.ply" });
+    const Outcome outcome = this->Store(arguments);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return this->Read("x.ply");
+  };
+  for (unsigned d = 0; d < stats["levels"].size(); ++d)
+  {
+    const Mesh level = extract({ "--level", std::to_string(d) });
+    EXPECT_EQ(level.points.size(), stats["levels"][d]["vertices"]);
+    EXPECT_EQ(level.triangles.size(), stats["levels"][d]["triangles"]);
+  }
+  const Mesh partition = extract({ "--partition", "3" });
+  EXPECT_GT(partition.points.size(), stats["partition_vertices"]["min"].get<std::size_t>());
+  const Mesh near = extract({ "--region", "20", "--rings", "1" });
+  const Mesh wide = extract({ "--region", "20", "--rings", "2" });
+  EXPECT_GT(near.triangles.size(), partition.triangles.size());
+  EXPECT_GT(wide.triangles.size(), near.triangles.size());
+  for (const unsigned d : { 3U, stitch })
+  {
+    const Mesh context =
+      extract({ "--region", "20", "--rings", "1", "--in-context", std::to_string(d) });
+    EXPECT_TRUE(BoundaryEdges(context.triangles).empty()) << "in context of level " << d;
+    EXPECT_LT(context.triangles.size(), stats["triangles"].get<std::size_t>());
+  }
+  std::mt19937 random(8);
+  for (unsigned draw = 0; draw < 10; ++draw)
+  {
+    Json mix = Json::array();
+    for (unsigned p = 0; p < partitions; ++p)
+    {
+      const auto depth =
+        static_cast<unsigned>(stitch + random() % (stats["levels"].size() - stitch + 1));
+      mix.push_back(depth < stats["levels"].size() ? Json(depth) : Json("original"));
+    }
+    this->WriteText("mix.json", mix.dump());
+    EXPECT_TRUE(BoundaryEdges(extract({ "--resolutions", "mix.json" }).triangles).empty());
+  }
+  this->WriteText("mix.json", "[\"original\"]");
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" }).err,
+    "kdstream-store: error: m.kds: --resolutions: mix.json has 1 entries for " +
+      std::to_string(partitions) + " partitions\n");
+  this->WriteText("mix.json", "[\"fine\"]");
+  EXPECT_EQ(
+    this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" }).exitCode, 2);
+  for (const char* name : { "x.vtp", "x.stl", "x.obj", "x.wrl" })
+  {
+    EXPECT_EQ(this->Store({ "extract", "m.kds", "--level", "5", "-o", name }).exitCode, 0) << name;
+    EXPECT_GT(std::filesystem::file_size(this->Folder / name), 100U);
+  }
+}
+
+TEST_F(Programs, AnInterruptLeavesNothingBehind)
+{
+  this->Write("in.ply", DisplacedSphere(8));
+  const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build";
+  unsigned interrupted = 0;
+  for (unsigned milliseconds = 2; milliseconds < 500; milliseconds = milliseconds * 3 / 2 + 1)
+  {
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+      const bool ready =
+        ::chdir(this->Folder.Path.c_str()) == 0 && std::freopen("/dev/null", "w", stderr);
+      if (ready)
+      {
+        ::execl(program.c_str(), program.c_str(), "in.ply", "-o", "m.kds", nullptr);
+      }
+      ::_exit(127);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    ::kill(child, SIGINT);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    std::set<std::string> files = this->Files();
+    if (files.contains("m.kds"))
+    {
+      EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0) << "a store that is there is whole";
+      std::filesystem::remove(this->Folder / "m.kds");
+      files.erase("m.kds");
+    }
+    else
+    {
+      ++interrupted;
+    }
+    EXPECT_EQ(files, (std::set<std::string>{ "in.ply" })) << "after " << milliseconds << " ms";
+  }
+  EXPECT_GT(interrupted, 0U);
+}
