@@ -279,6 +279,20 @@ TEST(OffscreenWindow, IsFoundAutomatically)
   EXPECT_EQ(Compare(stage.Draw(), egl.Draw()).pixels, 0u);
 }
 
+// Run by CMake with an environment in which Mesa offers OpenGL 3.1 only.
+TEST(WithoutOpenGl, DISABLED_SaysWhatEachMisses)
+{
+  const ScopedVariable unset("DISPLAY", nullptr);
+  const auto window = MakeOffscreenWindow(WindowBackend::Auto, 64, 64);
+  ASSERT_FALSE(window);
+  for (const char* reason : { "EGL: no context with OpenGL 3.2 core",
+         "OSMesa: no context with OpenGL 3.2 core", "X11: the environment variable DISPLAY" })
+  {
+    EXPECT_NE(window.GetError().message.find(reason), std::string::npos)
+      << window.GetError().message;
+  }
+}
+
 // Run by CMake with an environment in which libEGL finds no driver.
 TEST(WithoutEgl, DISABLED_AutoTakesOsMesa)
 {
