@@ -1,0 +1,42 @@
+// libFuzzer's entry to the decoders of pieces and tree pages. The first bytes choose the tree's
+// depths, the grid and the piece; the rest is the blob. What decodes must pass CheckPiece and
+// encode to a blob that decodes to the same.
+#include "filters/codec/PieceCodec.h"
+
+#include <cstdint>
+#include <cstdlib>
+
+using namespace kdstream;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  if (size < 4)
+  {
+    return 0;
+  }
+  CodecContext context;
+  context.depths.partition = data[0] % 6;
+  context.depths.finest = context.depths.partition + data[1] % 14;
+  context.depths.stitch = std::min(context.depths.finest, context.depths.partition + 4);
+  context.grid =
+    data[2] % 3 == 0
+      ? CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 20, ScalarType::Float32)
+      : CoordinateGrid::Exact(data[2] % 3 == 1 ? ScalarType::Float32 : ScalarType::Float64);
+  const unsigned level = data[3] % (context.depths.finest + 2);
+  const Resolution resolution =
+    level > context.depths.finest ? Resolution::Original() : Resolution::Level(level);
+  const PieceId id{ resolution, NodeId{ 1 } << PieceDepth(resolution, context.depths) };
+  const std::span<const std::uint8_t> blob(data + 4, size - 4);
+
+  if (const Result<Piece> piece = DecodePiece(blob, id, context))
+  {
+    const Result<Piece> again = DecodePiece(EncodePiece(*piece, context), id, context);
+    if (!again || again->triangles != piece->triangles || again->keys != piece->keys)
+    {
+      std::abort();
+    }
+  }
+  std::vector<Box> boxes(std::size_t{ 2 } << context.depths.partition);
+  (void)DecodeTreePage(blob, 1, context.depths, boxes).HasValue();
+  return 0;
+}
