@@ -1,0 +1,200 @@
+// kdstream-serve as a process: its line, its signals, its exit codes. Argument: the program.
+#include "filters/store/Builder.h"
+#include "server/http/Testing/HttpTestClient.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+using namespace kdstream;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+std::string program;
+
+// A running kdstream-serve.
+class Process
+{
+public:
+  explicit Process(std::vector<std::string> arguments)
+  {
+    std::array<int, 2> out{}, error{};
+    EXPECT_EQ(::pipe(out.data()), 0);
+    EXPECT_EQ(::pipe(error.data()), 0);
+    arguments.insert(arguments.begin(), program);
+    std::vector<char*> list;
+    for (auto& argument : arguments)
+    {
+      list.push_back(argument.data());
+    }
+    list.push_back(nullptr);
+    this->Id = ::fork();
+    if (this->Id == 0)
+    {
+      ::dup2(out[1], STDOUT_FILENO);
+      ::dup2(error[1], STDERR_FILENO);
+      for (const int end : { out[0], out[1], error[0], error[1] })
+      {
+        ::close(end);
+      }
+      ::execv(program.c_str(), list.data());
+      ::_exit(127);
+    }
+    ::close(out[1]);
+    ::close(error[1]);
+    this->Out = out[0];
+    this->Err = error[0];
+  }
+  ~Process()
+  {
+    if (this->Id > 0)
+    {
+      this->Signal(SIGKILL);
+      this->Wait();
+    }
+    ::close(this->Out);
+    ::close(this->Err);
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void Signal(int signal) const { ::kill(this->Id, signal); }
+  // The exit code, or minus the signal that ended it.
+  int Wait()
+  {
+    int status = 0;
+    ::waitpid(this->Id, &status, 0);
+    this->Id = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+  static std::string ReadLine(int file)
+  {
+    std::string line;
+    for (char c = 0; ::read(file, &c, 1) == 1 && c != '\n';)
+    {
+      line += c;
+    }
+    return line;
+  }
+  std::string OutLine() const { return ReadLine(this->Out); }
+  std::string ErrorLine() const { return ReadLine(this->Err); }
+
+  // Waits for the line; the port in it.
+  std::uint16_t Port() const
+  {
+    const auto line = this->OutLine();
+    const std::string start = "listening on http://127.0.0.1:";
+    EXPECT_EQ(line.substr(0, start.size()), start);
+    return line.size() > start.size()
+             ? static_cast<std::uint16_t>(std::stoi(line.substr(start.size())))
+             : std::uint16_t{ 0 };
+  }
+
+private:
+  pid_t Id = -1;
+  int Out = -1, Err = -1;
+};
+
+class Serve : public testing::Test
+{
+protected:
+  fs::path folder = fs::temp_directory_path() / ("kdstream-serve-" + std::to_string(::getpid()));
+  fs::path stores = folder / "stores";
+
+  void SetUp() override { fs::create_directories(this->stores); }
+  void TearDown() override { fs::remove_all(this->folder); }
+
+  void Build(const std::string& name) const
+  {
+    Mesh mesh;
+    mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } };
+    mesh.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+    EXPECT_TRUE(BuildStore(mesh, "mesh.ply", this->stores / name, {}));
+  }
+};
+
+}
+
+TEST_F(Serve, ServesAFolderUntilItIsTold)
+{
+  this->Build("one.kds");
+  std::ofstream(this->stores / "broken.kds") << "nonsense";
+  std::ofstream(this->folder / "index.html") << "home";
+  const auto log = this->folder / "access.log";
+  Process serve({ this->stores, "--port", "0", "--access-log", log, "--web", this->folder });
+  const auto port = serve.Port();
+  const auto warning = serve.ErrorLine();
+  EXPECT_EQ(warning.substr(0, 23), "kdstream-serve: error: ");
+  EXPECT_NE(warning.find("broken.kds: "), std::string::npos);
+
+  const auto models = HttpTestClient(port).Get("/api/models.json");
+  ASSERT_TRUE(models);
+  EXPECT_EQ(protocol::ParseModelList(models->body)->size(), 1u);
+  EXPECT_EQ(HttpTestClient(port).Get("/")->body, "home");
+
+  this->Build("two.kds");
+  serve.Signal(SIGHUP);
+  std::size_t count = 1;
+  while (count == 1) // until it has read the folder again
+  {
+    count = protocol::ParseModelList(HttpTestClient(port).Get("/api/models.json")->body)->size();
+  }
+  EXPECT_EQ(count, 2u);
+
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.OutLine(), "") << "one line only";
+  std::ifstream lines(log);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_NE(line.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << line;
+}
+
+TEST_F(Serve, AnEmptyFolderIsServed)
+{
+  Process serve({ this->stores, "--port", "0" });
+  const auto port = serve.Port();
+  EXPECT_EQ(HttpTestClient(port).Get("/api/models")->body, "{\"models\":[]}");
+  serve.Signal(SIGINT);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Serve, TellsWhyItCannotServe)
+{
+  Process first({ this->stores, "--port", "0" });
+  const auto port = std::to_string(first.Port());
+  const std::pair<std::vector<std::string>, int> wrong[] = {
+    { {}, 2 },
+    { { this->stores, "--port", "99999" }, 2 },
+    { { this->stores, "--tokens", "x" }, 2 },
+    { { this->stores, "--threads", "0" }, 2 },
+    { { this->stores, "--tls-cert", "x.pem" }, 2 },
+    { { this->stores, "--port", "0", "--tls-cert", "x.pem", "--tls-key", "y.pem" }, 1 },
+    { { this->folder / "missing", "--port", "0" }, 1 },
+    { { this->stores, "--port", port }, 1 },
+    { { this->stores, "--port", "0", "--web", this->folder / "missing" }, 1 },
+    { { this->stores, "--port", "0", "--access-log", this->folder / "missing/log" }, 1 },
+  };
+  for (const auto& [arguments, code] : wrong)
+  {
+    Process serve(arguments);
+    EXPECT_EQ(serve.ErrorLine().substr(0, 23), "kdstream-serve: error: ");
+    EXPECT_EQ(serve.OutLine(), "");
+    EXPECT_EQ(serve.Wait(), code) << (arguments.empty() ? "" : arguments.back());
+  }
+}
+
+int main(int argc, char** argv)
+{
+  testing::InitGoogleTest(&argc, argv);
+  program = argc > 1 ? argv[1] : "";
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,90 @@
+// Clients for the tests of the server, blocking: plain bytes, HTTP, and the stream. Boost stays in
+// the source.
+#pragma once
+
+#include "server/protocol/BinaryFrame.h"
+#include "server/protocol/ControlMessage.h"
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace kdstream
+{
+
+// One connection to 127.0.0.1.
+class HttpTestClient
+{
+public:
+  struct Response
+  {
+    unsigned status = 0;
+    std::map<std::string, std::string> fields;
+    std::string body;
+    std::string Field(const std::string& name) const;
+  };
+
+  explicit HttpTestClient(std::uint16_t port);
+  ~HttpTestClient();
+  static bool Connects(std::uint16_t port);
+
+  void Send(const std::string& bytes);
+  // The next answer, or nothing if the connection ends instead.
+  std::optional<Response> Receive(bool head = false);
+  std::optional<Response> Get(
+    const std::string& target, const std::string& fields = "", const std::string& method = "GET");
+  // Whether the server ends the connection without a further byte.
+  bool Ends();
+
+private:
+  struct Connection;
+  std::unique_ptr<Connection> Peer;
+};
+
+// One WebSocket to 127.0.0.1.
+class StreamTestClient
+{
+public:
+  using Message = std::variant<protocol::ServerMessage, std::vector<std::uint8_t>>;
+
+  explicit StreamTestClient(std::uint16_t port);
+  ~StreamTestClient();
+
+  bool Open();
+  std::string Subprotocol() const; // that the server has chosen
+
+  void Ask(const protocol::ClientMessage& message);
+  void SendText(const std::string& text);
+  void SendBinary(const std::string& bytes);
+
+  // The next message, or nothing if the stream ends.
+  std::optional<Message> Receive();
+
+  struct Answer
+  {
+    std::vector<protocol::FrameAssembler::Blob> blobs;
+    std::vector<protocol::ErrorAnswer> blobErrors;
+    std::optional<protocol::BeginAnswer> begin;
+    std::optional<protocol::EndAnswer> end;
+    std::optional<protocol::ErrorAnswer> error;
+    std::optional<protocol::OpenedAnswer> opened;
+    std::size_t frames = 0;
+  };
+
+  // Receives until `request` has ended. onFrame: after each frame.
+  Answer Await(std::uint32_t request, const std::function<void(std::size_t frames)>& onFrame = {});
+
+  void Close();
+  std::uint16_t CloseCode() const;
+
+private:
+  struct Connection;
+  std::unique_ptr<Connection> Peer;
+  protocol::FrameAssembler Assembler;
+};
+
+}

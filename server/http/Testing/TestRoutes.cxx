@@ -1,0 +1,211 @@
+#include "server/http/Routes.h"
+
+#include "server/protocol/ResourcePath.h"
+#include "server/session/Testing/MemoryCatalog.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+using namespace kdstream;
+using namespace kdstream::protocol;
+
+namespace
+{
+
+class Site : public testing::Test
+{
+protected:
+  MemoryCatalog catalog;
+  std::shared_ptr<MemoryModel> model = this->catalog.Add("dragon", 1, 4, 3000);
+  std::string digest = this->model->Description().digest;
+  Metrics metrics;
+  Routes routes{ this->catalog, this->metrics, {} };
+
+  HttpResponse Get(const std::string& target) const
+  {
+    return this->routes.Answer({ "GET", target, "", "", "" });
+  }
+  std::string Blob(const BlobId& blob) const { return BlobPath("dragon", this->digest, blob); }
+
+  static std::string Text(const HttpResponse& response)
+  {
+    const auto* data = reinterpret_cast<const char*>(response.body->data());
+    return std::string(data + response.begin, response.length);
+  }
+
+  // The status, if the answer is a JSON error.
+  unsigned ErrorOf(const HttpResponse& response) const
+  {
+    EXPECT_EQ(response.Field("Content-Type"), "application/json");
+    const auto json = nlohmann::json::parse(Text(response), nullptr, false);
+    EXPECT_TRUE(json.is_object() && json["error"].is_string()) << Text(response);
+    EXPECT_EQ(response.Field("Cache-Control"), "no-store");
+    return response.status;
+  }
+};
+
+}
+
+TEST_F(Site, Models)
+{
+  for (const char* path : { "/api/models.json", "/api/models", "/api/models.json?x=1" })
+  {
+    const auto response = this->Get(path);
+    EXPECT_EQ(response.status, 200u);
+    EXPECT_EQ(response.Field("Cache-Control"), "no-cache");
+    const auto models = ParseModelList(Text(response));
+    ASSERT_TRUE(models);
+    EXPECT_EQ(*models, std::vector{ Summarize(this->model->Description()) });
+  }
+  const auto response = this->Get("/api/models/dragon/model.json");
+  EXPECT_EQ(*ParseModel(Text(response)), this->model->Description());
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/models/lucy/model.json")), 404u);
+}
+
+TEST_F(Site, EveryBlobIsServedAsItIs)
+{
+  for (const auto& [id, bytes] : this->model->blobs)
+  {
+    const auto response = this->Get(this->Blob(id));
+    ASSERT_EQ(response.status, 200u) << BlobName(id);
+    EXPECT_EQ(*response.body, *bytes);
+    EXPECT_EQ(response.length, bytes->size());
+    EXPECT_EQ(response.Field("Content-Type"), "application/octet-stream");
+    EXPECT_EQ(response.Field("Cache-Control"), "public, max-age=31536000, immutable");
+    EXPECT_EQ(response.Field("Accept-Ranges"), "bytes");
+  }
+}
+
+TEST_F(Site, Errors)
+{
+  const std::string other(32, '0');
+  EXPECT_EQ(this->ErrorOf(this->Get(BlobPath("dragon", other, BlobId::Partition(0)))), 410u);
+  EXPECT_EQ(this->ErrorOf(this->Get(BlobPath("lucy", other, BlobId::Partition(0)))), 404u);
+  EXPECT_EQ(this->ErrorOf(this->Get(this->Blob(BlobId::Partition(16)))), 404u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/models/dragon/" + this->digest + "/tree/01")), 400u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/models/dragon/abc/tree/1")), 400u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/models/%64ragon/model.json")), 400u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/models/../model.json")), 400u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/nothing")), 404u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/nothing")), 404u);
+  EXPECT_EQ(this->ErrorOf(this->Get("")), 400u);
+  EXPECT_EQ(this->ErrorOf(this->Get("http://host/healthz")), 400u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/stream")), 426u);
+  for (const char* method : { "POST", "PUT", "DELETE", "OPTIONS", "TRACE", "get" })
+  {
+    const auto response = this->routes.Answer({ method, "/api/models.json", "", "", "" });
+    EXPECT_EQ(this->ErrorOf(response), 405u) << method;
+    EXPECT_EQ(response.Field("Allow"), "GET, HEAD");
+  }
+}
+
+TEST_F(Site, ADamagedBlobIs500AndTheRestIsServed)
+{
+  this->model->damaged = { BlobId::Partition(3) };
+  const auto response = this->Get(this->Blob(BlobId::Partition(3)));
+  EXPECT_EQ(this->ErrorOf(response), 500u);
+  EXPECT_NE(Text(response).find("partitions/3"), std::string::npos);
+  EXPECT_EQ(Text(response).find("secret"), std::string::npos);
+  EXPECT_EQ(this->Get(this->Blob(BlobId::Partition(4))).status, 200u);
+  EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 1\n"), std::string::npos);
+}
+
+TEST_F(Site, TagsGive304)
+{
+  for (const std::string& path : { std::string("/api/models.json"),
+         std::string("/api/models/dragon/model.json"), this->Blob(BlobId::Partition(0)) })
+  {
+    const auto first = this->Get(path);
+    const std::string tag(first.Field("ETag"));
+    ASSERT_GT(tag.size(), 2u);
+    EXPECT_EQ(tag.front(), '"'); // strong
+    for (const auto& field : { tag, "\"x\", " + tag, std::string("*") })
+    {
+      const auto again = this->routes.Answer({ "GET", path, field, "", "" });
+      EXPECT_EQ(again.status, 304u);
+      EXPECT_EQ(again.length, 0u);
+      EXPECT_FALSE(again.body);
+      EXPECT_EQ(again.Field("ETag"), tag);
+      EXPECT_EQ(again.Field("Cache-Control"), first.Field("Cache-Control"));
+    }
+    EXPECT_EQ(this->routes.Answer({ "GET", path, "\"other\"", "", "" }).status, 200u);
+  }
+  EXPECT_NE(this->Get(this->Blob(BlobId::Partition(0))).Field("ETag"),
+    this->Get(this->Blob(BlobId::Partition(1))).Field("ETag"));
+  const auto before = std::string(this->Get("/api/models.json").Field("ETag"));
+  this->catalog.Add("lucy", 2, 1, 100);
+  EXPECT_NE(this->Get("/api/models.json").Field("ETag"), before);
+}
+
+TEST_F(Site, Ranges)
+{
+  const auto path = this->Blob(BlobId::Partition(2));
+  const auto& bytes = *this->model->blobs.at(BlobId::Partition(2));
+  const auto size = std::to_string(bytes.size());
+  const auto part = this->routes.Answer({ "GET", path, "", "bytes=10-19", "" });
+  EXPECT_EQ(part.status, 206u);
+  EXPECT_EQ(part.Field("Content-Range"), "bytes 10-19/" + size);
+  EXPECT_EQ(Text(part), std::string(bytes.begin() + 10, bytes.begin() + 20));
+
+  const auto none = this->routes.Answer({ "GET", path, "", "bytes=" + size + "-", "" });
+  EXPECT_EQ(none.status, 416u);
+  EXPECT_EQ(none.Field("Content-Range"), "bytes */" + size);
+  EXPECT_EQ(none.length, 0u);
+
+  const std::string tag(part.Field("ETag"));
+  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=1-2", tag }).status, 206u);
+  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=1-2", "\"other\"" }).status, 200u);
+  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=1-2,5-6", "" }).status, 200u);
+  EXPECT_EQ(this->routes.Answer({ "GET", path, tag, "bytes=1-2", "" }).status, 304u);
+  EXPECT_EQ(this->routes.Answer({ "HEAD", path, "", "bytes=1-2", "" }).status, 200u);
+}
+
+TEST_F(Site, HeadIsGetWithoutABody)
+{
+  for (const std::string& path :
+    { std::string("/api/models.json"), std::string("/nothing"), this->Blob(BlobId::Partition(0)) })
+  {
+    const auto get = this->Get(path);
+    const auto head = this->routes.Answer({ "HEAD", path, "", "", "" });
+    EXPECT_TRUE(head.omitBody);
+    EXPECT_FALSE(get.omitBody);
+    EXPECT_EQ(head.status, get.status);
+    EXPECT_EQ(head.length, get.length);
+    EXPECT_EQ(head.fields, get.fields);
+  }
+}
+
+TEST_F(Site, HealthMetricsAndHome)
+{
+  EXPECT_EQ(Text(this->Get("/healthz")), "ok\n");
+  this->metrics.CountRequest(200);
+  EXPECT_NE(Text(this->Get("/metrics")).find("kdstream_requests_total{status=\"200\"} 1\n"),
+    std::string::npos);
+  EXPECT_NE(Text(this->Get("/")).find("/api/models.json"), std::string::npos);
+}
+
+TEST_F(Site, OriginsAreAllowedByName)
+{
+  EXPECT_EQ(this->Get("/healthz").Field("Access-Control-Allow-Origin"), "");
+  EXPECT_TRUE(this->routes.MayStream("", "localhost:8700"));
+  EXPECT_TRUE(this->routes.MayStream("http://localhost:8700", "localhost:8700"));
+  EXPECT_FALSE(this->routes.MayStream("http://localhost:8701", "localhost:8700"));
+  EXPECT_FALSE(this->routes.MayStream("https://example.org", "localhost:8700"));
+  EXPECT_FALSE(this->routes.MayStream("null", "localhost:8700"));
+
+  const Routes named(this->catalog, this->metrics, { "https://example.org", {}, "" });
+  const auto answer = named.Answer({ "GET", "/api/nothing", "", "", "" });
+  EXPECT_EQ(answer.Field("Access-Control-Allow-Origin"), "https://example.org");
+  EXPECT_EQ(answer.Field("Vary"), "Origin");
+  EXPECT_TRUE(named.MayStream("https://example.org", "localhost:8700"));
+  EXPECT_FALSE(named.MayStream("https://example.com", "localhost:8700"));
+  const auto preflight = named.Answer({ "OPTIONS", "/api/models.json", "", "", "" });
+  EXPECT_EQ(preflight.status, 204u);
+  EXPECT_EQ(preflight.Field("Access-Control-Allow-Methods"), "GET, HEAD");
+  EXPECT_EQ(preflight.Field("Access-Control-Allow-Origin"), "https://example.org");
+
+  const Routes any(this->catalog, this->metrics, { "*", {}, "" });
+  EXPECT_EQ(any.Answer({ "GET", "/healthz", "", "", "" }).Field("Vary"), "");
+  EXPECT_TRUE(any.MayStream("https://example.com", "localhost:8700"));
+}

@@ -1,0 +1,219 @@
+#include "server/session/StoreCatalog.h"
+
+#include "filters/store/Builder.h"
+#include "server/protocol/ResourcePath.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+using namespace kdstream;
+using namespace kdstream::protocol;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+// A wavy sheet.
+Mesh Sheet(std::uint32_t side)
+{
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < side; ++i)
+  {
+    for (std::uint32_t j = 0; j < side; ++j)
+    {
+      mesh.points.push_back({ i * 0.25, j * 0.125, std::floor(10 * std::sin(i * 0.1)) });
+      if (i > 0 && j > 0)
+      {
+        const VertexId v = i * side + j;
+        mesh.triangles.push_back({ v - side - 1, v - side, v });
+        mesh.triangles.push_back({ v - side - 1, v, v - 1 });
+      }
+    }
+  }
+  return mesh;
+}
+
+class Folder : public testing::Test
+{
+protected:
+  fs::path folder = fs::temp_directory_path() / ("kdstream-catalog-" + std::to_string(::getpid()));
+  std::vector<std::string> reports;
+  StoreCatalog catalog{ folder, [this](const fs::path& file, const std::string& what)
+    { this->reports.push_back(file.filename().string() + ": " + what); } };
+
+  void SetUp() override { fs::create_directories(this->folder); }
+  void TearDown() override { fs::remove_all(this->folder); }
+
+  StoreInfo Build(const std::string& name, std::uint32_t side, const std::string& title = "")
+  {
+    BuildOptions options;
+    options.tree.verticesPerPartition = 200;
+    options.title = title;
+    auto report = BuildStore(Sheet(side), "sheet.ply", this->folder / name, options);
+    EXPECT_TRUE(report) << report.GetError().message;
+    return report->info;
+  }
+
+  // Flips a byte of the file where these bytes lie.
+  void Damage(const std::string& name, const std::vector<std::uint8_t>& bytes)
+  {
+    std::fstream file(this->folder / name, std::ios::in | std::ios::out | std::ios::binary);
+    const std::string content{ std::istreambuf_iterator<char>(file), {} };
+    const std::string part(bytes.begin(), bytes.begin() + std::min<long>(200, std::ssize(bytes)));
+    const auto place = content.find(part);
+    ASSERT_NE(place, std::string::npos);
+    ASSERT_EQ(content.find(part, place + 1), std::string::npos);
+    file.seekp(static_cast<std::streamoff>(place + part.size() / 2));
+    file.put(static_cast<char>(content[place + part.size() / 2] ^ 1));
+  }
+};
+
+}
+
+TEST_F(Folder, AnEmptyFolderIsAnEmptyCatalogAndAMissingOneAnError)
+{
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_TRUE(this->catalog.Models().empty());
+  fs::remove_all(this->folder);
+  const auto status = this->catalog.Reload();
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.GetError().code, ErrorCode::NotFound);
+}
+
+TEST_F(Folder, DescribesAndReadsAStore)
+{
+  const auto info = this->Build("sheet-1.kds", 60, "A sheet");
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet-1");
+  ASSERT_TRUE(model);
+  EXPECT_EQ(this->catalog.Models().size(), 1u);
+  EXPECT_FALSE(this->catalog.Find("sheet-1.kds"));
+  EXPECT_TRUE(this->reports.empty());
+
+  const auto& told = model->Description();
+  EXPECT_EQ(told.digest, info.digest);
+  EXPECT_EQ(told.title, "A sheet");
+  EXPECT_EQ(told.vertices, 3600u);
+  EXPECT_EQ(told.partitions, info.partitions);
+  EXPECT_EQ(told.partitionDepth, info.depths.partition);
+  EXPECT_EQ(told.boxHi, info.box.hi);
+  EXPECT_EQ(told.gridStep, info.grid.step);
+  ASSERT_EQ(told.levels.size(), info.levels.size());
+  EXPECT_EQ(told.levels[9].vertices, info.levels[9].vertices);
+  EXPECT_EQ(told.original.bytes, info.original.bytes);
+
+  const auto store = Store::Open(this->folder / "sheet-1.kds");
+  ASSERT_TRUE(store);
+  for (const auto& id : (*store)->PieceIds())
+  {
+    const auto blob =
+      id.resolution.IsOriginal()
+        ? BlobId::Partition(id.node - (1u << info.depths.partition))
+        : BlobId::LevelPiece(static_cast<std::uint8_t>(id.resolution.Depth()), id.node);
+    const auto bytes = model->ReadBlob(blob);
+    ASSERT_TRUE(bytes) << BlobName(blob);
+    EXPECT_EQ(**bytes, *(*store)->ReadPieceBlob(id));
+  }
+  EXPECT_TRUE(model->ReadBlob(BlobId::TreePage(1)));
+  const auto boxes = model->Boxes();
+  ASSERT_TRUE(boxes);
+  EXPECT_EQ((*boxes)[1], info.box);
+}
+
+TEST_F(Folder, WhatAModelDoesNotHaveIsNotFound)
+{
+  const auto info = this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  for (const auto blob : { BlobId::TreePage(2), BlobId::TreePage(1u << 11),
+         BlobId::Partition(static_cast<std::uint32_t>(info.partitions)),
+         BlobId::Partition((1u << 30) - 1), BlobId::LevelPiece(3, 2),
+         BlobId::LevelPiece(static_cast<std::uint8_t>(info.depths.finest + 1), 1),
+         BlobId::LevelPiece(30, (1u << 31) - 1) })
+  {
+    const auto bytes = model->ReadBlob(blob);
+    ASSERT_FALSE(bytes) << BlobName(blob);
+    EXPECT_EQ(bytes.GetError().code, ErrorCode::NotFound) << BlobName(blob);
+  }
+  EXPECT_TRUE(this->reports.empty());
+}
+
+TEST_F(Folder, WhatIsNoStoreIsReportedAndLeftOut)
+{
+  this->Build("good.kds", 20);
+  fs::copy(this->folder / "good.kds", this->folder / "bad name.kds");
+  std::ofstream(this->folder / "broken.kds") << "nonsense";
+  std::ofstream(this->folder / "empty.kds");
+  std::ofstream(this->folder / "notes.txt") << "of no interest";
+  fs::create_directories(this->folder / "folder.kds");
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_EQ(this->catalog.Models().size(), 1u);
+  ASSERT_EQ(this->reports.size(), 4u);
+  EXPECT_EQ(this->reports[0].substr(0, 13), "bad name.kds:");
+  EXPECT_EQ(this->reports[1].substr(0, 11), "broken.kds:");
+  EXPECT_EQ(this->reports[2].substr(0, 10), "empty.kds:");
+  EXPECT_EQ(this->reports[3].substr(0, 11), "folder.kds:");
+}
+
+TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
+{
+  this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto whole = *this->catalog.Find("sheet")->ReadBlob(BlobId::Partition(3));
+  this->Damage("sheet.kds", *whole);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  ASSERT_TRUE(model);
+  for (int i = 0; i < 3; ++i)
+  {
+    const auto blob = model->ReadBlob(BlobId::Partition(3));
+    ASSERT_FALSE(blob);
+    EXPECT_EQ(blob.GetError().code, ErrorCode::Damaged);
+  }
+  EXPECT_TRUE(model->ReadBlob(BlobId::Partition(2)));
+  EXPECT_TRUE(model->ReadBlob(BlobId::LevelPiece(5, 1)));
+  EXPECT_TRUE(model->Boxes());
+  ASSERT_EQ(this->reports.size(), 1u);
+  EXPECT_NE(this->reports[0].find("sheet.kds: "), std::string::npos);
+  EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
+}
+
+TEST_F(Folder, ADamagedTreeIsReportedAndForbidsRegionsOnly)
+{
+  this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto page = *this->catalog.Find("sheet")->ReadBlob(BlobId::TreePage(1));
+  this->Damage("sheet.kds", *page);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  ASSERT_TRUE(model);
+  EXPECT_FALSE(model->Boxes());
+  EXPECT_FALSE(model->ReadBlob(BlobId::TreePage(1)));
+  EXPECT_TRUE(model->ReadBlob(BlobId::Partition(2)));
+  ASSERT_FALSE(this->reports.empty());
+  EXPECT_NE(this->reports[0].find("tree/1"), std::string::npos) << this->reports[0];
+}
+
+TEST_F(Folder, ReloadingSeesNewStoresAndKeepsTheOldForWhoHoldsThem)
+{
+  this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto old = this->catalog.Find("sheet");
+  const auto before = *old->ReadBlob(BlobId::Partition(0));
+  this->Build("sheet.kds", 40); // another file under the name
+  this->Build("other.kds", 20);
+  EXPECT_EQ(this->catalog.Find("sheet"), old);
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_EQ(this->catalog.Models().size(), 2u);
+  EXPECT_NE(this->catalog.Find("sheet")->Description().digest, old->Description().digest);
+  const auto after = old->ReadBlob(BlobId::Partition(0));
+  ASSERT_TRUE(after);
+  EXPECT_EQ(**after, *before);
+  fs::remove(this->folder / "sheet.kds");
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_FALSE(this->catalog.Find("sheet"));
+}
