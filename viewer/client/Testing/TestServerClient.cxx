@@ -1,0 +1,418 @@
+// Whole sessions over loopback: against our server, through a line that breaks, and against a
+// server of plain files.
+#include "viewer/client/ServerClient.h"
+
+#include "server/http/HttpServer.h"
+#include "server/protocol/ResourcePath.h"
+#include "viewer/session/Testing/MemoryServer.h"
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <list>
+#include <mutex>
+#include <thread>
+
+using namespace kdstream;
+using boost::asio::ip::tcp;
+using kdstream::testing::MakeTorus;
+using kdstream::testing::MemoryServer;
+namespace http = boost::beast::http;
+
+namespace
+{
+
+MemoryServer& Torus()
+{
+  static MemoryServer torus(MakeTorus(120, 60), 128, 2);
+  return torus;
+}
+
+class TorusModel : public ServedModel
+{
+public:
+  const protocol::ModelDescription& Description() const override { return Torus().Description(); }
+  Result<std::span<const Box>> Boxes() const override
+  {
+    return std::span<const Box>(Torus().Tree());
+  }
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
+  {
+    if (this->damaged == blob)
+    {
+      return Error{ ErrorCode::Damaged, "its checksum is wrong" };
+    }
+    if (!Torus().Has(blob))
+    {
+      return Error{ ErrorCode::NotFound, "no such blob" };
+    }
+    return std::make_shared<const std::vector<std::uint8_t>>(Torus().Blob(blob));
+  }
+  std::optional<protocol::BlobId> damaged;
+};
+
+class TorusCatalog : public Catalog
+{
+public:
+  std::vector<std::shared_ptr<const ServedModel>> Models() const override
+  {
+    return { this->model };
+  }
+  std::shared_ptr<const ServedModel> Find(std::string_view id) const override
+  {
+    return id == "torus" ? this->model : nullptr;
+  }
+  std::shared_ptr<TorusModel> model = std::make_shared<TorusModel>();
+};
+
+// Accepts connections on loopback and serves each in a thread of its own.
+class Acceptor
+{
+public:
+  using Serve = std::function<void(tcp::socket&)>;
+  explicit Acceptor(Serve serve)
+    : Listening(this->Context, { boost::asio::ip::address_v4::loopback(), 0 })
+    , Port(this->Listening.local_endpoint().port())
+    , Accepting([this, serve] { this->Accept(serve); })
+  {
+  }
+  ~Acceptor() { this->Stop(); }
+  void Stop()
+  {
+    if (!this->Stopped.exchange(true))
+    {
+      boost::system::error_code error;
+      tcp::socket knock(this->Context); // wakes accept up
+      knock.connect({ boost::asio::ip::address_v4::loopback(), this->Port }, error);
+      this->Accepting.join();
+      this->Listening.close(error);
+      for (tcp::socket& socket : this->Sockets)
+      {
+        socket.shutdown(tcp::socket::shutdown_both, error);
+      }
+      for (std::thread& thread : this->Threads)
+      {
+        thread.join();
+      }
+    }
+  }
+  std::string Url() const { return "http://127.0.0.1:" + std::to_string(this->Port); }
+
+private:
+  void Accept(const Serve& serve)
+  {
+    for (;;)
+    {
+      tcp::socket& socket = this->Sockets.emplace_back(this->Context);
+      boost::system::error_code error;
+      this->Listening.accept(socket, error);
+      if (this->Stopped)
+      {
+        return;
+      }
+      this->Threads.emplace_back([&socket, serve] { serve(socket); });
+    }
+  }
+  boost::asio::io_context Context;
+  tcp::acceptor Listening;
+  std::uint16_t Port;
+  std::atomic<bool> Stopped{ false };
+  std::list<tcp::socket> Sockets;
+  std::list<std::thread> Threads;
+  std::thread Accepting;
+};
+
+// Copies from one socket to the other until an end, or until `budget` bytes are used up.
+void Copy(tcp::socket& from, tcp::socket& to, std::atomic<std::int64_t>& budget)
+{
+  boost::system::error_code error;
+  std::array<char, 4096> buffer;
+  while (!error)
+  {
+    const std::size_t bytes = from.read_some(boost::asio::buffer(buffer), error);
+    budget -= static_cast<std::int64_t>(bytes);
+    if (error || budget < 0)
+    {
+      break;
+    }
+    boost::asio::write(to, boost::asio::buffer(buffer.data(), bytes), error);
+  }
+  from.shutdown(tcp::socket::shutdown_both, error);
+  to.shutdown(tcp::socket::shutdown_both, error);
+}
+
+// A line to `port` that is cut whenever `budget` bytes have come through it.
+Acceptor::Serve ProxyTo(std::uint16_t port, std::function<std::int64_t()> budgetOfNext)
+{
+  return [port, budgetOfNext](tcp::socket& client)
+  {
+    boost::asio::io_context context;
+    tcp::socket server(context);
+    boost::system::error_code error;
+    server.connect({ boost::asio::ip::address_v4::loopback(), port }, error);
+    std::atomic<std::int64_t> down{ budgetOfNext() }, up{ 1 << 30 };
+    std::thread upwards([&] { Copy(client, server, up); });
+    Copy(server, client, down);
+    upwards.join();
+  };
+}
+
+// GET of the torus's blobs as a static host gives them: no stream.
+void ServeFiles(tcp::socket& socket)
+{
+  boost::beast::flat_buffer buffer;
+  boost::system::error_code error;
+  for (;;)
+  {
+    http::request<http::empty_body> request;
+    http::read(socket, buffer, request, error);
+    if (error)
+    {
+      return;
+    }
+    http::response<http::string_body> response(http::status::not_found, 11);
+    const std::string target = request.target().to_string();
+    const auto path = protocol::ParseResourcePath(target);
+    if (path)
+    {
+      response.result(http::status::ok);
+      const auto& model = Torus().Description();
+      using Kind = protocol::ResourcePath::Kind;
+      if (path->kind == Kind::ModelList)
+      {
+        response.body() = protocol::WriteModelList({ Summarize(model) });
+      }
+      else if (path->kind == Kind::Model)
+      {
+        response.body() = protocol::WriteModel(model);
+      }
+      else
+      {
+        const auto& bytes = Torus().Blob(path->blob);
+        response.body().assign(bytes.begin(), bytes.end());
+      }
+    }
+    response.prepare_payload();
+    http::write(socket, response, error);
+  }
+}
+
+void Exchange(ServerClient& client, ViewerSession& session)
+{
+  for (;;)
+  {
+    for (const ClientEvent& event : client.Take())
+    {
+      Deliver(event, session);
+    }
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      client.Send(request);
+    }
+    session.BeginFrame();
+    if (session.IsIdle())
+    {
+      return;
+    }
+    client.Wait(std::chrono::seconds(1));
+  }
+}
+
+void DoubleTap(ViewerSession& session, double time, double x, double y)
+{
+  for (const double t : { time, time + 0.2 })
+  {
+    session.HandleTouches({ t, { { 1, x, y } } });
+    session.HandleTouches({ t + 0.05, {} });
+  }
+}
+
+// Browse, then a region on the ring.
+void Walk(ServerClient& client, ViewerSession& session)
+{
+  session.SetModels(client.Models());
+  session.Resize({ 800, 600, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  Exchange(client, session);
+  DoubleTap(session, 1, 600, 300);
+  Exchange(client, session);
+}
+
+Surface WalkInMemory()
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  session.Resize({ 800, 600, 1 });
+  EXPECT_TRUE(session.SelectModel("torus"));
+  server.Serve(session);
+  DoubleTap(session, 1, 600, 300);
+  server.Serve(session);
+  return *session.Scene().surface;
+}
+
+void ExpectWholeWalk(const ViewerSession& session)
+{
+  const ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.error, "");
+  ASSERT_TRUE(status.region);
+  EXPECT_GT(status.region->shown, 1u);
+  EXPECT_EQ(status.region->shown, status.region->partitions);
+  const Surface expected = WalkInMemory();
+  EXPECT_EQ(session.Scene().surface->points, expected.points);
+  EXPECT_EQ(session.Scene().surface->triangles, expected.triangles);
+}
+
+class TestServerClient : public ::testing::Test
+{
+protected:
+  TestServerClient() { this->Server = std::move(*HttpServer::Start(this->Models, {})); }
+  TorusCatalog Models;
+  std::unique_ptr<HttpServer> Server;
+};
+
+TEST_F(TestServerClient, StreamsARegion)
+{
+  auto client = ServerClient::Connect(this->Server->Url());
+  ASSERT_TRUE(client) << client.GetError().message;
+  ASSERT_EQ((*client)->Models().size(), 1u);
+  EXPECT_EQ((*client)->Models()[0].id, "torus");
+  ViewerSession session;
+  Walk(**client, session);
+  ExpectWholeWalk(session);
+  for (const BlobStatistics& blob : session.Statistics())
+  {
+    EXPECT_GE(blob.transmissionSeconds, 0);
+  }
+}
+
+TEST_F(TestServerClient, GetsARegionFromAHostOfPlainFiles)
+{
+  Acceptor files(ServeFiles);
+  auto client = ServerClient::Connect(files.Url());
+  ASSERT_TRUE(client) << client.GetError().message;
+  ViewerSession session;
+  Walk(**client, session);
+  ExpectWholeWalk(session);
+}
+
+TEST_F(TestServerClient, ALineThatBreaksOftenStillBringsEverything)
+{
+  // Each connection is cut after a while, in the middle of frames; progress on each allows the
+  // next.
+  std::atomic<std::int64_t> connections{ 0 };
+  Acceptor proxy(ProxyTo(
+    this->Server->Port(), [&connections] { return std::int64_t{ 20000 } + 7001 * connections++; }));
+  auto client = ServerClient::Connect(proxy.Url());
+  ASSERT_TRUE(client) << client.GetError().message;
+  ViewerSession session;
+  Walk(**client, session);
+  ExpectWholeWalk(session);
+  EXPECT_GT(connections, 3);
+}
+
+TEST_F(TestServerClient, ALostServerIsAnErrorInWords)
+{
+  auto client = ServerClient::Connect(this->Server->Url());
+  ASSERT_TRUE(client) << client.GetError().message;
+  ViewerSession session;
+  session.Resize({ 800, 600, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  Exchange(**client, session);
+  this->Server.reset(); // the connection ends, and no new one is answered
+  DoubleTap(session, 1, 600, 300);
+  Exchange(**client, session);
+  const std::string error = session.GetStatus().error;
+  EXPECT_NE(error.find("the connection to 127.0.0.1:"), std::string::npos) << error;
+  EXPECT_NE(error.find(" was lost: "), std::string::npos) << error;
+  EXPECT_GT(session.GetStatus().triangles, 0u); // what was shown stays
+}
+
+TEST_F(TestServerClient, ADamagedBlobIsNamedAndTheRestIsShown)
+{
+  ViewerSession first;
+  {
+    auto client = ServerClient::Connect(this->Server->Url());
+    ASSERT_TRUE(client);
+    Walk(**client, first);
+  }
+  const NodeId cell = first.GetStatus().region->cell;
+  const auto blob =
+    protocol::BlobId::Partition(cell - (NodeId{ 1 } << Torus().Codec().depths.partition));
+  this->Models.model->damaged = blob;
+  auto client = ServerClient::Connect(this->Server->Url());
+  ASSERT_TRUE(client);
+  ViewerSession session;
+  Walk(**client, session);
+  const ViewerStatus status = session.GetStatus();
+  EXPECT_NE(status.error.find(protocol::BlobName(blob)), std::string::npos) << status.error;
+  EXPECT_EQ(status.region->shown + 1, status.region->partitions);
+}
+
+TEST_F(TestServerClient, CancelledRequestsEnd)
+{
+  auto client = ServerClient::Connect(this->Server->Url());
+  ASSERT_TRUE(client);
+  for (int i = 0; i < 20; ++i)
+  {
+    ViewerSession session;
+    session.Resize({ 800, 600, 1 });
+    ASSERT_TRUE(session.SelectModel("torus"));
+    Exchange(**client, session);
+    // Here and there, before anything has come.
+    for (int k = 0; k < 5; ++k)
+    {
+      DoubleTap(session, 1 + k, k % 2 == 0 ? 600 : 200, 300);
+      for (const SessionRequest& request : session.TakeRequests())
+      {
+        (*client)->Send(request);
+      }
+    }
+    Exchange(**client, session);
+    const ViewerStatus status = session.GetStatus();
+    EXPECT_EQ(status.error, "");
+    ASSERT_TRUE(status.region);
+    EXPECT_EQ(status.region->shown, status.region->partitions);
+  }
+}
+
+TEST_F(TestServerClient, SaysWhyThereIsNoConnection)
+{
+  std::string url;
+  {
+    Acceptor gone([](tcp::socket&) {});
+    url = gone.Url();
+  }
+  const auto unreachable = ServerClient::Connect(url);
+  ASSERT_FALSE(unreachable);
+  EXPECT_NE(unreachable.GetError().message.find("cannot be reached"), std::string::npos);
+  EXPECT_EQ(unreachable.GetError().code, ErrorCode::InputOutput);
+
+  Acceptor garbage(
+    [](tcp::socket& socket)
+    {
+      boost::system::error_code error;
+      boost::asio::write(socket, boost::asio::buffer("SSH-2.0-nothing\r\n", 17), error);
+      socket.shutdown(tcp::socket::shutdown_both, error);
+    });
+  EXPECT_FALSE(ServerClient::Connect(garbage.Url()));
+
+  Acceptor other(
+    [](tcp::socket& socket)
+    {
+      boost::system::error_code error;
+      const std::string page = "HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhello";
+      boost::asio::write(socket, boost::asio::buffer(page), error);
+    });
+  const auto page = ServerClient::Connect(other.Url());
+  ASSERT_FALSE(page);
+  EXPECT_NE(page.GetError().message.find("is no KdStream server"), std::string::npos)
+    << page.GetError().message;
+}
+
+}

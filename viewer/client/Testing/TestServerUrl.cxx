@@ -1,0 +1,45 @@
+// Addresses of servers, and what is wrong with the others.
+#include "viewer/client/ServerUrl.h"
+
+#include <gtest/gtest.h>
+
+using kdstream::ErrorCode;
+using kdstream::ParseServerUrl;
+
+namespace
+{
+
+TEST(TestServerUrl, ReadsHostsAndPorts)
+{
+  const std::vector<std::pair<std::string, std::string>> cases = {
+    { "http://localhost:8700", "localhost:8700" },
+    { "http://localhost:8700/", "localhost:8700" },
+    { "http://example.org", "example.org:80" },
+    { "http://127.0.0.1:1", "127.0.0.1:1" },
+    { "http://[::1]:8700", "[::1]:8700" },
+    { "http://[fe80::1]", "[fe80::1]:80" },
+  };
+  for (const auto& [url, authority] : cases)
+  {
+    const auto server = ParseServerUrl(url);
+    ASSERT_TRUE(server) << url;
+    EXPECT_EQ(server->Authority(), authority);
+  }
+}
+
+TEST(TestServerUrl, RefusesEverythingElseByName)
+{
+  for (const char* url : { "", "localhost:8700", "ftp://x", "http://", "http://:80", "http:///x",
+         "http://a/b", "http://a:0", "http://a:65536", "http://a:-1", "http://a:80x",
+         "http://a:", "http://[::1", "http://[]:3", "http://[::1]x", "http://a b", "http://u@h",
+         "http://a?b", "http://a\r\nX: y" })
+  {
+    const auto server = ParseServerUrl(url);
+    ASSERT_FALSE(server) << url;
+    EXPECT_EQ(server.GetError().code, ErrorCode::InvalidArgument) << url;
+    EXPECT_NE(server.GetError().message.find(std::string("'") + url + "'"), std::string::npos);
+  }
+  EXPECT_EQ(ParseServerUrl("https://a").GetError().code, ErrorCode::Unsupported);
+}
+
+}
