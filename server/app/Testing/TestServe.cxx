@@ -10,7 +10,7 @@
 #include <array>
 #include <csignal>
 #include <fstream>
-#include <thread>
+#include <iterator>
 
 using namespace kdstream;
 namespace fs = std::filesystem;
@@ -153,9 +153,8 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   EXPECT_EQ(serve.Wait(), 0);
   EXPECT_EQ(serve.OutLine(), "") << "one line only";
   std::ifstream lines(log);
-  std::string line;
-  std::getline(lines, line);
-  EXPECT_NE(line.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << line;
+  const std::string text{ std::istreambuf_iterator<char>(lines), {} };
+  EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
 TEST_F(Serve, AnEmptyFolderIsServed)
