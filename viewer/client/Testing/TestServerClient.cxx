@@ -4,7 +4,7 @@
 
 #include "server/http/HttpServer.h"
 #include "server/protocol/ResourcePath.h"
-#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/client/Testing/TorusCatalog.h"
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -21,55 +21,13 @@
 
 using namespace kdstream;
 using boost::asio::ip::tcp;
-using kdstream::testing::MakeTorus;
 using kdstream::testing::MemoryServer;
+using kdstream::testing::Torus;
+using kdstream::testing::TorusCatalog;
 namespace http = boost::beast::http;
 
 namespace
 {
-
-MemoryServer& Torus()
-{
-  static MemoryServer torus(MakeTorus(120, 60), 128, 2);
-  return torus;
-}
-
-class TorusModel : public ServedModel
-{
-public:
-  const protocol::ModelDescription& Description() const override { return Torus().Description(); }
-  Result<std::span<const Box>> Boxes() const override
-  {
-    return std::span<const Box>(Torus().Tree());
-  }
-  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
-  {
-    if (this->damaged == blob)
-    {
-      return Error{ ErrorCode::Damaged, "its checksum is wrong" };
-    }
-    if (!Torus().Has(blob))
-    {
-      return Error{ ErrorCode::NotFound, "no such blob" };
-    }
-    return std::make_shared<const std::vector<std::uint8_t>>(Torus().Blob(blob));
-  }
-  std::optional<protocol::BlobId> damaged;
-};
-
-class TorusCatalog : public Catalog
-{
-public:
-  std::vector<std::shared_ptr<const ServedModel>> Models() const override
-  {
-    return { this->model };
-  }
-  std::shared_ptr<const ServedModel> Find(std::string_view id) const override
-  {
-    return id == "torus" ? this->model : nullptr;
-  }
-  std::shared_ptr<TorusModel> model = std::make_shared<TorusModel>();
-};
 
 // Accepts connections on loopback and serves each in a thread of its own.
 class Acceptor

@@ -1,0 +1,216 @@
+// kdstream-view as a person runs it: pictures, statistics, recordings, exit codes and error lines.
+#include "server/http/HttpServer.h"
+#include "viewer/client/Testing/TorusCatalog.h"
+#include "viewer/session/SessionFile.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+using namespace kdstream;
+using kdstream::testing::TorusCatalog;
+
+namespace
+{
+
+std::string program; // kdstream-view
+
+std::string ReadText(const std::filesystem::path& file)
+{
+  std::ifstream input(file, std::ios::binary);
+  return { std::istreambuf_iterator<char>(input), {} };
+}
+
+// Browses, zooms in on the ring, streams a region there.
+constexpr const char* walk =
+  "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"screenshot\":\"preview.png\"}\n"
+  "{\"t\":0,\"touches\":[{\"id\":1,\"x\":280,\"y\":150},{\"id\":2,\"x\":320,\"y\":150}]}\n"
+  "{\"t\":0.1,\"touches\":[{\"id\":1,\"x\":160,\"y\":150},{\"id\":2,\"x\":440,\"y\":150}]}\n"
+  "{\"t\":0.2,\"touches\":[]}\n{\"wait\":\"idle\"}\n{\"screenshot\":\"level.png\"}\n"
+  "{\"t\":1,\"touches\":[{\"id\":1,\"x\":300,\"y\":150}]}\n{\"t\":1.05,\"touches\":[]}\n"
+  "{\"t\":1.2,\"touches\":[{\"id\":1,\"x\":300,\"y\":150}]}\n{\"t\":1.25,\"touches\":[]}\n"
+  "{\"wait\":\"idle\"}\n{\"screenshot\":\"region.png\"}\n";
+
+class TestView : public ::testing::Test
+{
+protected:
+  TestView()
+  {
+    std::string name = (std::filesystem::temp_directory_path() / "kdstream-view-XXXXXX").string();
+    this->Folder = ::mkdtemp(name.data());
+    this->Server = std::move(*HttpServer::Start(this->Models, {}));
+  }
+  ~TestView() override { std::filesystem::remove_all(this->Folder); }
+
+  // Runs kdstream-view with this server's URL in the test's folder; the exit code.
+  int View(const std::string& options) { return this->Run(this->Server->Url() + " " + options); }
+  int Run(const std::string& arguments)
+  {
+    const std::string command =
+      "cd '" + this->Folder.string() + "' && '" + program + "' " + arguments + " >out 2>err";
+    const int status = std::system(command.c_str());
+    this->Out = ReadText(this->Folder / "out");
+    this->Err = ReadText(this->Folder / "err");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  void Write(const std::string& name, const std::string& text)
+  {
+    std::ofstream(this->Folder / name) << text;
+  }
+  bool IsPicture(const std::string& name)
+  {
+    return ReadText(this->Folder / name).substr(1, 3) == "PNG";
+  }
+
+  std::filesystem::path Folder;
+  TorusCatalog Models;
+  std::unique_ptr<HttpServer> Server;
+  std::string Out, Err;
+};
+
+TEST_F(TestView, PlaysASessionAndWritesPicturesStatisticsAndARecording)
+{
+  this->Write("walk.jsonl", walk);
+  ASSERT_EQ(this->View("--offscreen auto --size 400x300 --replay walk.jsonl --stats stats.json "
+                       "--record again.jsonl --screenshot end.png"),
+    0)
+    << this->Err;
+  EXPECT_EQ(this->Err, "");
+  for (const char* name : { "preview.png", "level.png", "region.png", "end.png" })
+  {
+    EXPECT_TRUE(this->IsPicture(name)) << name;
+  }
+  EXPECT_NE(ReadText(this->Folder / "preview.png"), ReadText(this->Folder / "level.png"));
+  EXPECT_NE(ReadText(this->Folder / "level.png"), ReadText(this->Folder / "region.png"));
+  EXPECT_EQ(ReadText(this->Folder / "region.png"), ReadText(this->Folder / "end.png"));
+
+  const auto stats = nlohmann::json::parse(ReadText(this->Folder / "stats.json"));
+  std::map<std::string, int> count;
+  for (const auto& blob : stats)
+  {
+    ++count[blob.at("what").get<std::string>()];
+    EXPECT_GT(blob.at("bytes"), 0);
+    EXPECT_GT(blob.at("vertices"), 0);
+    EXPECT_GE(blob.at("transmission_s"), 0.0);
+    EXPECT_GT(blob.at("parsing_s"), 0.0);
+    EXPECT_GT(blob.at("rendering_s"), 0.0);
+    EXPECT_EQ(blob.at("from_cache"), false);
+  }
+  EXPECT_EQ(count["preview"], 1);
+  EXPECT_GT(count["level"], 0);
+  EXPECT_GT(count["partition"], 1);
+  const auto played = ParseSession(std::string(walk) + "{\"screenshot\":\"end.png\"}\n");
+  EXPECT_EQ(*ParseSession(ReadText(this->Folder / "again.jsonl")), *played);
+}
+
+TEST_F(TestView, TheSameReplayAsksForTheSameBlobsAndDrawsTheSamePictures)
+{
+  this->Write("walk.jsonl", walk);
+  const std::string options = "--offscreen auto --size 400x300 --replay walk.jsonl";
+  ASSERT_EQ(this->View(options), 0) << this->Err;
+  const auto blobs = this->Models.model->TakeRead();
+  const std::string picture = ReadText(this->Folder / "region.png");
+  EXPECT_GT(blobs.size(), 5u);
+  ASSERT_EQ(this->View(options), 0) << this->Err;
+  EXPECT_EQ(this->Models.model->TakeRead(), blobs);
+  EXPECT_EQ(ReadText(this->Folder / "region.png"), picture);
+}
+
+TEST_F(TestView, EglAndOsMesaShowTheOnlyModelInFullScreen)
+{
+  for (const std::string backend : { "egl", "osmesa" })
+  {
+    ASSERT_EQ(
+      this->View("--size 200x300 --offscreen " + backend + " --screenshot " + backend + ".png"), 0)
+      << this->Err;
+    EXPECT_TRUE(this->IsPicture(backend + ".png"));
+  }
+  EXPECT_EQ(ReadText(this->Folder / "egl.png"), ReadText(this->Folder / "osmesa.png"));
+}
+
+TEST_F(TestView, MoreRingsStreamMore)
+{
+  this->Write("walk.jsonl", walk);
+  std::size_t last = 0;
+  for (const std::string rings : { "1", "2" })
+  {
+    ASSERT_EQ(
+      this->View("--offscreen auto --size 400x300 --replay walk.jsonl --rings " + rings), 0);
+    const std::size_t blobs = this->Models.model->TakeRead().size();
+    EXPECT_GT(blobs, last);
+    last = blobs;
+  }
+}
+
+TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
+{
+  this->Models.model->damaged = protocol::BlobId::LevelPiece(12, 2);
+  this->Models.model->damaged->level = kdstream::testing::Torus().Description().finestDepth;
+  ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
+  this->Write("zoom.jsonl", walk);
+  EXPECT_EQ(this->View("--offscreen auto --size 400x300 --replay zoom.jsonl"), 1);
+  EXPECT_EQ(this->Err.rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err;
+  EXPECT_NE(this->Err.find(protocol::BlobName(*this->Models.model->damaged)), std::string::npos);
+  EXPECT_TRUE(this->IsPicture("region.png"));
+}
+
+TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
+{
+  this->Write("bad.jsonl", "{\"wait\":\"idle\"}\n{\"wait\":\"long\"}\n");
+  const std::string offscreen = "--offscreen auto --size 64x64 ";
+  const std::vector<std::tuple<std::string, int, std::string>> cases = {
+    { "", 2, "--offscreen" },
+    { "--offscreen window", 2, "window" },
+    { "--offscreen auto --size 0x5", 2, "0x5" },
+    { "--offscreen auto --size 64x64x3", 2, "64x64x3" },
+    { offscreen + "--rings 4", 2, "rings" },
+    { offscreen + "--cache here", 2, "--cache" },
+    { offscreen + "--colour-by height", 2, "colour-by" },
+    { offscreen + "--model nobody", 1, "'nobody'" },
+    { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
+    { offscreen + "--replay bad.jsonl", 1, "bad.jsonl: line 2: " },
+    { offscreen + "--screenshot no/such/folder.png", 1, "no/such/folder.png" },
+    { offscreen + "--stats no/such/file", 1, "no/such/file" },
+  };
+  for (const auto& [options, code, what] : cases)
+  {
+    EXPECT_EQ(this->View(options), code) << options;
+    EXPECT_EQ(this->Err.rfind("kdstream-view: error: ", 0), 0u) << this->Err;
+    EXPECT_NE(this->Err.find(what), std::string::npos) << this->Err;
+    EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
+  }
+  EXPECT_EQ(this->Run("nowhere " + offscreen), 2);
+  const std::string url = this->Server->Url();
+  this->Server.reset();
+  EXPECT_EQ(this->Run(url + " " + offscreen), 1);
+  EXPECT_NE(this->Err.find("cannot be reached"), std::string::npos) << this->Err;
+}
+
+TEST_F(TestView, TellsItsOptionsAndVersion)
+{
+  EXPECT_EQ(this->Run("--help"), 0);
+  for (const char* word : { "--replay", "--offscreen", "--rings", "--stats", "--size", "--record",
+         "--colour-by", "optional", "Example", "WxH" })
+  {
+    EXPECT_NE(this->Out.find(word), std::string::npos) << word;
+  }
+  EXPECT_EQ(this->Run("--version"), 0);
+  EXPECT_FALSE(this->Out.empty());
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  ::testing::InitGoogleTest(&argc, argv);
+  program = argc > 1 ? argv[1] : "kdstream-view";
+  return RUN_ALL_TESTS();
+}
