@@ -30,7 +30,7 @@ const GlLibrary& SystemGlLibrary();
 // The library that was last given to UseGlLibrary; at first the system's.
 const GlLibrary& GlLibraryInUse();
 
-// Makes all calls of OpenGL go to `library`. O(1) if they do already, else about 3 ms.
+// Makes all calls of OpenGL go to `library`. O(1) if they do already, else about 1 ms.
 // REQUIRES: a context of that library is current. Threads: the tables belong to the process, so
 // contexts of different libraries must be used from one thread. Errors: NotFound for a function
 // that the library lacks, Unsupported if GLEW refuses the context.
