@@ -1,6 +1,7 @@
 // Cuts a mesh into partitions of at most 2,000 vertices and draws each in a colour of its own:
 //   PartitionPicture MESH.ply PICTURE.png
 #include <vtkActor.h>
+#include <vtkCamera.h>
 #include <vtkCompositePolyDataMapper.h>
 #include <vtkKdTreePartition.h>
 #include <vtkLookupTable.h>
@@ -35,7 +36,7 @@ int main(int argc, char* argv[])
   colors->SetNumberOfTableValues(count);
   for (unsigned int i = 0; i < count; ++i)
   {
-    double hsv[3] = { std::fmod(0.618 * i, 1.0), 0.6, 0.95 }, rgb[3];
+    double hsv[3] = { std::fmod(0.618 * i, 1.0), 0.45, 0.95 }, rgb[3];
     vtkMath::HSVToRGB(hsv, rgb);
     colors->SetTableValue(i, rgb[0], rgb[1], rgb[2]);
   }
@@ -52,6 +53,8 @@ int main(int argc, char* argv[])
   vtkNew<vtkRenderer> renderer;
   renderer->AddActor(actor);
   renderer->SetBackground(1, 1, 1);
+  renderer->ResetCamera();
+  renderer->GetActiveCamera()->Zoom(1.5);
   vtkNew<vtkRenderWindow> window;
   window->SetSize(800, 600);
   window->AddRenderer(renderer);

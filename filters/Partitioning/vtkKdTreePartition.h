@@ -51,6 +51,11 @@ public:
   vtkTypeMacro(vtkKdTreePartition, vtkPartitionedDataSetAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
+  /**
+   * The input, without a pipeline that makes it.
+   */
+  void SetInputData(vtkDataObject* input) { this->SetInputDataObject(0, input); }
+
   ///@{
   /**
    * The most points of a partition, ghosts not counted. At least 1, at most 2^31 - 1; default 2000.

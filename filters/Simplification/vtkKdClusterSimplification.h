@@ -24,7 +24,8 @@
  * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
  * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
- * finite; a cell that uses a point that is not there; Depth below the finest level.
+ * finite; a cell that uses a point that is not there; points that span more than a double can
+ * hold; Depth below the finest level.
  *
  * Use it for speed, or for meshes and soups that no edge collapse can handle. At the same number of
  * triangles vtkQuadricDecimation comes closer to the surface, and takes far longer.

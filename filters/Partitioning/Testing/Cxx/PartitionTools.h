@@ -1,0 +1,44 @@
+// What the tests of partition filters share.
+#pragma once
+
+#include "filters/adapter/Testing/FilterTools.h"
+
+#include <vtkKdTreePartition.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkUnsignedCharArray.h>
+
+namespace kdstream::testing
+{
+
+inline std::vector<vtkPolyData*> Partitions(vtkKdTreePartition& filter)
+{
+  std::vector<vtkPolyData*> partitions;
+  for (unsigned int i = 0; i < filter.GetOutput()->GetNumberOfPartitions(); ++i)
+  {
+    partitions.push_back(vtkPolyData::SafeDownCast(filter.GetOutput()->GetPartition(i)));
+  }
+  return partitions;
+}
+
+inline vtkIdType Value(vtkDataSetAttributes* data, const char* array, vtkIdType i)
+{
+  return static_cast<vtkIdType>(data->GetArray(array)->GetTuple1(i));
+}
+
+inline bool IsGhost(vtkDataSetAttributes* data, vtkIdType i)
+{
+  return (Value(data, vtkDataSetAttributes::GhostArrayName(), i) & 1) != 0;
+}
+
+// Points that belong to the partition.
+inline vtkIdType OwnPoints(vtkPolyData& partition)
+{
+  vtkIdType own = 0;
+  for (vtkIdType i = 0; i < partition.GetNumberOfPoints(); ++i)
+  {
+    own += !IsGhost(partition.GetPointData(), i);
+  }
+  return own;
+}
+
+}

@@ -1,0 +1,233 @@
+// vtkKdTreePartition as a part of pipelines: threads, progress, abort, errors, when it runs again.
+#include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
+#include "filters/adapter/Testing/SmpBackend.h"
+
+#include <gtest/gtest.h>
+#include <vtkMultiBlockDataSet.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace
+{
+
+using namespace kdstream::testing;
+
+std::string DescribeOutputs(vtkKdTreePartition& filter)
+{
+  std::string text;
+  for (vtkPolyData* partition : Partitions(filter))
+  {
+    text += Describe(*partition) + "\n--\n";
+  }
+  return text + Describe(*vtkPolyData::SafeDownCast(filter.GetOutputDataObject(1)));
+}
+
+void ExpectEmpty(vtkKdTreePartition& filter)
+{
+  EXPECT_EQ(filter.GetOutput()->GetNumberOfPartitions(), 0U);
+  EXPECT_EQ(vtkPolyData::SafeDownCast(filter.GetOutputDataObject(1))->GetNumberOfPoints(), 0);
+}
+
+TEST(KdTreePartitionPipeline, SameOnEveryBackendAndNumberOfThreads)
+{
+  std::string first;
+  for (const std::string& backend : smpBackends)
+  {
+    for (const int threads : { 8, 2, 1 })
+    {
+      if (!UseSmpBackend(backend, threads))
+      {
+        continue;
+      }
+      vtkNew<vtkKdTreePartition> filter;
+      filter->SetInputData(MakeSphere(70));
+      filter->SetVerticesPerPartition(20);
+      filter->GeneratePartitionIdsOn();
+      filter->Update();
+      ASSERT_EQ(Partitions(*filter).size(), 256U);
+      const std::string outputs = DescribeOutputs(*filter);
+      first = first.empty() ? outputs : first;
+      EXPECT_TRUE(outputs == first) << backend << ", " << threads << " threads";
+    }
+  }
+}
+
+TEST(KdTreePartitionPipeline, ProgressRises)
+{
+  vtkNew<vtkKdTreePartition> filter;
+  filter->SetInputData(MakeSphere(70));
+  filter->SetVerticesPerPartition(20);
+  FilterObserver observer(filter);
+  filter->Update();
+  EXPECT_TRUE(std::is_sorted(observer.progress.begin(), observer.progress.end()));
+  EXPECT_GT(observer.progress.size(), 8U);
+  EXPECT_LE(observer.progress.front(), 0.1);
+  EXPECT_EQ(observer.progress.back(), 1.0);
+}
+
+TEST(KdTreePartitionPipeline, AbortLeavesEmptyOutputsAndIsNoError)
+{
+  for (const double at : { 0.0, 0.2, 0.45, 0.55, 0.9 })
+  {
+    vtkNew<vtkKdTreePartition> filter;
+    filter->SetInputData(MakeSphere(70));
+    filter->SetVerticesPerPartition(20);
+    FilterObserver observer(filter);
+    observer.abortAt = at;
+    filter->Update();
+    SCOPED_TRACE(at);
+    EXPECT_EQ(observer.error, "");
+    EXPECT_FALSE(observer.failed);
+    ExpectEmpty(*filter);
+    observer.abortAt = 2;
+    filter->Modified();
+    filter->Update();
+    EXPECT_EQ(filter->GetOutput()->GetNumberOfPartitions(), 256U);
+  }
+}
+
+TEST(KdTreePartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
+{
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const PolyData outside = MakePlate(3);
+  AddCell(outside->GetPolys(), { 0, 1, 9 });
+  const struct
+  {
+    PolyData input;
+    vtkIdType partitions;
+    const char* message;
+  } cases[] = {
+    { MakePoints({ { 0, 0, 0 }, { 0, nan, 0 } }), 0, "point 1: a coordinate is not finite" },
+    { outside, 0, "cell 8 uses point 9, but there are 9" },
+    { MakePlate(3), 3, "number of partitions 3 is not a power of two" },
+    { MakePlate(3), 16, "number of partitions 16 is above the number of vertices, 9" },
+  };
+  for (const auto& c : cases)
+  {
+    SCOPED_TRACE(c.message);
+    vtkNew<vtkKdTreePartition> filter;
+    filter->SetInputData(MakePlate(3));
+    filter->Update();
+    ASSERT_EQ(filter->GetOutput()->GetNumberOfPartitions(), 1U);
+    FilterObserver observer(filter);
+    filter->SetInputData(c.input);
+    filter->SetNumberOfPartitions(c.partitions);
+    filter->Update();
+    EXPECT_NE(observer.error.find(c.message), std::string::npos) << observer.error;
+    EXPECT_TRUE(observer.failed) << "the pipeline was not told";
+    ExpectEmpty(*filter);
+  }
+}
+
+TEST(KdTreePartitionPipeline, EmptyInputs)
+{
+  const PolyData noPoints = PolyData::New(); // a null vtkPoints
+  for (const PolyData& input : { noPoints, MakePoints({}) })
+  {
+    vtkNew<vtkKdTreePartition> filter;
+    FilterObserver observer(filter);
+    filter->SetInputData(input);
+    filter->GeneratePartitionIdsOn();
+    filter->Update();
+    EXPECT_EQ(observer.error, "");
+    ExpectEmpty(*filter);
+  }
+}
+
+TEST(KdTreePartitionPipeline, OnlyLinesAndOnlyPoints)
+{
+  const PolyData lines = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 }, { 3, 0, 0 } });
+  vtkNew<vtkCellArray> cells;
+  AddCell(cells, { 0, 1, 2, 3 });
+  lines->SetLines(cells);
+  vtkNew<vtkKdTreePartition> filter;
+  filter->SetInputData(lines);
+  filter->SetVerticesPerPartition(2);
+  filter->Update();
+  ASSERT_EQ(Partitions(*filter).size(), 2U);
+  EXPECT_EQ(Partitions(*filter)[0]->GetNumberOfLines(), 2);
+  EXPECT_EQ(Partitions(*filter)[1]->GetNumberOfLines(), 2);
+  filter->SetInputData(MakePoints({ { 5, 5, 5 } }));
+  filter->Update();
+  ASSERT_EQ(Partitions(*filter).size(), 1U);
+  EXPECT_EQ(Partitions(*filter)[0]->GetNumberOfPoints(), 1);
+}
+
+TEST(KdTreePartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
+{
+  vtkNew<vtkKdTreePartition> filter;
+  const PolyData input = MakeSphere(20);
+  filter->SetInputData(input);
+  FilterObserver observer(filter);
+  filter->Update();
+  filter->Update();
+  filter->SetVerticesPerPartition(filter->GetVerticesPerPartition());
+  filter->SetNumberOfPartitions(0);
+  filter->GeneratePartitionIdsOff();
+  filter->Update(1);
+  EXPECT_EQ(observer.runs, 1);
+  filter->SetVerticesPerPartition(100);
+  filter->Update();
+  EXPECT_EQ(observer.runs, 2);
+  EXPECT_EQ(Partitions(*filter).size(), 4U);
+  filter->SetNumberOfPartitions(8);
+  filter->Update();
+  EXPECT_EQ(observer.runs, 3);
+  EXPECT_EQ(Partitions(*filter).size(), 8U);
+  filter->GeneratePartitionIdsOn();
+  filter->Update();
+  EXPECT_EQ(observer.runs, 4);
+  EXPECT_TRUE(Partitions(*filter)[0]->GetPointData()->HasArray("PartitionId"));
+  input->Modified();
+  filter->Update();
+  EXPECT_EQ(observer.runs, 5);
+}
+
+TEST(KdTreePartitionPipeline, OptionsAreClampedAndPrinted)
+{
+  vtkNew<vtkKdTreePartition> filter;
+  EXPECT_EQ(filter->GetVerticesPerPartition(), 2000);
+  EXPECT_EQ(filter->GetNumberOfPartitions(), 0);
+  EXPECT_FALSE(filter->GetGeneratePartitionIds());
+  filter->SetVerticesPerPartition(0);
+  filter->SetNumberOfPartitions(-4);
+  EXPECT_EQ(filter->GetVerticesPerPartition(), 1);
+  EXPECT_EQ(filter->GetNumberOfPartitions(), 0);
+  filter->SetVerticesPerPartition(VTK_ID_MAX);
+  EXPECT_EQ(filter->GetVerticesPerPartition(), VTK_INT_MAX);
+  filter->SetVerticesPerPartition(17);
+  filter->SetNumberOfPartitions(32);
+  filter->GeneratePartitionIdsOn();
+  std::ostringstream text;
+  filter->Print(text);
+  for (const char* line :
+    { "VerticesPerPartition: 17\n", "NumberOfPartitions: 32\n", "GeneratePartitionIds: on\n" })
+  {
+    EXPECT_NE(text.str().find(line), std::string::npos) << line;
+  }
+}
+
+// VTK runs a filter of vtkPolyData once for each block of a composite input.
+TEST(KdTreePartitionPipeline, BlocksOfACompositeInput)
+{
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, MakeSphere(20));
+  blocks->SetBlock(1, MakePlate(10));
+  vtkNew<vtkKdTreePartition> filter;
+  FilterObserver observer(filter);
+  filter->SetInputDataObject(blocks);
+  filter->SetVerticesPerPartition(100);
+  filter->Update();
+  EXPECT_EQ(observer.error, "");
+  const auto output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  ASSERT_TRUE(output);
+  for (const unsigned int block : { 0U, 1U })
+  {
+    const auto partitions = vtkPartitionedDataSet::SafeDownCast(output->GetBlock(block));
+    ASSERT_TRUE(partitions);
+    EXPECT_EQ(partitions->GetNumberOfPartitions(), block == 0 ? 4U : 1U);
+  }
+}
+
+}

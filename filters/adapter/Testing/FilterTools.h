@@ -1,0 +1,258 @@
+// What the tests of VTK filters need: inputs, and what a filter says and does while it runs.
+#pragma once
+
+#include <vtkAlgorithm.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkExecutive.h>
+#include <vtkIdTypeArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace kdstream::testing
+{
+
+using PolyData = vtkSmartPointer<vtkPolyData>;
+using Ids = std::vector<vtkIdType>;
+
+inline void AddCell(vtkCellArray* cells, const Ids& ids)
+{
+  cells->InsertNextCell(static_cast<vtkIdType>(ids.size()), ids.data());
+}
+
+// Numbers all points and cells in the arrays "Point" and "Cell".
+inline void AddIds(vtkPolyData& mesh)
+{
+  const auto add = [](vtkDataSetAttributes* data, const char* name, vtkIdType count)
+  {
+    vtkNew<vtkIdTypeArray> ids;
+    ids->SetName(name);
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      ids->InsertNextValue(i);
+    }
+    data->AddArray(ids);
+  };
+  add(mesh.GetPointData(), "Point", mesh.GetNumberOfPoints());
+  add(mesh.GetCellData(), "Cell", mesh.GetNumberOfCells());
+}
+
+// Points only.
+inline PolyData MakePoints(const std::vector<std::array<double, 3>>& points, int type = VTK_DOUBLE)
+{
+  auto mesh = PolyData::New();
+  vtkNew<vtkPoints> vtkpoints;
+  vtkpoints->SetDataType(type);
+  for (const auto& p : points)
+  {
+    vtkpoints->InsertNextPoint(p.data());
+  }
+  mesh->SetPoints(vtkpoints);
+  return mesh;
+}
+
+// A surface over a grid of side × side points, all triangles.
+template <class Surface>
+PolyData MakeGrid(int side, const Surface& surface, int type = VTK_FLOAT)
+{
+  std::vector<std::array<double, 3>> points;
+  for (int v = 0; v < side; ++v)
+  {
+    for (int u = 0; u < side; ++u)
+    {
+      points.push_back(surface(double(u) / (side - 1), double(v) / (side - 1)));
+    }
+  }
+  PolyData mesh = MakePoints(points, type);
+  vtkNew<vtkCellArray> triangles;
+  for (vtkIdType v = 0; v + 1 < side; ++v)
+  {
+    for (vtkIdType u = 0; u + 1 < side; ++u)
+    {
+      const vtkIdType p = v * side + u;
+      AddCell(triangles, { p, p + 1, p + side });
+      AddCell(triangles, { p + 1, p + side + 1, p + side });
+    }
+  }
+  mesh->SetPolys(triangles);
+  AddIds(*mesh);
+  return mesh;
+}
+
+// A bumpy sphere with a seam, whose points lie twice, and poles, whose triangles are degenerate in
+// space.
+inline PolyData MakeSphere(int side, int type = VTK_FLOAT)
+{
+  return MakeGrid(
+    side,
+    [](double u, double v)
+    {
+      const double pi = 3.14159265358979323846, a = 2 * pi * u, b = pi * v;
+      const double r = 1 + 0.05 * std::sin(9 * a) * std::sin(7 * b);
+      return std::array<double, 3>{ r * std::cos(a) * std::sin(b), r * std::sin(a) * std::sin(b),
+        r * std::cos(b) };
+    },
+    type);
+}
+
+// All z equal, and many equal x and y.
+inline PolyData MakePlate(int side)
+{
+  return MakeGrid(side, [](double u, double v) { return std::array<double, 3>{ u, v, 0.25 }; });
+}
+
+// One place, side × side times.
+inline PolyData MakeRepeatedPoint(int side)
+{
+  return MakeGrid(side, [](double, double) { return std::array<double, 3>{ 1, 2, 3 }; });
+}
+
+// All kinds of cells over the points of a plate of 8 × 8: a vertex, a poly-vertex, a line, a
+// polyline, a triangle, a quad, a pentagon, a polygon of two points, and a strip.
+inline PolyData MakeAllCells()
+{
+  PolyData mesh = MakePlate(8);
+  vtkNew<vtkCellArray> vertices, lines, polygons, strips;
+  AddCell(vertices, { 3 });
+  AddCell(vertices, { 0, 63, 7 });
+  AddCell(lines, { 0, 63 });
+  AddCell(lines, { 8, 9, 17, 16 });
+  AddCell(polygons, { 0, 1, 8 });
+  AddCell(polygons, { 18, 19, 27, 26 });
+  AddCell(polygons, { 32, 33, 34, 42, 40 });
+  AddCell(polygons, { 5, 6 });
+  AddCell(strips, { 44, 52, 45, 53, 46, 54 });
+  mesh->SetVerts(vertices);
+  mesh->SetLines(lines);
+  mesh->SetPolys(polygons);
+  mesh->SetStrips(strips);
+  mesh->GetPointData()->Initialize();
+  mesh->GetCellData()->Initialize();
+  AddIds(*mesh);
+  return mesh;
+}
+
+inline Ids CellPoints(vtkPolyData& mesh, vtkIdType cell)
+{
+  vtkNew<vtkIdList> points;
+  mesh.GetCellPoints(cell, points);
+  return Ids(points->begin(), points->end());
+}
+
+inline std::array<double, 3> Point(vtkPolyData& mesh, vtkIdType id)
+{
+  std::array<double, 3> point{};
+  mesh.GetPoint(id, point.data());
+  return point;
+}
+
+// Everything in a vtkPolyData as text: two that are equal print the same.
+inline std::string Describe(vtkPolyData& mesh)
+{
+  std::ostringstream text;
+  text << std::hexfloat << mesh.GetPoints()->GetDataType();
+  for (vtkIdType i = 0; i < mesh.GetNumberOfPoints(); ++i)
+  {
+    const auto p = Point(mesh, i);
+    text << '\n' << p[0] << ' ' << p[1] << ' ' << p[2];
+  }
+  for (vtkIdType c = 0; c < mesh.GetNumberOfCells(); ++c)
+  {
+    text << "\ncell " << mesh.GetCellType(c);
+    for (const vtkIdType id : CellPoints(mesh, c))
+    {
+      text << ' ' << id;
+    }
+  }
+  for (vtkDataSetAttributes* data :
+    std::array<vtkDataSetAttributes*, 2>{ mesh.GetPointData(), mesh.GetCellData() })
+  {
+    for (int a = 0; a < data->GetNumberOfArrays(); ++a)
+    {
+      text << '\n' << data->GetArrayName(a) << ' ' << data->GetAbstractArray(a)->GetDataType();
+      for (vtkIdType i = 0; i < data->GetAbstractArray(a)->GetNumberOfValues(); ++i)
+      {
+        text << ' ' << data->GetAbstractArray(a)->GetVariantValue(i).ToString();
+      }
+    }
+  }
+  return text.str();
+}
+
+// Listens to a filter: its errors (which are then not printed), its progress, how often it ran. May
+// abort it.
+class FilterObserver
+{
+public:
+  explicit FilterObserver(vtkAlgorithm* filter)
+    : Filter(filter)
+  {
+    this->Command->SetClientData(this);
+    this->Command->SetCallback([](vtkObject* caller, unsigned long event, void* self, void* data)
+      { static_cast<FilterObserver*>(self)->Handle(caller, event, data); });
+    for (const unsigned long event : { vtkCommand::ErrorEvent, vtkCommand::ProgressEvent,
+           vtkCommand::StartEvent, vtkCommand::WarningEvent })
+    {
+      filter->AddObserver(event, this->Command);
+    }
+    filter->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, this->Command);
+  }
+  ~FilterObserver()
+  {
+    this->Filter->RemoveObserver(this->Command);
+    this->Filter->GetExecutive()->RemoveObserver(this->Command);
+  }
+  FilterObserver(const FilterObserver&) = delete;
+  FilterObserver& operator=(const FilterObserver&) = delete;
+
+  std::string error; // of the filter
+  std::string warning;
+  bool failed = false; // the pipeline was told of the failure
+  std::vector<double> progress;
+  int runs = 0;
+  double abortAt = 2; // progress
+
+private:
+  void Handle(vtkObject* caller, unsigned long event, void* data)
+  {
+    if (event == vtkCommand::ErrorEvent)
+    {
+      (caller == this->Filter.Get() ? this->error : this->executiveError) +=
+        static_cast<const char*>(data);
+      this->failed |= caller != this->Filter.Get();
+    }
+    else if (event == vtkCommand::WarningEvent)
+    {
+      this->warning += static_cast<const char*>(data);
+    }
+    else if (event == vtkCommand::ProgressEvent)
+    {
+      this->progress.push_back(*static_cast<const double*>(data));
+      if (this->progress.back() >= this->abortAt)
+      {
+        this->Filter->SetAbortExecute(1);
+      }
+    }
+    else
+    {
+      ++this->runs;
+    }
+  }
+
+  vtkSmartPointer<vtkAlgorithm> Filter;
+  vtkNew<vtkCallbackCommand> Command;
+  std::string executiveError;
+};
+
+}

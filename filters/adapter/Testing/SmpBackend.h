@@ -1,0 +1,16 @@
+// vtkSMPTools' backend and threads, for tests: a C++17 source, see filters/adapter/SmpFor.h.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace kdstream::testing
+{
+
+// The backends that VTK may have.
+inline const std::vector<std::string> smpBackends{ "Sequential", "STDThread", "TBB" };
+
+// Whether this VTK has the backend; then it is in use with as many threads.
+bool UseSmpBackend(const std::string& name, int threads);
+
+}

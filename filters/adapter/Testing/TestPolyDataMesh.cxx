@@ -1,0 +1,126 @@
+// vtkPolyData -> core's types: order, kinds and orientation of elements; what is refused.
+#include "filters/adapter/PolyDataMesh.h"
+
+#include "filters/adapter/SmpFor.h"
+#include "filters/adapter/Testing/FilterTools.h"
+#include "filters/adapter/Testing/SmpBackend.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+
+namespace kdstream
+{
+namespace
+{
+
+using namespace kdstream::testing;
+
+TEST(PolyDataMesh, ElementsOfAllKindsInTheOrderOfCells)
+{
+  const Result<PolyDataElements> elements = ReadElements(*MakeAllCells());
+  ASSERT_TRUE(elements);
+  EXPECT_EQ(elements->vertices, 4U);
+  EXPECT_EQ(elements->segments, 4U);
+  const std::vector<Triangle> expected{ { 3, 3, 3 }, { 0, 0, 0 }, { 63, 63, 63 }, { 7, 7, 7 },
+    { 0, 63, 63 }, { 8, 9, 9 }, { 9, 17, 17 }, { 17, 16, 16 }, { 0, 1, 8 }, { 18, 19, 27 },
+    { 18, 27, 26 }, { 32, 33, 34 }, { 32, 34, 42 }, { 32, 42, 40 }, { 44, 52, 45 }, { 45, 52, 53 },
+    { 45, 53, 46 }, { 46, 53, 54 } };
+  EXPECT_EQ(elements->corners, expected);
+  EXPECT_EQ(elements->cells, (Ids{ 0, 1, 1, 1, 2, 3, 3, 3, 4, 5, 5, 6, 6, 6, 8, 8, 8, 8 }));
+  EXPECT_EQ(elements->Triangles().size(), 10U);
+  EXPECT_EQ(elements->Triangles()[0], (Triangle{ 0, 1, 8 }));
+}
+
+TEST(PolyDataMesh, PointsBitForBit)
+{
+  const double tiny = std::numeric_limits<double>::denorm_min();
+  const PolyData mesh = MakePoints({ { 0.1, -0.0, tiny }, { 1e300, 2, 3 } });
+  const Result<Mesh> read = ReadMesh(*mesh, {});
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->points, (std::vector<Vec3>{ { 0.1, -0.0, tiny }, { 1e300, 2, 3 } }));
+  EXPECT_TRUE(std::signbit(read->points[0][1]));
+  EXPECT_EQ(read->scalarType, ScalarType::Float64);
+  EXPECT_TRUE(read->triangles.empty());
+  EXPECT_EQ(ReadMesh(*MakePoints({ { 1, 2, 3 } }, VTK_FLOAT), {})->scalarType, ScalarType::Float32);
+  EXPECT_EQ(ReadMesh(*MakePoints({ { 1, 2, 3 } }, VTK_INT), {})->scalarType, ScalarType::Float64);
+  EXPECT_TRUE(ReadMesh(*PolyData::New(), {})->points.empty());
+}
+
+TEST(PolyDataMesh, NotFinite)
+{
+  for (const double bad : { std::numeric_limits<double>::quiet_NaN(),
+         std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() })
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      std::vector<std::array<double, 3>> points(20, { 1, 2, 3 });
+      points[17][k] = bad;
+      const Result<std::vector<Vec3>> read = ReadPoints(*MakePoints(points), {});
+      ASSERT_FALSE(read);
+      EXPECT_EQ(read.GetError().code, ErrorCode::InvalidInput);
+      EXPECT_EQ(read.GetError().message, "point 17: a coordinate is not finite");
+    }
+  }
+}
+
+TEST(PolyDataMesh, PointOutOfRangeInEachKindOfCell)
+{
+  const std::vector<std::string> cells{ "1", "3", "7", "8" };
+  for (std::size_t kind = 0; kind < 4; ++kind)
+  {
+    for (const vtkIdType bad : { vtkIdType{ 64 }, vtkIdType{ -1 }, vtkIdType{ 1 } << 40 })
+    {
+      const PolyData mesh = MakeAllCells();
+      vtkCellArray* const arrays[] = { mesh->GetVerts(), mesh->GetLines(), mesh->GetPolys(),
+        mesh->GetStrips() };
+      const vtkIdType last = arrays[kind]->GetNumberOfCells() - 1;
+      vtkNew<vtkIdList> points;
+      arrays[kind]->GetCellAtId(last, points);
+      points->SetId(points->GetNumberOfIds() - 1, bad);
+      arrays[kind]->ReplaceCellAtId(last, points);
+      const Result<PolyDataElements> read = ReadElements(*mesh);
+      ASSERT_FALSE(read);
+      EXPECT_EQ(read.GetError().message,
+        "cell " + cells[kind] + " uses point " + std::to_string(bad) + ", but there are 64");
+    }
+  }
+}
+
+TEST(SmpFor, CoversEveryItemOnceOnEveryBackend)
+{
+  for (const std::string& backend : smpBackends)
+  {
+    for (const int threads : { 8, 2, 1 })
+    {
+      if (!UseSmpBackend(backend, threads))
+      {
+        continue;
+      }
+      for (const std::size_t count : { 0U, 1U, 7U, 1000U })
+      {
+        for (const std::size_t grain : { 1U, 3U, 5000U })
+        {
+          std::vector<std::atomic<int>> visits(count);
+          SmpFor(count, grain,
+            [&](std::size_t begin, std::size_t end)
+            {
+              EXPECT_LT(begin, end);
+              for (std::size_t i = begin; i < end; ++i)
+              {
+                ++visits[i];
+              }
+            });
+          for (const std::atomic<int>& visit : visits)
+          {
+            ASSERT_EQ(visit, 1);
+          }
+        }
+      }
+    }
+  }
+}
+
+}
+}
