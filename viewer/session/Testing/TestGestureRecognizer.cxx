@@ -168,6 +168,10 @@ TEST(TestGestureRecognizer, APinchNeverCountsAsATap)
     { 0.2, { { 1, 100, 100 } } }, { 0.21, { { 1, 100, 100 }, { 2, 150, 100 } } },
     { 0.25, { { 1, 100, 100 } } }, { 0.28, {} } });
   EXPECT_EQ(Count(gestures, Kind::Tap) + Count(gestures, Kind::DoubleTap), 0u);
+  // One finger, a second one, both leave at once.
+  const auto both = Play(
+    { { 0, { { 1, 100, 100 } } }, { 0.01, { { 1, 100, 100 }, { 2, 150, 100 } } }, { 0.05, {} } });
+  EXPECT_EQ(Count(both, Kind::Tap), 0u);
   EXPECT_EQ(Count(gestures, Kind::PinchBegin), 2u);
   EXPECT_EQ(Count(gestures, Kind::PinchEnd), 2u);
 }
@@ -224,6 +228,10 @@ TEST(TestGestureRecognizer, InvariantsHoldForRandomFingers)
       else if (choice < 6 && !fingers.empty())
       {
         fingers.erase(fingers.begin() + static_cast<std::ptrdiff_t>(random() % fingers.size()));
+      }
+      else if (choice == 6)
+      {
+        fingers.clear();
       }
       else if (choice < 9)
       {
