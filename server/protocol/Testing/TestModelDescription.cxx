@@ -103,6 +103,8 @@ TEST(TestModelDescription, EveryMemberIsChecked)
     { "/levels", Json::object() },
     { "/levels/3/depth", 4 },
     { "/levels/3/deviation", -0.5 },
+    { "/levels/3/deviation", "0.5" },
+    { "/precision/step", nullptr },
     { "/levels/3", 7 },
     { "/original/pieces", "many" },
     { "/title", std::string(5000, 'x') },
