@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
@@ -17,6 +18,7 @@ struct Outcome
 {
   int exitCode = -1; // 128 + the signal where one ended it
   std::string out, err;
+  std::uint64_t peakBytes = 0; // of resident memory, as the system counted it
 };
 
 // A folder of one test's own, gone with the object.
@@ -65,8 +67,10 @@ inline Outcome RunTool(
     ::_exit(127);
   }
   int status = 0;
-  ::waitpid(child, &status, 0);
+  rusage usage{};
+  ::wait4(child, &status, 0, &usage);
   Outcome outcome;
+  outcome.peakBytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   outcome.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   outcome.out = ReadWhole(out);
   outcome.err = ReadWhole(err);

@@ -9,7 +9,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <malloc.h>
+
 #include <csignal>
+#include <functional>
 #include <random>
 #include <set>
 #include <thread>
@@ -273,6 +276,62 @@ TEST_F(Programs, RefusesWhatDoesNotFitTheMemory)
   EXPECT_EQ(outcome.err.rfind("kdstream-build: error: in.ply: needs about ", 0), 0U) << outcome.err;
   EXPECT_NE(outcome.err.find("the limit is 1 MiB"), std::string::npos);
   EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply" }));
+}
+
+TEST_F(Programs, StaysBelowTheMemoryLimit)
+{
+  // A build that accepts a limit keeps it (64 MiB are the programs' own), measured from outside.
+  // The meshes are gone before the programs start: a child counts what its parent held when it was
+  // forked.
+  const auto dense = []
+  {
+    Mesh mesh = Torus(500, 300);
+    const std::vector<Triangle> once = mesh.triangles;
+    for (unsigned i = 0; i < 5; ++i)
+    {
+      mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
+    }
+    return mesh;
+  };
+  const auto cloud = []
+  {
+    Mesh mesh = Torus(1000, 600);
+    mesh.triangles.clear();
+    return mesh;
+  };
+  const std::pair<const char*, std::function<Mesh()>> meshes[] = { { "torus", []
+                                                                     { return Torus(1000, 600); } },
+    { "shuffled torus", [] { return Shuffled(Torus(1000, 600), 1); } }, { "cloud", cloud },
+    { "soup", [] { return Soup(200000, 1); } }, { "each face six times", dense } };
+  for (const auto& [name, make] : meshes)
+  {
+    this->Write("in.ply", make());
+    ::malloc_trim(0);
+    for (const char* cell : { "8", "1" })
+    {
+      SCOPED_TRACE(std::string(name) + ", cells of " + cell);
+      unsigned accepted = 0, refused = 0;
+      for (std::uint64_t limit = 32; limit <= 1024; limit += limit / 4)
+      {
+        const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds", "--memory",
+          std::to_string(limit) + "M", "--cell-vertices", cell });
+        (outcome.exitCode == 0 ? accepted : refused) += 1;
+        EXPECT_LE(outcome.peakBytes, (limit + 64) << 20) << "limit " << limit << " MiB";
+        if (outcome.exitCode != 0)
+        {
+          EXPECT_NE(outcome.err.find(" of memory"), std::string::npos) << outcome.err;
+        }
+        else
+        {
+          EXPECT_LE(limit << 20, 4 * outcome.peakBytes)
+            << "far more memory than needed was asked for";
+          break;
+        }
+      }
+      EXPECT_EQ(accepted, 1U);
+      EXPECT_GT(refused, 0U);
+    }
+  }
 }
 
 TEST_F(Programs, UnwritableOutputIsNamed)

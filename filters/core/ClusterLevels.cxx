@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 
 namespace kdstream
 {
@@ -251,6 +252,12 @@ private:
       return status;
     }
     const std::vector<VertexId> clusterBegin = this->NumberFinest(root, surface);
+    if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "the finest level has " + std::to_string(clusterBegin.back()) + " clusters; at most " +
+          std::to_string(this->Options.mostClusters) + " are allowed" };
+    }
     root.clear();
     root.shrink_to_fit();
     this->SumFinest(clusterBegin, surface);
@@ -451,6 +458,10 @@ private:
     std::vector<VertexId>& parents)
   {
     parents.resize(children.clusters.size());
+    const std::size_t most =
+      std::min(children.clusters.size(), (this->Options.sheets ? mostSheets : 1) << depth);
+    this->Work.clusters.reserve(most);
+    this->Work.cellOf.reserve(most);
     std::vector<VertexId> members;
     for (std::size_t first = 0; first < children.clusters.size();)
     {
@@ -481,7 +492,6 @@ private:
       }
       first = end;
     }
-    this->Output.levels[depth].positions.reserve(this->Work.clusters.size());
   }
 
   static void AddChild(Cluster& cluster, const Cluster& child)

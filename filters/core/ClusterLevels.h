@@ -33,6 +33,9 @@ struct ClusterOptions
   bool sheets = true;
   // Levels are made from L down to this depth.
   unsigned coarsestDepth = 0;
+  // More clusters at the finest level than this are refused (LimitExceeded): they decide the
+  // memory; 0 = no limit.
+  std::uint64_t mostClusters = 0;
 };
 
 // One level. Clusters are ordered by (cell, lowest original vertex).
@@ -57,8 +60,8 @@ struct ClusterLevels
 // are in double, relative to the centre of the model's box, over original ids ascending at level L
 // and over children by lowest id above: the same bits for any number of threads. Where a cluster's
 // quadric is empty the representative is the mean, the deviation the RMS distance of its vertices.
-// Complexity: O(n + t log t) a level, levels halve; memory about 200 bytes a finest cluster.
-// Errors: Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
+// Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest cluster.
+// Errors: LimitExceeded; Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
 Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const ClusterOptions& options,

@@ -17,6 +17,7 @@ namespace
 {
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
+constexpr std::uint64_t bytesPerCluster = 560;            // measured
 constexpr std::size_t encodeBatch = 64;                   // pieces encoded before they are written
 
 // Adds the time since the last call to a named step.
@@ -60,17 +61,30 @@ std::string Mebibytes(std::uint64_t bytes)
   return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
 }
 
-Status CheckMemory(std::uint64_t vertices, std::uint64_t triangles, std::uint64_t limit)
+// The least that the mesh needs: a cluster a cell. What more there are is checked once the sheets
+// are known.
+Status CheckMemory(std::uint64_t vertices, std::uint64_t triangles, const BuildOptions& options)
 {
-  const std::uint64_t need = EstimateBuildMemory(vertices, triangles);
-  if (limit == 0 || need <= limit)
+  const Result<TreeDepths> depths = ComputeDepths(vertices, options.tree);
+  const std::uint64_t need =
+    EstimateBuildMemory(vertices, triangles, depths ? std::uint64_t{ 1 } << depths->finest : 0);
+  if (options.memory == 0 || need <= options.memory)
   {
     return {};
   }
   return Error{ ErrorCode::LimitExceeded,
     "needs about " + Mebibytes(need) + " of memory for " + std::to_string(vertices) +
       " vertices and " + std::to_string(triangles) + " triangles; the limit is " +
-      Mebibytes(limit) + " (building out of core is not supported yet)" };
+      Mebibytes(options.memory) + " (building out of core is not supported yet)" };
+}
+
+// The most clusters of the finest level that the limit leaves room for.
+std::uint64_t MostClusters(const Mesh& mesh, std::uint64_t limit)
+{
+  const std::uint64_t rest = EstimateBuildMemory(mesh.points.size(), mesh.triangles.size(), 0);
+  return limit == 0
+           ? 0
+           : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / bytesPerCluster : 0);
 }
 
 Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)
@@ -80,7 +94,7 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
   // bytes a vertex and a face are the least.
   if (info.vertices <= reader.FileSize() / 3 && info.faces <= reader.FileSize() / 3)
   {
-    if (Status status = CheckMemory(info.vertices, info.faces, options.memory); !status)
+    if (Status status = CheckMemory(info.vertices, info.faces, options); !status)
     {
       return status.GetError();
     }
@@ -106,8 +120,7 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
       {
         break;
       }
-      if (Status status = CheckMemory(mesh.points.size(), mesh.triangles.size(), options.memory);
-          !status)
+      if (Status status = CheckMemory(mesh.points.size(), mesh.triangles.size(), options); !status)
       {
         return status.GetError();
       }
@@ -208,8 +221,16 @@ private:
     info.inconsistentEdges =
       CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
     this->Clock.Finish("faces");
+    ClusterOptions options = this->Options.levels;
+    options.mostClusters = MostClusters(this->Input, this->Options.memory);
     Result<ClusterLevels> levels = BuildClusterLevels(
-      this->Input.points, this->Input.triangles, *tree, buckets, this->Options.levels, this->Exec);
+      this->Input.points, this->Input.triangles, *tree, buckets, options, this->Exec);
+    if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        levels.GetError().message + " with " + Mebibytes(this->Options.memory) +
+          " of memory (building out of core is not supported yet)" };
+    }
     if (!levels)
     {
       return levels.GetError();
@@ -325,9 +346,10 @@ private:
 
 }
 
-std::uint64_t EstimateBuildMemory(std::uint64_t vertices, std::uint64_t triangles)
+std::uint64_t EstimateBuildMemory(
+  std::uint64_t vertices, std::uint64_t triangles, std::uint64_t clusters)
 {
-  return (std::uint64_t{ 32 } << 20) + 200 * vertices + 80 * triangles;
+  return (std::uint64_t{ 32 } << 20) + 44 * vertices + 40 * triangles + bytesPerCluster * clusters;
 }
 
 Result<BuildReport> BuildStore(const std::filesystem::path& input,

@@ -45,7 +45,10 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
 Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 
-// Bytes that a build in memory takes at most. Measured: Testing/TestBuildMemory.
-std::uint64_t EstimateBuildMemory(std::uint64_t vertices, std::uint64_t triangles);
+// Bytes that a build in memory takes at most, measured on surfaces, clouds and soups
+// (Programs.StaysBelowTheMemoryLimit). clusters: of the finest level, at least one a cell, at most
+// four; known once the sheets are found.
+std::uint64_t EstimateBuildMemory(
+  std::uint64_t vertices, std::uint64_t triangles, std::uint64_t clusters);
 
 }
