@@ -4,6 +4,7 @@
 #include "filters/store/StoreSchema.h"
 
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <mutex>
@@ -17,6 +18,25 @@ constexpr const char* selectPiece =
   "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ?";
 constexpr const char* selectTreePage = "SELECT data, checksum FROM tree WHERE page = ?";
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
+
+// Which file a path names: another one after a rename over it.
+struct FileIdentity
+{
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t size = 0;
+  bool operator==(const FileIdentity&) const = default;
+
+  static FileIdentity Of(const std::filesystem::path& file)
+  {
+    struct stat status = {};
+    if (::stat(file.c_str(), &status) != 0)
+    {
+      return {};
+    }
+    return { status.st_dev, status.st_ino, status.st_size };
+  }
+};
 
 // One connection with its statements: used by one thread at a time.
 struct Reader
@@ -78,6 +98,7 @@ Result<StoreInfo> ReadInfo(sqlite3* database)
 struct Store::Connection
 {
   std::filesystem::path file;
+  FileIdentity identity;
   std::mutex mutex;
   std::vector<std::unique_ptr<Reader>> idle;
 
@@ -103,6 +124,11 @@ struct Store::Connection
     {
       return Damaged("tables", (piece ? treePage : piece).GetError().message);
     }
+    if (FileIdentity::Of(this->file) != this->identity)
+    {
+      // Its blobs must not pass for those of the digest that this store was opened with.
+      return Error{ ErrorCode::Damaged, "the file was replaced while it was open" };
+    }
     return std::make_unique<Reader>(
       Reader{ std::move(*database), std::move(*piece), std::move(*treePage) });
   }
@@ -124,6 +150,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   {
     return Error{ ErrorCode::NotFound, status ? status.message() : "is not a file" };
   }
+  const FileIdentity identity = FileIdentity::Of(file);
   Result<kdstream::Database> database = OpenForReading(file);
   if (!database)
   {
@@ -138,6 +165,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   store->Information = std::move(*info);
   store->Database = std::make_unique<Connection>();
   store->Database->file = file;
+  store->Database->identity = identity;
   return store;
 }
 

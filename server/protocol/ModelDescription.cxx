@@ -26,7 +26,7 @@ Json ResolutionToJson(const ResolutionDescription& resolution)
 {
   return { { "vertices", resolution.vertices }, { "triangles", resolution.triangles },
     { "pieces", resolution.pieces }, { "bytes", resolution.bytes },
-    { "deviation", resolution.deviation } };
+    { "deviation", resolution.deviation }, { "deviation_99", resolution.deviation99 } };
 }
 
 ResolutionDescription ResolutionFromJson(JsonReader& reader, const Json& object)
@@ -37,6 +37,7 @@ ResolutionDescription ResolutionFromJson(JsonReader& reader, const Json& object)
   resolution.pieces = reader.Integer(object, "pieces", 0, std::uint64_t{ 1 } << maximumDepth);
   resolution.bytes = reader.Integer(object, "bytes", 0, mostCount);
   resolution.deviation = reader.Number(object, "deviation", 0);
+  resolution.deviation99 = reader.Number(object, "deviation_99", 0);
   return resolution;
 }
 

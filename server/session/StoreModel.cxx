@@ -21,7 +21,8 @@ const char* NameOf(AttributeType type)
 
 protocol::ResolutionDescription Describe(const ResolutionInfo& info)
 {
-  return { info.vertices, info.triangles, info.pieces, info.bytes, info.deviation };
+  return { info.vertices, info.triangles, info.pieces, info.bytes, info.deviation,
+    info.deviation99 };
 }
 
 protocol::ModelDescription Describe(const StoreInfo& info, const std::string& id)

@@ -310,6 +310,41 @@ TEST_F(StoreTest, ManyThreadsReadAtOnce)
   EXPECT_EQ(bad, 0U);
 }
 
+TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  this->Build(Torus(96, 48), options);
+  const auto store = *Store::Open(this->File());
+  const PieceId id{ Resolution::Original(), 32 };
+  const auto before = store->ReadPieceBlob(id);
+  ASSERT_TRUE(before);
+  this->Build(Torus(97, 48), options);
+  // One connection is open on the old file; others would open the new one.
+  std::atomic<unsigned> wrong{ 0 };
+  std::vector<std::thread> threads;
+  for (unsigned t = 0; t < 8; ++t)
+  {
+    threads.emplace_back(
+      [&]()
+      {
+        for (unsigned i = 0; i < 50; ++i)
+        {
+          const auto blob = store->ReadPieceBlob(id);
+          wrong += blob && *blob != *before;
+        }
+      });
+  }
+  for (std::thread& thread : threads)
+  {
+    thread.join();
+  }
+  EXPECT_EQ(wrong, 0U);
+  const auto fresh = Store::Open(this->File());
+  ASSERT_TRUE(fresh);
+  EXPECT_NE(*(*fresh)->ReadPieceBlob(id), *before);
+}
+
 TEST_F(StoreTest, AFailedBuildLeavesNothingAndKeepsTheOldStore)
 {
   BuildOptions options;

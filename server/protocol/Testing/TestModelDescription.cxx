@@ -103,6 +103,8 @@ TEST(TestModelDescription, EveryMemberIsChecked)
     { "/levels", Json::object() },
     { "/levels/3/depth", 4 },
     { "/levels/3/deviation", -0.5 },
+    { "/levels/3/deviation_99", -0.5 },
+    { "/levels/3/deviation_99", nullptr },
     { "/levels/3/deviation", "0.5" },
     { "/precision/step", nullptr },
     { "/levels/3", 7 },
