@@ -23,6 +23,7 @@
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkShaderProperty.h>
 #include <vtkSmartPointer.h>
 #include <vtkTypeInt32Array.h>
 #include <vtkUnsignedCharArray.h>
@@ -128,6 +129,22 @@ vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const C
   auto cells = vtkSmartPointer<vtkCellArray>::New();
   cells->SetData(offsets, corners);
   return cells;
+}
+
+// Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
+// triangle's own facing: a triangle that a simplified level has folded over would be black among
+// neighbours whose normals face the eye. Points have no normals.
+void FaceNormalsToTheEye(vtkActor& actor, bool isSurface)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  shader->ClearFragmentShaderReplacement("//VTK::Light::Impl", true);
+  if (isSurface)
+  {
+    shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
+      "if (normalVCVSOutput.z < 0.0) { normalVCVSOutput = -normalVCVSOutput; }\n"
+      "//VTK::Light::Impl",
+      false);
+  }
 }
 
 vtkSmartPointer<vtkFloatArray> Normals(const Surface& surface)
@@ -265,6 +282,7 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
       this->CellResolutions[i] = std::max(this->CellResolutions[i], source.resolution);
     }
   }
+  FaceNormalsToTheEye(*this->Actor, !isCloud);
   this->ShadeAsCloud(isCloud && cells > 0);
   this->ApplyColors();
   this->ApplyCamera();

@@ -2,30 +2,9 @@
 #include "viewer/session/LevelPolicy.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace kdstream
 {
-
-std::vector<double> EstimateDeviations(
-  std::span<const float> preview, std::span<const double> largest)
-{
-  constexpr double fall = 0.58; // from one level to the next finer one
-  double sum = 0;
-  for (const float deviation : preview)
-  {
-    sum += double{ deviation } * double{ deviation };
-  }
-  const double count = preview.empty() ? 1 : static_cast<double>(preview.size());
-  double typical = 2 * std::sqrt(sum / count);
-  std::vector<double> deviations(largest.begin(), largest.end());
-  for (std::size_t d = LevelPolicy::previewDepth; d < deviations.size(); ++d)
-  {
-    deviations[d] = std::min(deviations[d], typical);
-    typical *= fall;
-  }
-  return deviations;
-}
 
 LevelPolicy::LevelPolicy(std::span<const LevelFacts> levels, const LevelPolicyOptions& options)
   : Options(options)

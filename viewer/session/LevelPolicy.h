@@ -12,7 +12,7 @@ namespace kdstream
 // What the policy has to know of a level.
 struct LevelFacts
 {
-  double deviation = 0; // typical of its vertices, model units
+  double deviation = 0; // that 99 of 100 of its vertices do not exceed, model units
   std::uint64_t triangles = 0;
 };
 
@@ -27,18 +27,6 @@ struct LevelPolicyOptions
   // No level above the preview that has more triangles is chosen: what memory and frame rate allow.
   std::uint64_t triangleBudget = 2'000'000;
 };
-
-// The typical deviation of every level: twice the root mean square over its vertices, which about
-// 95 % of them do not exceed. (The largest will not do: one vertex in a far corner of a scan keeps
-// it up through all levels.)
-//
-// That of the preview is measured on the deviations of its vertices; a finer level's is estimated
-// as 0.58 of the next coarser one's (measured on the Stanford dragon: 0.57 to 0.62 from level 11 to
-// 16; half for a smooth surface, where it goes with the square of the distance between vertices),
-// and is never above the level's largest one. preview: deviations of the vertices of level min(L,
-// 11). largest: of each level, 0 … L. O(vertices).
-std::vector<double> EstimateDeviations(
-  std::span<const float> preview, std::span<const double> largest);
 
 // Chooses among the levels preview … L of one model: the coarsest whose deviation is small enough
 // on the screen; where none is, the finest that the budget allows. The preview itself is always

@@ -25,7 +25,7 @@ std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
   std::vector<LevelFacts> facts;
   for (const auto& level : model.levels)
   {
-    facts.push_back({ level.deviation, level.triangles });
+    facts.push_back({ level.deviation99, level.triangles });
   }
   return facts;
 }
@@ -122,7 +122,7 @@ void ViewerSession::CloseModel()
   this->Unrendered.clear();
   this->JustShown.clear();
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
-  this->EyeMoved = this->Measured = false;
+  this->EyeMoved = false;
 }
 
 void ViewerSession::EnterFullScreen()
@@ -263,7 +263,7 @@ void ViewerSession::FollowZoom()
     return;
   }
   const double scale = this->Eye.PixelsPerUnit() / this->Eye.GetViewport().pixelRatio;
-  if (this->Mode == ViewerMode::FullScreen && this->Measured)
+  if (this->Mode == ViewerMode::FullScreen)
   {
     this->Target = this->Current->policy.Choose(scale, this->Target);
   }
@@ -272,26 +272,6 @@ void ViewerSession::FollowZoom()
   {
     this->Region.reset();
   }
-}
-
-// What the levels will deviate, now that the first one is there.
-void ViewerSession::MeasurePreview(const Piece& preview)
-{
-  Model& model = *this->Current;
-  std::vector<LevelFacts> facts = FactsOf(model.description);
-  std::vector<double> largest;
-  for (const LevelFacts& level : facts)
-  {
-    largest.push_back(level.deviation);
-  }
-  const std::vector<double> deviations = EstimateDeviations(preview.deviations, largest);
-  for (std::size_t d = 0; d < facts.size(); ++d)
-  {
-    facts[d].deviation = deviations[d];
-  }
-  model.policy = LevelPolicy(facts, this->Options.policy);
-  this->Measured = true;
-  this->FollowZoom();
 }
 
 // ---- what the server sends
@@ -387,10 +367,6 @@ Status ViewerSession::Decode(
   }
   entry.vertices = piece->ownVertices;
   entry.triangles = piece->triangles.size();
-  if (!this->Measured && piece->id.resolution == Resolution::Level(model.policy.PreviewLevel()))
-  {
-    this->MeasurePreview(*piece);
-  }
   this->Pieces.Add(std::move(*piece));
   return {};
 }

@@ -134,7 +134,6 @@ private:
   void DoubleTap(double x, double y);
   void PickRegion(const Vec3& point);
   void FollowZoom();
-  void MeasurePreview(const Piece& preview);
   void Retry();
   void Update();
   unsigned EffectiveLevel() const;
@@ -158,7 +157,6 @@ private:
   std::string ModelId;          // selected
   std::optional<Model> Current; // once it is open
   unsigned Target = 0;          // level that the zoom asks for
-  bool Measured = false;        // the preview has told the levels' deviations
   std::optional<PickedRegion> Region;
   std::optional<Vec3> WaitingPick; // until the tree has come
 

@@ -88,18 +88,19 @@ MemoryServer::MemoryServer(
     const Resolution resolution = level ? Resolution::Level(d) : Resolution::Original();
     const PieceCutter cutter(vertices, mesh, resolution);
     protocol::ResolutionDescription counts{ cutter.VertexCount(), cutter.TriangleCount(),
-      cutter.PieceCount(), 0, 0 };
+      cutter.PieceCount(), 0, 0, 0 };
+    std::vector<float> deviations;
     for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
     {
       const Piece piece = cutter.Cut(i);
-      for (const float deviation : piece.deviations)
-      {
-        counts.deviation = std::max(counts.deviation, double{ deviation });
-      }
+      deviations.insert(deviations.end(), piece.deviations.begin(), piece.deviations.end());
       this->Blobs[BlobOfPiece(piece.id, tree.depths)] = EncodePiece(piece, this->Context);
     }
     if (level)
     {
+      std::sort(deviations.begin(), deviations.end());
+      counts.deviation = deviations.back();
+      counts.deviation99 = deviations[(deviations.size() - 1) * 99 / 100];
       this->Model.levels.push_back(counts);
     }
     else

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 
-using kdstream::EstimateDeviations;
 using kdstream::LevelFacts;
 using kdstream::LevelPolicy;
 using kdstream::LevelPolicyOptions;
@@ -109,24 +108,6 @@ TEST(TestLevelPolicy, WithHistoryChangesAtMostOnceOnTheWayThroughABorder)
   }
   EXPECT_EQ(level, 13u);
   EXPECT_EQ(changes, 2u);
-}
-
-TEST(TestLevelPolicy, EstimatesWhatFinerLevelsDeviate)
-{
-  // 13 levels; one vertex in a hundred is far off and keeps the largest deviation up.
-  std::vector<float> preview(100, 0.01f);
-  preview[7] = 1;
-  const std::vector<double> largest(15, 1.0);
-  const auto deviations = EstimateDeviations(preview, largest);
-  ASSERT_EQ(deviations.size(), 15u);
-  EXPECT_EQ(deviations[10], 1);
-  EXPECT_NEAR(deviations[11], 2 * std::sqrt((1 + 99e-4) / 100), 1e-6);
-  EXPECT_NEAR(deviations[13], deviations[11] * 0.58 * 0.58, 1e-12);
-  // Never above the largest; zero stays zero; no preview, no levels.
-  EXPECT_EQ(EstimateDeviations(preview, std::vector<double>(13, 1e-6))[12], 1e-6);
-  EXPECT_EQ(EstimateDeviations(std::vector<float>(5, 0.0f), largest)[14], 0);
-  EXPECT_EQ(EstimateDeviations({}, largest)[14], 0);
-  EXPECT_TRUE(EstimateDeviations({}, {}).empty());
 }
 
 }
