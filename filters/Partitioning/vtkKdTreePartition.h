@@ -27,7 +27,7 @@
  *
  * No points give no partitions. With more partitions than points some are empty.
  *
- * Complexity: O(n log n) for n points, linear in cells. Memory beside input and outputs: about 110
+ * Complexity: O(n log n) for n points, linear in cells. Memory beside input and outputs: about 80
  * bytes a point and 30 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
  * threads. Aborting leaves empty outputs. Errors, with empty outputs: a coordinate that is not
  * finite; a cell that uses a point that is not there; NumberOfPartitions that is no power of two or

@@ -2,7 +2,6 @@
 
 #include "filters/adapter/SmpFor.h"
 
-#include <vtkAlgorithm.h>
 #include <vtkVersionMacros.h>
 
 #include <algorithm>

@@ -3,10 +3,10 @@
 
 #include "filters/core/Execution.h"
 
+#include <vtkAlgorithm.h>
+
 #include <string_view>
 #include <vector>
-
-class vtkAlgorithm;
 
 namespace kdstream
 {

@@ -5,13 +5,11 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
-#include <vtkType.h>
+#include <vtkPolyData.h>
 
 #include <cstddef>
 #include <span>
 #include <vector>
-
-class vtkPolyData;
 
 namespace kdstream
 {
