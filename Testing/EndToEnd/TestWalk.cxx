@@ -1,0 +1,147 @@
+// One walk through everything on the real scan: kdstream-build, kdstream-serve, kdstream-view and
+// the demo session, on EGL and on OSMesa.
+#include "Testing/EndToEnd/Process.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <map>
+#include <set>
+
+using namespace kdstream::fixtures;
+using Json = nlohmann::json;
+
+namespace
+{
+
+// kdstream-serve on a free port, for the life of the object.
+class Server
+{
+public:
+  explicit Server(const std::filesystem::path& folder)
+  {
+    int ends[2];
+    EXPECT_EQ(::pipe(ends), 0);
+    this->Process = ::fork();
+    if (this->Process == 0)
+    {
+      ::dup2(ends[1], STDOUT_FILENO);
+      ::close(ends[0]);
+      ::close(ends[1]);
+      const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-serve";
+      ::execl(program.c_str(), program.c_str(), folder.c_str(), "--port", "0", nullptr);
+      ::_exit(127);
+    }
+    ::close(ends[1]);
+    std::string line;
+    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';)
+    {
+      line += c;
+    }
+    ::close(ends[0]);
+    const std::string ready = "listening on ";
+    EXPECT_EQ(line.rfind(ready, 0), 0U) << line;
+    this->Url = line.substr(std::min(ready.size(), line.size()));
+  }
+  ~Server() { this->Stop(); }
+
+  // SIGTERM; returns the exit code.
+  int Stop()
+  {
+    int status = 0;
+    if (this->Process > 0)
+    {
+      ::kill(this->Process, SIGTERM);
+      ::waitpid(this->Process, &status, 0);
+    }
+    this->Process = 0;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  std::string Url;
+
+private:
+  pid_t Process = 0;
+};
+
+}
+
+TEST(Walk, FromAScanToThreePictures)
+{
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "models");
+  const Outcome built = RunTool(folder, "build",
+    { KDSTREAM_DRAGON, "-o", "models/dragon.kds", "--title", "Stanford dragon", "--stats",
+      "build.json" });
+  ASSERT_EQ(built.exitCode, 0) << built.err << "\n(Data/fetch-dragon fetches the dragon)";
+  const Json build = Json::parse(ReadWhole(folder / "build.json"));
+  std::string session = ReadWhole(KDSTREAM_DEMO_SESSION);
+  for (std::size_t at = session.find("MODEL"); at != std::string::npos; at = session.find("MODEL"))
+  {
+    session.replace(at, 5, "dragon");
+  }
+  std::ofstream(folder / "session.jsonl") << session;
+
+  Server server(folder / "models");
+  std::map<std::string, std::map<std::string, std::string>> pictures; // backend, name
+  for (const std::string backend : { "egl", "osmesa" })
+  {
+    SCOPED_TRACE(backend);
+    const Outcome viewed = RunTool(folder, "view",
+      { server.Url, "--model", "dragon", "--offscreen", backend, "--size", "1080x1440", "--replay",
+        "session.jsonl", "--stats", "view.json" });
+    ASSERT_EQ(viewed.exitCode, 0) << viewed.err;
+    EXPECT_EQ(viewed.out + viewed.err, "");
+    for (const std::string name : { "preview.png", "level.png", "region.png" })
+    {
+      pictures[backend][name] = ReadWhole(folder / name);
+      EXPECT_TRUE(pictures[backend][name].starts_with("\x89PNG")) << name;
+      std::filesystem::remove(folder / name);
+    }
+
+    std::set<std::string> ids;
+    std::map<std::string, unsigned> kinds;
+    for (const Json& entry : Json::parse(ReadWhole(folder / "view.json")))
+    {
+      EXPECT_TRUE(ids.insert(entry["id"]).second) << entry["id"] << " was fetched twice";
+      ++kinds[entry["what"]];
+      for (const char* key : { "vertices", "triangles", "bytes", "transmission_s", "parsing_s",
+             "rendering_s", "from_cache" })
+      {
+        EXPECT_TRUE(entry.contains(key)) << key;
+      }
+    }
+    EXPECT_EQ(kinds["preview"], 1U);
+    EXPECT_TRUE(ids.contains("levels/11/1"));
+    EXPECT_GT(kinds["level"], 8U);
+    EXPECT_GT(kinds["partition"], 8U);
+    EXPECT_LT(kinds["partition"], build["partitions"].get<unsigned>() / 2)
+      << "a region, not the whole";
+  }
+  EXPECT_TRUE(pictures["egl"] == pictures["osmesa"]) << "the backends draw different pictures";
+  const auto& drawn = pictures["egl"];
+  EXPECT_TRUE(drawn.at("preview.png") != drawn.at("level.png"));
+  EXPECT_TRUE(drawn.at("level.png") != drawn.at("region.png"));
+  EXPECT_EQ(server.Stop(), 0);
+}
+
+TEST(Walk, ADamagedPartitionCostsNothingElse)
+{
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "models");
+  ASSERT_EQ(RunTool(folder, "build", { KDSTREAM_DRAGON, "-o", "models/dragon.kds" }).exitCode, 0);
+  std::string store = ReadWhole(folder / "models/dragon.kds");
+  const std::size_t blob = store.find("KDP\x01", store.size() * 9 / 10);
+  ASSERT_NE(blob, std::string::npos);
+  store[blob + 1000] ^= 1;
+  std::ofstream(folder / "models/dragon.kds", std::ios::binary) << store;
+  const Outcome verified = RunTool(folder, "store", { "verify", "models/dragon.kds" });
+  EXPECT_EQ(verified.exitCode, 1);
+  EXPECT_NE(verified.err.find("partitions/"), std::string::npos) << verified.err;
+  Server server(folder / "models");
+  const Outcome viewed = RunTool(folder, "view",
+    { server.Url, "--offscreen", "egl", "--size", "300x300", "--screenshot", "level.png" });
+  EXPECT_EQ(viewed.exitCode, 0) << viewed.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "level.png"));
+}
