@@ -28,29 +28,10 @@ namespace
 
 using namespace kdstream;
 
-// Whether every coordinate difference is a number.
-Status CheckExtent(const std::vector<Vec3>& points)
-{
-  const Box box = BoxOfPoints(points);
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    if (!std::isfinite(box.hi[k] - box.lo[k]))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("the points span more along ") + "xyz"[k] + " than a double can hold" };
-    }
-  }
-  return {};
-}
-
 // The level at `depth`, or the finest where there is none. finest: set to the depth of the finest.
 Result<ClusterLevel> BuildLevel(const Mesh& mesh, const KdTreeOptions& treeOptions,
   ClusterOptions options, int depth, const Execution& execution, int& finest)
 {
-  if (Status status = CheckExtent(mesh.points); !status)
-  {
-    return status.GetError();
-  }
   const Result<TreeDepths> depths = ComputeDepths(mesh.points.size(), treeOptions);
   if (!depths)
   {

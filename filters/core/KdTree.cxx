@@ -5,8 +5,11 @@
 // `forkDepth` every subtree is finished on its own while it is in the cache.
 #include "filters/core/KdTree.h"
 
+#include "filters/core/Weld.h"
+
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <string>
 
 namespace kdstream
@@ -220,6 +223,20 @@ bool FitFloats(std::span<const Vec3> points)
     });
 }
 
+// The axes of the tree, the grid and the distances are made of differences: each must be a number.
+Status CheckExtent(const Box& box)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (!std::isfinite(box.hi[k] - box.lo[k]))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
+    }
+  }
+  return {};
+}
+
 // The smallest depth at which a cell of `vertices` vertices, halved, has at most `limit`.
 unsigned SmallestDepth(std::size_t vertices, std::size_t limit)
 {
@@ -308,6 +325,10 @@ Result<KdTree> BuildKdTree(
   if (!depths)
   {
     return depths.GetError();
+  }
+  if (Status status = CheckExtent(BoxOfPoints(points)); !status)
+  {
+    return status.GetError();
   }
   KdTree tree;
   tree.depths = *depths;

@@ -139,20 +139,6 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
   return mesh;
 }
 
-// Whether every coordinate difference is a number.
-Status CheckExtent(const Box& box)
-{
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    if (!std::isfinite(box.hi[k] - box.lo[k]))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
-    }
-  }
-  return {};
-}
-
 class StoreBuilder
 {
 public:
@@ -209,10 +195,6 @@ private:
     if (!tree)
     {
       return tree.GetError();
-    }
-    if (Status status = CheckExtent(tree->boxes[1]); !status)
-    {
-      return status.GetError();
     }
     this->Clock.Finish("tree");
     const std::vector<std::uint32_t> partition = CellOfVertex(*tree, tree->depths.partition);
