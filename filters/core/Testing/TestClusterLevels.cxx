@@ -354,6 +354,46 @@ TEST(ClusterLevels, SheetsKeepNestedSurfacesApart)
   }
 }
 
+TEST(ClusterLevels, CollapsedTrianglesStillConnect)
+{
+  // A ribbon one quad wide: soon every triangle lies in two clusters, and only links say that
+  // neighbours belong together.
+  Mesh ribbon;
+  for (VertexId i = 0; i < 4000; ++i)
+  {
+    ribbon.points.push_back({ double(i / 2), double(i % 2) * 0.01, 0 });
+    if (i >= 2)
+    {
+      ribbon.triangles.push_back(
+        i % 2 == 0 ? Triangle{ i - 2, i - 1, i } : Triangle{ i - 1, i - 2, i });
+    }
+  }
+  const Built built = Build(ribbon);
+  for (unsigned d = 0; d < built.tree.depths.finest; ++d)
+  {
+    EXPECT_EQ(built.levels.levels[d].positions.size(), std::size_t{ 1 } << d) << "level " << d;
+  }
+}
+
+TEST(ClusterLevels, CoincidentVerticesConnectAcrossCells)
+{
+  // The ribbon again, every triangle with vertices of its own: only places connect them.
+  Mesh ribbon;
+  for (VertexId i = 0; i < 4000; ++i)
+  {
+    for (VertexId k = i; k < i + 3; ++k)
+    {
+      ribbon.points.push_back({ double(k / 2), double(k % 2) * 0.01, 0 });
+    }
+    ribbon.triangles.push_back({ 3 * i, 3 * i + 1, 3 * i + 2 });
+  }
+  const Built built = Build(ribbon);
+  for (unsigned d = 0; d + 3 < built.tree.depths.finest; ++d)
+  {
+    EXPECT_EQ(built.levels.levels[d].positions.size(), std::size_t{ 1 } << d) << "level " << d;
+  }
+}
+
 TEST(ClusterLevels, CloudsAndSoupsCoarsen)
 {
   for (const Mesh& mesh : { Cloud(5), Soup(3000, 9) })

@@ -151,11 +151,13 @@ TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
 
 TEST(DrawSurface, IsTheImageOfTheMeshUnderTheCut)
 {
+  // The last options make trees so deep that level S itself is cut into several pieces.
   for (const NamedMesh& named : AllMeshes())
   {
-    for (const std::uint32_t size : { 60U, 500U })
+    for (const KdTreeOptions& options :
+      { KdTreeOptions{ 60, {}, 8 }, { 500, {}, 8 }, { 8, {}, 1 } })
     {
-      const auto model = MakeModel(named.mesh, { size, {}, 8 });
+      const auto model = MakeModel(named.mesh, options);
       std::mt19937 random(7);
       for (unsigned draw = 0; draw < 12; ++draw)
       {
@@ -170,6 +172,19 @@ TEST(DrawSurface, IsTheImageOfTheMeshUnderTheCut)
       }
     }
   }
+}
+
+TEST(DrawSurface, ASplitClusterMayReachSeveralPiecesOfLevelS)
+{
+  const auto model = MakeModel(Torus(96, 48), { 8, {}, 1 });
+  const TreeDepths& depths = model->tree.depths;
+  ASSERT_GT(PieceDepth(Resolution::Level(depths.stitch), depths), 0U);
+  Cut cut{ depths, Resolution::Level(0), {} };
+  cut.refined.resize(std::size_t{ 1 } << depths.partition);
+  cut.refined[5] = Resolution::Original();
+  const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
+  ExpectDrawn(*model, cut, surface);
+  EXPECT_TRUE(BoundaryEdges(surface.triangles).empty());
 }
 
 TEST(DrawSurface, AllAtOneLevelIsThatLevel)
