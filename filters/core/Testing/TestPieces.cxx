@@ -298,6 +298,13 @@ TEST(Glue, GivesTheOriginalBack)
       {
         t = RotateLowestFirst(t);
       }
+      // Triangles come partition by partition, each from its lowest.
+      ASSERT_TRUE(std::is_sorted(glued->triangles.begin(), glued->triangles.end(),
+        [&](const Triangle& a, const Triangle& b)
+        {
+          return model.vertexTree.PartitionOf(std::min({ a[0], a[1], a[2] })) <
+                 model.vertexTree.PartitionOf(std::min({ b[0], b[1], b[2] }));
+        }));
       std::sort(expected.begin(), expected.end());
       std::sort(found.begin(), found.end());
       ASSERT_EQ(found, expected);
