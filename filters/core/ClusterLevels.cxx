@@ -6,6 +6,7 @@
 //   4. Each coarser level the same way from the level below it: clusters in the place of vertices.
 #include "filters/core/ClusterLevels.h"
 
+#include "filters/core/CellSheets.h"
 #include "filters/core/Quadric.h"
 #include "filters/core/Weld.h"
 
@@ -19,7 +20,6 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostSheets = 4;
 constexpr double regularisation = 1e-3; // of the quadric's trace; measured in the prototype
 constexpr std::size_t grain = 1 << 14;
 
@@ -61,136 +61,6 @@ void Join(std::vector<VertexId>& parent, VertexId a, VertexId b)
   a = FindRoot(parent, a);
   b = FindRoot(parent, b);
   parent[std::max(a, b)] = std::min(a, b);
-}
-
-double SquaredDistance(const Vec3& a, const Vec3& b)
-{
-  const Vec3 d{ a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-}
-
-// A component of one cell while its sheets are decided.
-struct Sheet
-{
-  VertexId lowest = noVertex; // of the original vertices
-  std::uint64_t count = 0;
-  Vec3 sum{};
-  bool surface = false;
-  std::size_t joined = 0; // the sheet that it becomes part of
-};
-
-// Decides the sheets of one cell: components without triangles join first, then all beyond the four
-// largest join the nearest of these (distance of means; of equals the one with the lowest vertex).
-// `sheets` are ordered by lowest vertex.
-void LimitSheets(std::vector<Sheet>& sheets)
-{
-  std::size_t loose = sheets.size();
-  std::vector<std::size_t> separate;
-  for (std::size_t i = 0; i < sheets.size(); ++i)
-  {
-    sheets[i].joined = i;
-    if (sheets[i].surface || loose == sheets.size())
-    {
-      separate.push_back(i);
-      loose = sheets[i].surface ? loose : i;
-      continue;
-    }
-    sheets[i].joined = loose;
-    sheets[loose].count += sheets[i].count;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      sheets[loose].sum[k] += sheets[i].sum[k];
-    }
-  }
-  if (separate.size() <= mostSheets)
-  {
-    return;
-  }
-  std::sort(separate.begin(), separate.end(),
-    [&](std::size_t a, std::size_t b)
-    { return sheets[a].count != sheets[b].count ? sheets[a].count > sheets[b].count : a < b; });
-  std::sort(separate.begin(), separate.begin() + mostSheets);
-  const auto mean = [&](std::size_t i)
-  {
-    const auto n = static_cast<double>(sheets[i].count);
-    return Vec3{ sheets[i].sum[0] / n, sheets[i].sum[1] / n, sheets[i].sum[2] / n };
-  };
-  for (std::size_t j = mostSheets; j < separate.size(); ++j)
-  {
-    const Vec3 own = mean(separate[j]);
-    std::size_t nearest = separate[0];
-    for (std::size_t i = 1; i < mostSheets; ++i)
-    {
-      if (SquaredDistance(mean(separate[i]), own) < SquaredDistance(mean(nearest), own))
-      {
-        nearest = separate[i];
-      }
-    }
-    sheets[separate[j]].joined = nearest;
-  }
-  for (Sheet& sheet : sheets)
-  {
-    sheet.joined = sheets[sheet.joined].joined; // what had joined the loose ones follows them
-  }
-}
-
-// Groups the members of one cell into clusters.
-// members: ordered by lowest original vertex. root(m): the member's component, as the root's id.
-// describe(m): its Sheet. Calls assign(m, local cluster); returns the number of clusters. Local
-// clusters are ordered by lowest vertex.
-template <class Root, class Describe, class Assign>
-std::size_t GroupCell(std::span<const VertexId> members, bool bySheets, const Root& root,
-  const Describe& describe, const Assign& assign)
-{
-  if (members.empty())
-  {
-    return 0;
-  }
-  if (!bySheets)
-  {
-    for (const VertexId m : members)
-    {
-      assign(m, 0);
-    }
-    return 1;
-  }
-  std::vector<VertexId> roots;
-  std::vector<Sheet> sheets;
-  std::vector<std::size_t> sheetOf(members.size());
-  for (std::size_t i = 0; i < members.size(); ++i)
-  {
-    const VertexId r = root(members[i]);
-    const auto found = std::find(roots.begin(), roots.end(), r);
-    sheetOf[i] = static_cast<std::size_t>(found - roots.begin());
-    const Sheet own = describe(members[i]);
-    if (found == roots.end())
-    {
-      roots.push_back(r);
-      sheets.push_back(own);
-      continue;
-    }
-    Sheet& sheet = sheets[sheetOf[i]];
-    sheet.count += own.count;
-    sheet.surface |= own.surface;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      sheet.sum[k] += own.sum[k];
-    }
-  }
-  LimitSheets(sheets);
-  // Local numbers in the order of first appearance, which is that of the lowest vertex.
-  std::vector<std::size_t> number(sheets.size(), sheets.size());
-  std::size_t clusters = 0;
-  for (std::size_t i = 0; i < members.size(); ++i)
-  {
-    std::size_t& n = number[sheets[sheetOf[i]].joined];
-    if (n == sheets.size())
-    {
-      n = clusters++;
-    }
-    assign(members[i], n);
-  }
-  return clusters;
 }
 
 class LevelBuilder
@@ -338,7 +208,7 @@ private:
             this->Tree.Cell(this->Tree.depths.finest, c), this->Options.sheets,
             [&](VertexId v) { return FindRoot(root, v); },
             [&](VertexId v) {
-              return Sheet{ v, 1, this->Relative(v), surface[v] != 0, 0 };
+              return Sheet{ 1, this->Relative(v), surface[v] != 0, 0 };
             },
             [&](VertexId v, std::size_t local)
             { this->Output.finest[v] = static_cast<VertexId>(local); }));
@@ -481,7 +351,7 @@ private:
         [&](VertexId m)
         {
           const Cluster& c = children.clusters[m];
-          return Sheet{ c.lowest, c.count, c.sum, c.surface, 0 };
+          return Sheet{ c.count, c.sum, c.surface, 0 };
         },
         [&](VertexId m, std::size_t local) { parents[m] = static_cast<VertexId>(offset + local); });
       this->Work.clusters.resize(offset + count);

@@ -1,0 +1,91 @@
+// The sheets of one cell: which of its connected components become clusters of their own (DESIGN
+// section 4). For ClusterLevels.cxx alone.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+inline constexpr std::size_t mostSheets = 4; // a cell
+
+// A component of one cell while its sheets are decided.
+struct Sheet
+{
+  std::uint64_t count = 0; // original vertices
+  Vec3 sum{};
+  bool surface = false;
+  std::size_t joined = 0; // the sheet that it becomes part of
+};
+
+// Decides the sheets of one cell: components without triangles join first, then all beyond the four
+// largest join the nearest of these (distance of means; of equals the one with the lowest vertex).
+// `sheets` are ordered by lowest vertex.
+void LimitSheets(std::vector<Sheet>& sheets);
+
+// Groups the members of one cell into clusters.
+// members: ordered by lowest original vertex. root(m): the member's component, as the root's id.
+// describe(m): its Sheet. Calls assign(m, local cluster); returns the number of clusters. Local
+// clusters are ordered by lowest vertex.
+template <class Root, class Describe, class Assign>
+std::size_t GroupCell(std::span<const VertexId> members, bool bySheets, const Root& root,
+  const Describe& describe, const Assign& assign)
+{
+  if (members.empty())
+  {
+    return 0;
+  }
+  if (!bySheets)
+  {
+    for (const VertexId m : members)
+    {
+      assign(m, 0);
+    }
+    return 1;
+  }
+  std::vector<VertexId> roots;
+  std::vector<Sheet> sheets;
+  std::vector<std::size_t> sheetOf(members.size());
+  for (std::size_t i = 0; i < members.size(); ++i)
+  {
+    const VertexId r = root(members[i]);
+    const auto found = std::find(roots.begin(), roots.end(), r);
+    sheetOf[i] = static_cast<std::size_t>(found - roots.begin());
+    const Sheet own = describe(members[i]);
+    if (found == roots.end())
+    {
+      roots.push_back(r);
+      sheets.push_back(own);
+      continue;
+    }
+    Sheet& sheet = sheets[sheetOf[i]];
+    sheet.count += own.count;
+    sheet.surface |= own.surface;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      sheet.sum[k] += own.sum[k];
+    }
+  }
+  LimitSheets(sheets);
+  // Local numbers in the order of first appearance, which is that of the lowest vertex.
+  std::vector<std::size_t> number(sheets.size(), sheets.size());
+  std::size_t clusters = 0;
+  for (std::size_t i = 0; i < members.size(); ++i)
+  {
+    std::size_t& n = number[sheets[sheetOf[i]].joined];
+    if (n == sheets.size())
+    {
+      n = clusters++;
+    }
+    assign(members[i], n);
+  }
+  return clusters;
+}
+
+}
