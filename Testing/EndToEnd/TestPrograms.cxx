@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <malloc.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <functional>
@@ -341,7 +342,7 @@ TEST_F(Programs, UnwritableOutputIsNamed)
     "kdstream-build: error: no/m.kds: cannot create a file in no: No such file or directory");
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", "no/s.json" }).err,
-    "kdstream-build: error: no/s.json: cannot be written\n");
+    "kdstream-build: error: no/s.json: cannot create a file in no: No such file or directory\n");
   const Outcome outcome = this->Store({ "extract", "m.kds", "--all", "-o", "no/x.ply" });
   EXPECT_EQ(outcome.exitCode, 1);
   EXPECT_EQ(outcome.err.rfind("kdstream-store: error: no/x.ply: ", 0), 0U) << outcome.err;
@@ -359,6 +360,83 @@ TEST_F(Programs, NamesAttributesThatAreNotCarried)
   EXPECT_EQ(outcome.exitCode, 0);
   EXPECT_EQ(
     outcome.err, "kdstream-build: warning: in.ply: not carried by this version: vertex.red\n");
+}
+
+TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
+{
+  Mesh apart = Torus(40, 20);
+  const std::size_t one = apart.points.size();
+  for (std::size_t v = 0; v < one; ++v)
+  {
+    apart.points.push_back({ apart.points[v][0] + 65536, apart.points[v][1], apart.points[v][2] });
+  }
+  this->Write("in.ply", apart);
+  const Outcome coarse = this->Build({ "in.ply", "-o", "m.kds", "--precision", "10" });
+  EXPECT_EQ(coarse.exitCode, 0);
+  EXPECT_NE(
+    coarse.err.find("vertices fall together with others on a grid of 10 bits"), std::string::npos)
+    << coarse.err;
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless" }).err, "");
+}
+
+TEST_F(Programs, NeverOverwritesItsInput)
+{
+  this->Write("in.ply", Torus(40, 20));
+  const std::string input = ReadWhole(this->Folder / "in.ply");
+  std::filesystem::create_symlink("in.ply", this->Folder / "link.ply");
+  for (const char* output : { "in.ply", "./in.ply", "link.ply" })
+  {
+    this->ExpectError(this->Build({ "in.ply", "-o", output }), 2,
+      std::string("kdstream-build: error: ") + output + ": is in.ply itself, which would be lost");
+    EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", output }).exitCode, 2);
+  }
+  EXPECT_EQ(ReadWhole(this->Folder / "in.ply"), input);
+  EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds"));
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.ply" }).exitCode, 0); // a store under a mesh's name
+  const std::string store = ReadWhole(this->Folder / "m.ply");
+  EXPECT_EQ(this->Store({ "extract", "m.ply", "--all", "-o", "m.ply" }).exitCode, 2);
+  EXPECT_TRUE(ReadWhole(this->Folder / "m.ply") == store);
+}
+
+TEST_F(Programs, RefusesOutputsThatAreNoFiles)
+{
+  this->Write("in.ply", Torus(40, 20));
+  std::filesystem::create_directory(this->Folder / "folder");
+  ASSERT_EQ(::mkfifo((this->Folder / "pipe").c_str(), 0600), 0);
+  this->ExpectError(
+    this->Build({ "in.ply", "-o", "folder" }), 1, "kdstream-build: error: folder: is a folder");
+  this->ExpectError(this->Build({ "in.ply", "-o", "pipe" }), 1,
+    "kdstream-build: error: pipe: cannot be written: it is not a regular file");
+  EXPECT_TRUE(std::filesystem::is_fifo(this->Folder / "pipe"));
+  // A link is followed, not replaced; stats may go to a stream.
+  std::filesystem::create_symlink("target.kds", this->Folder / "link.kds");
+  const Outcome built = this->Build({ "in.ply", "-o", "link.kds", "--stats", "/dev/stdout" });
+  EXPECT_EQ(built.exitCode, 0) << built.err;
+  EXPECT_TRUE(Json::parse(built.out).contains("digest"));
+  EXPECT_TRUE(std::filesystem::is_symlink(this->Folder / "link.kds"));
+  EXPECT_EQ(this->Store({ "verify", "target.kds" }).exitCode, 0);
+}
+
+TEST_F(Programs, TextsMustBeShowable)
+{
+  this->Write("in.ply", Torus(40, 20));
+  for (const std::string& title :
+    { std::string(4097, 'x'), std::string("a\x1B[31mb"), std::string("\xFF\xFE") })
+  {
+    EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--title", title }).exitCode, 2);
+  }
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--title", "Ångström" }).exitCode, 0);
+}
+
+TEST_F(Programs, StlSaysWhatItLoses)
+{
+  Mesh doubles = Torus(40, 20);
+  doubles.scalarType = ScalarType::Float64;
+  this->Write("in.ply", doubles);
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.stl" }).err,
+    "kdstream-store: warning: x.stl: STL holds floats; the coordinates were doubles and are "
+    "rounded\n");
 }
 
 TEST_F(Programs, DamageIsNamedByVerify)

@@ -85,10 +85,10 @@ void AddOptions(CLI::App& app, CommandLine& line)
     .add_option("--precision", line.precision,
       "bits per axis of the model's grid (8-24), or lossless: the exact coordinates")
     ->capture_default_str();
-  app.add_option("--title", line.build.title, "shown by the viewers");
-  app.add_option("--credit", line.build.credit, "shown by the viewers");
-  app.add_option("--license", line.build.license, "shown by the viewers");
-  app.add_option("--unit", line.build.unit, "of the coordinates, shown by the viewers");
+  CheckText(app.add_option("--title", line.build.title, "shown by the viewers"));
+  CheckText(app.add_option("--credit", line.build.credit, "shown by the viewers"));
+  CheckText(app.add_option("--license", line.build.license, "shown by the viewers"));
+  CheckText(app.add_option("--unit", line.build.unit, "of the coordinates, shown by the viewers"));
   app.add_option("--stats", line.stats, "file for statistics (JSON)")->type_name("FILE");
   app.add_flag("--quiet", line.quiet, "no progress");
 }
@@ -133,6 +133,7 @@ Json StatsOf(const CommandLine& line, const BuildReport& report)
   const std::uintmax_t bytes = std::filesystem::file_size(line.output, status);
   Json stats = StoreToJson(report.info, status ? 0 : bytes);
   stats["input"] = line.input;
+  stats["merged_by_grid"] = report.mergedByGrid;
   stats["passes"] = 1; // over the input: everything else is done in memory
   stats["temp_bytes"] = 0;
   stats["peak_rss_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
@@ -149,14 +150,29 @@ int Build(const std::string& program, CommandLine& line)
   {
     return PrintError(program, "", status.GetError());
   }
+  const Result<std::filesystem::path> store =
+    CheckOutput(line.output, OutputKind::File, { line.input });
+  if (!store)
+  {
+    return PrintError(program, line.output, store.GetError());
+  }
+  if (!line.stats.empty())
+  {
+    const auto stats = CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output });
+    if (!stats)
+    {
+      return PrintError(program, line.stats, stats.GetError());
+    }
+  }
   CatchInterrupts();
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet);
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
-    report = BuildStore(std::filesystem::path(line.input), line.output, line.build, execution);
+    report = BuildStore(std::filesystem::path(line.input), *store, line.build, execution);
   }
+  ReleaseInterrupts();
   if (!report)
   {
     const bool output = report.GetError().code == ErrorCode::InputOutput;
@@ -171,6 +187,12 @@ int Build(const std::string& program, CommandLine& line)
     }
     std::cerr << program << ": warning: " << line.input
               << ": not carried by this version: " << names << "\n";
+  }
+  if (report->mergedByGrid * 100 > report->info.vertices)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << report->mergedByGrid << " of "
+              << report->info.vertices << " vertices fall together with others on a grid of "
+              << line.precision << " bits; more bits or --precision lossless keep them apart\n";
   }
   if (!line.stats.empty())
   {

@@ -1,12 +1,15 @@
 #include "filters/app/Program.h"
 
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <new>
@@ -133,10 +136,88 @@ std::uint64_t FreeMemory()
   return free;
 }
 
+Result<std::filesystem::path> CheckOutput(
+  const std::string& file, OutputKind kind, std::initializer_list<std::string> inputs)
+{
+  namespace fs = std::filesystem;
+  std::error_code status;
+  fs::path target = file;
+  constexpr unsigned mostLinks = 40; // as the kernel allows
+  for (unsigned i = 0; i < mostLinks && fs::is_symlink(target, status); ++i)
+  {
+    target = target.parent_path() / fs::read_symlink(target, status);
+  }
+  for (const std::string& input : inputs)
+  {
+    if (fs::equivalent(target, input, status))
+    {
+      return Error{ ErrorCode::InvalidArgument, "is " + input + " itself, which would be lost" };
+    }
+  }
+  const bool exists = fs::exists(target, status);
+  if (exists && fs::is_directory(target, status))
+  {
+    return Error{ ErrorCode::InputOutput, "is a folder" };
+  }
+  if (exists && !fs::is_regular_file(target, status))
+  {
+    return kind == OutputKind::Stream
+             ? Result<fs::path>(target)
+             : Error{ ErrorCode::InputOutput, "cannot be written: it is not a regular file" };
+  }
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : ".";
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+  {
+    return Error{ ErrorCode::InputOutput,
+      "cannot create a file in " + folder.string() + ": " + std::strerror(errno) };
+  }
+  return target;
+}
+
+CLI::Option* CheckText(CLI::Option* option)
+{
+  return option->check(
+    [](const std::string& text) -> std::string
+    {
+      if (text.size() > 4096)
+      {
+        return "is longer than 4096 bytes";
+      }
+      for (const char c : text)
+      {
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F)
+        {
+          return "has control characters";
+        }
+      }
+      // A string that is no UTF-8 is an error to the JSON library.
+      try
+      {
+        (void)nlohmann::json(text).dump();
+      }
+      catch (const nlohmann::json::type_error&)
+      {
+        return "is not UTF-8";
+      }
+      return "";
+    },
+    "TEXT");
+}
+
 void CatchInterrupts()
 {
-  std::signal(SIGINT, OnInterrupt);
-  std::signal(SIGTERM, OnInterrupt);
+  for (const int signal : { SIGINT, SIGTERM, SIGHUP })
+  {
+    std::signal(signal, OnInterrupt);
+  }
+}
+
+void ReleaseInterrupts()
+{
+  for (const int signal : { SIGINT, SIGTERM, SIGHUP })
+  {
+    std::signal(signal, SIG_DFL);
+  }
 }
 
 bool Interrupted()

@@ -9,7 +9,9 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -37,9 +39,27 @@ CLI::Option* AddSizeOption(
 // Memory that is free now, in bytes: the smaller of what the machine and the control group have.
 std::uint64_t FreeMemory();
 
-// From now on SIGINT and SIGTERM set the flag that Interrupted tells, once; a second one ends the
-// process.
+enum class OutputKind
+{
+  File,  // a regular file, new or replaced
+  Stream // also a terminal, a pipe, /dev/stdout
+};
+
+// Where an output goes: `file`, or what it links to. Called before the work, so that nothing is
+// done in vain. Errors: InvalidArgument where it is one of `inputs`; InputOutput for a folder, for
+// something that is no regular file, and where no file can be created.
+Result<std::filesystem::path> CheckOutput(
+  const std::string& file, OutputKind kind, std::initializer_list<std::string> inputs);
+
+// Checks while parsing that a text can be shown: at most 4096 bytes of UTF-8 without control
+// characters.
+CLI::Option* CheckText(CLI::Option* option);
+
+// From now on SIGINT, SIGTERM and SIGHUP set the flag that Interrupted tells, once; a second one
+// ends the process.
 void CatchInterrupts();
+// Signals end the process again.
+void ReleaseInterrupts();
 bool Interrupted();
 
 // Progress on stderr: a bar with rate and time left on a terminal, a line every few seconds

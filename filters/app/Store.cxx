@@ -8,6 +8,8 @@
 #include "filters/core/Surface.h"
 #include "filters/meshio/MeshWriter.h"
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -156,8 +158,12 @@ Error BadArgument(const std::string& what)
 Result<Cut> ReadResolutions(const Store& store, const std::string& file)
 {
   std::ifstream stream(file);
+  if (!stream)
+  {
+    return BadArgument("--resolutions: " + file + " cannot be read: " + std::strerror(errno));
+  }
   const Json json = Json::parse(stream, nullptr, false);
-  if (!stream || !json.is_array())
+  if (!json.is_array())
   {
     return BadArgument("--resolutions: " + file + " is no JSON list");
   }
@@ -309,20 +315,45 @@ public:
     return this->WithStore(
       [this](const Store& store)
       {
+        const auto output = CheckOutput(this->Line.output, OutputKind::File, { this->Line.store });
+        if (!output)
+        {
+          return PrintError(this->Program, this->Line.output, output.GetError());
+        }
         const Result<Mesh> mesh = ExtractMesh(store, this->Line);
         if (!mesh)
         {
           return PrintError(this->Program, this->Line.store, mesh.GetError());
         }
-        if (Status status = WriteMesh(this->Line.output, *mesh); !status)
+        if (Status status = WriteMesh(*output, *mesh); !status)
         {
           return PrintError(this->Program, this->Line.output, status.GetError());
         }
+        this->WarnOfStl(*output, *mesh);
         return exitDone;
       });
   }
 
 private:
+  // STL holds single-precision triangles and nothing else.
+  void WarnOfStl(const std::filesystem::path& file, const Mesh& mesh) const
+  {
+    if (file.extension() != ".stl")
+    {
+      return;
+    }
+    const auto warn = [&](const char* what)
+    { std::cerr << this->Program << ": warning: " << this->Line.output << ": " << what << "\n"; };
+    if (mesh.triangles.empty())
+    {
+      warn("STL holds triangles only; there are none");
+    }
+    if (mesh.scalarType == ScalarType::Float64)
+    {
+      warn("STL holds floats; the coordinates were doubles and are rounded");
+    }
+  }
+
   template <class Work>
   int WithStore(const Work& work)
   {

@@ -58,7 +58,8 @@ private:
 
 std::string Mebibytes(std::uint64_t bytes)
 {
-  return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+  return bytes < 1 << 20 ? std::to_string(bytes >> 10) + " KiB"
+                         : std::to_string(bytes >> 20) + " MiB";
 }
 
 // The least that the mesh needs: a cluster a cell. What more there are is checked once the sheets
@@ -176,6 +177,7 @@ public:
     this->Clock.Finish("write");
     BuildReport report;
     report.info = std::move(*info);
+    report.mergedByGrid = this->MergedByGrid;
     report.seconds = this->Clock.Take();
     return report;
   }
@@ -196,6 +198,11 @@ private:
     {
       return tree.GetError();
     }
+    info.box = tree->boxes[1];
+    info.grid = this->Options.bits == 0
+                  ? CoordinateGrid::Exact(this->Input.scalarType)
+                  : CoordinateGrid::Over(info.box, this->Options.bits, this->Input.scalarType);
+    this->CountMergedByGrid();
     this->Clock.Finish("tree");
     const std::vector<std::uint32_t> partition = CellOfVertex(*tree, tree->depths.partition);
     const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
@@ -222,14 +229,32 @@ private:
     return NumberVertices(*tree, std::move(*levels));
   }
 
+  void CountMergedByGrid()
+  {
+    if (this->Information.grid.Lossless())
+    {
+      return;
+    }
+    const auto places = [](const std::vector<Vec3>& points)
+    {
+      const std::vector<VertexId> first = FirstCoincident(points, Coincidence::ValueEqual);
+      std::uint64_t count = 0;
+      for (VertexId v = 0; v < first.size(); ++v)
+      {
+        count += first[v] == v;
+      }
+      return count;
+    };
+    std::vector<Vec3> snapped(this->Input.points.size());
+    std::transform(this->Input.points.begin(), this->Input.points.end(), snapped.begin(),
+      [&](const Vec3& p) { return this->Information.grid.Snap(p); });
+    this->MergedByGrid = places(this->Input.points) - places(snapped);
+  }
+
   void Describe(const KdTree& tree)
   {
     StoreInfo& info = this->Information;
     info.depths = tree.depths;
-    info.box = tree.boxes[1];
-    info.grid = this->Options.bits == 0
-                  ? CoordinateGrid::Exact(this->Input.scalarType)
-                  : CoordinateGrid::Over(info.box, this->Options.bits, this->Input.scalarType);
     info.primitive =
       this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
     info.vertices = this->Input.points.size();
@@ -324,6 +349,7 @@ private:
   StepClock Clock;
   StoreInfo Information;
   std::vector<Box> Boxes;
+  std::uint64_t MergedByGrid = 0;
 };
 
 }

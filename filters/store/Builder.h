@@ -29,6 +29,8 @@ struct BuildOptions
 struct BuildReport
 {
   StoreInfo info;
+  // Vertices in different places that fall together on the grid: what its bits lose.
+  std::uint64_t mergedByGrid = 0;
   std::vector<std::string> ignoredAttributes; // of the input, not carried
   std::vector<std::pair<std::string, double>>
     seconds; // read, tree, faces, levels, encode, write, total

@@ -188,6 +188,17 @@ int View(const std::string& program, const CommandLine& line)
 {
   const auto fail = [&program](const std::string& file, const Error& error)
   { return PrintError(program, file, error); };
+  const std::pair<std::string, OutputKind> outputs[] = { { line.record, OutputKind::Stream },
+    { line.statistics, OutputKind::Stream }, { line.screenshot, OutputKind::File } };
+  for (const auto& [file, kind] : outputs)
+  {
+    const auto output =
+      file.empty() ? Result(std::filesystem::path()) : CheckOutput(file, kind, { line.replay });
+    if (!output)
+    {
+      return fail(file, output.GetError());
+    }
+  }
   std::vector<SessionStep> replay;
   if (!line.replay.empty())
   {
