@@ -270,6 +270,50 @@ TEST(ByteStream, OrderedBitsKeepTheOrderOfNumbers)
   }
 }
 
+TEST(PieceCodec, AnIndexBeyond32BitsIsNoSmallOne)
+{
+  const auto blobWith = [](std::uint64_t second)
+  {
+    ByteWriter writer;
+    writer.Raw(std::array<std::uint8_t, 5>{ 'K', 'D', 'P', plainCodecVersion, 1 });
+    for (const std::uint64_t count : { 3, 0, 1 }) // own vertices, ghosts, triangles
+    {
+      writer.Varint(count);
+    }
+    for (unsigned axis = 0; axis < 3; ++axis)
+    {
+      writer.Stream(std::array<std::uint64_t, 3>{ 1, 2, 3 }, 1);
+    }
+    writer.Stream({});
+    writer.Stream({}, 1); // ghosts' keys
+    writer.Stream({});    // deviations
+    writer.Stream(std::array<std::uint64_t, 1>{ 0 }, 1);
+    writer.Stream(std::array<std::uint64_t, 1>{ second });
+    writer.Stream(std::array<std::uint64_t, 1>{ 2 });
+    writer.Varint(0); // attributes
+    return writer.Take();
+  };
+  const CodecContext context{ {},
+    CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 8, ScalarType::Float32) };
+  const PieceId id{ Resolution::Original(), 1 };
+  ASSERT_TRUE(DecodePiece(blobWith(1), id, context)) << "the blob is well made";
+  const Result<Piece> decoded = DecodePiece(blobWith((std::uint64_t{ 1 } << 32) + 1), id, context);
+  ASSERT_FALSE(decoded);
+  EXPECT_NE(decoded.GetError().message.find("triangle index out of range"), std::string::npos)
+    << decoded.GetError().message;
+}
+
+TEST(ByteStream, AStreamMustBeAsWideAsItsCountAsksFor)
+{
+  const std::vector<std::uint8_t> empty{ 0 };
+  ByteReader free(empty);
+  EXPECT_EQ(free.Stream(5), std::vector<std::uint64_t>(5, 0));
+  ByteReader bounded(empty);
+  (void)bounded.Stream(5, 1);
+  ASSERT_TRUE(bounded.Failed());
+  EXPECT_EQ(bounded.Why().message, "bad width of a stream at byte 1");
+}
+
 TEST(ByteStream, IntegersOfAnySizeComeBack)
 {
   std::mt19937_64 random(4);

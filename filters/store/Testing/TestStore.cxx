@@ -316,6 +316,7 @@ TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
   options.tree.verticesPerPartition = 200;
   this->Build(Torus(96, 48), options);
   const auto store = *Store::Open(this->File());
+  const auto unread = *Store::Open(this->File()); // has no connection yet
   const PieceId id{ Resolution::Original(), 32 };
   const auto before = store->ReadPieceBlob(id);
   ASSERT_TRUE(before);
@@ -340,6 +341,8 @@ TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
     thread.join();
   }
   EXPECT_EQ(wrong, 0U);
+  EXPECT_EQ(unread->ReadPieceBlob(id).GetError().message,
+    "partitions/0: the file was replaced while it was open");
   const auto fresh = Store::Open(this->File());
   ASSERT_TRUE(fresh);
   EXPECT_NE(*(*fresh)->ReadPieceBlob(id), *before);
