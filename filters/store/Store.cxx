@@ -138,6 +138,33 @@ struct Store::Connection
     const std::lock_guard lock(this->mutex);
     this->idle.push_back(std::move(reader));
   }
+
+  // The blob in column `column` of row `key`, if isWhole(row, data) says that its checksum holds.
+  template <class IsWhole>
+  Result<std::vector<std::uint8_t>> Read(Statement Reader::*select, std::int64_t key, int column,
+    const std::string& name, const IsWhole& isWhole)
+  {
+    Result<std::unique_ptr<Reader>> reader = this->Take();
+    if (!reader)
+    {
+      return Damaged(name, reader.GetError().message);
+    }
+    Statement& statement = (*reader).get()->*select;
+    statement.Bind(1, key);
+    const Result<bool> row = statement.Step();
+    Result<std::vector<std::uint8_t>> result =
+      Damaged(name, row ? "row is missing" : row.GetError().message);
+    if (row && *row)
+    {
+      const auto data = statement.Blob(column);
+      result = isWhole(statement, data)
+                 ? Result(std::vector<std::uint8_t>(data.begin(), data.end()))
+                 : Result<std::vector<std::uint8_t>>(Damaged(name, "wrong checksum"));
+    }
+    statement.Reset();
+    this->Return(std::move(*reader));
+    return result;
+  }
 };
 
 Store::Store() = default;
@@ -193,34 +220,13 @@ Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
   {
     return Error{ ErrorCode::NotFound, "the model has no such piece" };
   }
-  const std::string name = BlobName(id, depths);
-  Result<std::unique_ptr<Reader>> reader = this->Database->Take();
-  if (!reader)
-  {
-    return Damaged(name, reader.GetError().message);
-  }
-  Statement& statement = (*reader)->piece;
-  statement.Bind(1, PieceRow(id));
-  const Result<bool> row = statement.Step();
-  Result<std::vector<std::uint8_t>> result =
-    Damaged(name, row ? "row is missing" : row.GetError().message);
-  if (row && *row)
-  {
-    const auto data = statement.Blob(2);
-    const auto vertices = static_cast<std::uint64_t>(statement.Integer(0));
-    const auto triangles = static_cast<std::uint64_t>(statement.Integer(1));
-    if (PieceChecksum(id, vertices, triangles, data) == statement.Integer(3))
+  return this->Database->Read(&Reader::piece, PieceRow(id), 2, BlobName(id, depths),
+    [id](const Statement& row, std::span<const std::uint8_t> data)
     {
-      result = std::vector<std::uint8_t>(data.begin(), data.end());
-    }
-    else
-    {
-      result = Damaged(name, "wrong checksum");
-    }
-  }
-  statement.Reset();
-  this->Database->Return(std::move(*reader));
-  return result;
+      const auto vertices = static_cast<std::uint64_t>(row.Integer(0));
+      const auto triangles = static_cast<std::uint64_t>(row.Integer(1));
+      return PieceChecksum(id, vertices, triangles, data) == row.Integer(3);
+    });
 }
 
 Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
@@ -230,32 +236,9 @@ Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
   {
     return Error{ ErrorCode::NotFound, "the model has no such tree page" };
   }
-  const std::string name = TreePageName(page);
-  Result<std::unique_ptr<Reader>> reader = this->Database->Take();
-  if (!reader)
-  {
-    return Damaged(name, reader.GetError().message);
-  }
-  Statement& statement = (*reader)->treePage;
-  statement.Bind(1, std::int64_t{ page });
-  const Result<bool> row = statement.Step();
-  Result<std::vector<std::uint8_t>> result =
-    Damaged(name, row ? "row is missing" : row.GetError().message);
-  if (row && *row)
-  {
-    const auto data = statement.Blob(0);
-    if (TreePageChecksum(page, data) == statement.Integer(1))
-    {
-      result = std::vector<std::uint8_t>(data.begin(), data.end());
-    }
-    else
-    {
-      result = Damaged(name, "wrong checksum");
-    }
-  }
-  statement.Reset();
-  this->Database->Return(std::move(*reader));
-  return result;
+  return this->Database->Read(&Reader::treePage, page, 0, TreePageName(page),
+    [page](const Statement& row, std::span<const std::uint8_t> data)
+    { return TreePageChecksum(page, data) == row.Integer(1); });
 }
 
 Result<Piece> Store::ReadPiece(PieceId id) const

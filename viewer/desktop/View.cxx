@@ -184,20 +184,24 @@ std::vector<SessionStep> Script(
   return steps;
 }
 
-int View(const std::string& program, const CommandLine& line)
+int View(const std::string& program, CommandLine line)
 {
   const auto fail = [&program](const std::string& file, const Error& error)
   { return PrintError(program, file, error); };
-  const std::pair<std::string, OutputKind> outputs[] = { { line.record, OutputKind::Stream },
-    { line.statistics, OutputKind::Stream }, { line.screenshot, OutputKind::File } };
+  const std::pair<std::string*, OutputKind> outputs[] = { { &line.record, OutputKind::Stream },
+    { &line.statistics, OutputKind::Stream }, { &line.screenshot, OutputKind::File } };
   for (const auto& [file, kind] : outputs)
   {
-    const auto output =
-      file.empty() ? Result(std::filesystem::path()) : CheckOutput(file, kind, { line.replay });
+    if (file->empty())
+    {
+      continue;
+    }
+    const auto output = CheckOutput(*file, kind, { line.replay });
     if (!output)
     {
-      return fail(file, output.GetError());
+      return fail(*file, output.GetError());
     }
+    *file = output->string(); // what a link names, so that the link stays
   }
   std::vector<SessionStep> replay;
   if (!line.replay.empty())
