@@ -1,5 +1,7 @@
 #include "filters/codec/ByteStream.h"
 
+#include "filters/core/BitCast.h"
+
 #include <algorithm>
 #include <bit>
 #include <string>
@@ -25,24 +27,24 @@ std::uint64_t Unzigzag(std::uint64_t value)
 
 std::uint32_t OrderedBits(float value)
 {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const auto bits = BitCast<std::uint32_t>(value);
   return bits >> 31 ? ~bits : bits | 0x80000000U;
 }
 
 float FloatOfOrderedBits(std::uint32_t bits)
 {
-  return std::bit_cast<float>(bits >> 31 ? bits & 0x7FFFFFFFU : ~bits);
+  return BitCast<float>(bits >> 31 ? bits & 0x7FFFFFFFU : ~bits);
 }
 
 std::uint64_t OrderedBits(double value)
 {
-  const auto bits = std::bit_cast<std::uint64_t>(value);
+  const auto bits = BitCast<std::uint64_t>(value);
   return bits >> 63 ? ~bits : bits | 0x8000000000000000U;
 }
 
 double DoubleOfOrderedBits(std::uint64_t bits)
 {
-  return std::bit_cast<double>(bits >> 63 ? bits & 0x7FFFFFFFFFFFFFFFU : ~bits);
+  return BitCast<double>(bits >> 63 ? bits & 0x7FFFFFFFFFFFFFFFU : ~bits);
 }
 
 void ByteWriter::Raw(std::span<const std::uint8_t> bytes)

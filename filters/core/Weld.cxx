@@ -1,5 +1,7 @@
 #include "filters/core/Weld.h"
 
+#include "filters/core/BitCast.h"
+
 #include <bit>
 
 namespace kdstream
@@ -13,7 +15,7 @@ std::array<std::uint64_t, 3> Bits(const Vec3& p, Coincidence coincidence)
   for (std::size_t k = 0; k < 3; ++k)
   {
     bits[k] =
-      std::bit_cast<std::uint64_t>(coincidence == Coincidence::ValueEqual ? p[k] + 0.0 : p[k]);
+      BitCast<std::uint64_t>(coincidence == Coincidence::ValueEqual ? p[k] + 0.0 : p[k]);
   }
   return bits;
 }

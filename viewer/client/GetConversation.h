@@ -4,7 +4,7 @@
 
 #include "filters/core/Result.h"
 #include "viewer/client/ClientEvent.h"
-#include "viewer/client/HttpFetcher.h"
+#include "viewer/client/HttpFetch.h"
 
 #include <deque>
 #include <optional>

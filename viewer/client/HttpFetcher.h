@@ -2,12 +2,11 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/client/HttpFetch.h"
 #include "viewer/client/ServerUrl.h"
 
-#include <cstddef>
 #include <functional>
 #include <memory>
-#include <string>
 
 namespace boost::asio
 {
@@ -16,18 +15,6 @@ class io_context;
 
 namespace kdstream
 {
-
-struct HttpFetch
-{
-  std::string target;        // a path
-  std::size_t mostBytes = 0; // of the answer's body
-};
-
-struct HttpReply
-{
-  unsigned status = 0;
-  std::string body;
-};
 
 // Fetches one thing at a time; connects when it has to, and once more if the server had closed a
 // connection that was kept. All calls and callbacks are on the context's thread. An answer that

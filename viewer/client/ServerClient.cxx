@@ -2,9 +2,8 @@
 #include "viewer/client/ServerClient.h"
 
 #include "server/protocol/ResourcePath.h"
-#include "viewer/client/GetConversation.h"
 #include "viewer/client/HttpFetcher.h"
-#include "viewer/client/StreamConversation.h"
+#include "viewer/client/ServerLine.h"
 #include "viewer/client/StreamSocket.h"
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -14,6 +13,7 @@
 #include <condition_variable>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -23,7 +23,8 @@ namespace kdstream
 
 namespace asio = boost::asio;
 
-// Everything but the queue of events lives on the context's one thread.
+// The host of a ServerLine on Asio. Everything but the queue of events lives on the context's one
+// thread.
 class ServerClient::Line
 {
 public:
@@ -61,14 +62,26 @@ public:
     return reply.get();
   }
 
-  void StartStream()
+  void Start()
   {
-    asio::post(this->Context, [this] { this->Connect(); });
+    asio::post(this->Context,
+      [this]
+      {
+        ServerLineOptions options;
+        options.authority = this->Server.Authority();
+        this->Talk.emplace(std::move(options));
+        this->Act();
+      });
   }
 
   void Send(const SessionRequest& request)
   {
-    asio::post(this->Context, [this, request] { this->SendHere(request); });
+    asio::post(this->Context,
+      [this, request]
+      {
+        this->Talk->Send(request, Now());
+        this->Act();
+      });
   }
 
   std::vector<ClientEvent> Take()
@@ -84,136 +97,91 @@ public:
   }
 
 private:
-  enum class State
-  {
-    Connecting, // to the stream, for the first time or again
-    Streaming,
-    Lost,   // until the next request
-    Getting // the server has no stream
-  };
-
   static double Now()
   {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
   }
 
-  void SendHere(const SessionRequest& request)
+  // Does what the line wants, and passes on what it has for the session.
+  void Act()
   {
-    if (this->Current == State::Getting)
+    for (ServerLine::Action& action : this->Talk->TakeActions())
     {
-      this->Gets.Send(request, Now());
-      this->GetNext();
-      return;
+      switch (action.kind)
+      {
+        // The socket whose callback this may be is in the middle of a message: it goes later.
+        case ServerLine::Action::Kind::Connect:
+          ++this->Connection;
+          asio::post(this->Context, [this] { this->Connect(); });
+          break;
+        case ServerLine::Action::Kind::Close:
+          ++this->Connection;
+          asio::post(this->Context, [this] { this->Socket.reset(); });
+          break;
+        case ServerLine::Action::Kind::Send:
+          this->Socket->Send(std::move(action.text));
+          break;
+        case ServerLine::Action::Kind::Fetch:
+          asio::post(this->Context, [this, fetch = action.fetch] { this->Fetch(fetch); });
+          break;
+      }
     }
-    if (!this->HasStreamed)
-    {
-      this->Early.push_back(request);
-    }
-    this->Stream.Send(request, Now());
-    if (this->Current == State::Lost && this->Stream.IsWaiting())
-    {
-      this->Connect();
-    }
-    this->Flush();
+    this->Publish(this->Talk->TakeEvents());
   }
 
   void Connect()
   {
-    this->Current = State::Connecting;
+    // What a connection says that was given up counts no more.
+    const auto current = [this, mine = this->Connection] { return mine == this->Connection; };
     StreamSocket::Handlers handlers;
-    handlers.onOpen = [this]
+    handlers.onOpen = [this, current]
     {
-      this->Current = State::Streaming;
-      this->HasStreamed = true;
-      this->Early.clear();
-      this->Stream.Restart(Now());
-      this->Flush();
+      if (current())
+      {
+        this->Talk->SocketOpened(Now());
+        this->Act();
+      }
     };
-    handlers.onMessage = [this](std::span<const std::uint8_t> bytes, bool isText)
-    { this->Receive(bytes, isText); };
-    handlers.onEnd = [this](bool refused, const std::string& why) { this->End(refused, why); };
+    handlers.onMessage = [this, current](std::span<const std::uint8_t> bytes, bool isText)
+    {
+      if (current())
+      {
+        this->Receive(bytes, isText);
+      }
+    };
+    handlers.onEnd = [this, current](bool refused, const std::string& why)
+    {
+      if (current())
+      {
+        this->Talk->SocketEnded(refused, why, Now());
+        this->Act();
+      }
+    };
     this->Socket = std::make_unique<StreamSocket>(this->Context, this->Server, std::move(handlers));
   }
 
   void Receive(std::span<const std::uint8_t> bytes, bool isText)
   {
-    if (this->Ending)
+    if (isText)
     {
-      return;
+      this->Talk->SocketText({ reinterpret_cast<const char*>(bytes.data()), bytes.size() }, Now());
     }
-    const Status status =
-      isText ? this->Stream.ReceiveText(
-                 { reinterpret_cast<const char*>(bytes.data()), bytes.size() }, Now())
-             : this->Stream.ReceiveFrame(bytes, Now());
-    if (!status)
+    else
     {
-      this->End(false, status.GetError().message);
-      return;
+      this->Talk->SocketFrame(bytes, Now());
     }
-    this->MayRetry = true;
-    this->Flush();
+    this->Act();
   }
 
-  void End(bool refused, const std::string& why)
+  void Fetch(const HttpFetch& fetch)
   {
-    if (refused && !this->HasStreamed)
-    {
-      this->Current = State::Getting;
-      for (const SessionRequest& request : std::exchange(this->Early, {}))
+    this->Fetcher->Fetch(fetch,
+      [this](const Result<HttpReply>& reply)
       {
-        this->Gets.Send(request, Now());
-      }
-      this->GetNext();
-      return;
-    }
-    // The socket that calls this may be in the middle of a message, and may call again: it goes
-    // later.
-    if (!std::exchange(this->Ending, true))
-    {
-      asio::post(this->Context, [this, why] { this->Lost(why); });
-    }
-  }
-
-  void Lost(const std::string& why)
-  {
-    this->Ending = false;
-    if (std::exchange(this->MayRetry, false))
-    {
-      this->Connect();
-      return;
-    }
-    this->Socket.reset();
-    this->Current = State::Lost;
-    this->Stream.FailAll("the connection to " + this->Server.Authority() + " was lost: " + why);
-    this->Flush();
-  }
-
-  void GetNext()
-  {
-    if (const auto fetch = this->Gets.Next())
-    {
-      this->Fetcher->Fetch(*fetch,
-        [this](const Result<HttpReply>& reply)
-        {
-          this->Gets.Receive(reply, Now());
-          this->Publish(this->Gets.TakeEvents());
-          asio::post(this->Context, [this] { this->GetNext(); });
-        });
-    }
-  }
-
-  void Flush()
-  {
-    for (std::string& message : this->Stream.TakeMessages())
-    {
-      // What is said while there is no connection is said again by Restart.
-      if (this->Current == State::Streaming)
-      {
-        this->Socket->Send(std::move(message));
-      }
-    }
-    this->Publish(this->Stream.TakeEvents());
+        this->Talk->Fetched(reply, Now());
+        this->Act();
+      });
   }
 
   void Publish(std::vector<ClientEvent> events)
@@ -233,13 +201,8 @@ private:
   ServerUrl Server;
   asio::io_context Context;
   asio::executor_work_guard<asio::io_context::executor_type> Work;
-  State Current = State::Connecting;
-  bool HasStreamed = false;
-  bool MayRetry = true;              // the connection brought something since it was made
-  bool Ending = false;               // Lost will be called
-  std::vector<SessionRequest> Early; // before it is known whether there is a stream
-  StreamConversation Stream;
-  GetConversation Gets;
+  std::optional<ServerLine> Talk; // from Start
+  std::uint64_t Connection = 0;   // grows with every one
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
 
@@ -284,7 +247,7 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
       authority + " is no KdStream server: " + models.GetError().message };
   }
   client->ModelList = std::move(*models);
-  client->Kept->StartStream();
+  client->Kept->Start();
   return client;
 }
 

@@ -2,8 +2,8 @@
 #include "viewer/rendering/SurfaceScene.h"
 
 #include "viewer/rendering/CloudShading.h"
-#include "viewer/rendering/Palette.h"
-#include "viewer/rendering/VertexNormals.h"
+#include "viewer/session/Palette.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>

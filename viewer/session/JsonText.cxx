@@ -1,20 +1,15 @@
-// JSON lines with the same bytes on every platform: numbers by std::to_chars, keys in the order
-// they are added.
+// JSON lines with the same bytes on every platform: numbers of nlohmann's JSON library
+// (emscripten's C++ library has no std::to_chars for doubles), keys in the order they are added.
 #include "viewer/session/JsonText.h"
 
-#include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace kdstream
 {
 
 std::string JsonNumber(double value)
 {
-  if (!std::isfinite(value))
-  {
-    return "null";
-  }
-  char text[32];
-  return { text, std::to_chars(text, text + sizeof(text), value).ptr };
+  return nlohmann::json(value).dump();
 }
 
 std::string JsonString(std::string_view text)

@@ -1,5 +1,4 @@
-// JSON lines with the same bytes on every platform: numbers by std::to_chars, keys in the order
-// they are added.
+// JSON lines with the same bytes on every platform, keys in the order they are added.
 #pragma once
 
 #include <charconv>
@@ -11,7 +10,7 @@
 namespace kdstream
 {
 
-// The shortest decimal text that reads back as the same double; null where it is not finite.
+// A short decimal text that reads back as the same double; null where it is not finite.
 std::string JsonNumber(double value);
 template <std::integral T>
 std::string JsonNumber(T value)

@@ -1,6 +1,6 @@
 #include "viewer/rendering/Testing/RenderTools.h"
 
-#include "viewer/rendering/Palette.h"
+#include "viewer/session/Palette.h"
 
 #include <vtkActorCollection.h>
 #include <vtkCamera.h>

@@ -1,4 +1,4 @@
-#include "viewer/rendering/Palette.h"
+#include "viewer/session/Palette.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Normals of a drawn surface: see VertexNormals.h.
-#include "viewer/rendering/VertexNormals.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The colours of partitions and resolutions: see Palette.h.
-#include "viewer/rendering/Palette.h"
+#include "viewer/session/Palette.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "viewer/rendering/VertexNormals.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <gtest/gtest.h>
 

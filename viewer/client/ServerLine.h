@@ -1,0 +1,108 @@
+// A session's line to a server: when to connect, what to send and to fetch, what to do when the
+// connection is lost. No sockets, no clock: the host does what TakeActions says and tells what
+// happened. The desktop's ServerClient and the page of the phone are such hosts. Between steps
+// "request" and "decode" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ClientEvent.h"
+#include "viewer/client/GetConversation.h"
+#include "viewer/client/HttpFetch.h"
+#include "viewer/client/StreamConversation.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ServerLineOptions
+{
+  // The server, for messages: "host:port".
+  std::string authority;
+  // A lost connection is made again once at once. If that fails too:
+  // - not patient: everything that is outstanding fails, and the next Send connects anew;
+  // - patient: nothing fails; it is tried again after firstRetry seconds, then after twice as long,
+  //   up to longestRetry, for as long as it takes.
+  bool patient = false;
+  double firstRetry = 0.5;   // s
+  double longestRetry = 8;   // s
+  double longestSilence = 0; // s; a connection that owes something and brings nothing for so long
+                             // is given up; 0 = never (the host's sockets see to it)
+};
+
+// All times are seconds of any one steady clock.
+class ServerLine
+{
+public:
+  enum class State
+  {
+    Connecting, // to the stream, for the first time or again
+    Streaming,
+    Lost,   // not patient: until the next request; patient: until the next try
+    Getting // the server has no stream: blob by blob, over GET
+  };
+  struct Action
+  {
+    enum class Kind
+    {
+      Connect, // to the stream, in place of any connection before; answer with Socket…
+      Send,    // `text` over the stream
+      Close,   // the stream; without an answer
+      Fetch    // `fetch`; answer with Fetched
+    };
+    Kind kind = Kind::Connect;
+    std::string text;
+    HttpFetch fetch;
+  };
+
+  // Begins to connect.
+  explicit ServerLine(ServerLineOptions options);
+
+  void Send(const SessionRequest& request, double now);
+
+  // ---- what the host tells. Of a connection that was replaced or closed nothing may be told.
+  void SocketOpened(double now);
+  void SocketText(std::string_view text, double now);
+  void SocketFrame(std::span<const std::uint8_t> message, double now);
+  // refused: the server answers, but has no stream for us. why: a reason, for the person.
+  void SocketEnded(bool refused, const std::string& why, double now);
+  void Fetched(const Result<HttpReply>& reply, double now);
+  // Call now and then: retries, silences.
+  void Tick(double now);
+  // Tries at once instead of later, where it is Lost and patient.
+  void Hurry();
+
+  // ---- what comes out
+  // What to do since the last call, in order.
+  std::vector<Action> TakeActions();
+  // What has come for the session since the last call, in order.
+  std::vector<ClientEvent> TakeEvents();
+  State GetState() const { return this->Current; }
+  // Why it is Lost, or was when it last tried; empty when it streams.
+  const std::string& Trouble() const { return this->Why; }
+
+private:
+  void Connect();
+  void Receive(const Status& status, double now);
+  void Lose(const std::string& why, double now);
+  void FetchNext();
+  void Flush();
+
+  ServerLineOptions Options;
+  State Current = State::Connecting;
+  bool HasStreamed = false;
+  bool MayRetryAtOnce = true;        // the connection brought something since it was made
+  std::vector<SessionRequest> Early; // before it is known whether there is a stream
+  StreamConversation Stream;
+  GetConversation Gets;
+  double RetryAt = 0, RetryAfter = 0;
+  double LastNews = 0;
+  std::string Why;
+  std::vector<Action> Actions;
+};
+
+}
