@@ -10,6 +10,7 @@
 #include "viewer/session/Picker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace kdstream
@@ -136,6 +137,60 @@ void ViewerSession::EnterFullScreen()
   this->Trace("full screen");
 }
 
+void ViewerSession::LeaveFullScreen()
+{
+  if (this->Mode == ViewerMode::FullScreen)
+  {
+    this->Mode = ViewerMode::Browsing;
+    this->Region.reset();
+    this->WaitingPick.reset();
+    this->EyeMoved = false;
+    if (this->Current)
+    {
+      this->Eye.FitTo(this->Current->box);
+      this->Target = this->Current->policy.PreviewLevel();
+    }
+  }
+  this->Update();
+  this->Trace("browse");
+}
+
+void ViewerSession::CancelTouches()
+{
+  this->Gestures.Reset();
+  this->Trace("cancel touches");
+}
+
+void ViewerSession::Zoom(double factor, double x, double y)
+{
+  if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
+  {
+    this->FocusUnder(x, y);
+    this->ZoomBy(factor, x, y);
+  }
+  this->Update();
+  this->Trace("zoom");
+}
+
+// What lies under the pixel stays there when zooming; without anything there, what lies at the
+// focal point's depth does.
+void ViewerSession::FocusUnder(double x, double y)
+{
+  this->Retry();
+  if (const auto hit = PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y)))
+  {
+    this->Eye.FocusAtDepthOf(hit->point);
+  }
+}
+
+void ViewerSession::ZoomBy(double factor, double x, double y)
+{
+  this->EyeMoved = true;
+  this->Mode = ViewerMode::FullScreen;
+  this->Eye.Zoom(factor, x, y);
+  this->FollowZoom();
+}
+
 void ViewerSession::HandleTouches(const TouchFrame& frame)
 {
   for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
@@ -159,19 +214,11 @@ void ViewerSession::Handle(const Gesture& gesture)
       this->Eye.Rotate(gesture.x - gesture.dx, gesture.y - gesture.dy, gesture.x, gesture.y);
       break;
     case Gesture::Kind::PinchBegin:
-      this->Retry();
-      if (const auto hit =
-            PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(gesture.x, gesture.y)))
-      {
-        this->Eye.FocusAtDepthOf(hit->point);
-      }
+      this->FocusUnder(gesture.x, gesture.y);
       break;
     case Gesture::Kind::Pinch:
-      this->EyeMoved = true;
-      this->Mode = ViewerMode::FullScreen;
       this->Eye.Pan(gesture.dx, gesture.dy);
-      this->Eye.Zoom(gesture.scale, gesture.x, gesture.y);
-      this->FollowZoom();
+      this->ZoomBy(gesture.scale, gesture.x, gesture.y);
       break;
     case Gesture::Kind::PinchEnd:
       break;

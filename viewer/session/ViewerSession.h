@@ -43,7 +43,8 @@ struct SessionOptions
 
 // One person's session with one server. The states:
 //
-//   no model --SelectModel--> browsing --tap, pinch, SelectModel again--> full screen
+//   no model --SelectModel--> browsing --tap, pinch, wheel, SelectModel again--> full screen
+//                                      <--LeaveFullScreen--
 //
 // *Browsing* shows the selected model's preview, which can be turned, and double-tapped. In *full
 // screen* pinching zooms about the surface under the fingers and picks the level (LevelPolicy); a
@@ -75,7 +76,14 @@ public:
   // then.
   Status SelectModel(const std::string& model);
   void EnterFullScreen();
+  // Back to browsing the same model: its preview again, whole, without a region.
+  void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
+  // The fingers have gone without a gesture's end (a system's own gesture took them): no tap.
+  void CancelTouches();
+  // A wheel or trackpad enlarges by `factor` > 0 about pixel (x, y): as a pinch there. Other
+  // factors change nothing.
+  void Zoom(double factor, double x, double y);
   // For the next region. Clamped to 1-3.
   void SetRings(unsigned rings);
 
@@ -131,6 +139,8 @@ private:
 
   void CloseModel();
   void Handle(const Gesture& gesture);
+  void FocusUnder(double x, double y);
+  void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
   void PickRegion(const Vec3& point);
   void FollowZoom();

@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 using namespace kdstream;
 using kdstream::testing::CountBoundaryEdges;
@@ -190,6 +192,64 @@ TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_EQ(session.GetStatus().shownLevel, 11u);
+}
+
+TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.policy.tolerance = 4;
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  const double before = session.Scene().eye[2];
+  // Factors that make no sense change nothing.
+  for (const double factor : { 0.0, -2.0, std::nan(""), std::numeric_limits<double>::infinity() })
+  {
+    session.Zoom(factor, x, y);
+  }
+  session.Zoom(2, std::nan(""), y);
+  EXPECT_EQ(session.Scene().eye[2], before);
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
+
+  // What is under the pointer stays under it.
+  session.Zoom(4, x, y);
+  session.Zoom(4, x, y);
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
+  const auto [nowX, nowY] = OnModel(session);
+  EXPECT_NEAR(nowX, x, 30);
+  EXPECT_NEAR(nowY, y, 30);
+  EXPECT_EQ(session.GetStatus().targetLevel, 13u);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().shownLevel, 13u);
+  DoubleTap(session, nowX, nowY);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+
+  session.LeaveFullScreen();
+  server.log.clear();
+  server.Serve(session);
+  const ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.mode, ViewerMode::Browsing);
+  EXPECT_FALSE(status.region);
+  EXPECT_EQ(status.shownLevel, 11u);
+  EXPECT_EQ(status.triangles, server.Description().levels[11].triangles);
+  EXPECT_EQ(session.Scene().eye[2], before);
+  EXPECT_TRUE(server.log.empty()); // the preview was kept
+}
+
+TEST(TestViewerSession, CancelledTouchesAreNoTap)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  session.HandleTouches({ clockOfFingers += 1, { { 1, x, y } } });
+  session.CancelTouches();
+  session.HandleTouches({ clockOfFingers += 0.1, {} });
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
 }
 
 // Random fingers, random order of blobs, refusals and damage: closed at every frame, and idle at
