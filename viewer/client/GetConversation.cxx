@@ -103,6 +103,15 @@ void GetConversation::Receive(const Result<HttpReply>& reply, double now)
   this->Events.push_back(std::move(event));
 }
 
+void GetConversation::PutBack()
+{
+  if (this->Current && !this->Cancelled)
+  {
+    this->Waiting.push_front(std::move(*this->Current));
+  }
+  this->Current.reset();
+}
+
 std::vector<ClientEvent> GetConversation::TakeEvents()
 {
   return std::exchange(this->Events, {});

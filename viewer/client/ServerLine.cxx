@@ -2,6 +2,7 @@
 #include "viewer/client/ServerLine.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace kdstream
@@ -15,6 +16,7 @@ ServerLine::ServerLine(ServerLineOptions options)
 
 void ServerLine::Connect()
 {
+  this->Retrying = false;
   this->Current = State::Connecting;
   this->Actions.push_back({ Action::Kind::Connect, {}, {} });
 }
@@ -56,20 +58,22 @@ void ServerLine::SocketOpened(double now)
 
 void ServerLine::SocketText(std::string_view text, double now)
 {
-  this->Receive(this->Stream.ReceiveText(text, now), now);
+  if (this->Current == State::Streaming) // else: the rest of a connection that was given up
+  {
+    this->Receive(this->Stream.ReceiveText(text, now), now);
+  }
 }
 
 void ServerLine::SocketFrame(std::span<const std::uint8_t> message, double now)
 {
-  this->Receive(this->Stream.ReceiveFrame(message, now), now);
+  if (this->Current == State::Streaming)
+  {
+    this->Receive(this->Stream.ReceiveFrame(message, now), now);
+  }
 }
 
 void ServerLine::Receive(const Status& status, double now)
 {
-  if (this->Current != State::Streaming)
-  {
-    return; // the rest of a connection that was given up
-  }
   if (!status)
   {
     this->Lose(status.GetError().message, now);
@@ -113,9 +117,7 @@ void ServerLine::Lose(const std::string& why, double now)
   this->Actions.push_back({ Action::Kind::Close, {}, {} });
   if (this->Options.patient)
   {
-    this->RetryAfter =
-      std::clamp(2 * this->RetryAfter, this->Options.firstRetry, this->Options.longestRetry);
-    this->RetryAt = now + this->RetryAfter;
+    this->RetryLater(now);
   }
   else
   {
@@ -124,11 +126,27 @@ void ServerLine::Lose(const std::string& why, double now)
   this->Flush();
 }
 
+void ServerLine::RetryLater(double now)
+{
+  this->RetryAfter =
+    std::clamp(2 * this->RetryAfter, this->Options.firstRetry, this->Options.longestRetry);
+  this->RetryAt = now + this->RetryAfter;
+  this->Retrying = true;
+}
+
 void ServerLine::Tick(double now)
 {
-  if (this->Current == State::Lost && this->Options.patient && now >= this->RetryAt)
+  if (this->Retrying && now >= this->RetryAt)
   {
-    this->Connect();
+    this->Retrying = false;
+    if (this->Current == State::Getting)
+    {
+      this->FetchNext();
+    }
+    else
+    {
+      this->Connect();
+    }
   }
   const bool silent = this->Current == State::Streaming && this->Options.longestSilence > 0 &&
                       this->Stream.IsWaiting() &&
@@ -141,12 +159,16 @@ void ServerLine::Tick(double now)
 
 void ServerLine::Hurry()
 {
-  this->RetryAt = 0;
+  this->RetryAt = -std::numeric_limits<double>::infinity();
   this->RetryAfter = 0;
 }
 
 void ServerLine::FetchNext()
 {
+  if (this->Retrying)
+  {
+    return;
+  }
   if (auto fetch = this->Gets.Next())
   {
     this->Actions.push_back({ Action::Kind::Fetch, {}, std::move(*fetch) });
@@ -155,6 +177,15 @@ void ServerLine::FetchNext()
 
 void ServerLine::Fetched(const Result<HttpReply>& reply, double now)
 {
+  if (!reply && this->Options.patient)
+  {
+    this->Why = reply.GetError().message;
+    this->Gets.PutBack();
+    this->RetryLater(now);
+    return;
+  }
+  this->Why.clear();
+  this->RetryAfter = 0;
   this->Gets.Receive(reply, now);
   this->FetchNext();
 }

@@ -26,7 +26,7 @@ struct ServerLineOptions
   // A lost connection is made again once at once. If that fails too:
   // - not patient: everything that is outstanding fails, and the next Send connects anew;
   // - patient: nothing fails; it is tried again after firstRetry seconds, then after twice as long,
-  //   up to longestRetry, for as long as it takes.
+  //   up to longestRetry, for as long as it takes. So are GETs that find no server.
   bool patient = false;
   double firstRetry = 0.5;   // s
   double longestRetry = 8;   // s
@@ -73,7 +73,7 @@ public:
   void Fetched(const Result<HttpReply>& reply, double now);
   // Call now and then: retries, silences.
   void Tick(double now);
-  // Tries at once instead of later, where it is Lost and patient.
+  // The next Tick tries again, whenever it would have been time.
   void Hurry();
 
   // ---- what comes out
@@ -82,13 +82,15 @@ public:
   // What has come for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();
   State GetState() const { return this->Current; }
-  // Why it is Lost, or was when it last tried; empty when it streams.
+  // Why nothing comes (the connection was lost, the server does not answer); empty when all is
+  // well.
   const std::string& Trouble() const { return this->Why; }
 
 private:
   void Connect();
   void Receive(const Status& status, double now);
   void Lose(const std::string& why, double now);
+  void RetryLater(double now);
   void FetchNext();
   void Flush();
 
@@ -99,6 +101,7 @@ private:
   std::vector<SessionRequest> Early; // before it is known whether there is a stream
   StreamConversation Stream;
   GetConversation Gets;
+  bool Retrying = false; // at RetryAt
   double RetryAt = 0, RetryAfter = 0;
   double LastNews = 0;
   std::string Why;

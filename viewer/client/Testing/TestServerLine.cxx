@@ -1,0 +1,318 @@
+// When a line connects, sends, fetches, waits and gives up, without sockets and clocks.
+#include "viewer/client/ServerLine.h"
+
+#include <gtest/gtest.h>
+
+using namespace kdstream;
+using ActionKind = ServerLine::Action::Kind;
+using State = ServerLine::State;
+using EventKind = ClientEvent::Kind;
+using protocol::BlobId;
+
+namespace
+{
+
+SessionRequest OpenModel(std::uint32_t id)
+{
+  SessionRequest request;
+  request.id = id;
+  request.model = "m";
+  return request;
+}
+
+SessionRequest Partitions(std::uint32_t id, std::vector<BlobId> blobs)
+{
+  SessionRequest request;
+  request.kind = SessionRequest::Kind::Partitions;
+  request.id = id;
+  request.blobs = std::move(blobs);
+  return request;
+}
+
+protocol::ModelDescription Model()
+{
+  protocol::ModelDescription model;
+  model.id = "m";
+  model.digest = std::string(32, 'a');
+  model.vertices = 1;
+  model.levels.resize(1);
+  return model;
+}
+
+// "connect", "close", "fetch PATH", or what is sent: "open m", "partitions 1 2".
+std::vector<std::string> Actions(ServerLine& line)
+{
+  std::vector<std::string> names;
+  for (const ServerLine::Action& action : line.TakeActions())
+  {
+    switch (action.kind)
+    {
+      case ActionKind::Connect:
+        names.push_back("connect");
+        break;
+      case ActionKind::Close:
+        names.push_back("close");
+        break;
+      case ActionKind::Fetch:
+        names.push_back("fetch " + action.fetch.target);
+        break;
+      case ActionKind::Send:
+      {
+        const auto message = protocol::ParseClientMessage(action.text);
+        EXPECT_TRUE(message) << action.text;
+        if (const auto* open = std::get_if<protocol::OpenRequest>(&message->body))
+        {
+          names.push_back("open " + open->model);
+        }
+        else if (const auto* list = std::get_if<protocol::PartitionsRequest>(&message->body))
+        {
+          names.push_back("partitions");
+          for (const std::uint32_t partition : list->partitions)
+          {
+            names.back() += " " + std::to_string(partition);
+          }
+        }
+        else
+        {
+          names.push_back(action.text);
+        }
+        break;
+      }
+    }
+  }
+  return names;
+}
+using Names = std::vector<std::string>;
+
+void SendOpened(ServerLine& line, std::uint32_t wire, double now)
+{
+  line.SocketText(protocol::WriteServerMessage({ wire, protocol::OpenedAnswer{ Model() } }), now);
+}
+
+void SendPartition(ServerLine& line, std::uint32_t wire, std::uint32_t partition, double now)
+{
+  const std::vector<std::uint8_t> payload{ 1, 2, 3 };
+  line.SocketFrame(
+    protocol::EncodeFrame({ wire, BlobId::Partition(partition), 0, 3 }, payload), now);
+}
+
+ServerLineOptions Patient()
+{
+  ServerLineOptions options;
+  options.authority = "server:1";
+  options.patient = true;
+  options.firstRetry = 1;
+  options.longestRetry = 5;
+  return options;
+}
+
+// A line that streams, with model m open and partitions 1 and 2 owed by message 2.
+void Stream(ServerLine& line, double now)
+{
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.Send(OpenModel(1), now);
+  EXPECT_EQ(Actions(line), Names{}); // not before there is a connection
+  line.SocketOpened(now);
+  EXPECT_EQ(Actions(line), Names{ "open m" });
+  SendOpened(line, 2, now); // its second number: the first was said into the air
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::Opened);
+  line.Send(Partitions(2, { BlobId::Partition(1), BlobId::Partition(2) }), now);
+  EXPECT_EQ(Actions(line), Names{ "partitions 1 2" });
+  EXPECT_EQ(line.GetState(), State::Streaming);
+  EXPECT_EQ(line.Trouble(), "");
+}
+
+TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOwed)
+{
+  ServerLine line(Patient());
+  Stream(line, 0);
+  SendPartition(line, 3, 1, 1);
+  EXPECT_EQ(line.TakeEvents().size(), 1u);
+
+  // Lost: at once anew; then after 1, 2, 4, 5, 5 … seconds.
+  line.SocketEnded(false, "reset", 10);
+  EXPECT_EQ(line.GetState(), State::Connecting);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  double now = 10;
+  for (const double wait : { 1.0, 2.0, 4.0, 5.0, 5.0 })
+  {
+    line.SocketEnded(false, "refused", now);
+    EXPECT_EQ(line.GetState(), State::Lost);
+    EXPECT_EQ(line.Trouble(), "the connection to server:1 was lost: refused");
+    EXPECT_EQ(Actions(line), Names{ "close" });
+    line.Tick(now + wait - 0.01);
+    EXPECT_EQ(Actions(line), Names{});
+    line.Tick(now + wait);
+    EXPECT_EQ(Actions(line), Names{ "connect" }) << wait;
+    now += wait;
+  }
+  EXPECT_TRUE(line.TakeEvents().empty()); // nothing has failed
+
+  line.SocketOpened(now);
+  EXPECT_EQ(line.Trouble(), "");
+  EXPECT_EQ(Actions(line), (Names{ "open m", "partitions 2" }));
+
+  // After something has come, a loss is tried again at once, and waits begin anew.
+  SendOpened(line, 4, now);
+  line.SocketEnded(false, "reset", now);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketEnded(false, "reset", now);
+  EXPECT_EQ(Actions(line), Names{ "close" });
+  line.Tick(now + 1);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+}
+
+TEST(TestServerLine, HurryMakesTheNextTickTry)
+{
+  ServerLine line(Patient());
+  Actions(line);
+  line.SocketEnded(false, "x", 0);
+  line.SocketEnded(false, "x", 0);
+  Actions(line);
+  line.Tick(0.1);
+  EXPECT_EQ(Actions(line), Names{});
+  line.Hurry();
+  line.Tick(0.1);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.Tick(100); // once
+  EXPECT_EQ(Actions(line), Names{});
+}
+
+TEST(TestServerLine, AnImpatientLineFailsWhatIsOwedAndConnectsForTheNextRequest)
+{
+  ServerLineOptions options = Patient();
+  options.patient = false;
+  ServerLine line(options);
+  Stream(line, 0);
+  line.SocketEnded(false, "reset", 1);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  EXPECT_TRUE(line.TakeEvents().empty());
+  line.SocketEnded(false, "refused", 1);
+  EXPECT_EQ(Actions(line), Names{ "close" });
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
+  EXPECT_EQ(events[0].request, 2u);
+  EXPECT_EQ(events[0].message, "the connection to server:1 was lost: refused");
+  line.Tick(1000);
+  EXPECT_EQ(Actions(line), Names{});
+  line.Send(Partitions(3, { BlobId::Partition(7) }), 1000);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+}
+
+TEST(TestServerLine, GivesUpAConnectionThatOwesAndIsSilent)
+{
+  ServerLineOptions options = Patient();
+  options.longestSilence = 20;
+  ServerLine line(options);
+  Stream(line, 0);
+  line.Tick(19);
+  SendPartition(line, 3, 1, 19);
+  line.Tick(39);
+  EXPECT_EQ(line.GetState(), State::Streaming);
+  line.Tick(39.1);
+  EXPECT_EQ(line.GetState(), State::Connecting);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  // What the old one still says is not heard.
+  SendPartition(line, 3, 2, 39.2);
+  line.TakeEvents();
+  line.SocketOpened(40);
+  EXPECT_EQ(Actions(line), (Names{ "open m", "partitions 2" }));
+  SendOpened(line, 4, 40);
+  SendPartition(line, 5, 2, 41);
+  line.SocketText(protocol::WriteServerMessage({ 5, protocol::EndAnswer{ 1, 3, 0, false } }), 41);
+  // Silent, but owing nothing; and what is asked for after a long rest has its full time.
+  line.Tick(500);
+  EXPECT_EQ(line.GetState(), State::Streaming);
+  line.Send(Partitions(3, { BlobId::Partition(7) }), 500);
+  line.Tick(510);
+  EXPECT_EQ(line.GetState(), State::Streaming);
+  line.Tick(521);
+  EXPECT_EQ(line.GetState(), State::Connecting);
+}
+
+TEST(TestServerLine, GivesUpAConnectionThatDoesNotKeepToTheProtocol)
+{
+  ServerLine line(Patient());
+  Stream(line, 0);
+  line.SocketText("no JSON", 1);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  EXPECT_NE(line.Trouble().find("JSON"), std::string::npos) << line.Trouble();
+  line.SocketOpened(1);
+  Actions(line);
+  line.SocketFrame(std::vector<std::uint8_t>(7), 1);
+  EXPECT_EQ(line.GetState(), State::Lost); // it had brought nothing
+}
+
+TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
+{
+  ServerLine line(Patient());
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.Send(OpenModel(1), 0);
+  line.SocketEnded(true, "404", 0);
+  EXPECT_EQ(line.GetState(), State::Getting);
+  EXPECT_EQ(Actions(line), Names{ "fetch /api/models/m/model.json" });
+  line.Fetched(HttpReply{ 200, protocol::WriteModel(Model()) }, 0);
+  ASSERT_EQ(line.TakeEvents().size(), 1u);
+  line.Send(Partitions(2, { BlobId::Partition(1), BlobId::Partition(2) }), 0);
+  const std::string path = "fetch /api/models/m/" + std::string(32, 'a') + "/partitions/";
+  EXPECT_EQ(Actions(line), Names{ path + "1" });
+
+  // No server: it is asked again for the same, later and later; in between nothing else.
+  const auto gone = [](const char* why) { return Error{ ErrorCode::InputOutput, why }; };
+  line.Fetched(gone("no route"), 10);
+  EXPECT_EQ(line.Trouble(), "no route");
+  line.Send(Partitions(3, { BlobId::Partition(3) }), 10);
+  line.Tick(10.9);
+  EXPECT_EQ(Actions(line), Names{});
+  line.Tick(11);
+  EXPECT_EQ(Actions(line), Names{ path + "1" });
+  line.Fetched(gone("no route"), 11);
+  line.Tick(12.9);
+  EXPECT_EQ(Actions(line), Names{});
+  line.Tick(13);
+  EXPECT_EQ(Actions(line), Names{ path + "1" });
+  EXPECT_TRUE(line.TakeEvents().empty());
+
+  // A refusal is an answer.
+  line.Fetched(HttpReply{ 404, R"({"error":"no such blob"})" }, 13);
+  EXPECT_EQ(line.Trouble(), "");
+  EXPECT_EQ(Actions(line), Names{ path + "2" });
+  auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::BlobFailed);
+  EXPECT_EQ(events[0].message, "the server says 404: no such blob");
+
+  // What was cancelled while it was away is not asked for again.
+  SessionRequest cancel;
+  cancel.kind = SessionRequest::Kind::Cancel;
+  cancel.id = 2;
+  line.Send(cancel, 13);
+  line.Fetched(gone("no route"), 13);
+  line.Tick(14);
+  EXPECT_EQ(Actions(line), Names{ path + "3" });
+  line.Fetched(HttpReply{ 200, "abc" }, 14);
+  events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::Blob);
+  EXPECT_EQ(events[0].request, 3u);
+}
+
+TEST(TestServerLine, WithoutPatienceALostServerIsTheAnswerOfAFetch)
+{
+  ServerLineOptions options = Patient();
+  options.patient = false;
+  ServerLine line(options);
+  line.Send(OpenModel(1), 0);
+  line.SocketEnded(true, "404", 0);
+  Actions(line);
+  line.Fetched(Error{ ErrorCode::InputOutput, "no route" }, 0);
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
+  EXPECT_EQ(events[0].message, "no route");
+}
+
+}
