@@ -2,14 +2,14 @@
 #include "viewer/rendering/SurfaceScene.h"
 
 #include "viewer/rendering/CloudShading.h"
-#include "viewer/session/Palette.h"
+#include "viewer/session/Geometry.h"
+#include "viewer/session/SceneLook.h"
 #include "viewer/session/VertexNormals.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
-
 #include <vtkCommand.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
@@ -30,69 +30,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <span>
-#include <string>
 
 namespace kdstream
 {
 namespace
 {
-
-Vec3 Minus(const Vec3& a, const Vec3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-double Dot(const Vec3& a, const Vec3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-bool IsFinite(const Vec3& v)
-{
-  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-}
-
-// What can be wrong with a surface, found before anything is replaced.
-Status CheckSurface(const Surface& surface, const Vec3& center)
-{
-  constexpr std::size_t limit = std::numeric_limits<std::int32_t>::max();
-  if (surface.points.size() > limit || surface.triangles.size() > limit / 3)
-  {
-    return Error{ ErrorCode::LimitExceeded,
-      "a surface of " + std::to_string(surface.points.size()) + " points and " +
-        std::to_string(surface.triangles.size()) + " triangles is too large to draw" };
-  }
-  if (surface.sources.size() != surface.points.size())
-  {
-    return Error{ ErrorCode::InvalidInput, std::to_string(surface.sources.size()) +
-                                             " sources for " +
-                                             std::to_string(surface.points.size()) + " points" };
-  }
-  for (std::size_t i = 0; i < surface.points.size(); ++i)
-  {
-    for (const double difference : Minus(surface.points[i], center))
-    {
-      if (!(std::abs(difference) <= static_cast<double>(std::numeric_limits<float>::max())))
-      {
-        return Error{ ErrorCode::InvalidInput,
-          "point " + std::to_string(i) + " cannot be drawn: a coordinate is not finite" };
-      }
-    }
-  }
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i)
-  {
-    const Triangle& t = surface.triangles[i];
-    if (std::max({ t[0], t[1], t[2] }) >= surface.points.size())
-    {
-      return Error{ ErrorCode::InvalidInput,
-        "triangle " + std::to_string(i) + " has a vertex that does not exist" };
-    }
-  }
-  return {};
-}
 
 vtkSmartPointer<vtkPoints> RelativePoints(std::span<const Vec3> points, const Vec3& center)
 {
@@ -161,49 +105,37 @@ vtkSmartPointer<vtkFloatArray> Normals(const Surface& surface)
   return result;
 }
 
-// The partition of a vertex; none below the stitch depth, where clusters span several.
-std::optional<std::uint32_t> PartitionOf(const Surface::Source& source, const TreeDepths& depths)
-{
-  const bool inOne = source.resolution.IsOriginal() || source.resolution.Depth() >= depths.stitch;
-  return inOne ? std::optional(PartitionOfKey(source.key)) : std::nullopt;
-}
-
-void AddLight(vtkRenderer& renderer, const Vec3& position, const Vec3& color, double intensity)
-{
-  const vtkNew<vtkLight> light;
-  light->SetLightTypeToCameraLight();
-  light->SetPositional(0);
-  light->SetPosition(position[0], position[1], position[2]);
-  light->SetFocalPoint(0.0, 0.0, 0.0);
-  light->SetColor(color[0], color[1], color[2]);
-  light->SetIntensity(intensity);
-  renderer.AddLight(light);
-}
-
-// In the camera's coordinates: x to the right, y up, z to the viewer.
 void SetUpLights(vtkRenderer& renderer)
 {
   renderer.AutomaticLightCreationOff();
-  AddLight(renderer, { -0.7, 0.9, 0.8 }, { 1.0, 0.98, 0.94 }, 0.95);
-  AddLight(renderer, { 1.0, 0.1, 0.6 }, { 0.84, 0.91, 1.0 }, 0.3);
-  AddLight(renderer, { 0.0, 0.0, 1.0 }, { 1.0, 1.0, 1.0 }, 0.12);
+  for (const SceneLight& each : sceneLights)
+  {
+    const vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight();
+    light->SetPositional(0);
+    light->SetPosition(each.position.data());
+    light->SetFocalPoint(0.0, 0.0, 0.0);
+    light->SetColor(each.color.data());
+    light->SetIntensity(each.intensity);
+    renderer.AddLight(light);
+  }
 }
 
 void SetUpBackground(vtkRenderer& renderer)
 {
   renderer.GradientBackgroundOn();
-  renderer.SetBackground(0.36, 0.37, 0.39);  // bottom
-  renderer.SetBackground2(0.13, 0.14, 0.16); // top
+  renderer.SetBackground(backgroundBottom.data());
+  renderer.SetBackground2(backgroundTop.data());
 }
 
 void SetUpMaterial(vtkActor& actor)
 {
   vtkProperty* front = actor.GetProperty();
   front->SetColor(stoneColor[0] / 255.0, stoneColor[1] / 255.0, stoneColor[2] / 255.0);
-  front->SetAmbient(0.06);
-  front->SetDiffuse(0.88);
-  front->SetSpecular(0.14);
-  front->SetSpecularPower(30.0);
+  front->SetAmbient(sceneMaterial.ambient);
+  front->SetDiffuse(sceneMaterial.diffuse);
+  front->SetSpecular(sceneMaterial.specular);
+  front->SetSpecularPower(sceneMaterial.specularPower);
 }
 
 }
@@ -245,11 +177,7 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
     return status;
   }
   this->Center = center;
-  this->Bounds = Box{};
-  for (const Vec3& point : surface.points)
-  {
-    this->Bounds.Add(Minus(point, center));
-  }
+  this->Bounds = BoundsAround(surface, center);
 
   const bool isCloud = surface.triangles.empty();
   const std::size_t cells = isCloud ? surface.points.size() : surface.triangles.size();
@@ -266,21 +194,18 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
     this->Drawn->GetPointData()->SetNormals(Normals(surface));
   }
 
-  // A triangle across a border is of the lowest partition, its owner, and of the finest resolution
-  // that it touches.
-  this->CellPartitions.assign(cells, std::nullopt);
-  this->CellResolutions.assign(cells, Resolution{});
+  this->CellColors.clear();
+  this->CellColors.reserve(cells);
   for (std::size_t i = 0; i < cells; ++i)
   {
-    const auto vertex = static_cast<VertexId>(i);
-    for (const VertexId v : isCloud ? Triangle{ vertex, vertex, vertex } : surface.triangles[i])
+    const auto of = [&](VertexId v) { return ColorSourceOf(surface.sources[v], depths); };
+    if (isCloud)
     {
-      const Surface::Source& source = surface.sources[v];
-      const std::optional<std::uint32_t> partition = PartitionOf(source, depths);
-      std::optional<std::uint32_t>& lowest = this->CellPartitions[i];
-      lowest = lowest && partition ? std::min(*lowest, *partition) : (lowest ? lowest : partition);
-      this->CellResolutions[i] = std::max(this->CellResolutions[i], source.resolution);
+      this->CellColors.push_back(of(static_cast<VertexId>(i)));
+      continue;
     }
+    const Triangle& t = surface.triangles[i];
+    this->CellColors.push_back(Together(Together(of(t[0]), of(t[1])), of(t[2])));
   }
   FaceNormalsToTheEye(*this->Actor, !isCloud);
   this->ShadeAsCloud(isCloud && cells > 0);
@@ -320,22 +245,15 @@ void SurfaceScene::SetStyle(const SceneStyle& style)
   this->ApplyColors();
 }
 
-// The distance of points spread evenly over half the surface of their box (a terrain fills that of
-// its box, a ball that of its own nearly), as it is seen in the middle of the box.
 void SurfaceScene::ApplyPointSize()
 {
   float pixels = this->Style.pointSize;
   if (pixels <= 0.0f && !this->Bounds.Empty())
   {
-    const Vec3 s = Minus(this->Bounds.hi, this->Bounds.lo);
-    const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
-    const double spacing = std::sqrt(area / static_cast<double>(this->CellResolutions.size()));
     const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
-    const double distance = 0.5 * (range[0] + range[1]);
-    const double visible = 2.0 * distance * std::tan(0.5 * this->Camera.verticalFieldOfView);
-    const double height = this->SceneRenderer->GetSize()[1];
-    // Half as much again, since they are not spread evenly.
-    pixels = static_cast<float>(std::clamp(1.5 * spacing * height / visible, 4.0, 32.0));
+    pixels = static_cast<float>(
+      CloudPointSize(this->Bounds, this->CellColors.size(), { range[0], range[1] },
+        std::tan(0.5 * this->Camera.verticalFieldOfView), this->SceneRenderer->GetSize()[1]));
   }
   this->Actor->GetProperty()->SetPointSize(pixels);
 }
@@ -352,19 +270,11 @@ void SurfaceScene::ApplyColors()
   const vtkNew<vtkUnsignedCharArray> colors;
   colors->SetName("Colors");
   colors->SetNumberOfComponents(3);
-  colors->SetNumberOfTuples(static_cast<vtkIdType>(this->CellPartitions.size()));
+  colors->SetNumberOfTuples(static_cast<vtkIdType>(this->CellColors.size()));
   unsigned char* out = colors->GetPointer(0);
-  for (std::size_t i = 0; i < this->CellPartitions.size(); ++i)
+  for (const ColorSource& source : this->CellColors)
   {
-    Color color = stoneColor;
-    if (this->Style.coloring == SurfaceColoring::Resolution)
-    {
-      color = ResolutionColor(this->CellResolutions[i]);
-    }
-    else if (this->CellPartitions[i])
-    {
-      color = PartitionColor(*this->CellPartitions[i]);
-    }
+    const Color color = ColorOf(source, this->Style.coloring);
     out = std::copy(color.begin(), color.end(), out);
   }
   this->Drawn->GetCellData()->SetScalars(colors);
@@ -374,26 +284,9 @@ void SurfaceScene::ApplyColors()
 
 Status SurfaceScene::SetCamera(const SceneCamera& camera)
 {
-  const Vec3 sight = Minus(camera.focal, camera.eye);
-  if (!IsFinite(camera.eye) || !IsFinite(camera.focal) || !IsFinite(camera.up) || !IsFinite(sight))
+  if (Status status = CheckCamera(camera); !status)
   {
-    return Error{ ErrorCode::InvalidArgument, "camera: a coordinate is not finite" };
-  }
-  if (Dot(sight, sight) == 0.0)
-  {
-    return Error{ ErrorCode::InvalidArgument, "camera: the eye is at the focal point" };
-  }
-  const double along = Dot(sight, camera.up);
-  constexpr double parallel = 1.0 - 1e-12; // squared cosine of 1 µrad
-  if (!(along * along < parallel * Dot(sight, sight) * Dot(camera.up, camera.up)))
-  {
-    return Error{ ErrorCode::InvalidArgument, "camera: up is zero or along the line of sight" };
-  }
-  if (!(camera.verticalFieldOfView > 0.0 && camera.verticalFieldOfView < std::numbers::pi))
-  {
-    return Error{ ErrorCode::InvalidArgument, "camera: a field of view of " +
-                                                std::to_string(camera.verticalFieldOfView) +
-                                                " radians is not between 0 and pi" };
+    return status;
   }
   this->Camera = camera;
   this->ApplyCamera();
@@ -402,38 +295,15 @@ Status SurfaceScene::SetCamera(const SceneCamera& camera)
 
 void SurfaceScene::ApplyCamera()
 {
-  const Vec3 eye = Minus(this->Camera.eye, this->Center);
-  const Vec3 focal = Minus(this->Camera.focal, this->Center);
+  const Vec3 eye = this->Camera.eye - this->Center;
+  const Vec3 focal = this->Camera.focal - this->Center;
   vtkCamera* camera = this->SceneRenderer->GetActiveCamera();
   camera->SetPosition(eye.data());
   camera->SetFocalPoint(focal.data());
   camera->SetViewUp(this->Camera.up.data());
   camera->SetViewAngle(this->Camera.verticalFieldOfView * 180.0 / std::numbers::pi);
-
-  // The box's extent along the line of sight: its center's, and half its sides' projected.
-  const Vec3 sight = Minus(focal, eye);
-  const double distance = std::sqrt(Dot(sight, sight));
-  double nearest = distance;
-  double farthest = distance;
-  if (!this->Bounds.Empty())
-  {
-    double middle = 0.0;
-    double reach = 0.0;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const double half = 0.5 * (this->Bounds.hi[k] - this->Bounds.lo[k]);
-      middle += (this->Bounds.lo[k] + half - eye[k]) * sight[k] / distance;
-      reach += half * std::abs(sight[k]) / distance;
-    }
-    nearest = middle - reach;
-    farthest = middle + reach;
-  }
-  // A margin for rounding; and where the eye is inside the box, a near plane that leaves the 24
-  // bits of the depth buffer enough to tell surfaces apart.
-  const double margin = 0.01 * (farthest - nearest) + 1e-6 * distance;
-  const double farPlane = std::max(farthest + margin, distance * 1e-3);
-  const double nearPlane = std::max(nearest - margin, farPlane * 1e-4);
-  camera->SetClippingRange(nearPlane, farPlane);
+  const ClippingPlanes planes = PlanesAround(this->Bounds, eye, focal);
+  camera->SetClippingRange(planes.nearest, planes.farthest);
 }
 
 }

@@ -9,15 +9,13 @@
 #include "filters/core/Result.h"
 #include "filters/core/Surface.h"
 #include "viewer/rendering/Picture.h"
+#include "viewer/session/SceneRules.h"
 
 #include <vtkNew.h>
 
-#include <cstdint>
-#include <optional>
 #include <vector>
 
 class vtkActor;
-
 class vtkPolyData;
 class vtkPolyDataMapper;
 class vtkRenderer;
@@ -27,27 +25,11 @@ namespace kdstream
 
 class CloudShading;
 
-enum class SurfaceColoring
-{
-  Stone,     // one neutral material
-  Partition, // a colour a partition; below the stitch depth vertices have none, and stay stone
-  Resolution // a colour a resolution
-};
-
 struct SceneStyle
 {
   SurfaceColoring coloring = SurfaceColoring::Stone;
   bool flat = false;      // a normal a triangle instead of one a vertex
   float pointSize = 0.0f; // pixels, for point clouds; 0: so that neighbours touch
-};
-
-// Where one looks from, in the model's coordinates.
-struct SceneCamera
-{
-  Vec3 eye{ 0.0, 0.0, 1.0 };
-  Vec3 focal{ 0.0, 0.0, 0.0 };
-  Vec3 up{ 0.0, 1.0, 0.0 };
-  double verticalFieldOfView = 0.5; // radians, above 0 and below pi
 };
 
 // A renderer with one surface, which may be replaced while the camera stays.
@@ -67,16 +49,13 @@ public:
   // none, its points. center: a point near the surface; coordinates relative to it become floats,
   // so that far-away origins cost no precision. depths: those of the surface's cut, for the
   // colouring by partition. O(points + triangles). The surface is not kept. Errors, which leave the
-  // scene as it was: InvalidInput for a coordinate that is not finite relative to center, an index
-  // out of range, or sources that are not one a point; LimitExceeded above 2^31 - 1 points or
-  // corners.
+  // scene as it was: those of CheckSurface.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
 
   void SetStyle(const SceneStyle& style);
 
-  // Near and far planes are found from the surface, now and at each Update.
-  // Errors: InvalidArgument for a value that is not finite, an eye at the focal point, an up
-  // direction along the line of sight, or a field of view out of range.
+  // Near and far planes are found from the surface, now and at each Update. Errors: those of
+  // CheckCamera.
   Status SetCamera(const SceneCamera& camera);
 
 private:
@@ -96,8 +75,7 @@ private:
   Vec3 Center{ 0.0, 0.0, 0.0 };
   Box Bounds; // of the drawn points, relative to Center
   // One entry a drawn cell (triangle, or point of a cloud).
-  std::vector<std::optional<std::uint32_t>> CellPartitions;
-  std::vector<Resolution> CellResolutions;
+  std::vector<ColorSource> CellColors;
   unsigned long PointSizeObserver = 0;
 };
 

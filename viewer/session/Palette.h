@@ -11,6 +11,13 @@ namespace kdstream
 
 using Color = std::array<std::uint8_t, 3>; // red, green, blue
 
+enum class SurfaceColoring
+{
+  Stone,     // one neutral material
+  Partition, // a colour a partition; below the stitch depth vertices have none, and stay stone
+  Resolution // a colour a resolution
+};
+
 // A colour for every partition; neighbours in number, and so mostly in space, lie far apart in hue.
 Color PartitionColor(std::uint32_t partition);
 

@@ -1,0 +1,165 @@
+// What every renderer decides alike about a scene: see SceneRules.h.
+#include "viewer/session/SceneRules.h"
+
+#include "viewer/session/Geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+bool IsFinite(const Vec3& v)
+{
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+}
+
+Status CheckSurface(const Surface& surface, const Vec3& center)
+{
+  constexpr std::size_t limit = std::numeric_limits<std::int32_t>::max();
+  if (surface.points.size() > limit || surface.triangles.size() > limit / 3)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "a surface of " + std::to_string(surface.points.size()) + " points and " +
+        std::to_string(surface.triangles.size()) + " triangles is too large to draw" };
+  }
+  if (surface.sources.size() != surface.points.size())
+  {
+    return Error{ ErrorCode::InvalidInput, std::to_string(surface.sources.size()) +
+                                             " sources for " +
+                                             std::to_string(surface.points.size()) + " points" };
+  }
+  for (std::size_t i = 0; i < surface.points.size(); ++i)
+  {
+    for (const double difference : surface.points[i] - center)
+    {
+      if (!(std::abs(difference) <= static_cast<double>(std::numeric_limits<float>::max())))
+      {
+        return Error{ ErrorCode::InvalidInput,
+          "point " + std::to_string(i) + " cannot be drawn: a coordinate is not finite" };
+      }
+    }
+  }
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+  {
+    const Triangle& t = surface.triangles[i];
+    if (std::max({ t[0], t[1], t[2] }) >= surface.points.size())
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "triangle " + std::to_string(i) + " has a vertex that does not exist" };
+    }
+  }
+  return {};
+}
+
+Status CheckCamera(const SceneCamera& camera)
+{
+  const Vec3 sight = camera.focal - camera.eye;
+  if (!IsFinite(camera.eye) || !IsFinite(camera.focal) || !IsFinite(camera.up) || !IsFinite(sight))
+  {
+    return Error{ ErrorCode::InvalidArgument, "camera: a coordinate is not finite" };
+  }
+  if (Dot(sight, sight) == 0.0)
+  {
+    return Error{ ErrorCode::InvalidArgument, "camera: the eye is at the focal point" };
+  }
+  const double along = Dot(sight, camera.up);
+  constexpr double parallel = 1.0 - 1e-12; // squared cosine of 1 µrad
+  if (!(along * along < parallel * Dot(sight, sight) * Dot(camera.up, camera.up)))
+  {
+    return Error{ ErrorCode::InvalidArgument, "camera: up is zero or along the line of sight" };
+  }
+  if (!(camera.verticalFieldOfView > 0.0 && camera.verticalFieldOfView < std::numbers::pi))
+  {
+    return Error{ ErrorCode::InvalidArgument, "camera: a field of view of " +
+                                                std::to_string(camera.verticalFieldOfView) +
+                                                " radians is not between 0 and pi" };
+  }
+  return {};
+}
+
+Box BoundsAround(const Surface& surface, const Vec3& center)
+{
+  Box bounds;
+  for (const Vec3& point : surface.points)
+  {
+    bounds.Add(point - center);
+  }
+  return bounds;
+}
+
+ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal)
+{
+  // The box's extent along the line of sight: its center's, and half its sides' projected.
+  const Vec3 sight = focal - eye;
+  const double distance = std::sqrt(Dot(sight, sight));
+  double nearest = distance;
+  double farthest = distance;
+  if (!bounds.Empty())
+  {
+    double middle = 0.0;
+    double reach = 0.0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double half = 0.5 * (bounds.hi[k] - bounds.lo[k]);
+      middle += (bounds.lo[k] + half - eye[k]) * sight[k] / distance;
+      reach += half * std::abs(sight[k]) / distance;
+    }
+    nearest = middle - reach;
+    farthest = middle + reach;
+  }
+  // A margin for rounding; and where the eye is inside the box, a near plane that leaves the 24
+  // bits of the depth buffer enough to tell surfaces apart.
+  const double margin = 0.01 * (farthest - nearest) + 1e-6 * distance;
+  const double farPlane = std::max(farthest + margin, distance * 1e-3);
+  const double nearPlane = std::max(nearest - margin, farPlane * 1e-4);
+  return { nearPlane, farPlane };
+}
+
+double CloudPointSize(
+  const Box& bounds, std::size_t points, const ClippingPlanes& planes, double tangent, int height)
+{
+  const Vec3 s = bounds.hi - bounds.lo;
+  const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
+  const double spacing = std::sqrt(area / static_cast<double>(points));
+  const double distance = 0.5 * (planes.nearest + planes.farthest);
+  const double visible = 2.0 * distance * tangent;
+  // Half as much again, since they are not spread evenly.
+  return std::clamp(1.5 * spacing * height / visible, 4.0, 32.0);
+}
+
+ColorSource ColorSourceOf(const Surface::Source& vertex, const TreeDepths& depths)
+{
+  const bool inOne = vertex.resolution.IsOriginal() || vertex.resolution.Depth() >= depths.stitch;
+  return { inOne ? std::optional(PartitionOfKey(vertex.key)) : std::nullopt, vertex.resolution };
+}
+
+ColorSource Together(const ColorSource& a, const ColorSource& b)
+{
+  ColorSource together;
+  together.partition = a.partition && b.partition ? std::min(*a.partition, *b.partition)
+                       : a.partition              ? a.partition
+                                                  : b.partition;
+  together.resolution = std::max(a.resolution, b.resolution);
+  return together;
+}
+
+Color ColorOf(const ColorSource& source, SurfaceColoring coloring)
+{
+  if (coloring == SurfaceColoring::Resolution)
+  {
+    return ResolutionColor(source.resolution);
+  }
+  return coloring == SurfaceColoring::Partition && source.partition
+           ? PartitionColor(*source.partition)
+           : stoneColor;
+}
+
+}

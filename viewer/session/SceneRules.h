@@ -1,0 +1,68 @@
+// What every renderer decides alike about a scene: what can be drawn, how near and how far, in
+// which colours, with how large points. Step "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/KdTree.h"
+#include "filters/core/Result.h"
+#include "filters/core/Surface.h"
+#include "viewer/session/Palette.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace kdstream
+{
+
+// Where one looks from, in the model's coordinates.
+struct SceneCamera
+{
+  Vec3 eye{ 0.0, 0.0, 1.0 };
+  Vec3 focal{ 0.0, 0.0, 0.0 };
+  Vec3 up{ 0.0, 1.0, 0.0 };
+  double verticalFieldOfView = 0.5; // radians, above 0 and below pi
+};
+
+// Whether `surface` can be drawn with floats relative to `center`. O(points + triangles).
+// Errors: InvalidInput for a coordinate that is not finite relative to center, an index out of
+// range, or sources that are not one a point; LimitExceeded above 2^31 - 1 points or corners.
+Status CheckSurface(const Surface& surface, const Vec3& center);
+
+// Errors: InvalidArgument for a value that is not finite, an eye at the focal point, an up
+// direction along the line of sight, or a field of view out of range.
+Status CheckCamera(const SceneCamera& camera);
+
+// The box of the surface's points, relative to `center`.
+Box BoundsAround(const Surface& surface, const Vec3& center);
+
+// Distances from the eye along the line of sight, 0 < nearest < farthest, between which all of
+// `bounds` that is before the eye lies; around the focal point where bounds are empty.
+// REQUIRES: the eye is not at the focal point.
+struct ClippingPlanes
+{
+  double nearest = 0.0;
+  double farthest = 0.0;
+};
+ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal);
+
+// The side of a cloud's points in pixels, 4-32, so that neighbours touch: half as much again as the
+// distance of points spread evenly over half the surface of their box (a terrain fills that of its
+// box, a ball that of its own nearly), as it is seen in the middle between the planes.
+// tangent: of half the vertical field of view. height: of the picture, pixels.
+// REQUIRES: bounds not empty, points > 0.
+double CloudPointSize(
+  const Box& bounds, std::size_t points, const ClippingPlanes& planes, double tangent, int height);
+
+// What the colour of a vertex or of a triangle follows from.
+struct ColorSource
+{
+  std::optional<std::uint32_t> partition; // none below the stitch depth: clusters span several
+  Resolution resolution;
+};
+ColorSource ColorSourceOf(const Surface::Source& vertex, const TreeDepths& depths);
+// Of a triangle across a border: the lowest partition, its owner, and the finest resolution that it
+// touches. So a triangle's colour is always that of one of its corners.
+ColorSource Together(const ColorSource& a, const ColorSource& b);
+Color ColorOf(const ColorSource& source, SurfaceColoring coloring);
+
+}
