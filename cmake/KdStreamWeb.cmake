@@ -2,17 +2,14 @@
 # /usr/include itself must stay unseen (it holds the machine's C library, not emscripten's).
 set(headers "${CMAKE_BINARY_DIR}/headers")
 file(MAKE_DIRECTORY "${headers}")
-foreach(name nlohmann rapidjson xxhash.h)
+foreach(name rapidjson xxhash.h)
   if(NOT EXISTS "/usr/include/${name}")
-    message(FATAL_ERROR "/usr/include/${name} is missing (Debian: nlohmann-json3-dev, rapidjson-dev, libxxhash-dev)")
+    message(FATAL_ERROR "/usr/include/${name} is missing (Debian: rapidjson-dev, libxxhash-dev)")
   endif()
   file(CREATE_LINK "/usr/include/${name}" "${headers}/${name}" SYMBOLIC)
 endforeach()
 add_library(kdstream_web_headers INTERFACE)
 target_include_directories(kdstream_web_headers SYSTEM INTERFACE "${headers}")
-add_library(nlohmann_json::nlohmann_json ALIAS kdstream_web_headers)
-set(nlohmann_json_DIR "${headers}" CACHE INTERNAL "")
-file(WRITE "${headers}/nlohmann_jsonConfig.cmake" "")
 
 # Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser.
 add_compile_options(-Oz -flto -fno-exceptions -fno-rtti)

@@ -22,85 +22,102 @@ constexpr std::size_t mostMessageBytes = 4096; // of the text of an error
 // No list in a message of maximumClientMessageBytes is longer.
 constexpr std::size_t mostListed = maximumClientMessageBytes;
 
-void PutList(Json& json, const char* key, const std::vector<std::uint32_t>& list)
+void PutList(JsonWriter& writer, const char* key, const std::vector<std::uint32_t>& list)
 {
   if (!list.empty())
   {
-    json[key] = list;
+    writer.Member(key, list);
   }
 }
 
-Json BodyToJson(const OpenRequest& body)
+// The members of each message but its request.
+void PutBody(JsonWriter& writer, const OpenRequest& body)
 {
-  return { { "type", "open" }, { "model", body.model } };
+  writer.Member("type", "open");
+  writer.Member("model", body.model);
 }
-Json BodyToJson(const PreviewRequest&)
+void PutBody(JsonWriter& writer, const PreviewRequest&)
 {
-  return { { "type", "preview" } };
+  writer.Member("type", "preview");
 }
-Json BodyToJson(const LevelRequest& body)
+void PutBody(JsonWriter& writer, const LevelRequest& body)
 {
-  Json json{ { "type", "level" }, { "level", body.level } };
-  PutList(json, "nodes", body.nodes);
-  return json;
+  writer.Member("type", "level");
+  writer.Member("level", body.level);
+  PutList(writer, "nodes", body.nodes);
 }
-Json BodyToJson(const TreeRequest& body)
+void PutBody(JsonWriter& writer, const TreeRequest& body)
 {
-  return { { "type", "tree" }, { "nodes", body.nodes } };
+  writer.Member("type", "tree");
+  writer.Member("nodes", body.nodes);
 }
-Json BodyToJson(const RegionRequest& body)
+void PutBody(JsonWriter& writer, const RegionRequest& body)
 {
-  Json json{ { "type", "region" }, { "cell", body.cell }, { "rings", body.rings } };
-  PutList(json, "except", body.except);
-  return json;
+  writer.Member("type", "region");
+  writer.Member("cell", body.cell);
+  writer.Member("rings", body.rings);
+  PutList(writer, "except", body.except);
 }
-Json BodyToJson(const PartitionsRequest& body)
+void PutBody(JsonWriter& writer, const PartitionsRequest& body)
 {
-  return { { "type", "partitions" }, { "partitions", body.partitions } };
+  writer.Member("type", "partitions");
+  writer.Member("partitions", body.partitions);
 }
-Json BodyToJson(const CancelRequest&)
+void PutBody(JsonWriter& writer, const CancelRequest&)
 {
-  return { { "type", "cancel" } };
+  writer.Member("type", "cancel");
 }
 
-Json BodyToJson(const OpenedAnswer& body)
+void PutBody(JsonWriter& writer, const OpenedAnswer& body)
 {
-  return { { "type", "opened" }, { "model", ModelToJson(body.model) } };
+  writer.Member("type", "opened");
+  writer.Key("model");
+  PutModel(writer, body.model);
 }
-Json BodyToJson(const BeginAnswer& body)
+void PutBody(JsonWriter& writer, const BeginAnswer& body)
 {
-  Json json{ { "type", "begin" }, { "blobs", body.blobs }, { "bytes", body.bytes } };
+  writer.Member("type", "begin");
+  writer.Member("blobs", body.blobs);
+  writer.Member("bytes", body.bytes);
   if (body.partitions)
   {
-    json["partitions"] = *body.partitions;
+    writer.Member("partitions", *body.partitions);
   }
-  return json;
 }
-Json BodyToJson(const ProgressAnswer& body)
+void PutBody(JsonWriter& writer, const ProgressAnswer& body)
 {
-  return { { "type", "progress" }, { "blobs", body.blobs }, { "bytes", body.bytes } };
+  writer.Member("type", "progress");
+  writer.Member("blobs", body.blobs);
+  writer.Member("bytes", body.bytes);
 }
-Json BodyToJson(const EndAnswer& body)
+void PutBody(JsonWriter& writer, const EndAnswer& body)
 {
-  return { { "type", "end" }, { "blobs", body.blobs }, { "bytes", body.bytes },
-    { "failed", body.failed }, { "cancelled", body.cancelled } };
+  writer.Member("type", "end");
+  writer.Member("blobs", body.blobs);
+  writer.Member("bytes", body.bytes);
+  writer.Member("failed", body.failed);
+  writer.Member("cancelled", body.cancelled);
 }
-Json BodyToJson(const ErrorAnswer& body)
+void PutBody(JsonWriter& writer, const ErrorAnswer& body)
 {
-  Json json{ { "type", "error" }, { "code", body.code }, { "message", body.message } };
+  writer.Member("type", "error");
+  writer.Member("code", body.code);
+  writer.Member("message", body.message);
   if (body.blob)
   {
-    json["blob"] = BlobName(*body.blob);
+    writer.Member("blob", BlobName(*body.blob));
   }
-  return json;
 }
 
 template <class Message>
 std::string Write(const Message& message)
 {
-  Json json = std::visit([](const auto& body) { return BodyToJson(body); }, message.body);
-  json["request"] = message.request;
-  return WriteJson(json);
+  JsonWriter writer;
+  writer.BeginObject();
+  writer.Member("request", message.request);
+  std::visit([&writer](const auto& body) { PutBody(writer, body); }, message.body);
+  writer.EndObject();
+  return writer.Text();
 }
 
 OpenRequest ReadOpen(JsonReader& reader, const Json& json)
@@ -256,7 +273,7 @@ void ReadServerBody(JsonReader& reader, const Json& json, ServerMessage& message
 }
 
 // The JSON object in a text of at most `most` bytes.
-Result<Json> ParseObject(std::string_view text, std::size_t most)
+Result<JsonDocument> ParseObject(std::string_view text, std::size_t most)
 {
   if (text.size() > most)
   {
@@ -264,10 +281,10 @@ Result<Json> ParseObject(std::string_view text, std::size_t most)
                                               " bytes, where at most " + std::to_string(most) +
                                               " are taken" };
   }
-  Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object())
+  auto json = ParseJson(text);
+  if (json && !json->IsObject())
   {
-    return Error{ ErrorCode::InvalidInput, "the message is no JSON object" };
+    json = Error{ ErrorCode::InvalidInput, "the message is no JSON object" };
   }
   return json;
 }

@@ -11,23 +11,49 @@ namespace kdstream::protocol
 namespace
 {
 
+std::string NumberText(double value)
+{
+  JsonWriter writer;
+  writer.Put(value);
+  return writer.Text();
+}
+
 // A value for a message. Only scalars are written out: a nested value may be of any depth.
 std::string Show(const Json& value)
 {
-  return value.is_structured() ? std::string("an ") + value.type_name() : Quoted(WriteJson(value));
+  switch (value.GetType())
+  {
+    case rapidjson::kObjectType:
+      return "an object";
+    case rapidjson::kArrayType:
+      return "an array";
+    case rapidjson::kStringType:
+      return Quoted(TextOf(value));
+    case rapidjson::kNumberType:
+      return Quoted(value.IsUint64()  ? std::to_string(value.GetUint64())
+                    : value.IsInt64() ? std::to_string(value.GetInt64())
+                                      : NumberText(value.GetDouble()));
+    case rapidjson::kTrueType:
+      return "true";
+    case rapidjson::kFalseType:
+      return "false";
+    case rapidjson::kNullType:
+      break;
+  }
+  return "null";
 }
 
 bool IsIntegerIn(const Json& value, std::uint64_t lowest, std::uint64_t highest)
 {
-  return value.is_number_unsigned() && value.get<std::uint64_t>() >= lowest &&
-         value.get<std::uint64_t>() <= highest;
+  return value.IsUint64() && value.GetUint64() >= lowest && value.GetUint64() <= highest;
 }
 
-}
-
-std::string WriteJson(const Json& value)
+// NaN where the value is no number.
+double NumberOf(const Json& value)
 {
-  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return value.IsNumber() ? value.GetDouble() : std::numeric_limits<double>::quiet_NaN();
+}
+
 }
 
 void JsonReader::Fail(const std::string& what)
@@ -40,21 +66,17 @@ void JsonReader::Fail(const std::string& what)
 
 const Json* JsonReader::Find(const Json& object, const char* key, bool required)
 {
-  if (!object.is_object())
+  if (!object.IsObject())
   {
     this->Fail("an object was expected, not " + Show(object));
     return nullptr;
   }
-  const auto member = object.find(key);
-  if (member == object.end())
+  const Json* member = FindMember(object, key);
+  if (!member && required)
   {
-    if (required)
-    {
-      this->Fail(std::string("\"") + key + "\" is missing");
-    }
-    return nullptr;
+    this->Fail(std::string("\"") + key + "\" is missing");
   }
-  return &*member;
+  return member;
 }
 
 std::uint64_t JsonReader::Integer(
@@ -71,7 +93,7 @@ std::uint64_t JsonReader::Integer(
                std::to_string(lowest) + " to " + std::to_string(highest));
     return lowest;
   }
-  return value->get<std::uint64_t>();
+  return value->GetUint64();
 }
 
 double JsonReader::Number(const Json& object, const char* key, double lowest)
@@ -81,12 +103,11 @@ double JsonReader::Number(const Json& object, const char* key, double lowest)
   {
     return lowest;
   }
-  const double number =
-    value->is_number() ? value->get<double>() : std::numeric_limits<double>::quiet_NaN();
+  const double number = NumberOf(*value);
   if (!std::isfinite(number) || number < lowest)
   {
     this->Fail(std::string("\"") + key + "\" is " + Show(*value) +
-               ", not a finite number of at least " + WriteJson(Json(lowest)));
+               ", not a finite number of at least " + NumberText(lowest));
     return lowest;
   }
   return number;
@@ -100,20 +121,20 @@ std::array<double, 3> JsonReader::Vector(const Json& object, const char* key)
   {
     return vector;
   }
-  if (value->size() != 3)
+  if (value->Size() != 3)
   {
     this->Fail(std::string("\"") + key + "\" has not three numbers");
     return vector;
   }
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const Json& number = (*value)[k];
-    if (!number.is_number() || !std::isfinite(number.get<double>()))
+    const Json& number = (*value)[static_cast<rapidjson::SizeType>(k)];
+    if (!std::isfinite(NumberOf(number)))
     {
       this->Fail(std::string("\"") + key + "\" holds " + Show(number) + ", not a finite number");
       return {};
     }
-    vector[k] = number.get<double>();
+    vector[k] = NumberOf(number);
   }
   return vector;
 }
@@ -121,12 +142,12 @@ std::array<double, 3> JsonReader::Vector(const Json& object, const char* key)
 bool JsonReader::Boolean(const Json& object, const char* key)
 {
   const Json* value = this->Find(object, key);
-  if (value && !value->is_boolean())
+  if (value && !value->IsBool())
   {
     this->Fail(std::string("\"") + key + "\" is " + Show(*value) + ", not true or false");
     return false;
   }
-  return value && value->get<bool>();
+  return value && value->GetBool();
 }
 
 std::string JsonReader::Text(
@@ -137,19 +158,24 @@ std::string JsonReader::Text(
   {
     return {};
   }
-  if (!value->is_string())
+  if (!value->IsString())
   {
     this->Fail(std::string("\"") + key + "\" is " + Show(*value) + ", not a text");
     return {};
   }
-  const auto& text = value->get_ref<const std::string&>();
+  const std::string_view text = TextOf(*value);
   if (text.size() > mostBytes)
   {
     this->Fail(
       std::string("\"") + key + "\" is longer than " + std::to_string(mostBytes) + " bytes");
     return {};
   }
-  return text;
+  if (!IsUtf8(text))
+  {
+    this->Fail(std::string("\"") + key + "\" names half a surrogate pair");
+    return {};
+  }
+  return std::string(text);
 }
 
 std::vector<std::uint32_t> JsonReader::Integers(const Json& object, const char* key,
@@ -165,8 +191,8 @@ std::vector<std::uint32_t> JsonReader::Integers(const Json& object, const char* 
   {
     return integers;
   }
-  integers.reserve(values->size());
-  for (const Json& value : *values)
+  integers.reserve(values->Size());
+  for (const Json& value : values->GetArray())
   {
     if (!IsIntegerIn(value, lowest, highest))
     {
@@ -174,7 +200,7 @@ std::vector<std::uint32_t> JsonReader::Integers(const Json& object, const char* 
                  std::to_string(lowest) + " to " + std::to_string(highest));
       return {};
     }
-    integers.push_back(value.get<std::uint32_t>());
+    integers.push_back(value.GetUint());
   }
   return integers;
 }
@@ -186,7 +212,7 @@ const Json* JsonReader::Array(const Json& object, const char* key, std::size_t m
   {
     return nullptr;
   }
-  if (!value->is_array() || value->size() > most)
+  if (!value->IsArray() || value->Size() > most)
   {
     this->Fail(std::string("\"") + key + "\" is not an array of at most " + std::to_string(most) +
                " values");

@@ -2,7 +2,7 @@
 // Internal to the protocol.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include "server/protocol/Json.h"
 
 #include <array>
 #include <cstdint>
@@ -12,11 +12,6 @@
 
 namespace kdstream::protocol
 {
-
-using Json = nlohmann::json;
-
-// The text of a value. Text that is not UTF-8 is repaired, not refused.
-std::string WriteJson(const Json& value);
 
 // Every function gives a harmless default once something is wrong; look at Fault() at the end.
 class JsonReader

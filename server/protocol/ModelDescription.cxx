@@ -22,11 +22,15 @@ constexpr std::size_t mostModels = 65536;
 constexpr std::string_view attributeTypes[] = { "int8", "uint8", "int16", "uint16", "int32",
   "uint32", "int64", "uint64", "float32", "float64" };
 
-Json ResolutionToJson(const ResolutionDescription& resolution)
+// The members of a resolution, without the object around them.
+void PutResolution(JsonWriter& writer, const ResolutionDescription& resolution)
 {
-  return { { "vertices", resolution.vertices }, { "triangles", resolution.triangles },
-    { "pieces", resolution.pieces }, { "bytes", resolution.bytes },
-    { "deviation", resolution.deviation }, { "deviation_99", resolution.deviation99 } };
+  writer.Member("vertices", resolution.vertices);
+  writer.Member("triangles", resolution.triangles);
+  writer.Member("pieces", resolution.pieces);
+  writer.Member("bytes", resolution.bytes);
+  writer.Member("deviation", resolution.deviation);
+  writer.Member("deviation_99", resolution.deviation99);
 }
 
 ResolutionDescription ResolutionFromJson(JsonReader& reader, const Json& object)
@@ -41,18 +45,27 @@ ResolutionDescription ResolutionFromJson(JsonReader& reader, const Json& object)
   return resolution;
 }
 
-Json PrecisionToJson(const ModelDescription& model)
+void PutPrecision(JsonWriter& writer, const ModelDescription& model)
 {
-  Json precision{ { "scalar_type", model.doublePrecision ? "float64" : "float32" },
-    { "origin", model.gridOrigin }, { "step", model.gridStep } };
-  precision["bits"] = model.bits == 0 ? Json("lossless") : Json(model.bits);
-  return precision;
+  writer.BeginObject();
+  writer.Member("scalar_type", model.doublePrecision ? "float64" : "float32");
+  writer.Member("origin", model.gridOrigin);
+  writer.Member("step", model.gridStep);
+  if (model.bits == 0)
+  {
+    writer.Member("bits", "lossless");
+  }
+  else
+  {
+    writer.Member("bits", model.bits);
+  }
+  writer.EndObject();
 }
 
 void PrecisionFromJson(JsonReader& reader, const Json& object, ModelDescription& model)
 {
   const Json* bits = reader.Find(object, "bits");
-  if (bits && bits->is_string() && bits->get_ref<const std::string&>() == "lossless")
+  if (bits && bits->IsString() && TextOf(*bits) == "lossless")
   {
     model.bits = 0;
   }
@@ -70,10 +83,14 @@ void PrecisionFromJson(JsonReader& reader, const Json& object, ModelDescription&
   model.gridStep = reader.Number(object, "step", std::numeric_limits<double>::denorm_min());
 }
 
-Json AttributeToJson(const AttributeDescription& attribute)
+void PutAttribute(JsonWriter& writer, const AttributeDescription& attribute)
 {
-  return { { "name", attribute.name }, { "type", attribute.type },
-    { "association", attribute.association }, { "components", attribute.components } };
+  writer.BeginObject();
+  writer.Member("name", attribute.name);
+  writer.Member("type", attribute.type);
+  writer.Member("association", attribute.association);
+  writer.Member("components", attribute.components);
+  writer.EndObject();
 }
 
 AttributeDescription AttributeFromJson(JsonReader& reader, const Json& object)
@@ -145,13 +162,14 @@ void LevelsFromJson(JsonReader& reader, const Json& object, ModelDescription& mo
   {
     return;
   }
-  if (!levels->empty() && levels->size() != model.finestDepth + std::size_t{ 1 })
+  const rapidjson::SizeType count = levels->Size();
+  if (count != 0 && count != model.finestDepth + std::size_t{ 1 })
   {
-    reader.Fail("\"levels\" has " + std::to_string(levels->size()) + " entries, not 0 or " +
+    reader.Fail("\"levels\" has " + std::to_string(count) + " entries, not 0 or " +
                 std::to_string(model.finestDepth + 1));
     return;
   }
-  for (std::size_t depth = 0; depth < levels->size(); ++depth)
+  for (rapidjson::SizeType depth = 0; depth < count; ++depth)
   {
     reader.Integer((*levels)[depth], "depth", depth, depth);
     model.levels.push_back(ResolutionFromJson(reader, (*levels)[depth]));
@@ -166,29 +184,51 @@ Error TooLarge(std::size_t bytes, std::size_t most)
 
 }
 
-Json ModelToJson(const ModelDescription& model)
+void PutModel(JsonWriter& writer, const ModelDescription& model)
 {
-  Json json{ { "id", model.id }, { "digest", model.digest }, { "vertices", model.vertices },
-    { "triangles", model.triangles }, { "partitions", model.partitions },
-    { "box", { { "lo", model.boxLo }, { "hi", model.boxHi } } },
-    { "partition_depth", model.partitionDepth }, { "stitch_depth", model.stitchDepth },
-    { "finest_depth", model.finestDepth }, { "precision", PrecisionToJson(model) },
-    { "primitive", model.hasTriangles ? "triangles" : "points" },
-    { "original", ResolutionToJson(model.original) }, { "title", model.title },
-    { "credit", model.credit }, { "license", model.license }, { "unit", model.unit } };
-  json["levels"] = Json::array();
+  writer.BeginObject();
+  writer.Member("id", model.id);
+  writer.Member("digest", model.digest);
+  writer.Member("vertices", model.vertices);
+  writer.Member("triangles", model.triangles);
+  writer.Member("partitions", model.partitions);
+  writer.Key("box");
+  writer.BeginObject();
+  writer.Member("lo", model.boxLo);
+  writer.Member("hi", model.boxHi);
+  writer.EndObject();
+  writer.Member("partition_depth", model.partitionDepth);
+  writer.Member("stitch_depth", model.stitchDepth);
+  writer.Member("finest_depth", model.finestDepth);
+  writer.Key("precision");
+  PutPrecision(writer, model);
+  writer.Member("primitive", model.hasTriangles ? "triangles" : "points");
+  writer.Key("levels");
+  writer.BeginArray();
   for (std::size_t depth = 0; depth < model.levels.size(); ++depth)
   {
-    auto level = ResolutionToJson(model.levels[depth]);
-    level["depth"] = depth;
-    json["levels"].push_back(std::move(level));
+    writer.BeginObject();
+    writer.Member("depth", depth);
+    PutResolution(writer, model.levels[depth]);
+    writer.EndObject();
   }
-  json["attributes"] = Json::array();
+  writer.EndArray();
+  writer.Key("original");
+  writer.BeginObject();
+  PutResolution(writer, model.original);
+  writer.EndObject();
+  writer.Member("title", model.title);
+  writer.Member("credit", model.credit);
+  writer.Member("license", model.license);
+  writer.Member("unit", model.unit);
+  writer.Key("attributes");
+  writer.BeginArray();
   for (const auto& attribute : model.attributes)
   {
-    json["attributes"].push_back(AttributeToJson(attribute));
+    PutAttribute(writer, attribute);
   }
-  return json;
+  writer.EndArray();
+  writer.EndObject();
 }
 
 ModelSummary Summarize(const ModelDescription& model)
@@ -208,18 +248,30 @@ unsigned PreviewLevel(const ModelDescription& model)
 
 std::string WriteModel(const ModelDescription& model)
 {
-  return WriteJson(ModelToJson(model));
+  JsonWriter writer;
+  PutModel(writer, model);
+  return writer.Text();
 }
 
 std::string WriteModelList(const std::vector<ModelSummary>& models)
 {
-  Json list = Json::array();
+  JsonWriter writer;
+  writer.BeginObject();
+  writer.Key("models");
+  writer.BeginArray();
   for (const auto& model : models)
   {
-    list.push_back({ { "id", model.id }, { "digest", model.digest }, { "title", model.title },
-      { "vertices", model.vertices }, { "triangles", model.triangles } });
+    writer.BeginObject();
+    writer.Member("id", model.id);
+    writer.Member("digest", model.digest);
+    writer.Member("title", model.title);
+    writer.Member("vertices", model.vertices);
+    writer.Member("triangles", model.triangles);
+    writer.EndObject();
   }
-  return WriteJson({ { "models", std::move(list) } });
+  writer.EndArray();
+  writer.EndObject();
+  return writer.Text();
 }
 
 Result<ModelDescription> ParseModel(std::string_view text)
@@ -228,7 +280,8 @@ Result<ModelDescription> ParseModel(std::string_view text)
   {
     return TooLarge(text.size(), maximumModelBytes);
   }
-  return ModelFromJson(Json::parse(text, nullptr, false));
+  const auto json = ParseJson(text);
+  return json ? ModelFromJson(*json) : json.GetError();
 }
 
 Result<ModelDescription> ModelFromJson(const Json& json)
@@ -261,7 +314,7 @@ Result<ModelDescription> ModelFromJson(const Json& json)
   model.unit = reader.Text(json, "unit", mostTextBytes, false);
   if (const Json* attributes = reader.Array(json, "attributes", mostAttributes))
   {
-    for (const Json& attribute : *attributes)
+    for (const Json& attribute : attributes->GetArray())
     {
       model.attributes.push_back(AttributeFromJson(reader, attribute));
     }
@@ -279,12 +332,16 @@ Result<std::vector<ModelSummary>> ParseModelList(std::string_view text)
   {
     return TooLarge(text.size(), maximumModelListBytes);
   }
-  const Json json = Json::parse(text, nullptr, false);
+  const auto json = ParseJson(text);
+  if (!json)
+  {
+    return json.GetError();
+  }
   JsonReader reader("models");
   std::vector<ModelSummary> models;
-  if (const Json* list = reader.Array(json, "models", mostModels))
+  if (const Json* list = reader.Array(*json, "models", mostModels))
   {
-    for (const Json& entry : *list)
+    for (const Json& entry : list->GetArray())
     {
       ModelSummary& model = models.emplace_back();
       IdentityFromJson(reader, entry, model.id, model.digest);

@@ -7,7 +7,8 @@
 namespace kdstream::protocol
 {
 
-Json ModelToJson(const ModelDescription& model);
+// Writes the model as one value.
+void PutModel(JsonWriter& writer, const ModelDescription& model);
 
 // Errors: InvalidInput naming the member that is wrong.
 Result<ModelDescription> ModelFromJson(const Json& json);

@@ -1,9 +1,8 @@
 // A session's requests as plain GETs, one blob after the other, for servers without a stream.
 #include "viewer/client/GetConversation.h"
 
+#include "server/protocol/Json.h"
 #include "server/protocol/ResourcePath.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <utility>
@@ -14,10 +13,11 @@ namespace kdstream
 std::string DescribeRefusal(const HttpReply& reply)
 {
   std::string text = "the server says " + std::to_string(reply.status);
-  const auto json = nlohmann::json::parse(reply.body, nullptr, false);
-  if (json.is_object() && json.contains("error") && json["error"].is_string())
+  const auto json = protocol::ParseJson(reply.body);
+  const auto* error = json && json->IsObject() ? protocol::FindMember(*json, "error") : nullptr;
+  if (error && error->IsString())
   {
-    text += ": " + json["error"].get<std::string>().substr(0, 500);
+    text += ": " + std::string(protocol::TextOf(*error).substr(0, 500));
   }
   return text;
 }

@@ -1,15 +1,17 @@
-// JSON lines with the same bytes on every platform: numbers of nlohmann's JSON library
-// (emscripten's C++ library has no std::to_chars for doubles), keys in the order they are added.
+// JSON lines with the same bytes on every platform: numbers as RapidJSON writes them (emscripten's
+// C++ library has no std::to_chars for doubles), keys in the order they are added.
 #include "viewer/session/JsonText.h"
 
-#include <nlohmann/json.hpp>
+#include "server/protocol/Json.h"
 
 namespace kdstream
 {
 
 std::string JsonNumber(double value)
 {
-  return nlohmann::json(value).dump();
+  protocol::JsonWriter writer;
+  writer.Put(value);
+  return writer.Text();
 }
 
 std::string JsonString(std::string_view text)

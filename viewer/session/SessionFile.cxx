@@ -2,10 +2,10 @@
 // README's picture.
 #include "viewer/session/SessionFile.h"
 
+#include "server/protocol/Json.h"
 #include "viewer/session/JsonText.h"
 
-#include <nlohmann/json.hpp>
-
+#include <algorithm>
 #include <initializer_list>
 #include <optional>
 
@@ -14,7 +14,9 @@ namespace kdstream
 namespace
 {
 
-using nlohmann::json;
+using protocol::FindMember;
+using protocol::Json;
+using protocol::TextOf;
 
 Error Wrong(std::size_t line, const std::string& what)
 {
@@ -22,60 +24,58 @@ Error Wrong(std::size_t line, const std::string& what)
 }
 
 // What is wrong with the keys of `object`: it must have exactly `keys`.
-std::optional<std::string> CheckKeys(const json& object, std::initializer_list<const char*> keys)
+std::optional<std::string> CheckKeys(const Json& object, std::initializer_list<const char*> keys)
 {
-  if (!object.is_object())
+  if (!object.IsObject())
   {
     return "not an object";
   }
   for (const char* key : keys)
   {
-    if (!object.contains(key))
+    if (!FindMember(object, key))
     {
       return std::string("'") + key + "' is missing";
     }
   }
-  for (const auto& member : object.items())
+  for (const auto& member : object.GetObject())
   {
-    bool known = false;
-    for (const char* key : keys)
+    const std::string_view name = TextOf(member.name);
+    if (std::find(keys.begin(), keys.end(), name) == keys.end())
     {
-      known = known || member.key() == key;
-    }
-    if (!known)
-    {
-      return "unknown key '" + member.key().substr(0, 64) + "'";
+      return "unknown key '" + std::string(name.substr(0, 64)) + "'";
     }
   }
   return std::nullopt;
 }
 
-Result<Touch> ParseTouch(const json& object, std::size_t line)
+Result<Touch> ParseTouch(const Json& object, std::size_t line)
 {
   if (const auto wrong = CheckKeys(object, { "id", "x", "y" }))
   {
     return Wrong(line, "a touch: " + *wrong);
   }
-  if (!object["id"].is_number_integer() || !object["x"].is_number() || !object["y"].is_number())
+  const Json &id = *FindMember(object, "id"), &x = *FindMember(object, "x"),
+             &y = *FindMember(object, "y");
+  if (!id.IsInt64() || !x.IsNumber() || !y.IsNumber())
   {
     return Wrong(line, "a touch: id is an integer, x and y are numbers");
   }
-  return Touch{ object["id"].get<std::int64_t>(), object["x"].get<double>(),
-    object["y"].get<double>() };
+  return Touch{ id.GetInt64(), x.GetDouble(), y.GetDouble() };
 }
 
-Result<SessionStep> ParseTouches(const json& object, std::size_t line)
+Result<SessionStep> ParseTouches(const Json& object, std::size_t line)
 {
   if (const auto wrong = CheckKeys(object, { "t", "touches" }))
   {
     return Wrong(line, *wrong);
   }
-  if (!object["t"].is_number() || !object["touches"].is_array())
+  const Json &time = *FindMember(object, "t"), &touches = *FindMember(object, "touches");
+  if (!time.IsNumber() || !touches.IsArray())
   {
     return Wrong(line, "'t' is a number of seconds, 'touches' a list");
   }
-  SessionStep step{ SessionStep::Kind::Touches, { object["t"].get<double>(), {} }, {} };
-  for (const json& entry : object["touches"])
+  SessionStep step{ SessionStep::Kind::Touches, { time.GetDouble(), {} }, {} };
+  for (const Json& entry : touches.GetArray())
   {
     const auto touch = ParseTouch(entry, line);
     if (!touch)
@@ -88,39 +88,41 @@ Result<SessionStep> ParseTouches(const json& object, std::size_t line)
 }
 
 Result<SessionStep> ParseNamed(
-  const json& object, std::size_t line, const char* key, SessionStep::Kind kind)
+  const Json& object, std::size_t line, const char* key, SessionStep::Kind kind)
 {
   if (const auto wrong = CheckKeys(object, { key }))
   {
     return Wrong(line, *wrong);
   }
-  if (!object[key].is_string() || object[key].get<std::string>().empty())
+  const Json& text = *FindMember(object, key);
+  if (!text.IsString() || text.GetStringLength() == 0)
   {
     return Wrong(line, std::string("'") + key + "' is a text that is not empty");
   }
-  return SessionStep{ kind, {}, object[key].get<std::string>() };
+  return SessionStep{ kind, {}, std::string(TextOf(text)) };
 }
 
 Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
 {
-  const json object = json::parse(text, nullptr, false);
-  if (!object.is_object())
+  const auto parsed = protocol::ParseJson(text);
+  if (!parsed || !parsed->IsObject())
   {
     return Wrong(line, "not a JSON object");
   }
-  if (object.contains("touches"))
+  const Json& object = *parsed;
+  if (FindMember(object, "touches"))
   {
     return ParseTouches(object, line);
   }
-  if (object.contains("screenshot"))
+  if (FindMember(object, "screenshot"))
   {
     return ParseNamed(object, line, "screenshot", SessionStep::Kind::Screenshot);
   }
-  if (object.contains("select"))
+  if (FindMember(object, "select"))
   {
     return ParseNamed(object, line, "select", SessionStep::Kind::Select);
   }
-  if (object.contains("wait"))
+  if (FindMember(object, "wait"))
   {
     auto step = ParseNamed(object, line, "wait", SessionStep::Kind::WaitForIdle);
     if (step && step->name != "idle")

@@ -178,6 +178,17 @@ TEST(TestModelDescription, TextThatIsNotUtf8IsRepaired)
   EXPECT_NE(parsed->title, model.title);
 }
 
+TEST(TestModelDescription, HalfASurrogatePairIsRefused)
+{
+  auto text = WriteModel(Small());
+  const std::string title = "\"title\":\"";
+  text.insert(text.find(title) + title.size(), "\\uDC00");
+  const auto parsed = ParseModel(text);
+  ASSERT_FALSE(parsed);
+  EXPECT_NE(parsed.GetError().message.find("surrogate"), std::string::npos)
+    << parsed.GetError().message;
+}
+
 TEST(TestModelDescription, ListComesBack)
 {
   std::vector<ModelSummary> models;
