@@ -1,0 +1,49 @@
+// Pictures by OpenGL ES 3 without a screen: a context on EGL's surfaceless platform, and a
+// framebuffer to draw into. Step "draw" of the README's picture. Native only.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace kdstream
+{
+
+// Several may live side by side; MakeCurrent says which one is drawn into. Threads: one at a time.
+class EglOffscreen
+{
+public:
+  // A context that is current when this returns, with a framebuffer of width × height pixels (1 …
+  // what the driver allows, at least 2,048), 8 bits a colour, 24 of depth, 4 samples a pixel.
+  // Errors: NotFound where EGL has no surfaceless platform or no driver works; Unsupported where it
+  // has no OpenGL ES 3.0, or not these sizes; InvalidArgument for a side below 1.
+  static Result<std::unique_ptr<EglOffscreen>> Make(int width, int height);
+  // What lies in the context must be gone before.
+  ~EglOffscreen();
+  EglOffscreen(const EglOffscreen&) = delete;
+  EglOffscreen& operator=(const EglOffscreen&) = delete;
+
+  // Makes the context current and binds the framebuffer.
+  Status MakeCurrent();
+
+  // What was drawn: red, green, blue a pixel, row by row, the top row first; 3 × width × height
+  // bytes. REQUIRES: current. Errors: InputOutput where OpenGL gives back no pixels.
+  Result<std::vector<std::uint8_t>> Pixels();
+
+private:
+  EglOffscreen(int width, int height);
+  Status MakeContext();
+  Status MakeFramebuffers();
+
+  int Width;
+  int Height;
+  void* Display = nullptr; // EGLDisplay; EGL's own, shared by all, never closed
+  void* Context = nullptr; // EGLContext
+  // Drawn into with 4 samples, and what they are averaged into.
+  unsigned Drawn = 0, Averaged = 0;
+  unsigned DrawnColor = 0, DrawnDepth = 0, AveragedColor = 0; // renderbuffers
+};
+
+}

@@ -1,0 +1,410 @@
+// Draws a session's scene with OpenGL ES 3.0: see GlesRenderer.h.
+#include "viewer/mobile/GlesRenderer.h"
+
+#include "viewer/mobile/GlesProgram.h"
+#include "viewer/mobile/GlesShaders.h"
+#include "viewer/mobile/SurfaceChunks.h"
+#include "viewer/session/Geometry.h"
+#include "viewer/session/SceneLook.h"
+#include "viewer/session/SceneRules.h"
+
+#ifdef __EMSCRIPTEN__
+#include <emscripten/html5.h>
+#endif
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+namespace kdstream
+{
+
+// A chunk in the graphics memory.
+struct GlesRenderer::Chunk
+{
+  GLuint vertexArray = 0;
+  // Of vertices, colours (0 without) and indices (0 for a cloud).
+  std::array<GLuint, 3> buffers{};
+  GLsizei count = 0; // of indices, or points of a cloud
+};
+
+struct GlesRenderer::Programs
+{
+  GLuint background = 0, surface = 0, cloud = 0;
+  GLuint emptyArray = 0; // for the background, which needs no attributes
+};
+
+namespace
+{
+
+enum AttributePlace : GLuint // as `location` in GlesShaders.h
+{
+  position = 0,
+  normal = 1,
+  color = 2
+};
+
+bool HasContext()
+{
+#ifdef __EMSCRIPTEN__
+  if (emscripten_webgl_get_current_context() == 0)
+  {
+    return false;
+  }
+#endif
+  GLint version = 0; // stays where there is no context
+  glGetIntegerv(GL_MAJOR_VERSION, &version);
+  return version >= 3;
+}
+
+// Other code's errors are not ours. A lost context may say its error for ever.
+void ClearErrors()
+{
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
+  {
+  }
+}
+
+void SetVector(GLuint program, const char* name, const Vec3& v)
+{
+  glUniform3f(glGetUniformLocation(program, name), static_cast<float>(v[0]),
+    static_cast<float>(v[1]), static_cast<float>(v[2]));
+}
+
+// Lights and material, which never change.
+void SetLook(GLuint program)
+{
+  glUseProgram(program);
+  std::array<float, 3 * sceneLights.size()> directions{};
+  std::array<float, 3 * sceneLights.size()> colors{};
+  for (std::size_t i = 0; i < sceneLights.size(); ++i)
+  {
+    const Vec3 direction = Normalized(sceneLights[i].position);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      directions[3 * i + k] = static_cast<float>(direction[k]);
+      colors[3 * i + k] = static_cast<float>(sceneLights[i].color[k] * sceneLights[i].intensity);
+    }
+  }
+  const auto count = static_cast<GLsizei>(sceneLights.size());
+  glUniform3fv(glGetUniformLocation(program, "lightDirection"), count, directions.data());
+  glUniform3fv(glGetUniformLocation(program, "lightColor"), count, colors.data());
+  glUniform4f(glGetUniformLocation(program, "material"), static_cast<float>(sceneMaterial.ambient),
+    static_cast<float>(sceneMaterial.diffuse), static_cast<float>(sceneMaterial.specular),
+    static_cast<float>(sceneMaterial.specularPower));
+  SetVector(program, "highlightColor",
+    Vec3{ stoneColor[0] / 255.0, stoneColor[1] / 255.0, stoneColor[2] / 255.0 });
+}
+
+template <class T>
+GLuint MakeBuffer(GLenum target, const std::vector<T>& content)
+{
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(target, buffer);
+  glBufferData(
+    target, static_cast<GLsizeiptr>(content.size() * sizeof(T)), content.data(), GL_STATIC_DRAW);
+  return buffer;
+}
+
+// The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
+// without it, while squares of the coordinates of tiny or huge models stay in their range.
+double ScaleOf(const Box& bounds)
+{
+  double largest = 0.0;
+  for (std::size_t k = 0; k < 3 && !bounds.Empty(); ++k)
+  {
+    largest = std::max({ largest, std::abs(bounds.lo[k]), std::abs(bounds.hi[k]) });
+  }
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  return std::ldexp(1.0, -std::max(exponent, -1000));
+}
+
+// The tangent of x in 0 … pi / 2 as Lambert's continued fraction. The library's would bring its
+// reduction of huge arguments along, which a page has to load.
+double Tangent(double x)
+{
+  double fraction = 31.0;
+  for (double odd = 29.0; odd > 0.0; odd -= 2.0)
+  {
+    fraction = odd - x * x / fraction;
+  }
+  return x / fraction;
+}
+
+}
+
+GlesRenderer::GlesRenderer()
+  : Bottom(backgroundBottom)
+  , Top(backgroundTop)
+{
+}
+
+GlesRenderer::~GlesRenderer()
+{
+  this->Free();
+  if (this->Compiled)
+  {
+    glDeleteProgram(this->Compiled->background);
+    glDeleteProgram(this->Compiled->surface);
+    glDeleteProgram(this->Compiled->cloud);
+    glDeleteVertexArrays(1, &this->Compiled->emptyArray);
+  }
+}
+
+Result<std::unique_ptr<GlesRenderer>> GlesRenderer::Make()
+{
+  std::unique_ptr<GlesRenderer> made(new GlesRenderer);
+  if (Status status = made->Compile(); !status)
+  {
+    return status.GetError();
+  }
+  return made;
+}
+
+Status GlesRenderer::Compile()
+{
+  if (!HasContext())
+  {
+    return Error{ ErrorCode::Unsupported, "no context of OpenGL ES 3.0 or WebGL 2 is current" };
+  }
+  const auto background =
+    MakeProgram("background's", { shaders::header, shaders::backgroundVertex },
+      { shaders::header, shaders::backgroundFragment });
+  if (!background)
+  {
+    return background.GetError();
+  }
+  const auto surface = MakeProgram("surface's", { shaders::header, shaders::surfaceVertex },
+    { shaders::header, shaders::light, shaders::surfaceFragment });
+  if (!surface)
+  {
+    glDeleteProgram(*background);
+    return surface.GetError();
+  }
+  const auto cloud = MakeProgram("cloud's", { shaders::header, shaders::surfaceVertex },
+    { shaders::header, shaders::light, shaders::cloudFragment });
+  if (!cloud)
+  {
+    glDeleteProgram(*background);
+    glDeleteProgram(*surface);
+    return cloud.GetError();
+  }
+  this->Compiled.reset(new Programs{ *background, *surface, *cloud, 0 });
+  glGenVertexArrays(1, &this->Compiled->emptyArray);
+  SetLook(this->Compiled->surface);
+  SetLook(this->Compiled->cloud);
+  return {};
+}
+
+void GlesRenderer::Free()
+{
+  for (const Chunk& chunk : this->Chunks)
+  {
+    glDeleteVertexArrays(1, &chunk.vertexArray);
+    glDeleteBuffers(static_cast<GLsizei>(chunk.buffers.size()), chunk.buffers.data());
+  }
+  this->Chunks.clear();
+  this->Tried.reset();
+}
+
+void GlesRenderer::Forget()
+{
+  this->Compiled.reset();
+  this->Chunks.clear();
+  this->Tried.reset();
+}
+
+void GlesRenderer::SetColoring(SurfaceColoring coloring)
+{
+  this->Coloring = coloring;
+}
+
+void GlesRenderer::SetBackground(const Vec3& bottom, const Vec3& top)
+{
+  this->Bottom = bottom;
+  this->Top = top;
+}
+
+Status GlesRenderer::Upload(const ViewerScene& scene)
+{
+  const Surface& surface = *scene.surface;
+  const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
+  if (Status status = CheckSurface(surface, center); !status)
+  {
+    return status;
+  }
+  this->Free();
+  this->Center = center;
+  this->Bounds = BoundsAround(surface, center);
+  this->Scale = ScaleOf(this->Bounds);
+  this->Points = surface.triangles.empty() ? surface.points.size() : 0;
+  Status status = this->UploadChunks(scene);
+  if (!status)
+  {
+    this->Free();
+  }
+  return status;
+}
+
+Status GlesRenderer::UploadChunks(const ViewerScene& scene)
+{
+  ClearErrors();
+  ChunkCutter cutter(*scene.surface, scene.depths, this->Coloring, this->Center, this->Scale);
+  SurfaceChunk content;
+  while (cutter.Next(content))
+  {
+    Chunk& chunk = this->Chunks.emplace_back();
+    glGenVertexArrays(1, &chunk.vertexArray);
+    glBindVertexArray(chunk.vertexArray);
+    chunk.buffers[0] = MakeBuffer(GL_ARRAY_BUFFER, content.vertices);
+    glVertexAttribPointer(
+      AttributePlace::position, 3, GL_FLOAT, GL_FALSE, sizeof(ChunkVertex), nullptr);
+    glVertexAttribPointer(AttributePlace::normal, 4, GL_INT_2_10_10_10_REV, GL_TRUE,
+      sizeof(ChunkVertex), reinterpret_cast<const void*>(offsetof(ChunkVertex, normal)));
+    glEnableVertexAttribArray(AttributePlace::position);
+    glEnableVertexAttribArray(AttributePlace::normal);
+    if (!content.colors.empty())
+    {
+      chunk.buffers[1] = MakeBuffer(GL_ARRAY_BUFFER, content.colors);
+      glVertexAttribPointer(AttributePlace::color, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
+      glEnableVertexAttribArray(AttributePlace::color);
+    }
+    chunk.count = static_cast<GLsizei>(content.vertices.size());
+    if (!content.indices.empty())
+    {
+      chunk.buffers[2] = MakeBuffer(GL_ELEMENT_ARRAY_BUFFER, content.indices);
+      chunk.count = static_cast<GLsizei>(content.indices.size());
+    }
+    glBindVertexArray(0);
+    // Once a chunk: so the first that does not fit is the last.
+    if (const GLenum code = glGetError(); code != GL_NO_ERROR)
+    {
+      const std::string size = std::to_string(scene.surface->points.size()) + " points and " +
+                               std::to_string(scene.surface->triangles.size()) + " triangles";
+      return code == GL_OUT_OF_MEMORY
+               ? Error{ ErrorCode::LimitExceeded,
+                   "the graphics memory does not hold a surface of " + size }
+               : Error{ ErrorCode::Unsupported,
+                   "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
+    }
+  }
+  return {};
+}
+
+void GlesRenderer::DrawBackground()
+{
+  const GLuint program = this->Compiled->background;
+  glUseProgram(program);
+  SetVector(program, "bottom", this->Bottom);
+  SetVector(program, "top", this->Top);
+  glDisable(GL_DEPTH_TEST);
+  glBindVertexArray(this->Compiled->emptyArray);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewport)
+{
+  // The camera's axes, and the projection.
+  const Vec3 eye = camera.eye - this->Center;
+  const ClippingPlanes planes = PlanesAround(this->Bounds, eye, camera.focal - this->Center);
+  const Vec3 back = Normalized(camera.eye - camera.focal);
+  const Vec3 right = Normalized(Cross(camera.up, back));
+  const Vec3 up = Cross(back, right);
+  const double tangent = Tangent(0.5 * camera.verticalFieldOfView);
+  const double nearest = planes.nearest * this->Scale;
+  const double farthest = planes.farthest * this->Scale;
+  const double depth = farthest - nearest;
+
+  const GLuint program = this->Points > 0 ? this->Compiled->cloud : this->Compiled->surface;
+  glUseProgram(program);
+  SetVector(program, "eye", eye * this->Scale);
+  std::array<float, 9> turn{}; // column by column
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    turn[3 * k] = static_cast<float>(right[k]);
+    turn[3 * k + 1] = static_cast<float>(up[k]);
+    turn[3 * k + 2] = static_cast<float>(back[k]);
+  }
+  glUniformMatrix3fv(glGetUniformLocation(program, "turn"), 1, GL_FALSE, turn.data());
+  glUniform4f(glGetUniformLocation(program, "projection"),
+    static_cast<float>(viewport.height / (tangent * viewport.width)),
+    static_cast<float>(1.0 / tangent), static_cast<float>(-(farthest + nearest) / depth),
+    static_cast<float>(-2.0 * farthest * nearest / depth));
+  if (this->Points > 0)
+  {
+    glUniform1f(glGetUniformLocation(program, "pointSize"),
+      static_cast<float>(
+        CloudPointSize(this->Bounds, this->Points, planes, tangent, viewport.height)));
+    glUniform2f(glGetUniformLocation(program, "depthRange"), static_cast<float>(nearest),
+      static_cast<float>(1.0 / depth));
+  }
+
+  glEnable(GL_DEPTH_TEST);
+  glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
+    stoneColor[2] / 255.0f, 1.0f);
+  for (const Chunk& chunk : this->Chunks)
+  {
+    glBindVertexArray(chunk.vertexArray);
+    if (this->Points > 0)
+    {
+      glDrawArrays(GL_POINTS, 0, chunk.count);
+    }
+    else
+    {
+      glDrawElements(GL_TRIANGLES, chunk.count, GL_UNSIGNED_SHORT, nullptr);
+    }
+  }
+}
+
+Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
+{
+  if (viewport.width < 1 || viewport.height < 1)
+  {
+    return Error{ ErrorCode::InvalidArgument, "a picture of " + std::to_string(viewport.width) +
+                                                " x " + std::to_string(viewport.height) +
+                                                " pixels cannot be drawn" };
+  }
+  const SceneCamera camera{ scene.eye, scene.focal, scene.up, scene.viewAngle };
+  if (Status status = CheckCamera(camera); !status)
+  {
+    return status;
+  }
+  if (!this->Compiled)
+  {
+    if (Status status = this->Compile(); !status)
+    {
+      return status;
+    }
+  }
+  const Content wanted{ scene.surfaceVersion, this->Coloring };
+  if (this->Tried != wanted)
+  {
+    this->Outcome = this->Upload(scene);
+    this->Tried = wanted;
+  }
+
+  glViewport(0, 0, viewport.width, viewport.height);
+  for (const GLenum off :
+    { GL_BLEND, GL_CULL_FACE, GL_DITHER, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL })
+  {
+    glDisable(off);
+  }
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LEQUAL);
+  glClearDepthf(1.0f);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  this->DrawBackground();
+  if (!this->Chunks.empty())
+  {
+    this->DrawChunks(camera, viewport);
+  }
+  glBindVertexArray(0);
+  return this->Outcome;
+}
+
+}

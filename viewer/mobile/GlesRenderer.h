@@ -1,0 +1,86 @@
+// Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "draw" of the README's
+// picture.
+//
+// The same sources draw natively (EglOffscreen.h has a context without a screen) and, as WebGL 2,
+// in the browser. The picture is VTK's of the same scene (viewer/rendering), but for clouds, whose
+// relief is shown by the points' own shading.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/session/Palette.h"
+#include "viewer/session/SceneRules.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+// Threads: that of the context. A context of OpenGL ES 3.0 or WebGL 2 must be current in every
+// call, the destructor included; all of the context's state but the bound framebuffer may change.
+class GlesRenderer
+{
+public:
+  // Compiles the shaders. Errors: Unsupported where no such context is current, or a shader is
+  // refused, with what the driver says.
+  static Result<std::unique_ptr<GlesRenderer>> Make();
+  ~GlesRenderer();
+  GlesRenderer(const GlesRenderer&) = delete;
+  GlesRenderer& operator=(const GlesRenderer&) = delete;
+
+  // The context was lost: its objects are gone. The next Draw makes everything anew in the context
+  // that is current then.
+  void Forget();
+
+  void SetColoring(SurfaceColoring coloring);
+  // Red, green, blue (0-1) of the gradient behind the model.
+  void SetBackground(const Vec3& bottom, const Vec3& top);
+
+  // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
+  // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
+  // surfaceVersion is another one than last time, or the coloring is: 16 bytes a vertex (20 with
+  // colours), 6 a triangle; what was there before is freed first. viewport: as that of the session.
+  //
+  // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
+  // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
+  // does not suffice: the background alone is drawn. An error about the surface is said again at
+  // each Draw until there is another one. Those of Make after Forget.
+  Status Draw(const ViewerScene& scene, const Viewport& viewport);
+
+private:
+  struct Chunk;
+  struct Programs;
+
+  GlesRenderer();
+  Status Compile();
+  Status Upload(const ViewerScene& scene);
+  Status UploadChunks(const ViewerScene& scene);
+  void Free();
+  void DrawBackground();
+  void DrawChunks(const SceneCamera& camera, const Viewport& viewport);
+
+  std::unique_ptr<Programs> Compiled; // null: to be compiled in the context that is current
+  std::vector<Chunk> Chunks;
+  // What is in the graphics memory, and how it is to be looked at.
+  struct Content
+  {
+    std::uint64_t version = 0;
+    SurfaceColoring coloring = SurfaceColoring::Stone;
+    bool operator==(const Content&) const = default;
+  };
+  std::optional<Content> Tried; // the last that was to be uploaded, and
+  Status Outcome;               // what came of it
+  Vec3 Center{};
+  double Scale = 1.0;
+  Box Bounds;             // of the surface, relative to Center; not scaled
+  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+
+  SurfaceColoring Coloring = SurfaceColoring::Stone;
+  Vec3 Bottom;
+  Vec3 Top;
+};
+
+}

@@ -1,0 +1,109 @@
+// The shaders of GlesRenderer, in OpenGL ES Shading Language 3.00. Internal to viewer/mobile.
+//
+// Everything is highp: mediump has 16 bits on phones, too few for positions and for a highlight's
+// power. What VTK computes for the same scene is computed here in the same way.
+#pragma once
+
+namespace kdstream::shaders
+{
+
+inline constexpr const char* header = "#version 300 es\n"
+                                      "precision highp float;\n";
+
+// One triangle over the whole picture, made of vertex numbers alone; above it the gradient.
+inline constexpr const char* backgroundVertex = R"(
+out float height;
+void main()
+{
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  height = 0.5 + 0.5 * corner.y;
+  gl_Position = vec4(corner, 0.0, 1.0);
+})";
+
+inline constexpr const char* backgroundFragment = R"(
+in float height;
+uniform vec3 bottom, top;
+out vec4 fragment;
+void main()
+{
+  fragment = vec4(mix(bottom, top, height), 1.0);
+})";
+
+// Positions minus the eye first: close to the eye nothing is lost by it. Then into the camera's
+// coordinates, and to the window: projection has the two scales and the two terms of the depth.
+inline constexpr const char* surfaceVertex = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 normal;
+layout(location = 2) in vec4 color;
+uniform vec3 eye;
+uniform mat3 turn;
+uniform vec4 projection;
+uniform float pointSize;
+out vec3 viewPosition;
+out vec3 viewNormal;
+flat out vec3 baseColor;
+void main()
+{
+  viewPosition = turn * (position - eye);
+  viewNormal = turn * normal.xyz;
+  baseColor = color.rgb;
+  gl_Position = vec4(projection.xy * viewPosition.xy,
+    projection.z * viewPosition.z + projection.w, -viewPosition.z);
+  gl_PointSize = pointSize;
+})";
+
+// Phong's model with three directional lights. Followed by one of the two main functions.
+inline constexpr const char* light = R"(
+in vec3 viewPosition;
+in vec3 viewNormal;
+flat in vec3 baseColor;
+uniform vec3 lightDirection[3];
+uniform vec3 lightColor[3];
+uniform vec4 material;
+uniform vec3 highlightColor;
+uniform vec2 depthRange;
+out vec4 fragment;
+vec3 lit(vec3 normal)
+{
+  vec3 toEye = normalize(-viewPosition);
+  vec3 diffuse = vec3(0.0);
+  vec3 specular = vec3(0.0);
+  for (int i = 0; i < 3; ++i)
+  {
+    float facing = dot(normal, lightDirection[i]);
+    if (facing > 0.0)
+    {
+      diffuse += facing * lightColor[i];
+      float mirrored = max(0.0, dot(reflect(-lightDirection[i], normal), toEye));
+      specular += pow(mirrored, material.w) * lightColor[i];
+    }
+  }
+  return baseColor * (material.x + material.y * diffuse) + highlightColor * material.z * specular;
+})";
+
+// The side that is seen is lit, whichever way a triangle faces. Where no triangle has an area there
+// is no normal: as if it faced the eye.
+inline constexpr const char* surfaceFragment = R"(
+void main()
+{
+  vec3 normal = dot(viewNormal, viewNormal) > 0.0 ? normalize(viewNormal) : vec3(0.0, 0.0, 1.0);
+  fragment = vec4(lit(normal.z < 0.0 ? -normal : normal), 1.0);
+})";
+
+// Points are flat buttons with a dark rim, darker the farther away: so neighbours and distances can
+// be told apart without normals.
+inline constexpr const char* cloudFragment = R"(
+void main()
+{
+  vec2 place = 2.0 * gl_PointCoord - 1.0;
+  float square = dot(place, place);
+  if (square > 1.0)
+  {
+    discard;
+  }
+  float depth = clamp((-viewPosition.z - depthRange.x) * depthRange.y, 0.0, 1.0);
+  float shade = (1.0 - 0.35 * square * square) * (1.0 - 0.6 * depth);
+  fragment = vec4(shade * lit(vec3(0.0, 0.0, 1.0)), 1.0);
+})";
+
+}

@@ -1,0 +1,71 @@
+// Cuts a surface into what the graphics memory holds: chunks with 16-bit indices. Step "draw" of
+// the README's picture. No OpenGL here.
+#pragma once
+
+#include "filters/core/KdTree.h"
+#include "filters/core/Surface.h"
+#include "viewer/session/Palette.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// 16 bytes; the coordinates are relative to a center, and scaled.
+struct ChunkVertex
+{
+  std::array<float, 3> position;
+  std::uint32_t normal; // x, y, z as signed numbers of 10 bits, from the lowest; 511 is 1
+};
+
+struct SurfaceChunk
+{
+  // The index 65,535 is left out: in WebGL 2 it always means that a strip starts anew.
+  static constexpr std::size_t mostVertices = 65535;
+
+  std::vector<ChunkVertex> vertices;
+  // Red, green, blue, 255: one a vertex; none for plain stone. The last corner of a triangle has
+  // the triangle's colour, so "flat" interpolation colours it.
+  std::vector<std::array<std::uint8_t, 4>> colors;
+  std::vector<std::uint16_t> indices; // 3 a triangle; none for a cloud
+};
+
+// Hands out the chunks of a surface one after the other, so that never more than one is held.
+//
+// Triangles are taken in their order, and each chunk holds as many as have at most 65,535 vertices
+// together: a vertex is repeated in every chunk that has a triangle of it. Of a surface that
+// DrawSurface has put in order, piece by piece, few are (TestSurfaceChunks has the figures). A
+// cloud repeats none; vertices without triangles on a surface that has some are left out. Colours
+// cost 4 bytes a vertex and no repeated vertices: a triangle has the colour of one of its corners
+// (SceneRules.h), and is turned until that corner is the last. Complexity O(points + triangles);
+// memory 16 bytes a point, 20 with colours.
+class ChunkCutter
+{
+public:
+  // The surface must outlive the cutter. Coordinates become (point - center) × scale.
+  // REQUIRES: CheckSurface(surface, center) has found nothing.
+  ChunkCutter(const Surface& surface, const TreeDepths& depths, SurfaceColoring coloring,
+    const Vec3& center, double scale);
+
+  // Replaces `chunk` with the next one; false when there is none.
+  bool Next(SurfaceChunk& chunk);
+
+private:
+  void Append(SurfaceChunk& chunk, VertexId vertex) const;
+  bool NextOfCloud(SurfaceChunk& chunk);
+  Triangle WithColorLast(const Triangle& triangle) const;
+
+  const Surface& Drawn;
+  TreeDepths Depths;
+  SurfaceColoring Coloring;
+  Vec3 Center;
+  double Scale;
+  std::vector<std::array<float, 3>> Normals;
+  std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet
+  std::size_t Done = 0;                    // triangles, or points of a cloud
+};
+
+}

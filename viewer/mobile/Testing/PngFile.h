@@ -1,0 +1,60 @@
+// Pictures as PNG files, for the tests of viewer/mobile.
+#pragma once
+
+#include "viewer/mobile/Testing/GlesTools.h"
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+#include <vtkPNGWriter.h>
+
+#include <string>
+
+namespace kdstream::test
+{
+
+// The row at the top is VTK's last.
+inline void WritePngFile(const std::string& file, const Pixels& pixels, int width, int height)
+{
+  const vtkNew<vtkImageData> image;
+  image->SetDimensions(width, height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  for (int y = 0; y < height; ++y)
+  {
+    std::copy_n(pixels.data() + 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(y),
+      3 * static_cast<std::size_t>(width),
+      static_cast<std::uint8_t*>(image->GetScalarPointer(0, height - 1 - y, 0)));
+  }
+  const vtkNew<vtkPNGWriter> writer;
+  writer->SetFileName(file.c_str());
+  writer->SetInputData(image);
+  writer->Write();
+}
+
+// Empty where there is no such file, or one of another size or kind.
+inline Pixels ReadPngFile(const std::string& file, int width, int height)
+{
+  const vtkNew<vtkPNGReader> reader;
+  if (!reader->CanReadFile(file.c_str()))
+  {
+    return {};
+  }
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  vtkImageData* image = reader->GetOutput();
+  const int* size = image->GetDimensions();
+  if (size[0] != width || size[1] != height || image->GetNumberOfScalarComponents() != 3)
+  {
+    return {};
+  }
+  Pixels pixels(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for (int y = 0; y < height; ++y)
+  {
+    std::copy_n(static_cast<const std::uint8_t*>(image->GetScalarPointer(0, height - 1 - y, 0)),
+      3 * static_cast<std::size_t>(width),
+      pixels.data() + 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(y));
+  }
+  return pixels;
+}
+
+}
