@@ -1,7 +1,10 @@
 // JSON texts in and out: see Json.h.
 #include "server/protocol/Json.h"
 
+#include "server/protocol/DecimalNumber.h"
+
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 namespace kdstream::protocol
@@ -56,6 +59,55 @@ std::size_t Utf8Prefix(std::string_view text)
   return bytes;
 }
 
+// Hands what the parser finds to a document, numbers as they are nearest.
+struct DocumentBuilder
+{
+  JsonDocument& document;
+
+  bool RawNumber(const char* text, rapidjson::SizeType length, bool)
+  {
+    const std::string_view number(text, length);
+    if (number.find_first_of(".eE") == std::string_view::npos)
+    {
+      const bool negative = number[0] == '-';
+      const char *const begin = text + (negative ? 1 : 0), *const end = text + length;
+      std::uint64_t magnitude = 0;
+      const bool fits = std::from_chars(begin, end, magnitude).ec == std::errc();
+      if (fits && !negative)
+      {
+        return this->document.Uint64(magnitude);
+      }
+      // -0 is a double, and so is what 64 bits do not hold.
+      if (fits && magnitude != 0 && magnitude <= std::uint64_t{ 1 } << 63)
+      {
+        return this->document.Int64(static_cast<std::int64_t>(0 - magnitude));
+      }
+    }
+    const double value = NearestDouble(number);
+    return std::isfinite(value) && this->document.Double(value);
+  }
+  bool Null() { return this->document.Null(); }
+  bool Bool(bool value) { return this->document.Bool(value); }
+  bool String(const char* text, rapidjson::SizeType length, bool copy)
+  {
+    return this->document.String(text, length, copy);
+  }
+  bool Key(const char* text, rapidjson::SizeType length, bool copy)
+  {
+    return this->document.Key(text, length, copy);
+  }
+  bool StartObject() { return this->document.StartObject(); }
+  bool EndObject(rapidjson::SizeType members) { return this->document.EndObject(members); }
+  bool StartArray() { return this->document.StartArray(); }
+  bool EndArray(rapidjson::SizeType values) { return this->document.EndArray(values); }
+  // RawNumber takes all numbers.
+  bool Int(int) { return false; }
+  bool Uint(unsigned) { return false; }
+  bool Int64(std::int64_t) { return false; }
+  bool Uint64(std::uint64_t) { return false; }
+  bool Double(double) { return false; }
+};
+
 std::string RepairUtf8(std::string_view text)
 {
   std::string repaired;
@@ -77,18 +129,25 @@ std::string RepairUtf8(std::string_view text)
 
 Result<JsonDocument> ParseJson(std::string_view text)
 {
-  constexpr unsigned flags = rapidjson::kParseIterativeFlag | rapidjson::kParseFullPrecisionFlag;
+  constexpr unsigned flags = rapidjson::kParseIterativeFlag | rapidjson::kParseNumbersAsStringsFlag;
   JsonDocument document;
   // RapidJSON takes a zero byte for the text's end, and bytes that are no characters as they come.
   std::size_t end = std::min(Utf8Prefix(text), text.find('\0'));
   if (end >= text.size())
   {
-    document.Parse<flags>(text.data(), text.size());
-    if (!document.HasParseError())
+    rapidjson::MemoryStream stream(text.data(), text.size());
+    rapidjson::Reader reader;
+    const auto parse = [&reader, &stream](JsonDocument& handler)
+    {
+      DocumentBuilder builder{ handler };
+      return !reader.Parse<flags>(stream, builder).IsError();
+    };
+    document.Populate(parse);
+    if (!reader.HasParseError())
     {
       return document;
     }
-    end = document.GetErrorOffset();
+    end = reader.GetErrorOffset();
   }
   return Error{ ErrorCode::InvalidInput, "no JSON from byte " + std::to_string(end) + " on" };
 }

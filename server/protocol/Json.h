@@ -3,9 +3,8 @@
 // only.
 //
 // Texts are hostile: parsing does not recurse, however deep they nest; numbers are rounded
-// correctly (but one that is not 0 and nearer to it than to any other double, such as 1e-324, may
-// be read as anything: RapidJSON 1.1, and no double is written like that); text that is not UTF-8
-// is no JSON. Where a key comes twice the last one counts, as in JavaScript.
+// correctly, and one that is too large for a double is no JSON, nor is text that is not UTF-8.
+// Where a key comes twice the last one counts, as in JavaScript.
 #pragma once
 
 #include "filters/core/Result.h"

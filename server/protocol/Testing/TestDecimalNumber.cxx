@@ -1,0 +1,98 @@
+// Decimal numbers to doubles, against strtod.
+#include "server/protocol/DecimalNumber.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <iomanip>
+#include <random>
+#include <sstream>
+#include <string>
+
+using kdstream::protocol::NearestDouble;
+
+namespace
+{
+
+void ExpectAsStrtod(const std::string& text)
+{
+  ASSERT_EQ(std::bit_cast<std::uint64_t>(NearestDouble(text)),
+    std::bit_cast<std::uint64_t>(std::strtod(text.c_str(), nullptr)))
+    << text;
+}
+
+// All of its decimal digits.
+std::string Exact(long double value)
+{
+  std::ostringstream text;
+  text << std::setprecision(1200) << value;
+  return text.str();
+}
+
+}
+
+TEST(TestDecimalNumber, AnyDigitsAndExponents)
+{
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 100000; ++i)
+  {
+    std::string text = (i % 3 == 0 ? "-" : "") + std::to_string(random() % 10) + ".";
+    for (auto digits = random() % 40; digits > 0; --digits)
+    {
+      text += static_cast<char>('0' + random() % 10);
+    }
+    text += "0e" + std::to_string(static_cast<int>(random() % 660) - 345);
+    ExpectAsStrtod(text);
+  }
+}
+
+// Exactly between two doubles, and a little above and below.
+TEST(TestDecimalNumber, Ties)
+{
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 4000; ++i)
+  {
+    auto bits = random() >> 1;
+    bits >>= i % 4 == 0 ? 11 + random() % 52 : 0; // subnormal
+    const double low = std::bit_cast<double>(bits);
+    const double high = std::bit_cast<double>(bits + 1);
+    if (!std::isfinite(high))
+    {
+      continue;
+    }
+    // A long double has 64 bits: it holds what lies between.
+    const std::string tie = Exact((static_cast<long double>(low) + high) / 2);
+    const std::size_t exponent = tie.find('e');
+    const std::string digits = tie.substr(0, exponent),
+                      rest = exponent == std::string::npos ? "" : tie.substr(exponent);
+    const std::string point = digits.find('.') == std::string::npos ? "." : "";
+    ExpectAsStrtod(tie);
+    ExpectAsStrtod(digits + point + std::string(1 + i % 1000, '0') + "1" + rest);
+    std::string below = digits;
+    const std::size_t last = below.find_last_of("123456789");
+    --below[last];
+    ExpectAsStrtod(below + point + std::string(i % 100, '9') + rest);
+  }
+}
+
+TEST(TestDecimalNumber, Edges)
+{
+  for (const char* text :
+    { "0", "-0", "0.0", "0e999", "-0.000e-5", "1", "-1", "10", "1e22", "1e23", "123456789012345e22",
+      "9007199254740993", "9007199254740993.00000000000000000000000000000000000000001",
+      "18446744073709551616", "1.7976931348623157e308", "1.7976931348623158e308",
+      "1.7976931348623159e308", "1e309", "-1e309", "1e99999999999999999999", "1E+5", "1e-5",
+      "1e-99999999999999999999", "0.000000000000000000000000000001", "2.2250738585072011e-308",
+      "2.2250738585072014e-308", "4.9406564584124654e-324", "5e-324", "3e-324",
+      "2.4703282292062328e-324", "2.4703282292062327e-324", "2e-324", "5.8486907944580796e-325",
+      "1e-324", "1e-400", "6631236846766476e-316" })
+  {
+    ExpectAsStrtod(text);
+  }
+  ExpectAsStrtod("0." + std::string(400, '0') + "1e401");
+  ExpectAsStrtod("1" + std::string(400, '0') + "e-400");
+  ExpectAsStrtod("1" + std::string(1000, '0') + "e-1000");
+  ExpectAsStrtod("0." + std::string(100000, '3'));
+}
