@@ -1,0 +1,51 @@
+// A session and its line to the server, as a page drives them: everything that the phone's page
+// knows beside its picture. Between steps "request" and "decode" of the README's picture.
+//
+// No browser and no OpenGL here: WebViewer.cxx adds these, page.js the sockets and the clock.
+#pragma once
+
+#include "viewer/client/ServerLine.h"
+#include "viewer/session/JsonText.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+class PageSession
+{
+public:
+  // clock: seconds of a steady clock, for parsing times.
+  explicit PageSession(std::function<double()> clock);
+
+  ViewerSession& Session() { return this->Viewer; }
+  ServerLine& Line() { return this->Talk; }
+
+  // The list of models as the server sent it. Errors: those of ParseModelList; the old list stays
+  // then.
+  Status SetModels(std::string_view json);
+  // As ViewerSession's; a model that cannot be selected is named in the status.
+  void SelectModel(const std::string& model);
+  // Carries between session and line what either has for the other. Call after every input.
+  void Exchange(double now);
+
+  // [{"id","title","vertices","triangles"}], the models of the list.
+  std::string ModelsJson() const;
+  // What to tell the person; page.js tells the members.
+  JsonObject Describe() const;
+
+private:
+  void Send(double now);
+  std::string Staleness() const;
+
+  ViewerSession Viewer;
+  ServerLine Talk;
+  std::string Refusal; // of the last selection
+  bool Listed = false; // there is a list of models
+  protocol::ModelDescription Open;
+};
+
+}

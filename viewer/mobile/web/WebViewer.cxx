@@ -1,0 +1,359 @@
+// The viewer of the page: a session, its line to the server and its picture, as plain functions for
+// page.js. Step "draw" of the README's picture.
+//
+// Texts and bytes go in through one buffer: page.js asks for room (ViewerInbox), copies them there,
+// and calls a function that takes what is there. Texts come out through another: a function fills
+// it, ViewerText and ViewerTextBytes say where it is. Lengths and positions are pixels of the
+// canvas, times seconds of performance.now().
+//
+// No input traps but for a lack of memory; page.js tells the person of that.
+#include "viewer/mobile/GlesRenderer.h"
+#include "viewer/mobile/web/PageSession.h"
+
+#include <emscripten/emscripten.h>
+#include <emscripten/html5.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+namespace
+{
+
+double Now()
+{
+  return emscripten_get_now() * 1e-3;
+}
+
+}
+
+// All that decides about a picture.
+struct PictureState
+{
+  std::uint64_t surfaceVersion = 0;
+  Vec3 eye{}, focal{}, up{};
+  Viewport viewport;
+  SurfaceColoring coloring = SurfaceColoring::Stone;
+  bool operator==(const PictureState&) const = default;
+};
+
+struct WebViewer
+{
+  PageSession page{ Now };
+  std::vector<ServerLine::Action> actions; // to do, the next one last
+  std::size_t mostBytes = 0;               // of the last Fetch
+
+  EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = 0;
+  std::unique_ptr<GlesRenderer> renderer; // none before there is a context, and after it was lost
+  Viewport viewport;
+  SurfaceColoring coloring = SurfaceColoring::Stone;
+  std::optional<PictureState> drawn;
+  std::uint64_t frames = 0;
+  std::string drawingError;
+
+  std::string inbox, outbox;
+};
+
+namespace
+{
+
+// More than any answer that a phone could show.
+constexpr std::size_t mostInbox = std::size_t{ 32 } << 20;
+
+// Of the canvas #view. False where the browser has no WebGL 2.
+bool MakeContext(WebViewer& viewer)
+{
+  EmscriptenWebGLContextAttributes attributes;
+  emscripten_webgl_init_context_attributes(&attributes);
+  attributes.majorVersion = 2;
+  attributes.alpha = false;
+  attributes.depth = true;
+  attributes.stencil = false;
+  attributes.antialias = true;
+  viewer.context = emscripten_webgl_create_context("#view", &attributes);
+  return viewer.context > 0 &&
+         emscripten_webgl_make_context_current(viewer.context) == EMSCRIPTEN_RESULT_SUCCESS;
+}
+
+void MakeRenderer(WebViewer& viewer)
+{
+  viewer.drawn.reset();
+  auto made = GlesRenderer::Make();
+  if (!made)
+  {
+    viewer.drawingError = made.GetError().message;
+    return;
+  }
+  viewer.renderer = std::move(*made);
+  viewer.renderer->SetColoring(viewer.coloring);
+  viewer.drawingError.clear();
+}
+
+// Draws if anything has changed; whether it did.
+bool Draw(WebViewer& viewer)
+{
+  const double begin = Now();
+  ViewerSession& session = viewer.page.Session();
+  session.BeginFrame();
+  const ViewerScene scene = session.Scene();
+  const PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
+    viewer.coloring };
+  if (viewer.drawn == state)
+  {
+    return false;
+  }
+  const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
+  viewer.drawingError = drawn ? "" : drawn.GetError().message;
+  viewer.drawn = state;
+  ++viewer.frames;
+  session.EndFrame(Now() - begin);
+  return true;
+}
+
+// id, x and y of each finger, doubles.
+std::vector<Touch> ParseTouches(const std::string& bytes)
+{
+  double values[3];
+  std::vector<Touch> touches(bytes.size() / sizeof(values));
+  for (std::size_t i = 0; i < touches.size(); ++i)
+  {
+    std::memcpy(values, bytes.data() + i * sizeof(values), sizeof(values));
+    touches[i] = { static_cast<std::int64_t>(values[0]), values[1], values[2] };
+  }
+  return touches;
+}
+
+}
+
+}
+
+using kdstream::WebViewer;
+
+extern "C"
+{
+
+  // A viewer, for as long as the page lives.
+  EMSCRIPTEN_KEEPALIVE WebViewer* ViewerMake()
+  {
+    return new WebViewer;
+  }
+
+  // ---- texts and bytes
+
+  // Room for so many bytes; null where they are too many.
+  EMSCRIPTEN_KEEPALIVE char* ViewerInbox(WebViewer* viewer, std::size_t bytes)
+  {
+    if (bytes > kdstream::mostInbox)
+    {
+      return nullptr;
+    }
+    viewer->inbox.assign(bytes, '\0');
+    return viewer->inbox.data();
+  }
+  EMSCRIPTEN_KEEPALIVE const char* ViewerText(const WebViewer* viewer)
+  {
+    return viewer->outbox.data();
+  }
+  EMSCRIPTEN_KEEPALIVE std::size_t ViewerTextBytes(const WebViewer* viewer)
+  {
+    return viewer->outbox.size();
+  }
+
+  // ---- what the person does
+
+  // The inbox is the model's id.
+  EMSCRIPTEN_KEEPALIVE void ViewerSelect(WebViewer* viewer)
+  {
+    viewer->page.SelectModel(viewer->inbox);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerEnterFullScreen(WebViewer* viewer)
+  {
+    viewer->page.Session().EnterFullScreen();
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerLeaveFullScreen(WebViewer* viewer)
+  {
+    viewer->page.Session().LeaveFullScreen();
+  }
+  // The inbox holds id, x and y of every finger that is down, as doubles.
+  EMSCRIPTEN_KEEPALIVE void ViewerTouches(WebViewer* viewer, double time)
+  {
+    viewer->page.Session().HandleTouches({ time, kdstream::ParseTouches(viewer->inbox) });
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerCancelTouches(WebViewer* viewer)
+  {
+    viewer->page.Session().CancelTouches();
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerZoom(WebViewer* viewer, double factor, double x, double y)
+  {
+    viewer->page.Session().Zoom(factor, x, y);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSetRings(WebViewer* viewer, unsigned rings)
+  {
+    viewer->page.Session().SetRings(rings);
+  }
+  // 0 stone, 1 partitions, 2 resolutions.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetColoring(WebViewer* viewer, int coloring)
+  {
+    using kdstream::SurfaceColoring;
+    viewer->coloring = coloring == 1   ? SurfaceColoring::Partition
+                       : coloring == 2 ? SurfaceColoring::Resolution
+                                       : SurfaceColoring::Stone;
+    if (viewer->renderer)
+    {
+      viewer->renderer->SetColoring(viewer->coloring);
+    }
+  }
+
+  // ---- the canvas
+
+  // Makes the context and all that draws; false where the browser has no WebGL 2.
+  EMSCRIPTEN_KEEPALIVE bool ViewerGainCanvas(WebViewer* viewer)
+  {
+    const bool made = kdstream::MakeContext(*viewer);
+    if (made)
+    {
+      kdstream::MakeRenderer(*viewer);
+    }
+    return made;
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerContextLost(WebViewer* viewer)
+  {
+    if (viewer->renderer)
+    {
+      viewer->renderer->Forget();
+      viewer->renderer.reset();
+    }
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerContextRestored(WebViewer* viewer)
+  {
+    emscripten_webgl_make_context_current(viewer->context);
+    kdstream::MakeRenderer(*viewer);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerResize(
+    WebViewer* viewer, int width, int height, double pixelRatio)
+  {
+    viewer->viewport = { std::max(width, 1), std::max(height, 1), pixelRatio };
+    viewer->page.Session().Resize(viewer->viewport);
+    viewer->drawn.reset(); // a canvas that is resized is blank
+  }
+  // Draws what has changed; whether anything had.
+  EMSCRIPTEN_KEEPALIVE bool ViewerFrame(WebViewer* viewer)
+  {
+    return viewer->renderer && kdstream::Draw(*viewer);
+  }
+
+  // ---- the line to the server
+
+  // The inbox is the list of models. False where it is none; the text says why.
+  EMSCRIPTEN_KEEPALIVE bool ViewerSetModels(WebViewer* viewer)
+  {
+    const kdstream::Status status = viewer->page.SetModels(viewer->inbox);
+    viewer->outbox = status ? "" : status.GetError().message;
+    viewer->inbox = {};
+    return status.HasValue();
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSocketOpened(WebViewer* viewer, double now)
+  {
+    viewer->page.Line().SocketOpened(now);
+  }
+  // The inbox is a message that came.
+  EMSCRIPTEN_KEEPALIVE void ViewerSocketText(WebViewer* viewer, double now)
+  {
+    viewer->page.Line().SocketText(viewer->inbox, now);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSocketFrame(WebViewer* viewer, double now)
+  {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(viewer->inbox.data());
+    viewer->page.Line().SocketFrame(std::span(bytes, viewer->inbox.size()), now);
+  }
+  // The inbox says why.
+  EMSCRIPTEN_KEEPALIVE void ViewerSocketEnded(WebViewer* viewer, bool refused, double now)
+  {
+    viewer->page.Line().SocketEnded(refused, viewer->inbox, now);
+  }
+  // The inbox is the body of the answer, or says why there is none (status 0).
+  EMSCRIPTEN_KEEPALIVE void ViewerFetched(WebViewer* viewer, unsigned status, double now)
+  {
+    std::string body = std::exchange(viewer->inbox, {});
+    if (status == 0)
+    {
+      viewer->page.Line().Fetched(
+        kdstream::Error{ kdstream::ErrorCode::InputOutput, std::move(body) }, now);
+    }
+    else
+    {
+      viewer->page.Line().Fetched(kdstream::HttpReply{ status, std::move(body) }, now);
+    }
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerTick(WebViewer* viewer, double now)
+  {
+    viewer->page.Line().Tick(now);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerHurry(WebViewer* viewer)
+  {
+    viewer->page.Line().Hurry();
+  }
+
+  // ---- what comes out
+
+  // Call after every input.
+  EMSCRIPTEN_KEEPALIVE void ViewerExchange(WebViewer* viewer, double now)
+  {
+    viewer->page.Exchange(now);
+    viewer->actions = viewer->page.Line().TakeActions();
+    std::reverse(viewer->actions.begin(), viewer->actions.end());
+  }
+  // The next thing to do for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
+  // path in the text.
+  EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
+  {
+    if (viewer->actions.empty())
+    {
+      return 0;
+    }
+    kdstream::ServerLine::Action action = std::move(viewer->actions.back());
+    viewer->actions.pop_back();
+    using Kind = kdstream::ServerLine::Action::Kind;
+    switch (action.kind)
+    {
+      case Kind::Connect:
+        return 1;
+      case Kind::Send:
+        viewer->outbox = std::move(action.text);
+        return 2;
+      case Kind::Close:
+        return 3;
+      case Kind::Fetch:
+        viewer->outbox = std::move(action.fetch.target);
+        viewer->mostBytes = std::min(action.fetch.mostBytes, kdstream::mostInbox);
+        return 4;
+    }
+    return 0;
+  }
+  // That the answer to the last fetch may have.
+  EMSCRIPTEN_KEEPALIVE std::size_t ViewerMostBytes(const WebViewer* viewer)
+  {
+    return viewer->mostBytes;
+  }
+  // As the text.
+  EMSCRIPTEN_KEEPALIVE void ViewerModels(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->page.ModelsJson();
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerStatus(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->page.Describe()
+                       .Add("frames", viewer->frames)
+                       .Add("drawingError", viewer->drawingError)
+                       .Text();
+  }
+}

@@ -1,0 +1,151 @@
+// Fingers, mouse, wheel and keys on the canvas, as touches. What they mean is the session's affair; nothing here knows
+// of gestures.
+
+const wheelLine = 16; // points that a mouse's wheel means by a line
+const halfGap = 60; // points: the two fingers that stand for a mouse's right button, from their middle
+const keyStep = 40; // points that an arrow key turns by
+const keyZoom = 1.25;
+
+export class Fingers {
+  #canvas;
+  #viewer;
+  #changed;
+  #down = new Map(); // by pointer: { x, y, pans } in points of the window
+  #moved = 0; // time of the last move that the viewer has not been told
+
+  // changed: called whenever the viewer has been told something, or should be (flush).
+  constructor(canvas, viewer, changed) {
+    this.#canvas = canvas;
+    this.#viewer = viewer;
+    this.#changed = changed;
+    const listen = (name, handler) => canvas.addEventListener(name, handler.bind(this), { passive: false });
+    listen("pointerdown", this.#press);
+    listen("pointermove", this.#move);
+    listen("pointerup", this.#lift);
+    listen("pointercancel", this.#cancel);
+    listen("wheel", this.#wheel);
+    listen("keydown", this.#key);
+    for (const name of ["contextmenu", "gesturestart", "selectstart"]) {
+      listen(name, (event) => event.preventDefault());
+    }
+  }
+
+  // Tells the viewer of moves; call before drawing. All fingers' moves since the last frame are one.
+  flush() {
+    if (this.#moved) {
+      this.#tell(this.#moved);
+    }
+  }
+
+  // The canvas has got another place or size: what its fingers did before counts no more.
+  restart() {
+    if (this.#down.size) {
+      this.#viewer.cancelTouches();
+      this.#tell(performance.now());
+    }
+  }
+
+  #tell(milliseconds) {
+    this.#moved = 0;
+    const touches = [];
+    for (const [id, { x, y, pans }] of this.#down) {
+      if (pans) {
+        touches.push(this.#touch(2 * id, x - halfGap, y), this.#touch(2 * id + 1, x + halfGap, y));
+      } else {
+        touches.push(this.#touch(2 * id, x, y));
+      }
+    }
+    this.#viewer.touches(milliseconds / 1000, touches);
+    this.#changed();
+  }
+
+  #touch(id, x, y) {
+    return { id, ...this.#pixel(x, y) };
+  }
+
+  // Of the canvas, from points of the window.
+  #pixel(x, y) {
+    const box = this.#canvas.getBoundingClientRect();
+    return {
+      x: (x - box.left) * this.#canvas.width / box.width,
+      y: (y - box.top) * this.#canvas.height / box.height,
+    };
+  }
+
+  #press(event) {
+    const { pointerId, pointerType, button, shiftKey, clientX, clientY } = event;
+    const right = button === 2 || (button === 0 && shiftKey);
+    if (pointerType === "mouse" && button !== 0 && !right) {
+      return;
+    }
+    this.flush();
+    this.#canvas.setPointerCapture(pointerId);
+    this.#down.set(pointerId, { x: clientX, y: clientY, pans: pointerType === "mouse" && right });
+    this.#tell(event.timeStamp);
+  }
+
+  #move({ pointerId, clientX, clientY, timeStamp }) {
+    const finger = this.#down.get(pointerId);
+    if (finger) {
+      finger.x = clientX;
+      finger.y = clientY;
+      this.#moved = timeStamp;
+      this.#changed();
+    }
+  }
+
+  #lift(event) {
+    if (this.#down.has(event.pointerId)) {
+      this.flush();
+      this.#down.delete(event.pointerId);
+      this.#tell(event.timeStamp);
+    }
+  }
+
+  #cancel({ pointerId }) {
+    if (this.#down.delete(pointerId)) {
+      this.#viewer.cancelTouches();
+      this.#tell(performance.now());
+    }
+  }
+
+  #wheel(event) {
+    event.preventDefault();
+    const { deltaY, deltaMode, ctrlKey, clientX, clientY } = event;
+    const points = deltaMode === 0 ? deltaY : deltaY * wheelLine;
+    // Browsers tell of a trackpad's pinch as a wheel with the control key.
+    const factor = Math.exp(-Math.max(-100, Math.min(100, points)) * (ctrlKey ? .01 : .002));
+    const { x, y } = this.#pixel(clientX, clientY);
+    this.#viewer.zoom(factor, x, y);
+    this.#changed();
+  }
+
+  #key(event) {
+    const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const zooms = { "+": keyZoom, "=": keyZoom, "-": 1 / keyZoom };
+    if (event.ctrlKey || event.metaKey || event.altKey || !(event.key in turns || event.key in zooms)) {
+      return;
+    }
+    event.preventDefault();
+    if (event.key in turns) {
+      this.#drag(...turns[event.key], event.timeStamp / 1000);
+    } else {
+      this.#viewer.zoom(zooms[event.key], this.#canvas.width / 2, this.#canvas.height / 2);
+    }
+    this.#changed();
+  }
+
+  // A finger that drags from the middle; its first way only tells that it is no tap.
+  #drag(right, down, seconds) {
+    if (this.#down.size) {
+      return;
+    }
+    const box = this.#canvas.getBoundingClientRect();
+    for (const way of [0, 10, 10 + keyStep]) {
+      const x = box.left + box.width / 2 + right * way;
+      const y = box.top + box.height / 2 + down * way;
+      this.#viewer.touches(seconds, [this.#touch(-1, x, y)]);
+    }
+    this.#viewer.touches(seconds, []);
+  }
+}

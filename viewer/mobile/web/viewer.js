@@ -1,0 +1,192 @@
+// The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
+
+import makeModule from "./kdstream.js";
+
+const toBytes = new TextEncoder();
+const toText = new TextDecoder();
+
+export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4 };
+
+export async function loadViewer() {
+  return new Viewer(await makeModule());
+}
+
+class Viewer {
+  #module;
+  #self;
+
+  // Set for good when the viewer has stopped: memory could not be had. Every call does nothing then.
+  failure = null;
+
+  constructor(module) {
+    this.#module = module;
+    this.#self = this.#module._ViewerMake();
+  }
+
+  #call(name, ...values) {
+    if (this.failure) {
+      return 0;
+    }
+    try {
+      return this.#module["_Viewer" + name](this.#self, ...values);
+    } catch (error) {
+      this.failure = error;
+      return 0;
+    }
+  }
+
+  // Copies bytes to where the next call finds them. False where they are too many.
+  #put(bytes) {
+    const place = this.#call("Inbox", bytes.byteLength);
+    if (place) {
+      this.#module.HEAPU8.set(bytes, place);
+    }
+    return place !== 0;
+  }
+
+  #putText(text) {
+    return this.#put(toBytes.encode(text));
+  }
+
+  #text() {
+    const begin = this.#call("Text");
+    return toText.decode(this.#module.HEAPU8.slice(begin, begin + this.#call("TextBytes")));
+  }
+
+  // ---- what the person does; places in pixels of the canvas
+
+  select(model) {
+    this.#putText(model);
+    this.#call("Select");
+  }
+
+  enterFullScreen() {
+    this.#call("EnterFullScreen");
+  }
+
+  leaveFullScreen() {
+    this.#call("LeaveFullScreen");
+  }
+
+  // All the fingers that are down now: [{ id, x, y }].
+  touches(seconds, fingers) {
+    const values = new Float64Array(fingers.flatMap(({ id, x, y }) => [id, x, y]));
+    if (this.#put(new Uint8Array(values.buffer))) {
+      this.#call("Touches", seconds);
+    }
+  }
+
+  cancelTouches() {
+    this.#call("CancelTouches");
+  }
+
+  zoom(factor, x, y) {
+    this.#call("Zoom", factor, x, y);
+  }
+
+  setRings(rings) {
+    this.#call("SetRings", rings);
+  }
+
+  // 0 stone, 1 partitions, 2 resolutions.
+  setColoring(coloring) {
+    this.#call("SetColoring", coloring);
+  }
+
+  // ---- the canvas
+
+  // False where the browser has no WebGL 2.
+  gainCanvas() {
+    return this.#call("GainCanvas") !== 0;
+  }
+
+  contextLost() {
+    this.#call("ContextLost");
+  }
+
+  contextRestored() {
+    this.#call("ContextRestored");
+  }
+
+  resize(width, height, pixelRatio) {
+    this.#call("Resize", width, height, pixelRatio);
+  }
+
+  // Draws what has changed.
+  frame() {
+    this.#call("Frame");
+  }
+
+  // ---- the line to the server
+
+  // The list of models as it came. Returns why it is none, or "".
+  setModels(bytes) {
+    if (!this.#put(bytes)) {
+      return "it is too long";
+    }
+    return this.#call("SetModels") ? "" : this.#text();
+  }
+
+  socketOpened(now) {
+    this.#call("SocketOpened", now);
+  }
+
+  // False where the message is too long to be true.
+  socketMessage(data, now) {
+    const isText = typeof data === "string";
+    const known = isText ? this.#putText(data) : this.#put(new Uint8Array(data));
+    if (known) {
+      this.#call(isText ? "SocketText" : "SocketFrame", now);
+    }
+    return known;
+  }
+
+  // refused: the server answers, but has no stream for us.
+  socketEnded(refused, why, now) {
+    this.#putText(why);
+    this.#call("SocketEnded", refused ? 1 : 0, now);
+  }
+
+  fetched(status, bytes, now) {
+    this.#put(bytes);
+    this.#call("Fetched", status, now);
+  }
+
+  fetchFailed(why, now) {
+    this.#putText(why);
+    this.#call("Fetched", 0, now);
+  }
+
+  tick(now) {
+    this.#call("Tick", now);
+  }
+
+  hurry() {
+    this.#call("Hurry");
+  }
+
+  // ---- what comes out
+
+  // Call after every input; then do what nextAction says until it says Action.none.
+  exchange(now) {
+    this.#call("Exchange", now);
+  }
+
+  nextAction() {
+    const kind = this.#call("NextAction");
+    const texts = kind === Action.send || kind === Action.fetch;
+    return { kind, text: texts ? this.#text() : "", mostBytes: this.#call("MostBytes") };
+  }
+
+  // [{ id, title, vertices, triangles }]
+  models() {
+    this.#call("Models");
+    return JSON.parse(this.#text() || "[]");
+  }
+
+  // What to tell the person: page.js says what is in it.
+  status() {
+    this.#call("Status");
+    return JSON.parse(this.#text() || "{}");
+  }
+}
