@@ -96,11 +96,11 @@ TEST(TestJson, TheLastOfTwoMembersCounts)
 TEST(TestJson, RefusesWhatIsNoJson)
 {
   using namespace std::string_view_literals;
-  for (const std::string_view text :
-    { ""sv, " "sv, "{"sv, "[1,]"sv, "{\"a\":1,}"sv, "{} {}"sv, "{}\0"sv, "{}\0x"sv, "\"\0\""sv,
-      "01"sv, "+1"sv, ".5"sv, "1."sv, "NaN"sv, "Infinity"sv, "1e999"sv, "// x\n1"sv, "'a'"sv,
-      "\"\xFF\""sv, "\"\xC0\x80\""sv, "\"\xED\xA0\x80\""sv, "\"\xF5\x80\x80\x80\""sv,
-      "\"\xE2\x82\""sv, "\"a\nb\""sv, "\"\\x41\""sv, "\"\\uD800\""sv, "\xFF\xFE{\0}\0"sv })
+  for (const std::string_view text : { ""sv, " "sv, "{"sv, "[1,]"sv, "{\"a\":1,}"sv, "{} {}"sv,
+         "{}\0"sv, "{}\0x"sv, "\"\0\""sv, "01"sv, "+1"sv, ".5"sv, "1."sv, "NaN"sv, "Infinity"sv,
+         "1e999"sv, "1.8e308"sv, "\"\xE0\x9F\x80\""sv, "\"\xF4\x90\x80\x80\""sv, "// x\n1"sv,
+         "'a'"sv, "\"\xFF\""sv, "\"\xC0\x80\""sv, "\"\xED\xA0\x80\""sv, "\"\xF5\x80\x80\x80\""sv,
+         "\"\xE2\x82\""sv, "\"a\nb\""sv, "\"\\x41\""sv, "\"\\uD800\""sv, "\xFF\xFE{\0}\0"sv })
   {
     const auto json = ParseJson(text);
     EXPECT_FALSE(json) << text;
