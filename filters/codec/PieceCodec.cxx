@@ -3,6 +3,7 @@
 #include "filters/codec/PieceCodec.h"
 
 #include "filters/codec/ByteStream.h"
+#include "filters/codec/Seal.h"
 
 #include <algorithm>
 
@@ -11,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint8_t magic[3] = { 'K', 'D', 'P' };
+constexpr std::string_view magic = "KDP";
 constexpr std::size_t longestName = 255;
 constexpr std::size_t mostAttributes = 255;
 
@@ -355,8 +356,7 @@ std::vector<std::uint8_t> EncodePiece(const Piece& piece, const CodecContext& co
   const Shape shape{ piece.id, context.depths, piece.ownVertices, piece.GhostCount(),
     piece.triangles.size() };
   ByteWriter writer;
-  writer.Raw(magic);
-  writer.Byte(plainCodecVersion);
+  WriteBlobHead(writer, magic);
   writer.Byte(static_cast<std::uint8_t>(piece.primitive));
   writer.Varint(shape.own);
   writer.Varint(shape.ghosts);
@@ -366,25 +366,21 @@ std::vector<std::uint8_t> EncodePiece(const Piece& piece, const CodecContext& co
   WriteLevel(writer, piece, shape);
   WriteTriangles(writer, piece);
   WriteAttributes(writer, piece);
-  return writer.Take();
+  std::vector<std::uint8_t> blob = writer.Take();
+  SealBlob(blob);
+  return blob;
 }
 
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context)
 {
-  ByteReader reader(blob);
-  const auto head = reader.Raw(sizeof(magic));
-  if (reader.Failed() || !std::equal(head.begin(), head.end(), magic))
+  const auto unsealed = UnsealBlob(blob, magic);
+  if (!unsealed)
   {
-    return Named({ ErrorCode::InvalidInput, "does not begin with \"KDP\"" }, expected);
+    return Named(unsealed.GetError(), expected);
   }
-  const std::uint8_t version = reader.Byte();
-  if (!reader.Failed() && version != plainCodecVersion)
-  {
-    return Named({ ErrorCode::Unsupported,
-                   "codec version " + std::to_string(version) + " is not known to this program" },
-      expected);
-  }
+  ByteReader reader(*unsealed);
+  (void)reader.Raw(blobHeadSize);
   Piece piece;
   piece.id = expected;
   const std::uint8_t primitive = reader.Byte();
@@ -394,9 +390,9 @@ Result<Piece> DecodePiece(
   }
   piece.primitive = static_cast<PrimitiveType>(primitive);
   Shape shape{ expected, context.depths };
-  shape.own = reader.Varint(blob.size());
-  shape.ghosts = reader.Varint(blob.size());
-  shape.triangles = reader.Varint(blob.size());
+  shape.own = reader.Varint(unsealed->size());
+  shape.ghosts = reader.Varint(unsealed->size());
+  shape.triangles = reader.Varint(unsealed->size());
   piece.ownVertices = static_cast<std::uint32_t>(shape.own);
 
   // After the first failure reads give nothing, so each step needs no check of its own.

@@ -1,9 +1,10 @@
 // A piece as bytes and back: step "encode" and "decode" of the README's picture. Layout:
 // doc/formats.md.
 //
-// Version 1 is plain: every array is a stream of integers, taken as differences to the previous
+// Version 2 is plain: every array is a stream of integers, taken as differences to the previous
 // value, zigzagged and written as byte planes of the fewest bytes that hold the largest. Compiles
-// to WebAssembly.
+// to WebAssembly. The blob ends with a checksum of itself (Seal.h), which the decoder checks first
+// and does not rely on: what follows is as careful with bytes that are well sealed.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"
@@ -17,8 +18,6 @@
 namespace kdstream
 {
 
-inline constexpr std::uint8_t plainCodecVersion = 1;
-
 // What a decoder has to know of the model beside the blob.
 struct CodecContext
 {
@@ -31,8 +30,9 @@ std::vector<std::uint8_t> EncodePiece(const Piece& piece, const CodecContext& co
 
 // Decodes the blob of piece `expected`. Any bytes may be given: lengths are bounded by the size of
 // the blob before memory is taken (at most 64 bytes of piece for a byte of blob, plus the levels'
-// ancestors), and the piece passes CheckPiece. Errors: InvalidInput with the byte offset;
-// Unsupported for an unknown codec version.
+// ancestors), and the piece passes CheckPiece. Errors: Damaged where the
+// checksum is wrong (see Seal.h); InvalidInput with the byte offset; Unsupported for an unknown
+// codec version.
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context);
 

@@ -2,6 +2,7 @@
 #include "filters/codec/PieceCodec.h"
 
 #include "filters/codec/ByteStream.h"
+#include "filters/codec/Seal.h"
 
 #include <algorithm>
 
@@ -10,8 +11,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint8_t magic[3] = { 'K', 'D', 'T' };
-constexpr std::uint8_t pageVersion = 1;
+constexpr std::string_view magic = "KDT";
 
 double& Side(Box& box, std::size_t side)
 {
@@ -67,8 +67,7 @@ std::vector<std::uint8_t> EncodeTreePage(
     }
   }
   ByteWriter writer;
-  writer.Raw(magic);
-  writer.Byte(pageVersion);
+  WriteBlobHead(writer, magic);
   writer.Byte(floats ? 4 : 8);
   std::vector<std::uint64_t> values(nodes.size());
   for (std::size_t side = 0; side < 6; ++side)
@@ -80,7 +79,9 @@ std::vector<std::uint8_t> EncodeTreePage(
     }
     writer.Stream(values);
   }
-  return writer.Take();
+  std::vector<std::uint8_t> blob = writer.Take();
+  SealBlob(blob);
+  return blob;
 }
 
 Status DecodeTreePage(
@@ -94,17 +95,13 @@ Status DecodeTreePage(
   {
     return named(ErrorCode::InvalidArgument, "is no page of this tree");
   }
-  ByteReader reader(blob);
-  const auto head = reader.Raw(sizeof(magic));
-  if (reader.Failed() || !std::equal(head.begin(), head.end(), magic))
+  const auto unsealed = UnsealBlob(blob, magic);
+  if (!unsealed)
   {
-    return named(ErrorCode::InvalidInput, "does not begin with \"KDT\"");
+    return named(unsealed.GetError().code, unsealed.GetError().message);
   }
-  if (const std::uint8_t version = reader.Byte(); !reader.Failed() && version != pageVersion)
-  {
-    return named(ErrorCode::Unsupported,
-      "version " + std::to_string(version) + " is not known to this program");
-  }
+  ByteReader reader(*unsealed);
+  (void)reader.Raw(blobHeadSize);
   const std::uint8_t width = reader.Byte();
   if (width != 4 && width != 8)
   {

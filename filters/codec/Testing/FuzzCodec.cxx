@@ -1,12 +1,33 @@
 // libFuzzer's entry to the decoders of pieces and tree pages. The first bytes choose the tree's
-// depths, the grid and the piece; the rest is the blob. What decodes must pass CheckPiece and
-// encode to a blob that decodes to the same.
+// depths, the grid and the piece; the rest is the blob, once as it is and once with a right
+// checksum appended, so that the decoders behind the checksum are reached. What decodes must pass
+// CheckPiece and encode to a blob that decodes to the same.
 #include "filters/codec/PieceCodec.h"
+#include "filters/codec/Seal.h"
 
 #include <cstdint>
 #include <cstdlib>
 
 using namespace kdstream;
+
+namespace
+{
+
+void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& context)
+{
+  if (const Result<Piece> piece = DecodePiece(blob, id, context))
+  {
+    const Result<Piece> again = DecodePiece(EncodePiece(*piece, context), id, context);
+    if (!again || again->triangles != piece->triangles || again->keys != piece->keys)
+    {
+      std::abort();
+    }
+  }
+  std::vector<Box> boxes(std::size_t{ 2 } << context.depths.partition);
+  (void)DecodeTreePage(blob, 1, context.depths, boxes).HasValue();
+}
+
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
@@ -28,15 +49,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const PieceId id{ resolution, NodeId{ 1 } << PieceDepth(resolution, context.depths) };
   const std::span<const std::uint8_t> blob(data + 4, size - 4);
 
-  if (const Result<Piece> piece = DecodePiece(blob, id, context))
-  {
-    const Result<Piece> again = DecodePiece(EncodePiece(*piece, context), id, context);
-    if (!again || again->triangles != piece->triangles || again->keys != piece->keys)
-    {
-      std::abort();
-    }
-  }
-  std::vector<Box> boxes(std::size_t{ 2 } << context.depths.partition);
-  (void)DecodeTreePage(blob, 1, context.depths, boxes).HasValue();
+  Decode(blob, id, context);
+  std::vector<std::uint8_t> sealed(blob.begin(), blob.end());
+  SealBlob(sealed);
+  Decode(sealed, id, context);
   return 0;
 }

@@ -3,6 +3,7 @@
 #include "Testing/Fixtures/Model.h"
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/PieceCodec.h"
+#include "filters/codec/Seal.h"
 #include "filters/core/Weld.h"
 
 #include <gtest/gtest.h>
@@ -78,6 +79,14 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   }
 }
 
+// The blob's first `size` bytes under a right checksum: what reaches the decoders behind it.
+std::vector<std::uint8_t> SealedPart(std::span<const std::uint8_t> blob, std::size_t size)
+{
+  std::vector<std::uint8_t> part(blob.begin(), blob.begin() + std::ptrdiff_t(size));
+  SealBlob(part);
+  return part;
+}
+
 Piece WithAttributes(Piece piece)
 {
   std::mt19937 random(1);
@@ -135,24 +144,28 @@ TEST(PieceCodec, AttributesComeBack)
   }
 }
 
-TEST(PieceCodec, EveryTruncationIsAnError)
+TEST(PieceCodec, EveryTruncationThatIsSealedAgainIsAnError)
 {
   const auto model = MakeModel(Torus(20, 10), { 60, {}, 8 });
   const CodecContext context = ContextsOf(*model)[0];
   for (const auto& [id, piece] : model->pieces)
   {
     const auto blob = EncodePiece(WithAttributes(piece), context);
-    for (std::size_t size = 0; size < blob.size(); ++size)
+    const std::size_t content = blob.size() - checksumSize;
+    for (std::size_t size = 0; size < content; ++size)
     {
-      const Result<Piece> decoded = DecodePiece(std::span(blob).first(size), id, context);
-      ASSERT_FALSE(decoded) << size << " of " << blob.size() << " bytes";
+      const Result<Piece> decoded = DecodePiece(SealedPart(blob, size), id, context);
+      ASSERT_FALSE(decoded) << size << " of " << content << " bytes";
+      ASSERT_TRUE(size < blobHeadSize || decoded.GetError().code == ErrorCode::InvalidInput)
+        << decoded.GetError().message;
     }
     auto longer = blob;
-    longer.push_back(0);
+    longer[content] = 0;
+    longer = SealedPart(longer, content + 1);
     const Result<Piece> decoded = DecodePiece(longer, id, context);
     ASSERT_FALSE(decoded);
-    EXPECT_NE(decoded.GetError().message.find(
-                "bytes beyond the end at byte " + std::to_string(blob.size())),
+    EXPECT_NE(
+      decoded.GetError().message.find("bytes beyond the end at byte " + std::to_string(content)),
       std::string::npos)
       << decoded.GetError().message;
   }
@@ -170,13 +183,15 @@ TEST(PieceCodec, AlteredBytesNeverCrashNorTakeMemoryThatIsNotThere)
       for (unsigned i = 0; i < 60; ++i)
       {
         auto altered = blob;
+        altered.resize(blob.size() - checksumSize);
         for (unsigned j = 0; j <= i % 4; ++j)
         {
           // Half of the time in the head, where the counts are.
           const std::size_t at =
-            random() % (j % 2 == 0 ? std::min<std::size_t>(24, blob.size()) : blob.size());
+            random() % (j % 2 == 0 ? std::min<std::size_t>(24, altered.size()) : altered.size());
           altered[at] = static_cast<std::uint8_t>(random() % 3 == 0 ? 255 : random());
         }
+        SealBlob(altered);
         allocated = 0;
         const Result<Piece> decoded = DecodePiece(altered, id, context);
         ASSERT_LT(allocated, 1024 * altered.size() + 65536);
@@ -198,7 +213,7 @@ TEST(PieceCodec, SaysWhatItDoesNotKnow)
   blob[3] = 77;
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().code, ErrorCode::Unsupported);
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
-    "piece 1 of level 0: codec version 77 is not known to this program");
+    "piece 1 of level 0: unknown codec version 77: this viewer knows 2");
   blob[0] = 'X';
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
     "piece 1 of level 0: does not begin with \"KDP\"");
@@ -224,9 +239,10 @@ TEST(TreePage, PagesHoldTheBoxesOfTheWholeTree)
       const auto blob = EncodeTreePage(tree.boxes, page, tree.depths);
       const Status status = DecodeTreePage(blob, page, tree.depths, boxes);
       ASSERT_TRUE(status) << status.GetError().message;
-      for (std::size_t size = 0; size < std::min<std::size_t>(blob.size(), 200); ++size)
+      const std::size_t content = blob.size() - checksumSize;
+      for (std::size_t size = 0; size < std::min<std::size_t>(content, 200); ++size)
       {
-        ASSERT_FALSE(DecodeTreePage(std::span(blob).first(size), page, tree.depths, boxes));
+        ASSERT_FALSE(DecodeTreePage(SealedPart(blob, size), page, tree.depths, boxes));
       }
     }
     for (NodeId node = 1; node < boxes.size(); ++node)
@@ -275,7 +291,8 @@ TEST(PieceCodec, AnIndexBeyond32BitsIsNoSmallOne)
   const auto blobWith = [](std::uint64_t second)
   {
     ByteWriter writer;
-    writer.Raw(std::array<std::uint8_t, 5>{ 'K', 'D', 'P', plainCodecVersion, 1 });
+    WriteBlobHead(writer, "KDP");
+    writer.Byte(1);                               // triangles
     for (const std::uint64_t count : { 3, 0, 1 }) // own vertices, ghosts, triangles
     {
       writer.Varint(count);
@@ -291,7 +308,9 @@ TEST(PieceCodec, AnIndexBeyond32BitsIsNoSmallOne)
     writer.Stream(std::array<std::uint64_t, 1>{ second });
     writer.Stream(std::array<std::uint64_t, 1>{ 2 });
     writer.Varint(0); // attributes
-    return writer.Take();
+    std::vector<std::uint8_t> blob = writer.Take();
+    SealBlob(blob);
+    return blob;
   };
   const CodecContext context{ {},
     CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 8, ScalarType::Float32) };

@@ -1,0 +1,75 @@
+#include "filters/codec/Seal.h"
+
+#include <algorithm>
+#include <array>
+
+// XXH64 alone: the rest of the library would be dead weight in the page.
+#define XXH_INLINE_ALL
+#define XXH_NO_XXH3
+#include <xxhash.h>
+
+namespace kdstream
+{
+namespace
+{
+
+std::array<std::uint8_t, checksumSize> ChecksumOf(std::span<const std::uint8_t> bytes)
+{
+  const std::uint64_t hash = XXH64(bytes.data(), bytes.size(), 0);
+  std::array<std::uint8_t, checksumSize> checksum{};
+  for (std::size_t i = 0; i < checksumSize; ++i)
+  {
+    checksum[i] = static_cast<std::uint8_t>(hash >> (8 * i));
+  }
+  return checksum;
+}
+
+}
+
+void WriteBlobHead(ByteWriter& writer, std::string_view magic)
+{
+  for (const char letter : magic)
+  {
+    writer.Byte(static_cast<std::uint8_t>(letter));
+  }
+  writer.Byte(codecVersion);
+}
+
+void SealBlob(std::vector<std::uint8_t>& blob)
+{
+  const auto checksum = ChecksumOf(blob);
+  blob.insert(blob.end(), checksum.begin(), checksum.end());
+}
+
+Result<std::span<const std::uint8_t>> UnsealBlob(
+  std::span<const std::uint8_t> blob, std::string_view magic)
+{
+  const std::size_t head = std::min(blob.size(), magicSize);
+  if (!std::equal(blob.begin(), blob.begin() + std::ptrdiff_t(head), magic.begin(),
+        [](std::uint8_t byte, char letter) { return byte == static_cast<std::uint8_t>(letter); }))
+  {
+    return Error{ ErrorCode::InvalidInput, "does not begin with \"" + std::string(magic) + "\"" };
+  }
+  // Before the checksum: another version may have another one, or none, and "damaged" would send
+  // the reader looking for a fault where only a newer viewer is needed.
+  if (blob.size() > magicSize && blob[magicSize] != codecVersion)
+  {
+    return Error{ ErrorCode::Unsupported, "unknown codec version " +
+                                            std::to_string(blob[magicSize]) +
+                                            ": this viewer knows " + std::to_string(codecVersion) };
+  }
+  if (blob.size() < blobHeadSize + checksumSize)
+  {
+    return Error{ ErrorCode::Damaged,
+      "truncated: " + std::to_string(blob.size()) + " bytes are too short for any content" };
+  }
+  const auto content = blob.first(blob.size() - checksumSize);
+  const auto checksum = ChecksumOf(content);
+  if (!std::equal(checksum.begin(), checksum.end(), blob.end() - std::ptrdiff_t(checksumSize)))
+  {
+    return Error{ ErrorCode::Damaged, "its checksum is wrong" };
+  }
+  return content;
+}
+
+}

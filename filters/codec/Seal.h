@@ -1,0 +1,39 @@
+// What every encoded blob begins and ends with: its magic and the codec's version, and a checksum
+// of all bytes before it, so that a blob that was damaged between the store and the viewer (a
+// proxy, a CDN, a disk cache) is refused instead of drawn. Layout: doc/formats.md, section 4.
+//
+// The checksum finds accidents, not forgeries: decoders never rely on it.
+#pragma once
+
+#include "filters/codec/ByteStream.h"
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// Of pieces and tree pages alike; raised when the layout of either changes.
+inline constexpr std::uint8_t codecVersion = 2;
+inline constexpr std::size_t magicSize = 3;
+inline constexpr std::size_t blobHeadSize = magicSize + 1; // magic, version
+inline constexpr std::size_t checksumSize = 8;             // XXH64, seed 0, little-endian
+
+// Magic and version: how a blob begins. REQUIRES: magic.size() == magicSize.
+void WriteBlobHead(ByteWriter& writer, std::string_view magic);
+
+// Appends the checksum of the bytes so far.
+void SealBlob(std::vector<std::uint8_t>& blob);
+
+// The blob without its checksum, once magic, version and checksum are found right; its content
+// starts at blobHeadSize. O(size), no memory taken. Errors: InvalidInput for another magic;
+// Unsupported for an unknown version, which is looked at before the checksum, since another version
+// may be sealed in another way; Damaged for a wrong checksum, or a blob too short to have one.
+// REQUIRES: magic.size() == magicSize.
+Result<std::span<const std::uint8_t>> UnsealBlob(
+  std::span<const std::uint8_t> blob, std::string_view magic);
+
+}

@@ -1,0 +1,157 @@
+#include "filters/codec/Seal.h"
+
+#include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/Model.h"
+#include "filters/codec/PieceCodec.h"
+
+#include <gtest/gtest.h>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes BytesOf(std::string_view text)
+{
+  return { text.begin(), text.end() };
+}
+
+// What opening the bytes as a blob of `magic` fails with; empty if they are whole.
+std::string WhyNot(const Bytes& blob, std::string_view magic)
+{
+  const auto content = UnsealBlob(blob, magic);
+  return content ? "" : content.GetError().message;
+}
+
+struct Blobs : testing::Test
+{
+  std::unique_ptr<Model> model = MakeModel(Torus(12, 8), { 30, {}, 8 });
+  CodecContext context{ model->tree.depths,
+    CoordinateGrid::Over({ { -2, -2, -2 }, { 2, 2, 2 } }, 20, ScalarType::Float32) };
+  PieceId id{ Resolution::Original(), PartitionNode() };
+  Bytes piece = EncodePiece(model->pieces.at(id), context);
+  Bytes page = EncodeTreePage(model->tree.boxes, 1, model->tree.depths);
+  std::vector<Box> boxes = std::vector<Box>(model->tree.boxes.size());
+
+  NodeId PartitionNode() const { return NodeId{ 1 } << this->model->tree.depths.partition; }
+  Error DecodePieceError(const Bytes& blob) const
+  {
+    const Result<Piece> decoded = DecodePiece(blob, this->id, this->context);
+    return decoded ? Error{ ErrorCode::Cancelled, "decoded" } : decoded.GetError();
+  }
+  Error DecodePageError(const Bytes& blob)
+  {
+    const Status status = DecodeTreePage(blob, 1, this->model->tree.depths, this->boxes);
+    return status ? Error{ ErrorCode::Cancelled, "decoded" } : status.GetError();
+  }
+};
+
+// Every byte in turn gets every other value; `decode` must refuse each, in words for its place.
+template <class Decode>
+void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, const Decode& decode)
+{
+  for (std::size_t at = 0; at < whole.size(); ++at)
+  {
+    for (unsigned change = 1; change < 256; ++change)
+    {
+      Bytes altered = whole;
+      altered[at] = static_cast<std::uint8_t>(altered[at] ^ change);
+      const Error error = decode(altered);
+      if (at < magicSize)
+      {
+        ASSERT_EQ(error.code, ErrorCode::InvalidInput) << at;
+        ASSERT_EQ(error.message.rfind(name + ": does not begin with \"KD", 0), 0u) << error.message;
+      }
+      else if (at == magicSize)
+      {
+        ASSERT_EQ(error.code, ErrorCode::Unsupported) << at;
+        ASSERT_EQ(error.message, name + ": unknown codec version " + std::to_string(altered[at]) +
+                                   ": this viewer knows 2");
+      }
+      else
+      {
+        ASSERT_EQ(error.code, ErrorCode::Damaged) << at;
+        ASSERT_EQ(error.message, name + ": its checksum is wrong") << at;
+      }
+    }
+  }
+}
+
+template <class Decode>
+void ExpectEveryTruncationIsRefused(
+  const Bytes& whole, const std::string& name, const Decode& decode)
+{
+  for (std::size_t size = 0; size < whole.size(); ++size)
+  {
+    const Error error = decode(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size)));
+    ASSERT_EQ(error.code, ErrorCode::Damaged) << size;
+    ASSERT_EQ(error.message,
+      name + (size < blobHeadSize + checksumSize
+                 ? ": truncated: " + std::to_string(size) + " bytes are too short for any content"
+                 : ": its checksum is wrong"));
+  }
+}
+
+}
+
+TEST(Seal, IsXxh64OfAllBytesBefore)
+{
+  // Of the algorithm's own test vectors.
+  Bytes empty, abc = BytesOf("abc");
+  SealBlob(empty);
+  EXPECT_EQ(empty, (Bytes{ 0x99, 0xE9, 0xD8, 0x51, 0x37, 0xDB, 0x46, 0xEF }));
+  SealBlob(abc);
+  EXPECT_EQ(abc, (Bytes{ 'a', 'b', 'c', 0x99, 0x09, 0x77, 0xAD, 0xF5, 0x2C, 0xBC, 0x44 }));
+}
+
+TEST(Seal, GivesTheBlobWithoutItsChecksum)
+{
+  ByteWriter writer;
+  WriteBlobHead(writer, "KDP");
+  writer.Byte(9);
+  const Bytes content = writer.Take();
+  Bytes blob = content;
+  SealBlob(blob);
+  const auto unsealed = UnsealBlob(blob, "KDP");
+  ASSERT_TRUE(unsealed) << unsealed.GetError().message;
+  EXPECT_EQ(Bytes(unsealed->begin(), unsealed->end()), content);
+  EXPECT_EQ(WhyNot(blob, "KDT"), "does not begin with \"KDT\"");
+}
+
+TEST(Seal, NamesAnotherVersionHoweverItIsSealed)
+{
+  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 7 }, "KDP"), "unknown codec version 7: this viewer knows 2");
+  EXPECT_EQ(
+    WhyNot({ 'K', 'D', 'P', 1, 1, 0, 0, 0, 1, 1, 1, 0, 0 }, "KDP"), // version 1 had no checksum
+    "unknown codec version 1: this viewer knows 2");
+}
+
+TEST_F(Blobs, EveryChangedByteIsRefused)
+{
+  ASSERT_EQ(this->DecodePieceError(this->piece).message, "decoded");
+  ASSERT_EQ(this->DecodePageError(this->page).message, "decoded");
+  const std::string name = "piece " + std::to_string(this->PartitionNode()) + " of the original";
+  ExpectEveryChangeIsRefused(
+    this->piece, name, [this](const Bytes& blob) { return this->DecodePieceError(blob); });
+  ExpectEveryChangeIsRefused(
+    this->page, "tree page 1", [this](const Bytes& blob) { return this->DecodePageError(blob); });
+}
+
+TEST_F(Blobs, EveryTruncationIsRefused)
+{
+  const std::string name = "piece " + std::to_string(this->PartitionNode()) + " of the original";
+  ExpectEveryTruncationIsRefused(
+    this->piece, name, [this](const Bytes& blob) { return this->DecodePieceError(blob); });
+  ExpectEveryTruncationIsRefused(
+    this->page, "tree page 1", [this](const Bytes& blob) { return this->DecodePageError(blob); });
+}
+
+TEST_F(Blobs, ABlobWithSomethingAfterItIsRefused)
+{
+  Bytes longer = this->piece;
+  longer.push_back(0);
+  EXPECT_EQ(this->DecodePieceError(longer).code, ErrorCode::Damaged);
+}
