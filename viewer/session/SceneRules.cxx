@@ -2,6 +2,7 @@
 #include "viewer/session/SceneRules.h"
 
 #include "viewer/session/Geometry.h"
+#include "viewer/session/JsonText.h"
 
 #include <algorithm>
 #include <cmath>
@@ -79,7 +80,7 @@ Status CheckCamera(const SceneCamera& camera)
   if (!(camera.verticalFieldOfView > 0.0 && camera.verticalFieldOfView < std::numbers::pi))
   {
     return Error{ ErrorCode::InvalidArgument, "camera: a field of view of " +
-                                                std::to_string(camera.verticalFieldOfView) +
+                                                JsonNumber(camera.verticalFieldOfView) +
                                                 " radians is not between 0 and pi" };
   }
   return {};
