@@ -3,6 +3,8 @@
 #include "viewer/session/JsonText.h"
 #include "viewer/session/ViewerSession.h"
 
+#include <utility>
+
 namespace kdstream
 {
 namespace
@@ -65,12 +67,14 @@ std::string FormatRequest(const SessionRequest& request)
   return json.Text();
 }
 
-void ViewerSession::Trace(std::string_view input, std::string_view detail)
+void SessionOptions::TraceTo(std::function<void(std::string_view)> sink)
 {
-  if (!this->Options.trace)
-  {
-    return;
-  }
+  this->FormatTrace = sink ? &ViewerSession::FormatTrace : nullptr;
+  this->Sink = std::move(sink);
+}
+
+std::string ViewerSession::FormatTrace(std::string_view input, std::string_view detail) const
+{
   const ViewerStatus status = this->GetStatus();
   JsonObject line;
   line.Add("input", input)
@@ -89,7 +93,7 @@ void ViewerSession::Trace(std::string_view input, std::string_view detail)
     .Add("idle", this->IsIdle())
     .Add("error", status.error)
     .AddRaw("outgoing", JsonArray(this->Book.Outgoing(), FormatRequest));
-  this->Options.trace(line.Text());
+  return line.Text();
 }
 
 }

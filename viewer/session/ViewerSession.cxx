@@ -557,4 +557,12 @@ ViewerStatus ViewerSession::GetStatus() const
   return status;
 }
 
+void ViewerSession::Trace(std::string_view input, std::string_view detail) const
+{
+  if (this->Options.FormatTrace)
+  {
+    this->Options.Sink((this->*this->Options.FormatTrace)(input, detail));
+  }
+}
+
 }

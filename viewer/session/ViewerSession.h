@@ -23,6 +23,8 @@
 namespace kdstream
 {
 
+class ViewerSession;
+
 struct SessionOptions
 {
   unsigned rings = 1; // around a picked cell, 1-3
@@ -36,9 +38,16 @@ struct SessionOptions
   double smallestRegionPoints = 32;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;
-  // Called with one line of JSON after every input: the input, the state, the requests that it led
-  // to. The same inputs give the same lines.
-  std::function<void(std::string_view)> trace;
+  // From then on, `sink` is called with one line of JSON after every input: the input, the state,
+  // the requests that it led to. The same inputs give the same lines. What writes them is linked
+  // only where this is called: a page does without.
+  void TraceTo(std::function<void(std::string_view)> sink);
+
+private:
+  friend class ViewerSession;
+  std::function<void(std::string_view)> Sink;
+  std::string (ViewerSession::*FormatTrace)(
+    std::string_view input, std::string_view detail) const = nullptr; // with Sink
 };
 
 // One person's session with one server. The states:
@@ -154,7 +163,9 @@ private:
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
   void Fail(const protocol::BlobId& blob, const std::string& message);
-  void Trace(std::string_view input, std::string_view detail = {});
+  void Trace(std::string_view input, std::string_view detail = {}) const;
+  friend struct SessionOptions;
+  std::string FormatTrace(std::string_view input, std::string_view detail) const;
 
   SessionOptions Options;
   GestureRecognizer Gestures;

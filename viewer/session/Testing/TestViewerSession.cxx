@@ -38,7 +38,7 @@ const MemoryServer& SmallCells()
 SessionOptions WithTrace(std::vector<std::string>& trace)
 {
   SessionOptions options;
-  options.trace = [&trace](std::string_view line) { trace.emplace_back(line); };
+  options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
   return options;
 }
 
