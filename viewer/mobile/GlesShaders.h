@@ -38,7 +38,7 @@ layout(location = 2) in vec4 color;
 uniform vec3 eye;
 uniform mat3 turn;
 uniform vec4 projection;
-uniform float pointSize;
+uniform float pointSize; // pixels, at distance 1
 out vec3 viewPosition;
 out vec3 viewNormal;
 flat out vec3 baseColor;
@@ -49,7 +49,7 @@ void main()
   baseColor = color.rgb;
   gl_Position = vec4(projection.xy * viewPosition.xy,
     projection.z * viewPosition.z + projection.w, -viewPosition.z);
-  gl_PointSize = pointSize;
+  gl_PointSize = clamp(-pointSize / viewPosition.z, 3.0, 64.0);
 })";
 
 // Phong's model with three directional lights. Followed by one of the two main functions.
@@ -81,13 +81,18 @@ vec3 lit(vec3 normal)
   return baseColor * (material.x + material.y * diffuse) + highlightColor * material.z * specular;
 })";
 
-// The side that is seen is lit, whichever way a triangle faces. Where no triangle has an area there
-// is no normal: as if it faced the eye.
+// The side that is seen is lit, whichever way a triangle faces; where a normal between those of the
+// corners turns away a little, at an outline, it stops there (as viewer/rendering/SurfaceScene.cxx).
+// Where no triangle has an area there is no normal: as if it faced the eye.
 inline constexpr const char* surfaceFragment = R"(
 void main()
 {
   vec3 normal = dot(viewNormal, viewNormal) > 0.0 ? normalize(viewNormal) : vec3(0.0, 0.0, 1.0);
-  fragment = vec4(lit(normal.z < 0.0 ? -normal : normal), 1.0);
+  if (normal.z < 0.0)
+  {
+    normal = gl_FrontFacing && normal.z > -0.4 ? normalize(vec3(normal.xy, 0.0)) : -normal;
+  }
+  fragment = vec4(lit(normal), 1.0);
 })";
 
 // Points are flat buttons with a dark rim, darker the farther away: so neighbours and distances can
@@ -102,7 +107,7 @@ void main()
     discard;
   }
   float depth = clamp((-viewPosition.z - depthRange.x) * depthRange.y, 0.0, 1.0);
-  float shade = (1.0 - 0.35 * square * square) * (1.0 - 0.6 * depth);
+  float shade = (1.0 - 0.35 * square * square) * (1.0 - 0.5 * depth);
   fragment = vec4(shade * lit(vec3(0.0, 0.0, 1.0)), 1.0);
 })";
 
