@@ -2,10 +2,14 @@
 # A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so.
 set(problems "")
 
-# check(folder [VTK] may-include…)
+# check(folder [VTK] [FLAT] may-include…)   FLAT: without the folders in it
 function(check folder)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "VTK" "" "")
-  file(GLOB_RECURSE sources RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cxx")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "VTK;FLAT" "" "")
+  set(glob GLOB_RECURSE)
+  if(arg_FLAT)
+    set(glob GLOB)
+  endif()
+  file(${glob} sources RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cxx")
   if(NOT sources)
     list(APPEND problems "${folder}: no sources; is the folder's name right?")
   endif()
@@ -50,6 +54,8 @@ check(server/app server/http server/session server/protocol filters/store filter
 check(viewer/session server/protocol filters/codec filters/core)
 check(viewer/client viewer/session server/protocol filters/core)
 check(viewer/rendering VTK viewer/session filters/core)
+check(viewer/mobile FLAT viewer/session filters/core)
+check(viewer/mobile/web viewer/mobile viewer/client viewer/session server/protocol filters/core)
 check(viewer/desktop VTK viewer/rendering viewer/client viewer/session server/protocol filters/core filters/app)
 
 if(problems)

@@ -338,6 +338,7 @@ void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewpor
   {
     glUniform1f(glGetUniformLocation(program, "pointSize"),
       static_cast<float>(
+        0.5 * (nearest + farthest) *
         CloudPointSize(this->Bounds, this->Points, planes, tangent, viewport.height)));
     glUniform2f(glGetUniformLocation(program, "depthRange"), static_cast<float>(nearest),
       static_cast<float>(1.0 / depth));
@@ -388,10 +389,11 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   }
 
   glViewport(0, 0, viewport.width, viewport.height);
-  for (const GLenum off :
-    { GL_BLEND, GL_CULL_FACE, GL_DITHER, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL })
+  constexpr std::array<GLenum, 6> off{ GL_BLEND, GL_CULL_FACE, GL_DITHER, GL_SCISSOR_TEST,
+    GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL };
+  for (const GLenum each : off)
   {
-    glDisable(off);
+    glDisable(each);
   }
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);

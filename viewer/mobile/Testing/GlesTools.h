@@ -3,14 +3,12 @@
 
 #include "viewer/mobile/EglOffscreen.h"
 #include "viewer/mobile/GlesRenderer.h"
+#include "viewer/mobile/Testing/Images.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
@@ -19,8 +17,6 @@
 
 namespace kdstream::test
 {
-
-using Pixels = std::vector<std::uint8_t>; // red, green, blue; the top row first
 
 // A renderer and what it draws into. Throws, and so fails its test, where there is no OpenGL ES.
 struct Easel
@@ -59,13 +55,13 @@ struct Easel
     EXPECT_TRUE(this->target->MakeCurrent());
     return this->renderer->Draw(scene, { this->width, this->height, 1 });
   }
-  Pixels Read()
+  Image Read()
   {
     const auto pixels = this->target->Pixels();
     EXPECT_TRUE(pixels) << (pixels ? "" : pixels.GetError().message);
-    return pixels ? *pixels : Pixels{};
+    return pixels ? *pixels : Image{};
   }
-  Pixels Draw(const ViewerScene& scene)
+  Image Draw(const ViewerScene& scene)
   {
     const Status status = this->Try(scene);
     EXPECT_TRUE(status) << (status ? "" : status.GetError().message);
@@ -141,39 +137,10 @@ inline ViewerScene SceneOf(Surface surface, std::uint64_t version = 1)
   }
   scene.surface = std::make_shared<const Surface>(std::move(surface));
   scene.surfaceVersion = version;
-  scene.eye = scene.focal + Vec3{ 1.25, 1.0, 4.0 };
+  scene.eye = scene.focal + Vec3{ 1.5, 1.2, 4.8 };
   scene.viewAngle = 0.7;
   scene.depths = depths;
   return scene;
-}
-
-struct Difference
-{
-  double mean = 0.0;      // of all channels' absolute differences, 0-255
-  std::size_t pixels = 0; // that differ by more than the tolerance in a channel
-  int largest = 0;        // of any channel
-};
-
-inline Difference Compare(const Pixels& a, const Pixels& b, int tolerance = 0)
-{
-  EXPECT_EQ(a.size(), b.size());
-  Difference difference;
-  double sum = 0.0;
-  const std::size_t size = std::min(a.size(), b.size()) / 3 * 3;
-  for (std::size_t i = 0; i < size; i += 3)
-  {
-    int worst = 0;
-    for (std::size_t k = i; k < i + 3; ++k)
-    {
-      const int channel = std::abs(int{ a[k] } - int{ b[k] });
-      worst = std::max(worst, channel);
-      sum += channel;
-    }
-    difference.pixels += worst > tolerance ? 1 : 0;
-    difference.largest = std::max(difference.largest, worst);
-  }
-  difference.mean = size ? sum / static_cast<double>(size) : 0.0;
-  return difference;
 }
 
 }

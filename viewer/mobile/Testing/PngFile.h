@@ -1,20 +1,21 @@
 // Pictures as PNG files, for the tests of viewer/mobile.
 #pragma once
 
-#include "viewer/mobile/Testing/GlesTools.h"
+#include "viewer/mobile/Testing/Images.h"
 
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 #include <vtkPNGWriter.h>
 
+#include <algorithm>
 #include <string>
 
 namespace kdstream::test
 {
 
 // The row at the top is VTK's last.
-inline void WritePngFile(const std::string& file, const Pixels& pixels, int width, int height)
+inline void WritePngFile(const std::string& file, const Image& pixels, int width, int height)
 {
   const vtkNew<vtkImageData> image;
   image->SetDimensions(width, height, 1);
@@ -32,7 +33,7 @@ inline void WritePngFile(const std::string& file, const Pixels& pixels, int widt
 }
 
 // Empty where there is no such file, or one of another size or kind.
-inline Pixels ReadPngFile(const std::string& file, int width, int height)
+inline Image ReadPngFile(const std::string& file, int width, int height)
 {
   const vtkNew<vtkPNGReader> reader;
   if (!reader->CanReadFile(file.c_str()))
@@ -47,7 +48,7 @@ inline Pixels ReadPngFile(const std::string& file, int width, int height)
   {
     return {};
   }
-  Pixels pixels(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  Image pixels(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y)
   {
     std::copy_n(static_cast<const std::uint8_t*>(image->GetScalarPointer(0, height - 1 - y, 0)),

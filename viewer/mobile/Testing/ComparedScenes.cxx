@@ -1,0 +1,153 @@
+// The scenes that both renderers draw: see ComparedScenes.h.
+#include "viewer/mobile/Testing/ComparedScenes.h"
+
+#include "filters/meshio/MeshReader.h"
+#include "viewer/session/Geometry.h"
+#include "viewer/session/Testing/MemoryServer.h"
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+namespace kdstream::test
+{
+namespace
+{
+
+// A person turns the torus, comes nearer and taps: the region around it is the original, the rest a
+// coarser level.
+ViewerScene WalkOnTorus(int width, int height)
+{
+  kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 128, 2);
+  SessionOptions options;
+  options.policy.tolerance = 4;
+  ViewerSession session(options);
+  session.Resize({ width, height, 1 });
+  if (!session.SelectModel("torus"))
+  {
+    throw std::runtime_error("the torus cannot be selected");
+  }
+  server.Serve(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const double x = width * 0.5, y = height * 0.5;
+  session.HandleTouches({ 1.0, { { 1, x, y } } });
+  session.HandleTouches({ 1.1, { { 1, x + 20, y + 60 } } });
+  session.HandleTouches({ 1.2, {} });
+  session.Zoom(1.3, x, y);
+  server.Serve(session);
+  // Somewhere on a ray through the picture there is the ring.
+  for (double at = 0.95; at > 0.5 && !session.GetStatus().region; at -= 0.05)
+  {
+    for (int tap = 0; tap < 2; ++tap)
+    {
+      session.HandleTouches({ 10.0 - at * 5 + tap * 0.1, { { 1, width * at, y } } });
+      session.HandleTouches({ 10.05 - at * 5 + tap * 0.1, {} });
+    }
+    server.Serve(session);
+  }
+  if (!session.GetStatus().region)
+  {
+    throw std::runtime_error("no tap hit the torus");
+  }
+  return session.Scene();
+}
+
+// Without the half that is nearer to the eye: one sees the inner side of the other.
+ViewerScene Opened(ViewerScene scene)
+{
+  auto half = std::make_shared<Surface>(*scene.surface);
+  const Vec3 back = scene.eye - scene.focal;
+  std::erase_if(half->triangles,
+    [&](const Triangle& t) { return Dot(half->points[t[0]] - scene.focal, back) > 0.0; });
+  scene.surface = std::move(half);
+  return scene;
+}
+
+Result<Mesh> ReadDragon()
+{
+  Mesh mesh;
+  auto reader = MeshReader::Open(KDSTREAM_DRAGON);
+  if (!reader)
+  {
+    return reader.GetError();
+  }
+  for (const auto& read : { (*reader)->ReadVertices(mesh.points, ~std::size_t{ 0 }),
+         (*reader)->ReadTriangles(mesh.triangles, ~std::size_t{ 0 }) })
+  {
+    if (!read)
+    {
+      return read.GetError();
+    }
+  }
+  return mesh;
+}
+
+// All of the original, each vertex in its partition, seen from the left.
+ViewerScene LookAtDragon(int width, int height)
+{
+  const Result<Mesh> mesh = ReadDragon();
+  if (!mesh)
+  {
+    throw std::runtime_error(mesh.GetError().message);
+  }
+  const auto tree = BuildKdTree(mesh->points, {});
+  if (!tree)
+  {
+    throw std::runtime_error(tree.GetError().message);
+  }
+  auto surface = std::make_shared<Surface>();
+  surface->points = mesh->points;
+  surface->triangles = mesh->triangles;
+  for (const std::uint32_t partition : CellOfVertex(*tree, tree->depths.partition))
+  {
+    surface->sources.push_back({ Resolution::Original(), MakeKey(partition, 0) });
+  }
+  Camera camera;
+  camera.SetViewport({ width, height, 1 });
+  camera.FitTo(tree->boxes[1]);
+  camera.Rotate(width * 0.5, height * 0.5, width * 0.6, height * 0.55);
+  ViewerScene scene;
+  scene.surface = std::move(surface);
+  scene.surfaceVersion = 1;
+  scene.box = tree->boxes[1];
+  scene.eye = camera.Eye();
+  scene.focal = camera.Focal();
+  scene.up = camera.Up();
+  scene.orientation = camera.Orientation();
+  scene.depths = tree->depths;
+  return scene;
+}
+
+}
+
+bool HasDragon()
+{
+  return std::filesystem::exists(KDSTREAM_DRAGON);
+}
+
+std::vector<ComparedScene> MakeComparedScenes()
+{
+  const ViewerScene portrait = WalkOnTorus(300, 450);
+  const ViewerScene landscape = WalkOnTorus(450, 300);
+  ViewerScene wide = landscape;
+  wide.viewAngle = 1.4;
+  wide.eye = wide.focal + (wide.eye - wide.focal) * 0.5;
+  std::vector<ComparedScene> scenes{
+    { "Torus", 300, 450, SurfaceColoring::Stone, portrait },
+    { "TorusPartitions", 300, 450, SurfaceColoring::Partition, portrait },
+    { "TorusResolutions", 450, 300, SurfaceColoring::Resolution, landscape },
+    { "TorusOpened", 300, 450, SurfaceColoring::Stone, Opened(portrait) },
+    { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
+  };
+  if (HasDragon())
+  {
+    const ViewerScene dragon = LookAtDragon(450, 300);
+    scenes.push_back({ "Dragon", 450, 300, SurfaceColoring::Stone, dragon });
+    scenes.push_back({ "DragonPartitions", 450, 300, SurfaceColoring::Partition, dragon });
+  }
+  return scenes;
+}
+
+}

@@ -1,0 +1,35 @@
+// The scenes that both renderers draw: the same for DrawWithVtk and TestGlesAgainstVtk.
+#pragma once
+
+#include "viewer/session/Palette.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <string>
+#include <vector>
+
+namespace kdstream::test
+{
+
+struct ComparedScene
+{
+  std::string name;
+  int width, height;
+  SurfaceColoring coloring;
+  ViewerScene scene;
+};
+
+// A torus from a session that has walked to a region, in three colourings; the same cut open,
+// and under a wide angle; the Stanford dragon where its file is there.
+std::vector<ComparedScene> MakeComparedScenes();
+
+// Whether the dragon is there.
+bool HasDragon();
+
+// What DrawWithVtk writes for each scene: before the usual background; before black and before
+// white; without the fill light.
+inline constexpr const char* usualSuffix = ".vtk.png";
+inline constexpr const char* blackSuffix = ".vtk.black.png";
+inline constexpr const char* whiteSuffix = ".vtk.white.png";
+inline constexpr const char* darkerSuffix = ".vtk.darker.png";
+
+}

@@ -1,0 +1,85 @@
+// Draws the compared scenes with VTK into PNG files of the current folder. A program of its own:
+// VTK's OpenGL symbols and those of OpenGL ES do not go together in one.
+#include "viewer/mobile/Testing/ComparedScenes.h"
+#include "viewer/mobile/Testing/PngFile.h"
+#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/rendering/Picture.h"
+#include "viewer/rendering/SurfaceScene.h"
+
+#include <vtkLight.h>
+#include <vtkLightCollection.h>
+#include <vtkRenderer.h>
+
+#include <cstdio>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::test;
+
+Status DrawTo(const std::string& file, vtkRenderWindow& window)
+{
+  const Result<Picture> picture = Pixels(window);
+  if (!picture)
+  {
+    return picture.GetError();
+  }
+  WritePngFile(file, picture->rgb, picture->width, picture->height);
+  return {};
+}
+
+Status DrawAll(const ComparedScene& compared)
+{
+  const auto window = MakeOffscreenWindow(WindowBackend::Egl, compared.width, compared.height);
+  if (!window)
+  {
+    return window.GetError();
+  }
+  SurfaceScene drawn;
+  (*window)->AddRenderer(&drawn.Renderer());
+  SceneStyle style;
+  style.coloring = compared.coloring;
+  drawn.SetStyle(style);
+  const ViewerScene& scene = compared.scene;
+  const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
+  for (const Status& status : { drawn.Update(*scene.surface, scene.depths, center),
+         drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }),
+         DrawTo(compared.name + usualSuffix, **window) })
+  {
+    if (!status)
+    {
+      return status;
+    }
+  }
+  auto* fill = vtkLight::SafeDownCast(drawn.Renderer().GetLights()->GetItemAsObject(1));
+  fill->SwitchOff();
+  if (Status status = DrawTo(compared.name + darkerSuffix, **window); !status)
+  {
+    return status;
+  }
+  fill->SwitchOn();
+  drawn.Renderer().GradientBackgroundOff();
+  drawn.Renderer().SetBackground(0.0, 0.0, 0.0);
+  if (Status status = DrawTo(compared.name + blackSuffix, **window); !status)
+  {
+    return status;
+  }
+  drawn.Renderer().SetBackground(1.0, 1.0, 1.0);
+  return DrawTo(compared.name + whiteSuffix, **window);
+}
+
+}
+
+int main()
+{
+  for (const ComparedScene& compared : MakeComparedScenes())
+  {
+    if (const Status status = DrawAll(compared); !status)
+    {
+      std::fprintf(stderr, "%s: %s\n", compared.name.c_str(), status.GetError().message.c_str());
+      return 1;
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,106 @@
+// The phone's renderer against the desktop's: the same scenes, drawn here with OpenGL ES and by
+// DrawWithVtk, which must have run in the same folder, with VTK.
+#include "viewer/mobile/Testing/ComparedScenes.h"
+#include "viewer/mobile/Testing/GlesTools.h"
+#include "viewer/mobile/Testing/PngFile.h"
+#include "viewer/session/SceneLook.h"
+
+#include <iostream>
+#include <string>
+
+namespace kdstream::test
+{
+namespace
+{
+
+// The bounds, and what was measured with Mesa 22.3's llvmpipe. The mean of all channels' absolute
+// differences, 0-255: at most 0.42, mostly of the background, whose colours VTK cuts to 8 bits
+// first.
+constexpr double mostMean = 0.5;
+// The pixels that are model in one picture and background in the other, of those that are model in
+// either: at most 0.0012, on the rugged outline of the dragon.
+constexpr double mostSilhouette = 0.002;
+
+const std::vector<ComparedScene>& Scenes()
+{
+  static const std::vector<ComparedScene> scenes = MakeComparedScenes();
+  return scenes;
+}
+
+Image FromVtk(const ComparedScene& compared, const char* suffix)
+{
+  const Image image = ReadPngFile(compared.name + suffix, compared.width, compared.height);
+  EXPECT_FALSE(image.empty()) << compared.name + suffix << " is missing: run DrawWithVtk here";
+  return image;
+}
+
+std::vector<bool> SilhouetteHere(Easel& easel, const ViewerScene& scene)
+{
+  easel.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
+  const Image black = easel.Draw(scene);
+  easel.renderer->SetBackground({ 1, 1, 1 }, { 1, 1, 1 });
+  const Image white = easel.Draw(scene);
+  easel.renderer->SetBackground(backgroundBottom, backgroundTop);
+  return Silhouette(black, white);
+}
+
+double SilhouetteDistance(const std::vector<bool>& here, const std::vector<bool>& there)
+{
+  std::size_t model = 0;
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < std::min(here.size(), there.size()); ++i)
+  {
+    model += here[i] || there[i] ? 1 : 0;
+    differing += here[i] != there[i] ? 1 : 0;
+  }
+  EXPECT_GT(model, here.size() / 20);
+  return static_cast<double>(differing) / static_cast<double>(model);
+}
+
+void CompareScene(const ComparedScene& compared)
+{
+  SCOPED_TRACE(compared.name);
+  Easel easel(compared.width, compared.height);
+  easel.renderer->SetColoring(compared.coloring);
+  const Image here = easel.Draw(compared.scene);
+  WritePngFile(compared.name + ".gles.png", here, compared.width, compared.height);
+  const double mean = Compare(here, FromVtk(compared, usualSuffix)).mean;
+  const auto there = Silhouette(FromVtk(compared, blackSuffix), FromVtk(compared, whiteSuffix));
+  const double silhouette = SilhouetteDistance(SilhouetteHere(easel, compared.scene), there);
+  EXPECT_LE(mean, mostMean);
+  EXPECT_LE(silhouette, mostSilhouette);
+
+  // The bounds are tight enough to notice a light that is missing, and a camera that is 1 % too far
+  // away.
+  const double lightMean = Compare(here, FromVtk(compared, darkerSuffix)).mean;
+  EXPECT_GT(lightMean, 4 * mostMean);
+  ViewerScene off = compared.scene;
+  off.eye = off.focal + (off.eye - off.focal) * 1.01;
+  const double offMean = Compare(easel.Draw(off), FromVtk(compared, usualSuffix)).mean;
+  const double offSilhouette = SilhouetteDistance(SilhouetteHere(easel, off), there);
+  EXPECT_GT(offMean, 2 * mostMean);
+  EXPECT_GT(offSilhouette, 4 * mostSilhouette);
+  std::cout << compared.name << ": mean difference " << mean << ", silhouette " << silhouette
+            << "; without the fill light " << lightMean << "; 1 % farther away " << offMean << ", "
+            << offSilhouette << "\n";
+}
+
+TEST(GlesAgainstVtk, DrawsTheSamePictures)
+{
+  for (const ComparedScene& compared : Scenes())
+  {
+    CompareScene(compared);
+  }
+}
+
+TEST(GlesAgainstVtk, DrawsTheDragon)
+{
+  if (!HasDragon())
+  {
+    GTEST_SKIP() << "no dragon: Data/fetch-dragon fetches it";
+  }
+  EXPECT_EQ(Scenes().back().name, "DragonPartitions");
+}
+
+}
+}

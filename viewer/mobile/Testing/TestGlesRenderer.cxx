@@ -1,0 +1,299 @@
+// What the phone's renderer does with bad input, lost contexts and repeated draws.
+#include "viewer/mobile/Testing/GlesTools.h"
+
+#include <EGL/egl.h>
+#include <GLES3/gl3.h>
+
+#include <limits>
+#include <string>
+
+namespace kdstream::test
+{
+namespace
+{
+
+constexpr int side = 120;
+
+std::string MessageOf(const Status& status)
+{
+  return status ? "" : status.GetError().message;
+}
+
+// How many buffers the context has: what is deleted is none any more.
+int CountBuffers()
+{
+  int count = 0;
+  for (GLuint name = 1; name < 1000; ++name)
+  {
+    count += glIsBuffer(name) ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(GlesRenderer, NeedsAContext)
+{
+  eglBindAPI(EGL_OPENGL_ES_API);
+  ASSERT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
+  const auto renderer = GlesRenderer::Make();
+  ASSERT_FALSE(renderer);
+  EXPECT_EQ(renderer.GetError().code, ErrorCode::Unsupported);
+  EXPECT_EQ(renderer.GetError().message, "no context of OpenGL ES 3.0 or WebGL 2 is current");
+}
+
+TEST(GlesRenderer, DrawsTheSameAgain)
+{
+  Easel easel(side, side);
+  const ViewerScene scene = SceneOf(BumpySphere(30));
+  const Image first = easel.Draw(scene);
+  EXPECT_EQ(Compare(easel.Draw(scene), first).pixels, 0u);
+  const Image nothing = easel.Draw(SceneOf(Surface{}, 2));
+  EXPECT_GT(Compare(nothing, first).pixels, first.size() / 3 / 6);
+  EXPECT_EQ(Compare(easel.Draw(SceneOf(BumpySphere(30), 3)), first).pixels, 0u);
+}
+
+TEST(GlesRenderer, UploadsAnotherSurfaceOnlyForAnotherVersion)
+{
+  Easel easel(side, side);
+  const Image sphere = easel.Draw(SceneOf(BumpySphere(30), 1));
+  ViewerScene other = SceneOf(BumpySphere(4), 1);
+  EXPECT_EQ(Compare(easel.Draw(other), sphere).pixels, 0u);
+  other.surfaceVersion = 2;
+  EXPECT_GT(Compare(easel.Draw(other), sphere).pixels, 0u);
+}
+
+TEST(GlesRenderer, FreesWhatItReplaces)
+{
+  Easel easel(side, side);
+  easel.Draw(SceneOf(BumpySphere(201), 1));
+  EXPECT_EQ(CountBuffers(), 4); // two chunks of vertices and indices
+  easel.renderer->SetColoring(SurfaceColoring::Partition);
+  easel.Draw(SceneOf(BumpySphere(201), 1));
+  EXPECT_EQ(CountBuffers(), 6);
+  easel.Draw(SceneOf(BumpySphere(20), 2));
+  EXPECT_EQ(CountBuffers(), 3);
+  Surface cloud = BumpySphere(20);
+  cloud.triangles.clear();
+  easel.Draw(SceneOf(cloud, 3));
+  EXPECT_EQ(CountBuffers(), 2);
+  easel.Draw(SceneOf(Surface{}, 4));
+  EXPECT_EQ(CountBuffers(), 0);
+  easel.Draw(SceneOf(BumpySphere(20), 5));
+  easel.renderer.reset();
+  EXPECT_EQ(CountBuffers(), 0);
+}
+
+TEST(GlesRenderer, ChangesItsColoring)
+{
+  Easel easel(side, side);
+  const ViewerScene scene = SceneOf(BumpySphere(30));
+  const Image stone = easel.Draw(scene);
+  easel.renderer->SetColoring(SurfaceColoring::Partition);
+  const Image partitions = easel.Draw(scene);
+  easel.renderer->SetColoring(SurfaceColoring::Resolution);
+  const Image resolutions = easel.Draw(scene);
+  EXPECT_GT(Compare(partitions, stone).mean, 5.0);
+  EXPECT_GT(Compare(resolutions, stone).mean, 5.0);
+  EXPECT_GT(Compare(resolutions, partitions).mean, 5.0);
+  easel.renderer->SetColoring(SurfaceColoring::Stone);
+  EXPECT_EQ(Compare(easel.Draw(scene), stone).pixels, 0u);
+}
+
+TEST(GlesRenderer, DrawsAnewInANewContext)
+{
+  const ViewerScene scene = SceneOf(BumpySphere(30));
+  for (const auto coloring : { SurfaceColoring::Stone, SurfaceColoring::Resolution })
+  {
+    Easel easel(side, side);
+    easel.renderer->SetColoring(coloring);
+    const Image before = easel.Draw(scene);
+    // The context goes, with all that was in it.
+    easel.target.reset();
+    easel.renderer->Forget();
+    const Status without = easel.renderer->Draw(scene, { side, side, 1 });
+    ASSERT_FALSE(without);
+    EXPECT_EQ(MessageOf(without), "no context of OpenGL ES 3.0 or WebGL 2 is current");
+    easel.target = std::move(*EglOffscreen::Make(side, side));
+    EXPECT_EQ(Compare(easel.Draw(scene), before).pixels, 0u);
+    EXPECT_EQ(CountBuffers(), coloring == SurfaceColoring::Stone ? 2 : 3);
+  }
+}
+
+TEST(GlesRenderer, KeepsItsPictureWhereASurfaceIsBad)
+{
+  Easel easel(side, side);
+  const Image good = easel.Draw(SceneOf(BumpySphere(20), 1));
+  std::uint64_t version = 1;
+  const auto refuses = [&](const Surface& bad, const std::string& message)
+  {
+    ViewerScene scene = SceneOf(BumpySphere(20), ++version);
+    scene.surface = std::make_shared<const Surface>(bad);
+    for (int again = 0; again < 2; ++again)
+    {
+      const Status status = easel.Try(scene);
+      ASSERT_FALSE(status) << message;
+      EXPECT_EQ(status.GetError().code, ErrorCode::InvalidInput);
+      EXPECT_NE(status.GetError().message.find(message), std::string::npos)
+        << status.GetError().message;
+      EXPECT_EQ(Compare(easel.Read(), good).pixels, 0u) << message;
+    }
+  };
+  for (const double value : { std::numeric_limits<double>::quiet_NaN(),
+         std::numeric_limits<double>::infinity(), 1e300, -1e39 })
+  {
+    Surface bad = BumpySphere(20);
+    bad.points[17][1] = value;
+    refuses(bad, "point 17 cannot be drawn");
+  }
+  Surface bad = BumpySphere(20);
+  bad.triangles[5][2] = static_cast<VertexId>(bad.points.size());
+  refuses(bad, "triangle 5 has a vertex that does not exist");
+  bad = BumpySphere(20);
+  bad.triangles[6][0] = noVertex;
+  refuses(bad, "triangle 6 has a vertex that does not exist");
+  bad = BumpySphere(20);
+  bad.sources.pop_back();
+  refuses(bad, "sources for");
+  bad = BumpySphere(20);
+  bad.points.clear();
+  bad.sources.clear();
+  refuses(bad, "triangle 0 has a vertex that does not exist");
+  EXPECT_EQ(Compare(easel.Draw(SceneOf(BumpySphere(20), ++version)), good).pixels, 0u);
+}
+
+TEST(GlesRenderer, RefusesBadCamerasAndPictures)
+{
+  Easel easel(side, side);
+  const ViewerScene good = SceneOf(BumpySphere(20));
+  ViewerScene bad = good;
+  bad.eye = bad.focal;
+  EXPECT_EQ(MessageOf(easel.Try(bad)), "camera: the eye is at the focal point");
+  bad = good;
+  bad.eye[2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(MessageOf(easel.Try(bad)), "camera: a coordinate is not finite");
+  bad = good;
+  bad.up = bad.eye - bad.focal;
+  EXPECT_EQ(MessageOf(easel.Try(bad)), "camera: up is zero or along the line of sight");
+  bad = good;
+  bad.viewAngle = 4.0;
+  EXPECT_NE(MessageOf(easel.Try(bad)).find("field of view"), std::string::npos);
+  for (const Viewport& viewport : { Viewport{ 0, 10, 1 }, Viewport{ 10, -1, 1 } })
+  {
+    const Status status = easel.renderer->Draw(good, viewport);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.GetError().code, ErrorCode::InvalidArgument);
+  }
+}
+
+// Points that fall together, triangles without an area, coordinates of any size.
+TEST(GlesRenderer, DrawsDegenerateSurfaces)
+{
+  Easel easel(side, side);
+  const Image nothing = easel.Draw(SceneOf(Surface{}, 1));
+  Surface point;
+  point.points.assign(3, Vec3{ 1, 2, 3 });
+  point.sources.resize(3);
+  EXPECT_GT(Compare(easel.Draw(SceneOf(point, 2)), nothing).pixels, 4u);
+  point.triangles = { { 0, 1, 2 }, { 0, 0, 0 } };
+  EXPECT_EQ(Compare(easel.Draw(SceneOf(point, 3)), nothing).pixels, 0u);
+  // A triangle and its mirror image: their normals cancel out.
+  Surface both;
+  both.points = { { -1, -1, 0 }, { 1, -1, 0 }, { 0, 1, 0 } };
+  both.sources.resize(3);
+  both.triangles = { { 0, 1, 2 }, { 0, 2, 1 } };
+  const Image cancelled = easel.Draw(SceneOf(both, 4));
+  both.triangles.pop_back();
+  EXPECT_LE(Compare(cancelled, easel.Draw(SceneOf(both, 5))).mean, 6.0);
+  EXPECT_GT(Compare(cancelled, nothing).mean, 8.0);
+}
+
+TEST(GlesRenderer, DoesNotDependOnTheUnit)
+{
+  Easel easel(side, side);
+  const Image usual = easel.Draw(SceneOf(BumpySphere(30), 1));
+  std::uint64_t version = 1;
+  for (const double unit : { 0x1p-60, 0x1p-24, 0x1p24, 0x1p100 })
+  {
+    Surface sphere = BumpySphere(30);
+    for (Vec3& p : sphere.points)
+    {
+      p = p * unit;
+    }
+    ViewerScene scene = SceneOf(sphere, ++version);
+    scene.eye = scene.focal + (scene.eye - scene.focal) * unit;
+    EXPECT_EQ(Compare(easel.Draw(scene), usual).pixels, 0u) << unit;
+  }
+}
+
+// The light is the camera's: turning model and camera together changes nothing.
+TEST(GlesRenderer, LightsFollowTheCamera)
+{
+  Easel easel(side, side);
+  ViewerScene scene = SceneOf(BumpySphere(30), 1);
+  const Image before = easel.Draw(scene);
+  Surface turned = *scene.surface;
+  const auto turn = [](const Vec3& p) { return Vec3{ p[2], p[0], p[1] }; };
+  for (Vec3& p : turned.points)
+  {
+    p = turn(p);
+  }
+  scene = SceneOf(turned, 2);
+  scene.eye = scene.focal + turn({ 1.5, 1.2, 4.8 });
+  scene.up = turn({ 0, 1, 0 });
+  EXPECT_LE(Compare(easel.Draw(scene), before, 2).pixels, 20u);
+}
+
+// Other code has left the context in another state; the renderer says what it needs.
+TEST(GlesRenderer, ExpectsNothingOfTheContext)
+{
+  Easel easel(side, side);
+  const ViewerScene scene = SceneOf(BumpySphere(20));
+  const Image before = easel.Draw(scene);
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_FRONT);
+  glEnable(GL_BLEND);
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(0, 0, 1, 1);
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_NEVER);
+  glClearDepthf(0.0f);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glViewport(0, 0, 3, 3);
+  glUseProgram(0);
+  EXPECT_EQ(Compare(easel.Draw(scene), before).pixels, 0u);
+}
+
+TEST(EglOffscreen, RefusesImpossiblePictures)
+{
+  for (const auto& [width, height] : { std::pair{ 0, 10 }, { 10, -3 } })
+  {
+    const auto made = EglOffscreen::Make(width, height);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.GetError().code, ErrorCode::InvalidArgument);
+  }
+  const auto huge = EglOffscreen::Make(1 << 30, 10);
+  ASSERT_FALSE(huge);
+  EXPECT_EQ(huge.GetError().code, ErrorCode::Unsupported);
+  EXPECT_NE(huge.GetError().message.find("sides are at most"), std::string::npos);
+}
+
+TEST(EglOffscreen, LivesBesideOthers)
+{
+  Easel small(side, side);
+  Easel wide(2 * side, side);
+  const ViewerScene scene = SceneOf(BumpySphere(20));
+  const Image first = small.Draw(scene);
+  EXPECT_EQ(wide.Draw(scene).size(), 2 * first.size());
+  EXPECT_EQ(Compare(small.Draw(scene), first).pixels, 0u);
+}
+
+// Run by itself, where EGL has no driver.
+TEST(WithoutEgl, DISABLED_SaysWhatIsMissing)
+{
+  const auto made = EglOffscreen::Make(side, side);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(made.GetError().message.rfind("EGL: ", 0), 0u) << made.GetError().message;
+}
+
+}
+}

@@ -1,0 +1,246 @@
+// Chunks put together again are the surface.
+#include "Testing/Fixtures/Model.h"
+#include "viewer/mobile/SurfaceChunks.h"
+#include "viewer/mobile/Testing/GlesTools.h"
+#include "viewer/session/SceneRules.h"
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/VertexNormals.h"
+
+#include <map>
+#include <random>
+#include <set>
+
+namespace kdstream::test
+{
+namespace
+{
+
+std::vector<SurfaceChunk> AllChunks(const Surface& surface, SurfaceColoring coloring,
+  const Vec3& center = { 0, 0, 0 }, double scale = 1.0)
+{
+  ChunkCutter cutter(surface, depths, coloring, center, scale);
+  std::vector<SurfaceChunk> chunks;
+  for (SurfaceChunk chunk; cutter.Next(chunk);)
+  {
+    chunks.push_back(chunk);
+  }
+  return chunks;
+}
+
+using Corner = std::array<float, 3>;
+using Corners = std::array<Corner, 3>;
+
+// Turned so that the lowest corner is first.
+Corners Turned(Corners t)
+{
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
+std::multiset<Corners> TrianglesOf(const Surface& surface)
+{
+  std::multiset<Corners> triangles;
+  for (const Triangle& t : surface.triangles)
+  {
+    Corners corners;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+      {
+        corners[k][axis] = static_cast<float>(surface.points[t[k]][axis]);
+      }
+    }
+    triangles.insert(Turned(corners));
+  }
+  return triangles;
+}
+
+std::multiset<Corners> TrianglesOf(const std::vector<SurfaceChunk>& chunks)
+{
+  std::multiset<Corners> triangles;
+  for (const SurfaceChunk& chunk : chunks)
+  {
+    for (std::size_t i = 0; i < chunk.indices.size(); i += 3)
+    {
+      Corners corners;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        corners[k] = chunk.vertices.at(chunk.indices[i + k]).position;
+      }
+      triangles.insert(Turned(corners));
+    }
+  }
+  return triangles;
+}
+
+std::size_t VerticesOf(const std::vector<SurfaceChunk>& chunks)
+{
+  std::size_t count = 0;
+  for (const SurfaceChunk& chunk : chunks)
+  {
+    EXPECT_LE(chunk.vertices.size(), SurfaceChunk::mostVertices);
+    count += chunk.vertices.size();
+  }
+  return count;
+}
+
+TEST(SurfaceChunks, HoldEveryTriangleOnce)
+{
+  for (const std::uint32_t rows : { 2, 60, 201 })
+  {
+    const Surface sphere = BumpySphere(rows);
+    for (const auto coloring : { SurfaceColoring::Stone, SurfaceColoring::Partition })
+    {
+      const auto chunks = AllChunks(sphere, coloring);
+      EXPECT_EQ(chunks.size(), sphere.points.size() > SurfaceChunk::mostVertices ? 2u : 1u);
+      EXPECT_EQ(TrianglesOf(chunks), TrianglesOf(sphere)) << rows;
+    }
+  }
+}
+
+// The worst order: every chunk is full, and nothing is lost.
+TEST(SurfaceChunks, TakeTrianglesInAnyOrder)
+{
+  Surface sphere = BumpySphere(201);
+  std::mt19937 random(3);
+  std::shuffle(sphere.triangles.begin(), sphere.triangles.end(), random);
+  const auto chunks = AllChunks(sphere, SurfaceColoring::Resolution);
+  EXPECT_GE(chunks.size(), 3u);
+  EXPECT_EQ(TrianglesOf(chunks), TrianglesOf(sphere));
+  VerticesOf(chunks);
+  for (std::size_t i = 0; i + 1 < chunks.size(); ++i)
+  {
+    EXPECT_GT(chunks[i].vertices.size(), SurfaceChunk::mostVertices - 3);
+  }
+}
+
+// As sessions draw it, piece by piece: 90,000 vertices of 64 partitions. Each border between two
+// chunks runs along borders of pieces: 0.6 % of the vertices are repeated.
+TEST(SurfaceChunks, RepeatFewVerticesOfADrawnSurface)
+{
+  const auto model = fixtures::MakeModel(kdstream::testing::MakeTorus(450, 200));
+  Cut cut;
+  cut.depths = model->tree.depths;
+  cut.base = Resolution::Original();
+  const auto surface = DrawSurface(cut, model->Lookup());
+  ASSERT_TRUE(surface);
+  ASSERT_EQ(surface->points.size(), std::size_t{ 90000 });
+  for (const auto coloring : { SurfaceColoring::Stone, SurfaceColoring::Partition })
+  {
+    const auto chunks = AllChunks(*surface, coloring);
+    EXPECT_EQ(chunks.size(), 2u);
+    EXPECT_LE(VerticesOf(chunks), 90000 * 101 / 100);
+  }
+}
+
+TEST(SurfaceChunks, LeaveOutVerticesWithoutTriangles)
+{
+  Surface sphere = BumpySphere(10);
+  const std::size_t used = sphere.points.size();
+  sphere.points.push_back({ 9, 9, 9 });
+  sphere.sources.emplace_back();
+  EXPECT_EQ(VerticesOf(AllChunks(sphere, SurfaceColoring::Stone)), used);
+}
+
+TEST(SurfaceChunks, HoldEveryPointOfACloudOnce)
+{
+  Surface cloud = BumpySphere(201);
+  cloud.triangles.clear();
+  const auto chunks = AllChunks(cloud, SurfaceColoring::Resolution);
+  ASSERT_EQ(chunks.size(), 2u);
+  std::size_t at = 0;
+  for (const SurfaceChunk& chunk : chunks)
+  {
+    EXPECT_TRUE(chunk.indices.empty());
+    ASSERT_EQ(chunk.colors.size(), chunk.vertices.size());
+    for (std::size_t i = 0; i < chunk.vertices.size(); ++i, ++at)
+    {
+      EXPECT_EQ(chunk.vertices[i].position[1], static_cast<float>(cloud.points[at][1]));
+      const Color color = ResolutionColor(cloud.sources[at].resolution);
+      EXPECT_EQ(
+        chunk.colors[i], (std::array<std::uint8_t, 4>{ color[0], color[1], color[2], 255 }));
+    }
+  }
+  EXPECT_EQ(at, cloud.points.size());
+}
+
+TEST(SurfaceChunks, HoldNothingOfNothing)
+{
+  EXPECT_TRUE(AllChunks(Surface{}, SurfaceColoring::Stone).empty());
+}
+
+// The rule of SceneRules.h, for triangles whose corners differ in every way.
+TEST(SurfaceChunks, PutTheColorOfATriangleIntoItsLastCorner)
+{
+  Surface sphere = BumpySphere(30);
+  std::mt19937 random(5);
+  for (Surface::Source& source : sphere.sources)
+  {
+    source.resolution = random() % 3 ? Resolution::Level(5 + random() % 4) : Resolution::Original();
+    source.key = MakeKey(random() % 8, 0);
+  }
+  std::map<Corners, Triangle> byCorners;
+  for (const Triangle& t : sphere.triangles)
+  {
+    Surface one = sphere;
+    one.triangles = { t };
+    byCorners[*TrianglesOf(one).begin()] = t;
+  }
+  for (const auto coloring : { SurfaceColoring::Partition, SurfaceColoring::Resolution })
+  {
+    for (const SurfaceChunk& chunk : AllChunks(sphere, coloring))
+    {
+      for (std::size_t i = 0; i < chunk.indices.size(); i += 3)
+      {
+        const auto cornerOf = [&](std::size_t k)
+        { return chunk.vertices[chunk.indices[i + k]].position; };
+        const Triangle& t = byCorners.at(Turned({ cornerOf(0), cornerOf(1), cornerOf(2) }));
+        const auto sourceOf = [&](std::size_t k)
+        { return ColorSourceOf(sphere.sources[t[k]], depths); };
+        const Color color =
+          ColorOf(Together(Together(sourceOf(0), sourceOf(1)), sourceOf(2)), coloring);
+        EXPECT_EQ(chunk.colors[chunk.indices[i + 2]],
+          (std::array<std::uint8_t, 4>{ color[0], color[1], color[2], 255 }));
+      }
+    }
+  }
+}
+
+TEST(SurfaceChunks, AreRelativeToTheCenterAndScaled)
+{
+  const Surface sphere = BumpySphere(10, { 4e6, -4e6, 1e6 });
+  const Surface atOrigin = BumpySphere(10);
+  const auto chunks = AllChunks(sphere, SurfaceColoring::Stone, { 4e6, -4e6, 1e6 }, 0.25);
+  Surface quarter = atOrigin;
+  for (Vec3& p : quarter.points)
+  {
+    p = p * 0.25;
+  }
+  EXPECT_EQ(TrianglesOf(chunks), TrianglesOf(quarter));
+}
+
+TEST(SurfaceChunks, PackNormalsIntoTenBitsAnAxis)
+{
+  const Surface sphere = BumpySphere(40);
+  const auto normals = ComputeVertexNormals(sphere.points, sphere.triangles);
+  std::map<Corner, std::array<float, 3>> byPosition;
+  for (std::size_t i = 0; i < normals.size(); ++i)
+  {
+    byPosition[{ static_cast<float>(sphere.points[i][0]), static_cast<float>(sphere.points[i][1]),
+      static_cast<float>(sphere.points[i][2]) }] = normals[i];
+  }
+  const auto chunks = AllChunks(sphere, SurfaceColoring::Stone);
+  for (const ChunkVertex& vertex : chunks.at(0).vertices)
+  {
+    for (unsigned k = 0; k < 3; ++k)
+    {
+      // Ten bits with a sign.
+      const auto bits = static_cast<int>(vertex.normal >> (10 * k) & 1023u);
+      const double value = (bits < 512 ? bits : bits - 1024) / 511.0;
+      EXPECT_NEAR(value, byPosition.at(vertex.position)[k], 0.51 / 511.0);
+    }
+  }
+}
+
+}
+}

@@ -1,0 +1,165 @@
+#include "viewer/session/SceneRules.h"
+
+#include "viewer/session/Geometry.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+namespace kdstream
+{
+namespace
+{
+
+Surface TwoTriangles()
+{
+  Surface surface;
+  surface.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 1, 2, 0 }, { 0, 2, 3 } };
+  surface.sources.resize(4);
+  surface.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+  return surface;
+}
+
+TEST(SceneRules, FindWhatIsWrongWithASurface)
+{
+  const Vec3 center{ 0.5, 1, 1.5 };
+  EXPECT_TRUE(CheckSurface(TwoTriangles(), center));
+  EXPECT_TRUE(CheckSurface(Surface{}, center));
+  for (const double value :
+    { std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity(), 3.5e38 })
+  {
+    Surface bad = TwoTriangles();
+    bad.points[2][1] = value;
+    const Status status = CheckSurface(bad, center);
+    ASSERT_FALSE(status) << value;
+    EXPECT_EQ(status.GetError().message, "point 2 cannot be drawn: a coordinate is not finite");
+  }
+  Surface far = TwoTriangles();
+  far.points[2][1] = 3e38;
+  EXPECT_TRUE(CheckSurface(far, center));
+  Surface index = TwoTriangles();
+  index.triangles[1][1] = 4;
+  EXPECT_EQ(
+    CheckSurface(index, center).GetError().message, "triangle 1 has a vertex that does not exist");
+  Surface sources = TwoTriangles();
+  sources.sources.pop_back();
+  EXPECT_EQ(CheckSurface(sources, center).GetError().message, "3 sources for 4 points");
+}
+
+TEST(SceneRules, FindWhatIsWrongWithACamera)
+{
+  EXPECT_TRUE(CheckCamera({}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const SceneCamera& bad : {
+         SceneCamera{ { nan, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, nan }, 0.5 },
+         SceneCamera{ { 1e308, 0, 0 }, { -1e308, 0, 0 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 3, 2, 1 }, { 3, 2, 1 }, { 0, 1, 0 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 0, -7 }, 0.5 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.0 },
+         SceneCamera{ { 0, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, std::numbers::pi },
+       })
+  {
+    const Status status = CheckCamera(bad);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.GetError().code, ErrorCode::InvalidArgument);
+  }
+}
+
+// Every corner of the box lies between the planes, and from outside one lies near each.
+TEST(SceneRules, EncloseTheBoxBetweenThePlanes)
+{
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const auto anywhere = [&] { return Vec3{ uniform(random), uniform(random), uniform(random) }; };
+  for (int i = 0; i < 1000; ++i)
+  {
+    Box box;
+    box.Add(anywhere());
+    box.Add(anywhere());
+    const Vec3 eye = Normalized(anywhere()) * 5.0;
+    const Vec3 focal = anywhere();
+    const Vec3 sight = Normalized(focal - eye);
+    const ClippingPlanes planes = PlanesAround(box, eye, focal);
+    double nearest = 100.0, farthest = 0.0;
+    for (int corner = 0; corner < 8; ++corner)
+    {
+      const Vec3 p{ (corner & 1 ? box.hi : box.lo)[0], (corner & 2 ? box.hi : box.lo)[1],
+        (corner & 4 ? box.hi : box.lo)[2] };
+      nearest = std::min(nearest, Dot(p - eye, sight));
+      farthest = std::max(farthest, Dot(p - eye, sight));
+    }
+    EXPECT_LT(planes.nearest, nearest);
+    EXPECT_GT(planes.farthest, farthest);
+    EXPECT_GT(planes.nearest, nearest - 0.1);
+    EXPECT_LT(planes.farthest, farthest + 0.1);
+  }
+}
+
+TEST(SceneRules, LeaveDepthEnoughFromInsideAndBehind)
+{
+  Box box;
+  box.Add(Vec3{ -1, -1, -1 });
+  box.Add(Vec3{ 1, 1, 1 });
+  for (const Vec3& eye : { Vec3{ 0, 0, 0 }, Vec3{ 0, 0, 0.9 }, Vec3{ 0, 0, -50 } })
+  {
+    const ClippingPlanes planes = PlanesAround(box, eye, eye - Vec3{ 0, 0, 2 });
+    EXPECT_GT(planes.nearest, 0.0);
+    EXPECT_GE(planes.nearest, planes.farthest * 1e-4);
+    EXPECT_GT(planes.farthest, planes.nearest);
+  }
+  const ClippingPlanes empty = PlanesAround(Box{}, { 0, 0, 3 }, { 0, 0, 0 });
+  EXPECT_GT(empty.nearest, 0.0);
+  EXPECT_LT(empty.nearest, 3.0);
+  EXPECT_GT(empty.farthest, 3.0);
+}
+
+TEST(SceneRules, MakePointsAsLargeAsTheyAreApart)
+{
+  Box box; // half its surface: 4
+  box.Add(Vec3{ 0, 0, 0 });
+  box.Add(Vec3{ 2, 2, 0 });
+  const ClippingPlanes planes{ 9.0, 11.0 };
+  const double tangent = 0.5; // 10 units are visible in 1,000 pixels
+  // 1,600 points are 0.05 units or 5 pixels apart.
+  EXPECT_NEAR(CloudPointSize(box, 1600, planes, tangent, 1000), 7.5, 1e-9);
+  EXPECT_NEAR(CloudPointSize(box, 1600, planes, tangent, 2000), 15.0, 1e-9);
+  EXPECT_NEAR(CloudPointSize(box, 400, planes, tangent, 1000), 15.0, 1e-9);
+  EXPECT_EQ(CloudPointSize(box, 1000000, planes, tangent, 1000), 4.0);
+  EXPECT_EQ(CloudPointSize(box, 1, planes, tangent, 1000), 32.0);
+  Box point;
+  point.Add(Vec3{ 1, 1, 1 });
+  EXPECT_EQ(CloudPointSize(point, 1, planes, tangent, 1000), 4.0);
+}
+
+TEST(SceneRules, ColorTriangles)
+{
+  const TreeDepths depths{ 3, 7, 9 };
+  const auto of = [&](Resolution resolution, std::uint32_t partition) {
+    return ColorSourceOf({ resolution, MakeKey(partition, 5) }, depths);
+  };
+  EXPECT_EQ(of(Resolution::Original(), 6).partition, 6u);
+  EXPECT_EQ(of(Resolution::Level(7), 6).partition, 6u);
+  EXPECT_FALSE(of(Resolution::Level(6), 6).partition);
+
+  const ColorSource two = of(Resolution::Level(8), 2);
+  const ColorSource four = of(Resolution::Level(9), 4);
+  const ColorSource none = of(Resolution::Level(3), 4);
+  EXPECT_EQ(Together(two, four).partition, 2u);
+  EXPECT_EQ(Together(four, two).partition, 2u);
+  EXPECT_EQ(Together(two, four).resolution, Resolution::Level(9));
+  EXPECT_EQ(Together(none, four).partition, 4u);
+  EXPECT_EQ(Together(four, none).partition, 4u);
+  EXPECT_FALSE(Together(none, none).partition);
+
+  EXPECT_EQ(ColorOf(two, SurfaceColoring::Stone), stoneColor);
+  EXPECT_EQ(ColorOf(two, SurfaceColoring::Partition), PartitionColor(2));
+  EXPECT_EQ(ColorOf(none, SurfaceColoring::Partition), stoneColor);
+  EXPECT_EQ(ColorOf(none, SurfaceColoring::Resolution), ResolutionColor(Resolution::Level(3)));
+}
+
+}
+}
