@@ -1,0 +1,286 @@
+// Records one walk on a phone (Recorder.h): list, preview, full screen, pinches through the levels,
+// regions, damage, outages, turning the phone, and back.
+//
+//   RecordSession torus FILE            a torus in memory, over the stream
+//   RecordSession torus-get FILE        the same over GET
+//   RecordSession FOLDER/MODEL.kds FILE a store
+//
+// Writes FILE.recording and FILE.trace. Exit code 1 where the walk did not get through what it is
+// for: a recording in which nothing happens proves nothing.
+#include "server/session/StoreCatalog.h"
+#include "viewer/client/Testing/Replay/Recorder.h"
+#include "viewer/session/Testing/MemoryServer.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <set>
+#include <string>
+
+using namespace kdstream;
+using namespace kdstream::testing;
+
+namespace
+{
+
+using Kind = RecordedInput::Kind;
+
+class Torus : public ServedModel
+{
+public:
+  const protocol::ModelDescription& Description() const override
+  {
+    return this->Server.Description();
+  }
+  Result<std::span<const Box>> Boxes() const override
+  {
+    return std::span<const Box>(this->Server.Tree());
+  }
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
+  {
+    if (!this->Server.Has(blob))
+    {
+      return Error{ ErrorCode::NotFound, "no such blob" };
+    }
+    return std::make_shared<const std::vector<std::uint8_t>>(this->Server.Blob(blob));
+  }
+
+private:
+  mutable MemoryServer Server{ MakeTorus(420, 210), 400, 2 };
+};
+
+class TorusCatalog : public Catalog
+{
+public:
+  std::vector<std::shared_ptr<const ServedModel>> Models() const override { return { this->Only }; }
+  std::shared_ptr<const ServedModel> Find(std::string_view id) const override
+  {
+    return id == "torus" ? this->Only : nullptr;
+  }
+
+private:
+  std::shared_ptr<const ServedModel> Only = std::make_shared<Torus>();
+};
+
+class Walk
+{
+public:
+  Walk(const Catalog& models, bool stream, std::string model, const std::string& file)
+    : Phone(models, stream, file)
+    , Model(std::move(model))
+    , Stream(stream)
+  {
+  }
+
+  bool Run();
+
+private:
+  void Browse();
+  void PinchThroughLevels();
+  void PickRegions();
+  void LoseTheServer();
+  void TurnThePhone();
+  void GoBack();
+
+  void Expect(bool condition, const std::string& what);
+  // Double taps here and there until the surface is hit and a region answers.
+  void PickSomething(double x, double y);
+  bool RegionIsShown() const;
+
+  Recorder Phone;
+  std::string Model;
+  bool Stream;
+  bool Good = true;
+};
+
+void Walk::Expect(bool condition, const std::string& what)
+{
+  if (!condition)
+  {
+    std::fprintf(stderr, "not as it should be: %s; error: '%s'\n", what.c_str(),
+      this->Phone.Status().error.c_str());
+    this->Good = false;
+  }
+}
+
+bool Walk::RegionIsShown() const
+{
+  const ViewerStatus status = this->Phone.Status();
+  return status.region && status.region->shown == status.region->partitions;
+}
+
+void Walk::PickSomething(double x, double y)
+{
+  const auto before = this->Phone.Status().region;
+  for (int i = 0; i < 40; ++i)
+  {
+    const double way = 45.0 * i;
+    const bool across = i % 2 == 0;
+    this->Phone.DoubleTap(x + (across ? way : 0), y + (across ? 0 : way));
+    const auto region = this->Phone.Status().region;
+    if (region && (!before || region->cell != before->cell))
+    {
+      return;
+    }
+  }
+  this->Expect(false, "no double tap hit the surface");
+}
+
+void Walk::Browse()
+{
+  this->Phone.Do(Kind::Resize, { 1170, 2532, 3 });
+  this->Phone.Do(Kind::Select, {}, "no-such-model");
+  this->Phone.Do(Kind::Select, {}, this->Model);
+  this->Phone.Settle();
+  this->Expect(this->Phone.Status().shownLevel == 11u, "the preview is shown");
+  this->Phone.Drag(500, 1200, 180, 75);
+  this->Phone.Tap(600, 1300);
+  this->Expect(this->Phone.Status().mode == ViewerMode::FullScreen, "a tap fills the screen");
+  this->Phone.Wait(1);
+  this->Phone.Settle();
+}
+
+void Walk::PinchThroughLevels()
+{
+  std::set<unsigned> inwards, outwards;
+  for (int i = 0; i < 7; ++i)
+  {
+    this->Phone.Pinch(585 + 20 * i, 1266, 240, 520);
+    this->Phone.Settle();
+    inwards.insert(*this->Phone.Status().shownLevel);
+  }
+  this->Expect(inwards.size() >= 3, "pinching in goes through three levels");
+  for (int i = 0; i < 6; ++i)
+  {
+    this->Phone.Pinch(585, 1266, 620, 260, 15, -20);
+    this->Phone.Settle(9); // not all comes before it is called back
+    outwards.insert(*this->Phone.Status().shownLevel);
+  }
+  this->Phone.Settle();
+  this->Expect(outwards.size() >= 2, "pinching out goes back");
+  this->Phone.Pinch(585, 1266, 240, 700);
+  this->Phone.Settle();
+}
+
+void Walk::PickRegions()
+{
+  this->PickSomething(585, 1266);
+  this->Phone.Settle(7);
+  this->Phone.Break();
+  this->Phone.Wait(2);
+  this->Phone.Do(Kind::Tick);
+  this->Phone.Settle();
+  this->Expect(this->RegionIsShown(), "the region comes over a lost connection");
+
+  this->Phone.Pinch(585, 1266, 400, 420, 150, 60);
+  this->Phone.Do(Kind::Rings, { 2 });
+  this->PickSomething(300, 900);
+  this->Phone.Settle(3);
+  this->Phone.DamageNext();
+  this->Phone.Settle();
+  this->Expect(!this->Phone.Status().error.empty(), "a damaged blob is told of");
+  this->Phone.Do(Kind::Touches, { 1, 100, 100 });
+  this->Phone.Wait(0.01);
+  this->Phone.Do(Kind::CancelTouches);
+  this->PickSomething(585, 1266);
+  this->Phone.Settle();
+  this->Expect(this->RegionIsShown(), "the second region is there");
+  this->Expect(this->Phone.Status().error.empty(), "the error has gone");
+}
+
+void Walk::LoseTheServer()
+{
+  for (std::uint32_t partition = 0; partition < 64; partition += 3)
+  {
+    this->Phone.catalog.unreadable.insert(protocol::BlobId::Partition(partition));
+  }
+  this->Phone.serverIsUp = false;
+  this->Phone.Break();
+  this->Phone.Do(Kind::Rings, { 3 });
+  this->PickSomething(700, 1500);
+  this->Phone.Settle();
+  this->Phone.Wait(0.1);
+  this->Phone.Do(Kind::Tick);
+  this->Phone.Settle();
+  this->Expect(!this->Phone.Traced().Line().Trouble().empty(), "the line says what is wrong");
+  for (int i = 0; i < 4; ++i)
+  {
+    this->Phone.Wait(3);
+    this->Phone.Do(Kind::Tick);
+    this->Phone.Settle();
+  }
+  this->Phone.serverIsUp = true;
+  this->Phone.Do(Kind::Hurry);
+  this->Phone.Do(Kind::Tick);
+  this->Phone.Settle();
+  this->Expect(this->Phone.Traced().Line().Trouble().empty(), "the server is back");
+  this->Expect(this->Phone.Traced().Session().IsIdle(), "all that was asked has been answered");
+  this->Phone.catalog.unreadable.clear();
+}
+
+void Walk::TurnThePhone()
+{
+  this->Phone.Do(Kind::Resize, { 2532, 1170, 3 });
+  this->Phone.Settle();
+  this->Phone.Drag(1266, 585, -200, 33);
+  for (const double factor : { 0.6, 1.9, 0.8, 1.3, 2.1 })
+  {
+    this->Phone.Do(Kind::Wheel, { factor, 1300, 570 });
+    this->Phone.Settle();
+  }
+  this->PickSomething(1266, 585);
+  this->Phone.Settle();
+  this->Expect(this->RegionIsShown(), "a region in landscape");
+}
+
+void Walk::GoBack()
+{
+  this->Phone.Do(Kind::Back);
+  this->Phone.Settle();
+  const ViewerStatus status = this->Phone.Status();
+  this->Expect(status.mode == ViewerMode::Browsing && !status.region, "back to the preview");
+  this->Phone.Do(Kind::Rings, { 3 });
+  this->PickSomething(1266, 585);
+  this->Phone.Settle();
+  this->Expect(this->RegionIsShown(), "a region of three rings");
+}
+
+bool Walk::Run()
+{
+  this->Browse();
+  this->PinchThroughLevels();
+  this->PickRegions();
+  this->LoseTheServer();
+  this->TurnThePhone();
+  this->GoBack();
+  const bool streams = this->Phone.Traced().Line().GetState() == ServerLine::State::Streaming;
+  this->Expect(streams == this->Stream, "the line is the one meant");
+  this->Expect(this->Phone.Finish(), "the files are written");
+  return this->Good;
+}
+
+}
+
+int main(int count, char** arguments)
+{
+  if (count != 3)
+  {
+    std::fprintf(stderr, "usage: RecordSession torus|torus-get|FOLDER/MODEL.kds FILE\n");
+    return 2;
+  }
+  const std::string what = arguments[1];
+  if (what == "torus" || what == "torus-get")
+  {
+    const TorusCatalog torus;
+    return Walk(torus, what == "torus", "torus", arguments[2]).Run() ? 0 : 1;
+  }
+  const std::filesystem::path store = what;
+  StoreCatalog stores(store.parent_path(),
+    [](const std::filesystem::path& file, const std::string& wrong)
+    { std::fprintf(stderr, "%s: %s\n", file.c_str(), wrong.c_str()); });
+  if (const Status status = stores.Reload(); !status)
+  {
+    std::fprintf(stderr, "%s\n", status.GetError().message.c_str());
+    return 2;
+  }
+  return Walk(stores, true, store.stem().string(), arguments[2]).Run() ? 0 : 1;
+}

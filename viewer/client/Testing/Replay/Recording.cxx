@@ -1,0 +1,133 @@
+// Recordings: see Recording.h.
+#include "viewer/client/Testing/Replay/Recording.h"
+
+#include "server/protocol/Json.h"
+#include "viewer/session/JsonText.h"
+
+#include <array>
+#include <utility>
+
+namespace kdstream::testing
+{
+namespace
+{
+
+using Kind = RecordedInput::Kind;
+using protocol::FindMember;
+using protocol::Json;
+
+struct KindFacts
+{
+  Kind kind;
+  const char* name;
+  std::size_t numbers; // of touches: a multiple
+};
+
+constexpr std::array<KindFacts, 17> kinds{ { { Kind::Resize, "resize", 3 },
+  { Kind::Touches, "touches", 3 }, { Kind::CancelTouches, "cancel", 0 },
+  { Kind::Wheel, "wheel", 3 }, { Kind::Rings, "rings", 1 }, { Kind::Select, "select", 0 },
+  { Kind::Back, "back", 0 }, { Kind::Models, "models", 0 }, { Kind::Opened, "opened", 0 },
+  { Kind::Text, "text", 0 }, { Kind::Frame, "frame", 0 }, { Kind::Ended, "ended", 1 },
+  { Kind::Fetched, "fetched", 1 }, { Kind::NotFetched, "not fetched", 0 },
+  { Kind::Tick, "tick", 0 }, { Kind::Hurry, "hurry", 0 }, { Kind::Draw, "draw", 0 } } };
+
+Error Wrong(const std::string& what)
+{
+  return { ErrorCode::InvalidInput, "recording: " + what };
+}
+
+// The line before a payload.
+Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
+{
+  const auto json = protocol::ParseJson(line);
+  if (!json || !json->IsObject())
+  {
+    return Wrong("no JSON object: " + std::string(line.substr(0, 100)));
+  }
+  const Json *time = FindMember(*json, "t"), *name = FindMember(*json, "input"),
+             *numbers = FindMember(*json, "numbers"), *bytes = FindMember(*json, "bytes");
+  if (!time || !time->IsNumber() || !name || !name->IsString() || !numbers || !numbers->IsArray() ||
+      !bytes || !bytes->IsUint())
+  {
+    return Wrong("a member is missing or of another type: " + std::string(line.substr(0, 100)));
+  }
+  RecordedInput input;
+  input.time = time->GetDouble();
+  for (const Json& number : numbers->GetArray())
+  {
+    if (!number.IsNumber())
+    {
+      return Wrong("no number among the numbers");
+    }
+    input.numbers.push_back(number.GetDouble());
+  }
+  for (const KindFacts& facts : kinds)
+  {
+    if (protocol::TextOf(*name) == facts.name)
+    {
+      input.kind = facts.kind;
+      const std::size_t count = input.numbers.size();
+      if (facts.kind == Kind::Touches ? count % facts.numbers != 0 : count != facts.numbers)
+      {
+        return Wrong(std::string(facts.name) + " has " + std::to_string(count) + " numbers");
+      }
+      return std::pair(std::move(input), std::size_t{ bytes->GetUint() });
+    }
+  }
+  return Wrong("no input is called " + std::string(protocol::TextOf(*name)));
+}
+
+}
+
+const char* NameOf(Kind kind)
+{
+  for (const KindFacts& facts : kinds)
+  {
+    if (facts.kind == kind)
+    {
+      return facts.name;
+    }
+  }
+  return "?";
+}
+
+std::string FormatInput(const RecordedInput& input)
+{
+  std::string text =
+    JsonObject()
+      .Add("t", input.time)
+      .Add("input", NameOf(input.kind))
+      .AddRaw("numbers", JsonArray(input.numbers, [](double number) { return JsonNumber(number); }))
+      .Add("bytes", input.payload.size())
+      .Text() +
+    "\n";
+  return input.payload.empty() ? text : text + input.payload + "\n";
+}
+
+Result<RecordedInput> TakeInput(std::string_view& text)
+{
+  const std::size_t end = text.find('\n');
+  if (end == std::string_view::npos)
+  {
+    return Wrong("a line without an end");
+  }
+  auto line = ParseLine(text.substr(0, end));
+  if (!line)
+  {
+    return line.GetError();
+  }
+  text.remove_prefix(end + 1);
+  auto& [input, bytes] = *line;
+  if (bytes > 0)
+  {
+    if (bytes >= text.size() || text[bytes] != '\n')
+    {
+      return Wrong("a payload of " + std::to_string(bytes) + " bytes is not whole");
+    }
+    input.payload = text.substr(0, bytes);
+    text.remove_prefix(bytes + 1);
+  }
+  return std::move(input);
+}
+
+}

@@ -1,0 +1,80 @@
+// Recordings: everything that went into a session and its line to a server, in order, with times:
+// what the person did, and every byte that the server sent. Played again they give the same trace,
+// on any machine: the proof that the phone runs the desktop's brain.
+//
+// A recording is one file. Each input is a line of JSON, then its payload and a line's end:
+//
+//   {"t":0.25,"input":"touches","numbers":[1,640,360.5],"bytes":0}
+//
+//   t        seconds of a clock that runs from 0
+//   input    what came, as below
+//   numbers  its numbers
+//   bytes    of the payload that follows the line's end; without one nothing follows
+//
+//   input          numbers               payload
+//   resize         width, height, ratio
+//   touches        id, x, y of each
+//   cancel
+//   wheel          factor, x, y
+//   rings          1-3
+//   select                               the model
+//   back
+//   models                               the answer to GET /api/models
+//   opened                                              the connection stands
+//   text                                 the message
+//   frame                                the message
+//   ended          1 = refused, else 0   why
+//   fetched        status of HTTP        the body
+//   not fetched                          why
+//   tick
+//   hurry
+//   draw
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream::testing
+{
+
+struct RecordedInput
+{
+  enum class Kind
+  {
+    Resize,
+    Touches,
+    CancelTouches,
+    Wheel,
+    Rings,
+    Select,
+    Back,
+    Models,
+    Opened,
+    Text,
+    Frame,
+    Ended,
+    Fetched,
+    NotFetched,
+    Tick,
+    Hurry,
+    Draw
+  };
+  Kind kind = Kind::Draw;
+  double time = 0;
+  std::vector<double> numbers;
+  std::string payload;
+};
+
+const char* NameOf(RecordedInput::Kind kind);
+
+// As it lies in a recording.
+std::string FormatInput(const RecordedInput& input);
+
+// Takes the first input off the front of `text`.
+// Errors: InvalidInput naming what is wrong; the number of numbers fits the kind.
+Result<RecordedInput> TakeInput(std::string_view& text);
+
+}

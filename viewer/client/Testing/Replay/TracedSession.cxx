@@ -1,0 +1,241 @@
+// A session that writes down all it does: see TracedSession.h.
+#include "viewer/client/Testing/Replay/TracedSession.h"
+
+#include "filters/core/BitCast.h"
+#include "server/protocol/ModelDescription.h"
+#include "viewer/session/JsonText.h"
+#include "viewer/session/VertexNormals.h"
+
+#include <utility>
+
+namespace kdstream::testing
+{
+namespace
+{
+
+// FNV-1a over 64-bit words, stirred, so that high bits count too.
+class Digest
+{
+public:
+  void Add(std::uint64_t word)
+  {
+    this->Value = (this->Value ^ word) * 1099511628211u;
+    this->Value ^= this->Value >> 29;
+  }
+  void Add(double value) { this->Add(BitCast<std::uint64_t>(value)); }
+  void Add(float value) { this->Add(std::uint64_t{ BitCast<std::uint32_t>(value) }); }
+  std::string Text() const { return JsonNumber(this->Value); }
+
+private:
+  std::uint64_t Value = 14695981039346656037u;
+};
+
+template <class Range>
+std::string DigestOfNumbers(const Range& range)
+{
+  Digest digest;
+  for (const auto& entry : range)
+  {
+    for (const auto number : entry)
+    {
+      digest.Add(number);
+    }
+  }
+  return digest.Text();
+}
+
+std::string DigestOfSources(const std::vector<Surface::Source>& sources)
+{
+  Digest digest;
+  for (const Surface::Source& source : sources)
+  {
+    digest.Add(std::uint64_t{ source.resolution.IsOriginal() ? 255u : source.resolution.Depth() });
+    digest.Add(std::uint64_t{ source.key });
+  }
+  return digest.Text();
+}
+
+std::string SurfaceJson(const Surface& surface)
+{
+  Digest triangles;
+  for (const Triangle& triangle : surface.triangles)
+  {
+    for (const auto corner : triangle)
+    {
+      triangles.Add(std::uint64_t{ corner });
+    }
+  }
+  return JsonObject()
+    .Add("points", surface.points.size())
+    .Add("triangles", surface.triangles.size())
+    .AddRaw("points_digest", DigestOfNumbers(surface.points))
+    .AddRaw("sources_digest", DigestOfSources(surface.sources))
+    .AddRaw("triangles_digest", triangles.Text())
+    .AddRaw(
+      "normals_digest", DigestOfNumbers(ComputeVertexNormals(surface.points, surface.triangles)))
+    .Text();
+}
+
+SessionOptions TracedOptions(const std::function<void(std::string_view)>& trace)
+{
+  SessionOptions options;
+  options.TraceTo(trace);
+  return options;
+}
+
+ServerLineOptions LineOptions()
+{
+  ServerLineOptions options;
+  options.authority = "recorded:1";
+  options.patient = true;
+  options.longestSilence = 20;
+  return options;
+}
+
+TouchFrame TouchesOf(const RecordedInput& input)
+{
+  TouchFrame frame{ input.time, {} };
+  for (std::size_t i = 0; i < input.numbers.size(); i += 3)
+  {
+    frame.touches.push_back(
+      { static_cast<std::int64_t>(input.numbers[i]), input.numbers[i + 1], input.numbers[i + 2] });
+  }
+  return frame;
+}
+
+}
+
+TracedSession::TracedSession(std::function<void(std::string_view)> trace)
+  : Trace(std::move(trace))
+  , Viewer(TracedOptions(this->Trace))
+  , Server(LineOptions())
+{
+}
+
+std::vector<ServerLine::Action> TracedSession::Apply(const RecordedInput& input)
+{
+  this->Trace(JsonObject().Add("t", input.time).Add("recorded", NameOf(input.kind)).Text());
+  this->Dispatch(input);
+  for (bool busy = true; busy;)
+  {
+    busy = false;
+    for (const ClientEvent& event : this->Server.TakeEvents())
+    {
+      Deliver(event, this->Viewer);
+      busy = true;
+    }
+    for (const SessionRequest& request : this->Viewer.TakeRequests())
+    {
+      this->Server.Send(request, input.time);
+      busy = true;
+    }
+  }
+  std::vector<ServerLine::Action> actions = this->Server.TakeActions();
+  for (const ServerLine::Action& action : actions)
+  {
+    this->TraceAction(action);
+  }
+  return actions;
+}
+
+void TracedSession::Dispatch(const RecordedInput& input)
+{
+  using Kind = RecordedInput::Kind;
+  const std::vector<double>& numbers = input.numbers;
+  switch (input.kind)
+  {
+    case Kind::Resize:
+      return this->Viewer.Resize(
+        { static_cast<int>(numbers[0]), static_cast<int>(numbers[1]), numbers[2] });
+    case Kind::Touches:
+      return this->Viewer.HandleTouches(TouchesOf(input));
+    case Kind::CancelTouches:
+      return this->Viewer.CancelTouches();
+    case Kind::Wheel:
+      return this->Viewer.Zoom(numbers[0], numbers[1], numbers[2]);
+    case Kind::Rings:
+      return this->Viewer.SetRings(static_cast<unsigned>(numbers[0]));
+    case Kind::Select:
+      if (const Status status = this->Viewer.SelectModel(input.payload); !status)
+      {
+        this->Trace(JsonObject().Add("not_selected", status.GetError().message).Text());
+      }
+      return;
+    case Kind::Back:
+      return this->Viewer.LeaveFullScreen();
+    case Kind::Models:
+      if (auto models = protocol::ParseModelList(input.payload))
+      {
+        this->Viewer.SetModels(std::move(*models));
+      }
+      return;
+    case Kind::Opened:
+      return this->Server.SocketOpened(input.time);
+    case Kind::Text:
+      return this->Server.SocketText(input.payload, input.time);
+    case Kind::Frame:
+      return this->Server.SocketFrame(
+        { reinterpret_cast<const std::uint8_t*>(input.payload.data()), input.payload.size() },
+        input.time);
+    case Kind::Ended:
+      return this->Server.SocketEnded(numbers[0] != 0, input.payload, input.time);
+    case Kind::Fetched:
+      return this->Server.Fetched(
+        HttpReply{ static_cast<unsigned>(numbers[0]), input.payload }, input.time);
+    case Kind::NotFetched:
+      return this->Server.Fetched(Error{ ErrorCode::InputOutput, input.payload }, input.time);
+    case Kind::Tick:
+      return this->Server.Tick(input.time);
+    case Kind::Hurry:
+      return this->Server.Hurry();
+    case Kind::Draw:
+      return this->Draw();
+  }
+}
+
+void TracedSession::Draw()
+{
+  this->Viewer.BeginFrame();
+  const ViewerScene scene = this->Viewer.Scene();
+  JsonObject line;
+  line.Add("surface", scene.surfaceVersion);
+  Digest view;
+  for (const Vec3& vector : { scene.eye, scene.focal, scene.up, scene.box.lo, scene.box.hi })
+  {
+    for (const double coordinate : vector)
+    {
+      view.Add(coordinate);
+    }
+  }
+  line.AddRaw("view_digest", view.Text());
+  if (std::exchange(this->DrawnVersion, scene.surfaceVersion) != scene.surfaceVersion)
+  {
+    line.AddRaw("drawn", SurfaceJson(*scene.surface));
+  }
+  this->Trace(line.Text());
+  this->Viewer.EndFrame(0.01);
+}
+
+void TracedSession::TraceAction(const ServerLine::Action& action)
+{
+  using Kind = ServerLine::Action::Kind;
+  switch (action.kind)
+  {
+    case Kind::Connect:
+      return this->Trace(R"({"action":"connect"})");
+    case Kind::Send:
+      return this->Trace(JsonObject().Add("action", "send").Add("text", action.text).Text());
+    case Kind::Close:
+      return this->Trace(R"({"action":"close"})");
+    case Kind::Fetch:
+      return this->Trace(
+        JsonObject().Add("action", "fetch").Add("target", action.fetch.target).Text());
+  }
+}
+
+void TracedSession::Finish()
+{
+  this->Trace(StatisticsJson(this->Viewer.Statistics()));
+}
+
+}
