@@ -1,5 +1,5 @@
-# Copies FILES to the folder PAGE, compresses each, prints their sizes, and fails where they are more than MOST_BYTES
-# together: what a phone must fetch before it sees anything.
+# Puts FILES into the folder PAGE, compresses each, prints their sizes, and fails where they are more than MOST_BYTES
+# together: what a phone must fetch before it sees anything. Comments and indentation stay at home.
 function(pad text width result)
   string(LENGTH "${text}" length)
   math(EXPR missing "${width} - ${length}")
@@ -13,12 +13,17 @@ function(print_row name raw compressed)
   message("${raw} ${compressed}  ${name}")
 endfunction()
 
-# Lines that are nothing but a comment, and indentation: 2 kB less, gzipped.
-function(copy_without_comments from to)
-  file(READ "${from}" text)
-  string(REGEX REPLACE "\n *//[^\n]*" "" text "\n${text}")
-  string(REGEX REPLACE "\n[\n ]+" "\n" text "${text}")
-  string(SUBSTRING "${text}" 1 -1 text)
+# Only what needs no parser: comments that have their lines to themselves, and white space before a line.
+function(copy_stripped file to)
+  file(READ "${file}" text)
+  string(REGEX REPLACE "\n[ ]+" "\n" text "\n${text}")
+  if(file MATCHES "\\.js$")
+    string(REGEX REPLACE "\n//[^\n]*" "" text "${text}")
+  else()
+    string(REGEX REPLACE "\n/\\*[^*]*\\*/" "" text "${text}")
+  endif()
+  string(REGEX REPLACE "\n\n+" "\n" text "${text}")
+  string(REGEX REPLACE "^\n" "" text "${text}")
   file(WRITE "${to}" "${text}")
 endfunction()
 
@@ -29,10 +34,10 @@ set(sum_compressed 0)
 print_row("the page" "bytes" "gzipped")
 foreach(file IN LISTS FILES)
   get_filename_component(name "${file}" NAME)
-  if(name MATCHES "[.](js|css)$")
-    copy_without_comments("${file}" "${PAGE}/${name}")
+  if(name MATCHES "^kdstream\\.") # emscripten's
+    file(COPY "${file}" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
   else()
-    file(COPY "${file}" DESTINATION "${PAGE}")
+    copy_stripped("${file}" "${PAGE}/${name}")
   endif()
   execute_process(COMMAND "${GZIP}" -9 -n -k -f "${PAGE}/${name}" COMMAND_ERROR_IS_FATAL ANY)
   file(SIZE "${PAGE}/${name}" raw)
@@ -45,4 +50,4 @@ print_row("together" ${sum} ${sum_compressed})
 if(sum_compressed GREATER MOST_BYTES)
   message(FATAL_ERROR "The page has ${sum_compressed} bytes, gzipped; it may have ${MOST_BYTES} (KDSTREAM_PAGE_BYTES)")
 endif()
-file(TOUCH "${PAGE}/stamp")
+file(TOUCH "${PAGE}/../page.stamp")

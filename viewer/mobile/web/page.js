@@ -267,17 +267,18 @@ function show() {
 
 // The canvas has as many pixels as the screen under it.
 function watchSize() {
-  const observer = new ResizeObserver(([entry]) => {
-    const exact = entry.devicePixelContentBoxSize?.[0];
-    const content = entry.contentBoxSize[0];
-    const ratio = devicePixelRatio;
-    resize(exact?.inlineSize ?? Math.round(content.inlineSize * ratio),
-      exact?.blockSize ?? Math.round(content.blockSize * ratio), content.inlineSize);
+  const observer = new ResizeObserver(([{ contentBoxSize: [points], devicePixelContentBoxSize: [exact] = [] }]) => {
+    // An emulated screen tells points for pixels: what is told exactly only settles the rounding.
+    const pixels = (side) => {
+      const about = points[side] * devicePixelRatio;
+      return Math.abs(exact?.[side] - about) < 2 ? exact[side] : Math.round(about);
+    };
+    resize(pixels("inlineSize"), pixels("blockSize"), points.inlineSize);
   });
   try {
     observer.observe(canvas, { box: "device-pixel-content-box" });
   } catch {
-    observer.observe(canvas);
+    observer.observe(canvas); // Safari
   }
 }
 
