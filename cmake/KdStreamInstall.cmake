@@ -16,3 +16,9 @@ configure_package_config_file(cmake/KdStreamConfig.cmake.in "${PROJECT_BINARY_DI
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake" "${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake"
   DESTINATION "${KDSTREAM_PACKAGE_FOLDER}" COMPONENT development)
+
+# The page, built elsewhere by the preset `web`; kdstream-serve finds it here (server/app).
+if(KDSTREAM_WEB_BUILD)
+  install(DIRECTORY "${KDSTREAM_WEB_BUILD}/page/" DESTINATION "${CMAKE_INSTALL_DATADIR}/kdstream/web"
+    PATTERN stamp EXCLUDE)
+endif()

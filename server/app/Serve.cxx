@@ -46,7 +46,10 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->capture_default_str();
   app.add_option("--allow-origin", server.allowOrigin,
     "origin whose pages may read from here (CORS), * = any [none]");
-  app.add_option("--web", line.web, "folder whose files are served at / [a page of text]");
+  app.add_option("--web", line.web,
+    "folder whose files are served at / [the web viewer that is installed with this program, else "
+    "a "
+    "page of text]");
   app.add_option(
     "--access-log", line.accessLog, "file that gets a line a request, - = stderr [none]");
   auto* certificate = app.add_option(
@@ -54,6 +57,17 @@ void AddOptions(CLI::App& app, CommandLine& line)
   auto* key = app.add_option("--tls-key", server.tlsKey, "PEM file of its private key");
   certificate->needs(key);
   key->needs(certificate);
+}
+
+// Where the web viewer lies if this program and it are installed; empty if it is not there.
+std::string InstalledWeb()
+{
+  std::error_code error;
+  const auto program = std::filesystem::canonical("/proc/self/exe", error);
+  const auto folder =
+    std::filesystem::weakly_canonical(program.parent_path() / KDSTREAM_WEB_FOLDER, error);
+  return !error && std::filesystem::is_regular_file(folder / "index.html", error) ? folder.string()
+                                                                                  : "";
 }
 
 // Blocks the signals that end or reload, in this thread and those it starts, so that only
@@ -96,6 +110,10 @@ int Serve(const std::string& program, CommandLine& line)
   if (const auto status = catalog.Reload(); !status)
   {
     return PrintError(program, line.folder, status.GetError());
+  }
+  if (line.web.empty())
+  {
+    line.web = InstalledWeb();
   }
   if (!line.web.empty())
   {

@@ -43,6 +43,63 @@ std::optional<std::uint64_t> ParsePosition(std::string_view text)
   return value;
 }
 
+bool SameWord(std::string_view text, std::string_view lowerCase)
+{
+  return std::equal(text.begin(), text.end(), lowerCase.begin(), lowerCase.end(),
+    [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+}
+
+// A quality as thousandths: 0, 1, 0.5, 1.000; nothing where it is none.
+std::optional<unsigned> ParseQuality(std::string_view text)
+{
+  if (text.empty() || (text[0] != '0' && text[0] != '1') || text.size() > 5 ||
+      (text.size() > 1 && text[1] != '.'))
+  {
+    return std::nullopt;
+  }
+  unsigned quality = 0;
+  for (std::size_t i = 0; i < 5; ++i)
+  {
+    if (i == 1)
+    {
+      continue;
+    }
+    const char digit = i < text.size() ? text[i] : '0';
+    if (digit < '0' || digit > '9')
+    {
+      return std::nullopt;
+    }
+    quality = quality * 10 + static_cast<unsigned>(digit - '0');
+  }
+  return quality <= 1000 ? std::optional(quality) : std::nullopt;
+}
+
+struct WeightedCoding
+{
+  std::string_view name;
+  unsigned quality = 1000; // thousandths
+};
+
+// "gzip;q=0.5"
+std::optional<WeightedCoding> ParseCoding(std::string_view element)
+{
+  const auto semicolon = element.find(';');
+  WeightedCoding coding{ Trimmed(element.substr(0, semicolon)) };
+  if (semicolon == std::string_view::npos)
+  {
+    return coding;
+  }
+  const auto weight = Trimmed(element.substr(semicolon + 1));
+  const auto quality =
+    SameWord(weight.substr(0, 2), "q=") ? ParseQuality(weight.substr(2)) : std::nullopt;
+  if (!quality)
+  {
+    return std::nullopt;
+  }
+  coding.quality = *quality;
+  return coding;
+}
+
 }
 
 bool NamesTag(std::string_view ifNoneMatch, std::string_view tag)
@@ -117,6 +174,37 @@ RangeAnswer ParseRange(std::string_view range, std::size_t size)
   const auto stop = std::min<std::uint64_t>(*end, size - 1);
   return PartialRange{ static_cast<std::size_t>(*begin),
     static_cast<std::size_t>(stop - *begin + 1) };
+}
+
+bool AcceptsGzip(std::string_view acceptEncoding)
+{
+  std::optional<unsigned> gzip, any;
+  unsigned identity = 0;
+  while (!acceptEncoding.empty())
+  {
+    const auto comma = acceptEncoding.find(',');
+    const auto coding = ParseCoding(acceptEncoding.substr(0, comma));
+    acceptEncoding.remove_prefix(
+      comma == std::string_view::npos ? acceptEncoding.size() : comma + 1);
+    if (!coding)
+    {
+      continue;
+    }
+    if (SameWord(coding->name, "gzip") || SameWord(coding->name, "x-gzip"))
+    {
+      gzip = coding->quality;
+    }
+    else if (SameWord(coding->name, "identity"))
+    {
+      identity = coding->quality;
+    }
+    else if (coding->name == "*")
+    {
+      any = coding->quality;
+    }
+  }
+  const unsigned quality = gzip ? *gzip : any.value_or(0);
+  return quality > 0 && quality >= identity;
 }
 
 }

@@ -178,10 +178,18 @@ private:
       const auto value = request[name];
       return std::string(value.data(), value.size());
     };
+    std::string encodings;
+    const auto range = request.equal_range(http::field::accept_encoding);
+    for (auto each = range.first; each != range.second; ++each)
+    {
+      encodings += encodings.empty() ? "" : ",";
+      encodings.append(each->value().data(), each->value().size());
+    }
     const auto method = request.method_string();
     const auto target = request.target();
     return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
-      field(http::field::if_none_match), field(http::field::range), field(http::field::if_range) };
+      field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
+      encodings };
   }
 
   // An error after which the connection cannot go on.

@@ -17,6 +17,7 @@ struct HttpRequest
   std::string method;                      // "GET"
   std::string target;                      // "/api/models.json?x=1"
   std::string ifNoneMatch, range, ifRange; // header fields; empty where absent
+  std::string acceptEncoding = {};         // several fields joined by commas
 };
 
 struct HttpResponse

@@ -19,6 +19,11 @@ namespace
 
 constexpr const char* revalidate = "no-cache";
 constexpr const char* forEver = "public, max-age=31536000, immutable";
+// Pages load nothing from elsewhere. connect-src names ws: and wss: because browsers differ in
+// whether 'self' covers them. No frame-ancestors: other sites may embed the viewer.
+constexpr const char* contentPolicy =
+  "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; "
+  "img-src 'self' data:; style-src 'self'; object-src 'none'; base-uri 'none'";
 
 BlobBytes Bytes(std::string_view text)
 {
@@ -270,7 +275,7 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view pat
             std::string(protocol::streamPath) + " (WebSocket, " +
             std::string(protocol::streamSubprotocol) + ")\n"));
   }
-  auto file = this->Options.web->Read(path);
+  auto file = this->Options.web->Read(path, AcceptsGzip(request.acceptEncoding));
   if (!file)
   {
     const auto code = file.GetError().code;
@@ -280,8 +285,19 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view pat
     return this->Failure(status, file.GetError().message);
   }
   auto tag = TagOf(*file->bytes);
-  return Ranged(request,
+  auto response = Ranged(request,
     Cacheable(request, file->contentType, std::move(file->bytes), std::move(tag), revalidate));
+  if (!file->encoding.empty() && (response.status == 200 || response.status == 206))
+  {
+    response.fields.emplace_back("Content-Encoding", file->encoding);
+  }
+  if (file->varies)
+  {
+    response.fields.emplace_back("Vary", "Accept-Encoding");
+  }
+  response.fields.emplace_back("Content-Security-Policy", contentPolicy);
+  response.fields.emplace_back("Referrer-Policy", "same-origin");
+  return response;
 }
 
 HttpResponse Routes::Preflight() const

@@ -74,7 +74,7 @@ std::optional<fs::path> RelativePath(std::string_view path)
 
 std::string ContentType(const fs::path& file)
 {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 14> types{ {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> types{ {
     { ".html", "text/html; charset=utf-8" },
     { ".js", "text/javascript; charset=utf-8" },
     { ".mjs", "text/javascript; charset=utf-8" },
@@ -84,6 +84,7 @@ std::string ContentType(const fs::path& file)
     { ".map", "application/json" },
     { ".webmanifest", "application/manifest+json" },
     { ".wasm", "application/wasm" },
+    { ".gz", "application/gzip" },
     { ".png", "image/png" },
     { ".jpg", "image/jpeg" },
     { ".svg", "image/svg+xml" },
@@ -101,6 +102,24 @@ bool IsBelow(const fs::path& file, const fs::path& root)
   return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
 }
 
+Result<BlobBytes> ReadWhole(const fs::path& file)
+{
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  if (error || size > StaticFiles::maximumBytes)
+  {
+    return Error{ ErrorCode::LimitExceeded, "the file is too large to serve" };
+  }
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream || static_cast<std::size_t>(stream.gcount()) != bytes.size())
+  {
+    return Error{ ErrorCode::InputOutput, "the file cannot be read" };
+  }
+  return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
+}
+
 }
 
 Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
@@ -114,7 +133,7 @@ Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
   return StaticFiles(std::move(root));
 }
 
-Result<StaticFile> StaticFiles::Read(std::string_view urlPath) const
+Result<StaticFile> StaticFiles::Read(std::string_view urlPath, bool acceptGzip) const
 {
   const auto plain = Unescape(urlPath);
   if (!plain)
@@ -137,20 +156,16 @@ Result<StaticFile> StaticFiles::Read(std::string_view urlPath) const
   {
     return notFound;
   }
-  const auto size = fs::file_size(file, error);
-  if (error || size > maximumBytes)
+  auto compressed = fs::canonical(fs::path(file) += ".gz", error);
+  const bool varies =
+    !error && IsBelow(compressed, this->Root) && fs::is_regular_file(compressed, error);
+  const bool encoded = varies && acceptGzip;
+  auto bytes = ReadWhole(encoded ? compressed : file);
+  if (!bytes)
   {
-    return Error{ ErrorCode::LimitExceeded, "the file is too large to serve" };
+    return bytes.GetError();
   }
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream || static_cast<std::size_t>(stream.gcount()) != bytes.size())
-  {
-    return Error{ ErrorCode::InputOutput, "the file cannot be read" };
-  }
-  return StaticFile{ std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)),
-    ContentType(file) };
+  return StaticFile{ std::move(*bytes), ContentType(file), encoded ? "gzip" : "", varies };
 }
 
 }

@@ -15,6 +15,8 @@ struct StaticFile
 {
   BlobBytes bytes;
   std::string contentType;
+  std::string encoding; // "gzip", or empty
+  bool varies = false;  // whether there are both, plain and gzip
 };
 
 class StaticFiles
@@ -26,9 +28,11 @@ public:
   static Result<StaticFiles> Open(const std::filesystem::path& folder);
 
   // The file at the path of a URL, index.html for a folder's. Escapes (%20) are taken back once.
-  // Errors: InvalidArgument for wrong escapes; NotFound for everything that is no plain file below
-  // the folder: hidden files, "..", and links that lead outside too; LimitExceeded; InputOutput.
-  Result<StaticFile> Read(std::string_view urlPath) const;
+  // Where FILE.gz lies beside FILE and `acceptGzip`, its bytes, which are taken for those of FILE:
+  // they are not compared. Errors: InvalidArgument for wrong escapes; NotFound for everything that
+  // is no plain file below the folder: hidden files, "..", and links that lead outside too;
+  // LimitExceeded; InputOutput.
+  Result<StaticFile> Read(std::string_view urlPath, bool acceptGzip = false) const;
 
 private:
   explicit StaticFiles(std::filesystem::path root)

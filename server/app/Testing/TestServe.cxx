@@ -24,12 +24,12 @@ std::string program;
 class Process
 {
 public:
-  explicit Process(std::vector<std::string> arguments)
+  explicit Process(std::vector<std::string> arguments, std::string executable = program)
   {
     std::array<int, 2> out{}, error{};
     EXPECT_EQ(::pipe(out.data()), 0);
     EXPECT_EQ(::pipe(error.data()), 0);
-    arguments.insert(arguments.begin(), program);
+    arguments.insert(arguments.begin(), executable);
     std::vector<char*> list;
     for (auto& argument : arguments)
     {
@@ -45,7 +45,7 @@ public:
       {
         ::close(end);
       }
-      ::execv(program.c_str(), list.data());
+      ::execv(executable.c_str(), list.data());
       ::_exit(127);
     }
     ::close(out[1]);
@@ -164,6 +164,37 @@ TEST_F(Serve, AnEmptyFolderIsServed)
   EXPECT_EQ(HttpTestClient(port).Get("/api/models")->body, "{\"models\":[]}");
   serve.Signal(SIGINT);
   EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Serve, FindsThePageThatIsInstalledWithIt)
+{
+  const auto program_ = this->folder / "bin/kdstream-serve";
+  const auto page = this->folder / "share/kdstream/web";
+  fs::create_directories(program_.parent_path());
+  fs::create_directories(page);
+  fs::copy_file(program, program_);
+  fs::create_symlink(program_, this->folder / "link");
+  const auto home = [this](const std::vector<std::string>& options)
+  {
+    std::vector<std::string> arguments{ this->stores, "--port", "0" };
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Process serve(arguments, this->folder / "link");
+    return HttpTestClient(serve.Port()).Get("/")->body;
+  };
+  EXPECT_NE(home({}).find("/api/models.json"), std::string::npos) << "no page: text";
+  std::ofstream(page / "index.html") << "installed";
+  EXPECT_EQ(home({}), "installed");
+  const auto other = this->folder / "other";
+  fs::create_directories(other);
+  std::ofstream(other / "index.html") << "other";
+  EXPECT_EQ(home({ "--web", other }), "other");
+  std::ofstream(page / "index.html.gz") << "packed";
+  const Process serve({ this->stores, "--port", "0" }, program_);
+  HttpTestClient client(serve.Port());
+  const auto packed = client.Get("/", "Accept-Encoding: br\r\nAccept-Encoding: gzip\r\n");
+  EXPECT_EQ(packed->body, "packed");
+  EXPECT_EQ(packed->Field("Content-Encoding"), "gzip");
+  EXPECT_EQ(client.Get("/", "Accept-Encoding: br, gzip;q=0\r\n")->body, "installed");
 }
 
 TEST_F(Serve, TellsWhyItCannotServe)

@@ -70,3 +70,21 @@ TEST(TestConditionalRequest, Tags)
     EXPECT_FALSE(NamesTag(field, tag)) << field;
   }
 }
+
+TEST(TestConditionalRequest, Gzip)
+{
+  for (const char* yes : { "gzip", "gzip, deflate, br", "deflate,gzip", "GZip", "x-gzip", "*",
+         "br;q=1.0, gzip;q=0.8, *;q=0.1", "gzip;q=0.001", "gzip ; Q=1.000", "gzip;q=1",
+         "*;q=0.5, identity;q=0.4", "identity;q=0.5, gzip;q=0.5", "identity;q=0, gzip;q=0.1",
+         ", ,gzip", "br;q=x, gzip", "compress, gzip\t;\tq=0.5 " })
+  {
+    EXPECT_TRUE(AcceptsGzip(yes)) << yes;
+  }
+  for (const char* no : { "", "gzip;q=0", "gzip;q=0.", "gzip;q=0.000", "gzip; q=0", "identity",
+         "br", "br, deflate", "*;q=0", "*, gzip;q=0", "gzip;q=0, *", "gzippy", "gzi", "gzip;q=2",
+         "gzip;q=1.001", "gzip;q=", "gzip;q=0.5555", "gzip;q=-1", "gzip;q=.5", "gzip;q=0,5",
+         "gzip;x=1", "gzip;q", "gzip gzip", "identity;q=1, gzip;q=0.5", ",,,", ";", "=" })
+  {
+    EXPECT_FALSE(AcceptsGzip(no)) << no;
+  }
+}

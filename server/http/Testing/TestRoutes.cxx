@@ -5,6 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
 #include <nlohmann/json.hpp>
 
 using namespace kdstream;
@@ -208,4 +212,105 @@ TEST_F(Site, OriginsAreAllowedByName)
   const Routes any(this->catalog, this->metrics, { "*", {}, "" });
   EXPECT_EQ(any.Answer({ "GET", "/healthz", "", "", "" }).Field("Vary"), "");
   EXPECT_TRUE(any.MayStream("https://example.com", "localhost:8700"));
+}
+
+namespace
+{
+
+// A site with a page of two files, of which one is also there as gzip.
+class Page : public Site
+{
+protected:
+  std::filesystem::path folder =
+    std::filesystem::temp_directory_path() / ("kdstream-routes-" + std::to_string(::getpid()));
+  std::string plain = std::string(1000, 'p'), packed = std::string(100, 'z');
+  std::optional<Routes> site;
+
+  void SetUp() override
+  {
+    std::filesystem::create_directories(this->folder);
+    std::ofstream(this->folder / "index.html") << this->plain;
+    std::ofstream(this->folder / "index.html.gz") << this->packed;
+    std::ofstream(this->folder / "kdstream.wasm") << "wasm";
+    this->site.emplace(
+      this->catalog, this->metrics, RouteOptions{ "", *StaticFiles::Open(this->folder), "1" });
+  }
+  void TearDown() override { std::filesystem::remove_all(this->folder); }
+
+  HttpResponse Ask(HttpRequest request) const { return this->site->Answer(request); }
+  static HttpRequest Gzip(const std::string& method, const std::string& tag = "",
+    const std::string& range = "", const std::string& ifRange = "")
+  {
+    return { method, "/", tag, range, ifRange, "gzip, br" };
+  }
+};
+
+}
+
+TEST_F(Page, GoesAsGzipToThoseWhoTakeIt)
+{
+  const auto plain_ = this->Ask({ "GET", "/", "", "", "", "gzip;q=0, br" });
+  EXPECT_EQ(Text(plain_), this->plain);
+  EXPECT_EQ(plain_.Field("Content-Encoding"), "");
+  EXPECT_EQ(plain_.Field("Vary"), "Accept-Encoding");
+  const auto packed_ = this->Ask(Gzip("GET"));
+  EXPECT_EQ(Text(packed_), this->packed);
+  EXPECT_EQ(packed_.Field("Content-Encoding"), "gzip");
+  EXPECT_EQ(packed_.Field("Content-Type"), "text/html; charset=utf-8");
+  EXPECT_EQ(packed_.Field("Vary"), "Accept-Encoding");
+  EXPECT_NE(packed_.Field("ETag"), plain_.Field("ETag"));
+  EXPECT_EQ(packed_.Field("ETag").front(), '"') << "strong";
+  EXPECT_EQ(packed_.Field("Cache-Control"), "no-cache");
+
+  const auto wasm = this->Ask({ "GET", "/kdstream.wasm", "", "", "", "gzip" });
+  EXPECT_EQ(Text(wasm), "wasm");
+  EXPECT_EQ(wasm.Field("Content-Type"), "application/wasm");
+  EXPECT_EQ(wasm.Field("Content-Encoding"), "");
+  EXPECT_EQ(wasm.Field("Vary"), "");
+}
+
+TEST_F(Page, GzipKeepsHeadTagsAndRangesRight)
+{
+  const auto get = this->Ask(Gzip("GET"));
+  const auto head = this->Ask(Gzip("HEAD"));
+  EXPECT_TRUE(head.omitBody);
+  EXPECT_EQ(head.fields, get.fields);
+  EXPECT_EQ(head.length, this->packed.size());
+
+  const std::string tag(get.Field("ETag"));
+  const std::string plainTag(this->Ask({ "GET", "/", "", "", "" }).Field("ETag"));
+  const auto known = this->Ask(Gzip("GET", tag));
+  EXPECT_EQ(known.status, 304u);
+  EXPECT_EQ(known.Field("ETag"), tag);
+  EXPECT_EQ(known.Field("Vary"), "Accept-Encoding");
+  EXPECT_EQ(known.Field("Content-Encoding"), "");
+  EXPECT_EQ(this->Ask(Gzip("GET", plainTag)).status, 200u) << "the other one's tag";
+  EXPECT_EQ(this->Ask({ "GET", "/", tag, "", "" }).status, 200u) << "the other one's tag";
+
+  // A range is one of the bytes that are sent, and its tag tells of which.
+  const auto part = this->Ask(Gzip("GET", "", "bytes=90-"));
+  EXPECT_EQ(part.status, 206u);
+  EXPECT_EQ(part.Field("Content-Range"), "bytes 90-99/100");
+  EXPECT_EQ(part.Field("Content-Encoding"), "gzip");
+  EXPECT_EQ(part.Field("ETag"), tag);
+  EXPECT_EQ(Text(part), std::string(10, 'z'));
+  EXPECT_EQ(this->Ask(Gzip("GET", "", "bytes=90-", plainTag)).status, 200u);
+  const auto none = this->Ask(Gzip("GET", "", "bytes=100-"));
+  EXPECT_EQ(none.status, 416u);
+  EXPECT_EQ(none.Field("Content-Range"), "bytes */100");
+  EXPECT_EQ(none.Field("Content-Encoding"), "");
+}
+
+TEST_F(Page, MayLoadNothingFromElsewhere)
+{
+  for (const HttpRequest& request :
+    { HttpRequest{ "GET", "/", "", "", "" }, Gzip("GET"), Gzip("HEAD"), Gzip("GET", "*") })
+  {
+    const auto answer = this->Ask(request);
+    EXPECT_EQ(answer.Field("Content-Security-Policy"),
+      "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; "
+      "img-src 'self' data:; style-src 'self'; object-src 'none'; base-uri 'none'");
+    EXPECT_EQ(answer.Field("Referrer-Policy"), "same-origin");
+    EXPECT_EQ(answer.Field("X-Content-Type-Options"), "nosniff");
+  }
 }

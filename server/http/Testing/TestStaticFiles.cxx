@@ -33,6 +33,13 @@ protected:
     fs::create_symlink(this->root / "index.html", this->root / "inside.html");
     fs::create_directories(this->outer / "web-other");
     this->Put(this->outer / "web-other/x.txt", "secret");
+    this->Put(this->root / "page.js", "plain");
+    this->Put(this->root / "page.js.gz", "gzip of page");
+    this->Put(this->root / "index.html.gz", "gzip of home");
+    this->Put(this->root / "lure.js", "lure");
+    fs::create_symlink(this->outer / "secret.txt", this->root / "lure.js.gz");
+    this->Put(this->root / "folder.js", "no folder");
+    fs::create_directories(this->root / "folder.js.gz");
     fs::create_symlink(this->outer / "web-other/x.txt", this->root / "sibling.txt");
   }
   void TearDown() override { fs::remove_all(this->outer); }
@@ -95,4 +102,42 @@ TEST_F(Web, TheFolderMustBeOne)
 {
   EXPECT_FALSE(StaticFiles::Open(this->root / "missing"));
   EXPECT_FALSE(StaticFiles::Open(this->root / "index.html"));
+}
+
+TEST_F(Web, MediaTypes)
+{
+  const std::pair<const char*, const char*> types[] = { { "a.html", "text/html; charset=utf-8" },
+    { "a.css", "text/css; charset=utf-8" }, { "a.js", "text/javascript; charset=utf-8" },
+    { "a.wasm", "application/wasm" }, { "a.webmanifest", "application/manifest+json" },
+    { "a.svg", "image/svg+xml" }, { "a.js.gz", "application/gzip" },
+    { "a", "application/octet-stream" } };
+  const auto files = StaticFiles::Open(this->root);
+  for (const auto& [name, type] : types)
+  {
+    this->Put(this->root / name, "x");
+    EXPECT_EQ(files->Read("/" + std::string(name))->contentType, type) << name;
+  }
+}
+
+TEST_F(Web, GzipLiesBesideTheFile)
+{
+  const auto files = StaticFiles::Open(this->root);
+  const auto read = [&files](std::string_view path, bool acceptGzip)
+  {
+    const auto file = files->Read(path, acceptGzip);
+    return file ? std::string(file->bytes->begin(), file->bytes->end()) + ", " + file->encoding +
+                    (file->varies ? ", varies" : "")
+                : "no file";
+  };
+  EXPECT_EQ(read("/page.js", false), "plain, , varies");
+  EXPECT_EQ(read("/page.js", true), "gzip of page, gzip, varies");
+  EXPECT_EQ(read("/", true), "gzip of home, gzip, varies");
+  EXPECT_EQ(read("/page.js.gz", true), "gzip of page, ");
+  EXPECT_EQ(read("/a%20b.js", true), "1, ");
+  EXPECT_EQ(read("/lure.js", true), "lure, ") << "a link that leads outside";
+  EXPECT_EQ(read("/folder.js", true), "no folder, ");
+  EXPECT_EQ(read("/missing.js", true), "no file");
+  EXPECT_EQ(files->Read("/page.js", true)->contentType, "text/javascript; charset=utf-8");
+  this->Put(this->root / "only.js.gz", "no plain file");
+  EXPECT_EQ(read("/only.js", true), "no file");
 }
