@@ -170,7 +170,8 @@ Status EglOffscreen::MakeCurrent()
 
 Result<std::vector<std::uint8_t>> EglOffscreen::Pixels()
 {
-  while (glGetError() != GL_NO_ERROR)
+  // Other code's errors are not ours. A context that is lost may say so for ever.
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
   }
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, this->Averaged);

@@ -7,6 +7,34 @@
 #include <limits>
 #include <string>
 
+namespace
+{
+
+// What the driver is made to say instead of the truth.
+GLenum pretendedError = GL_NO_ERROR;
+bool pretendShadersFail = false;
+
+template <class Function>
+Function RealFunction(const char* name)
+{
+  return reinterpret_cast<Function>(eglGetProcAddress(name));
+}
+
+}
+
+// Found before those of the library: errors that no driver can be brought to.
+extern "C" GLenum glGetError()
+{
+  static const auto real = RealFunction<decltype(&glGetError)>("glGetError");
+  return pretendedError != GL_NO_ERROR ? pretendedError : real();
+}
+extern "C" void glGetShaderiv(GLuint shader, GLenum name, GLint* value)
+{
+  static const auto real = RealFunction<decltype(&glGetShaderiv)>("glGetShaderiv");
+  real(shader, name, value);
+  *value = pretendShadersFail ? GL_FALSE : *value;
+}
+
 namespace kdstream::test
 {
 namespace
@@ -184,6 +212,42 @@ TEST(GlesRenderer, RefusesBadCamerasAndPictures)
   }
 }
 
+TEST(GlesRenderer, SaysThatTheGraphicsMemoryIsFull)
+{
+  Easel easel(side, side);
+  const Image nothing = easel.Draw(SceneOf(Surface{}, 1));
+  const Image sphere = easel.Draw(SceneOf(BumpySphere(20), 2));
+  pretendedError = GL_OUT_OF_MEMORY;
+  Status status = easel.Try(SceneOf(BumpySphere(201), 3));
+  pretendedError = GL_NO_ERROR;
+  for (int again = 0; again < 2; ++again)
+  {
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.GetError().code, ErrorCode::LimitExceeded);
+    EXPECT_EQ(status.GetError().message,
+      "the graphics memory does not hold a surface of 80402 points and 160800 triangles");
+    EXPECT_EQ(Compare(easel.Read(), nothing).pixels, 0u);
+    EXPECT_EQ(CountBuffers(), 0);
+    status = easel.Try(SceneOf(BumpySphere(201), 3)); // not tried again
+  }
+  EXPECT_EQ(Compare(easel.Draw(SceneOf(BumpySphere(20), 4)), sphere).pixels, 0u);
+}
+
+TEST(GlesRenderer, SaysThatAShaderIsRefused)
+{
+  const auto target = EglOffscreen::Make(side, side);
+  ASSERT_TRUE(target);
+  pretendShadersFail = true;
+  const auto renderer = GlesRenderer::Make();
+  pretendShadersFail = false;
+  ASSERT_FALSE(renderer);
+  EXPECT_EQ(renderer.GetError().code, ErrorCode::Unsupported);
+  EXPECT_EQ(
+    renderer.GetError().message.rfind("OpenGL ES: the background's shader does not compile: ", 0),
+    0u)
+    << renderer.GetError().message;
+}
+
 // Points that fall together, triangles without an area, coordinates of any size.
 TEST(GlesRenderer, DrawsDegenerateSurfaces)
 {
@@ -251,11 +315,12 @@ TEST(GlesRenderer, ExpectsNothingOfTheContext)
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT);
   glEnable(GL_BLEND);
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(0, 0, 1, 1);
+  glClearDepthf(0.0f);
+  glClear(GL_DEPTH_BUFFER_BIT);
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_NEVER);
-  glClearDepthf(0.0f);
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(0, 0, 1, 1);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   glViewport(0, 0, 3, 3);
   glUseProgram(0);

@@ -79,6 +79,8 @@ std::size_t VerticesOf(const std::vector<SurfaceChunk>& chunks)
   for (const SurfaceChunk& chunk : chunks)
   {
     EXPECT_LE(chunk.vertices.size(), SurfaceChunk::mostVertices);
+    // It would start a strip anew.
+    EXPECT_EQ(std::count(chunk.indices.begin(), chunk.indices.end(), 65535), 0);
     count += chunk.vertices.size();
   }
   return count;
@@ -106,6 +108,7 @@ TEST(SurfaceChunks, TakeTrianglesInAnyOrder)
   std::shuffle(sphere.triangles.begin(), sphere.triangles.end(), random);
   const auto chunks = AllChunks(sphere, SurfaceColoring::Resolution);
   EXPECT_GE(chunks.size(), 3u);
+  static_assert(SurfaceChunk::mostVertices == 65535);
   EXPECT_EQ(TrianglesOf(chunks), TrianglesOf(sphere));
   VerticesOf(chunks);
   for (std::size_t i = 0; i + 1 < chunks.size(); ++i)
