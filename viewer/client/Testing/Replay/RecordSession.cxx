@@ -1,8 +1,8 @@
 // Records one walk on a phone (Recorder.h): list, preview, full screen, pinches through the levels,
 // regions, damage, outages, turning the phone, and back.
 //
-//   RecordSession torus FILE            a torus in memory, over the stream
-//   RecordSession torus-get FILE        the same over GET
+//   RecordSession torus FILE            a bumpy torus, over the stream
+//   RecordSession plate FILE            a plate, over GET
 //   RecordSession FOLDER/MODEL.kds FILE a store
 //
 // Writes FILE.recording and FILE.trace. Exit code 1 where the walk did not get through what it is
@@ -11,6 +11,7 @@
 #include "viewer/client/Testing/Replay/Recorder.h"
 #include "viewer/session/Testing/MemoryServer.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <set>
@@ -24,13 +25,49 @@ namespace
 
 using Kind = RecordedInput::Kind;
 
-class Torus : public ServedModel
+// A square plate with a relief of roofs, each half as wide as the one it stands on. All coordinates
+// are small multiples of 1/16 and much is symmetric: distances are equal in many places, and what
+// depends on the order of equal things comes to light.
+Mesh MakePlate()
+{
+  constexpr std::uint32_t side = 256;
+  Mesh mesh;
+  const auto roofs = [](std::uint32_t i)
+  {
+    std::uint32_t height = 0;
+    for (std::uint32_t period = 4; period <= 64; period *= 2)
+    {
+      height += std::min(i % period, period - i % period);
+    }
+    return height;
+  };
+  const auto at = [](std::uint32_t i, std::uint32_t j) { return i * side + j; };
+  for (std::uint32_t i = 0; i < side; ++i)
+  {
+    for (std::uint32_t j = 0; j < side; ++j)
+    {
+      mesh.points.push_back({ static_cast<double>(i), static_cast<double>(j),
+        static_cast<double>(roofs(i) + roofs(j)) / 16 });
+      if (i > 0 && j > 0)
+      {
+        mesh.triangles.push_back({ at(i - 1, j - 1), at(i, j - 1), at(i, j) });
+        mesh.triangles.push_back({ at(i - 1, j - 1), at(i, j), at(i - 1, j) });
+      }
+    }
+  }
+  return mesh;
+}
+
+class MemoryModel : public ServedModel
 {
 public:
-  const protocol::ModelDescription& Description() const override
+  MemoryModel(const Mesh& mesh, std::string id)
+    : Server(mesh, 400, 2)
+    , Facts(this->Server.Description())
   {
-    return this->Server.Description();
+    this->Facts.id = std::move(id);
   }
+  const protocol::ModelDescription& Description() const override { return this->Facts; }
   Result<std::span<const Box>> Boxes() const override
   {
     return std::span<const Box>(this->Server.Tree());
@@ -45,20 +82,25 @@ public:
   }
 
 private:
-  mutable MemoryServer Server{ MakeTorus(420, 210), 400, 2 };
+  mutable MemoryServer Server;
+  protocol::ModelDescription Facts;
 };
 
-class TorusCatalog : public Catalog
+class MemoryCatalog : public Catalog
 {
 public:
+  MemoryCatalog(const Mesh& mesh, std::string id)
+    : Only(std::make_shared<MemoryModel>(mesh, std::move(id)))
+  {
+  }
   std::vector<std::shared_ptr<const ServedModel>> Models() const override { return { this->Only }; }
   std::shared_ptr<const ServedModel> Find(std::string_view id) const override
   {
-    return id == "torus" ? this->Only : nullptr;
+    return id == this->Only->Description().id ? this->Only : nullptr;
   }
 
 private:
-  std::shared_ptr<const ServedModel> Only = std::make_shared<Torus>();
+  std::shared_ptr<const ServedModel> Only;
 };
 
 class Walk
@@ -264,14 +306,15 @@ int main(int count, char** arguments)
 {
   if (count != 3)
   {
-    std::fprintf(stderr, "usage: RecordSession torus|torus-get|FOLDER/MODEL.kds FILE\n");
+    std::fprintf(stderr, "usage: RecordSession torus|plate|FOLDER/MODEL.kds FILE\n");
     return 2;
   }
   const std::string what = arguments[1];
-  if (what == "torus" || what == "torus-get")
+  if (what == "torus" || what == "plate")
   {
-    const TorusCatalog torus;
-    return Walk(torus, what == "torus", "torus", arguments[2]).Run() ? 0 : 1;
+    const bool torus = what == "torus";
+    const MemoryCatalog models(torus ? MakeTorus(420, 210) : MakePlate(), what);
+    return Walk(models, torus, what, arguments[2]).Run() ? 0 : 1;
   }
   const std::filesystem::path store = what;
   StoreCatalog stores(store.parent_path(),
