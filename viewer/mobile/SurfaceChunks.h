@@ -38,11 +38,14 @@ struct SurfaceChunk
 // Triangles are taken in their order, and each chunk holds as many as have at most 65,535 vertices
 // together: a vertex is repeated in every chunk that has a triangle of it. Of a surface that
 // DrawSurface has put in order, piece by piece, few are: 1.4 % of the
-// Stanford dragon's 437,645 (4.7 % in the order of its file). A
-// cloud repeats none; vertices without triangles on a surface that has some are left out. Colours
-// cost 4 bytes a vertex and no repeated vertices: a triangle has the colour of one of its corners
-// (SceneRules.h), and is turned until that corner is the last. Complexity O(points + triangles);
-// memory 16 bytes a point, 20 with colours.
+// Stanford dragon's 437,645 (4.7 % in the order of its file). A cloud repeats none; vertices
+// without triangles on a surface that has some are left out.
+//
+// Colours cost 4 bytes a vertex and no repeated vertices: a triangle has the colour of one of its
+// corners (SceneRules.h), and is turned until that corner is the last.
+//
+// Complexity O(points + triangles); memory 16 bytes a point beside the chunk, 40 for a moment at
+// first.
 class ChunkCutter
 {
 public:
