@@ -22,6 +22,7 @@ public:
   explicit PageSession(std::function<double()> clock);
 
   ViewerSession& Session() { return this->Viewer; }
+  const ViewerSession& Session() const { return this->Viewer; }
   ServerLine& Line() { return this->Talk; }
 
   // The list of models as the server sent it. Errors: those of ParseModelList; the old list stays

@@ -57,6 +57,7 @@ struct WebViewer
   Viewport viewport;
   SurfaceColoring coloring = SurfaceColoring::Stone;
   std::optional<PictureState> drawn;
+  double nextSurface = 0; // time of the next one, while parts keep coming
   std::uint64_t frames = 0;
   std::string drawingError;
 
@@ -98,12 +99,28 @@ void MakeRenderer(WebViewer& viewer)
   viewer.drawingError.clear();
 }
 
+// Where much is shown, a phone takes long for the surface of every part that comes: no more than a
+// third of the time, so that fingers are followed between.
+bool MayDrawSurface(const WebViewer& viewer, double now)
+{
+  const bool coming = viewer.page.Session().GetStatus().blobsWanted > 0;
+  return !coming || now >= viewer.nextSurface;
+}
+
+double TimeOfNextSurface(double begin, double end)
+{
+  return end + std::min(2 * (end - begin), 1.0);
+}
+
 // Draws if anything has changed; whether it did.
 bool Draw(WebViewer& viewer)
 {
   const double begin = Now();
   ViewerSession& session = viewer.page.Session();
-  session.BeginFrame();
+  if (MayDrawSurface(viewer, begin))
+  {
+    session.BeginFrame();
+  }
   const ViewerScene scene = session.Scene();
   const PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
     viewer.coloring };
@@ -111,11 +128,17 @@ bool Draw(WebViewer& viewer)
   {
     return false;
   }
+  const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != state.surfaceVersion;
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
   viewer.drawingError = drawn ? "" : drawn.GetError().message;
   viewer.drawn = state;
   ++viewer.frames;
-  session.EndFrame(Now() - begin);
+  const double end = Now();
+  session.EndFrame(end - begin);
+  if (fresh)
+  {
+    viewer.nextSurface = TimeOfNextSurface(begin, end);
+  }
   return true;
 }
 

@@ -24,6 +24,7 @@
 //     frames        pictures drawn so far; drawingError: why the last one could not be
 
 import { Fingers } from "./fingers.js";
+import { findMessage, showEnd, showMessage } from "./message.js";
 
 const find = (id) => document.getElementById(id);
 const canvas = find("view");
@@ -34,12 +35,9 @@ let line = null;
 let fingers = null;
 let getList = null;
 
-let listed = false; // a list of models has come
+let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
-let listRetry = 1; // seconds until the next try
 let contextLost = false;
-let dismissed = ""; // the message that the person has put away
-let wasLost = false; // and nobody has said since that it is well again
 let lastStatus = {};
 
 // ---- words
@@ -50,120 +48,99 @@ function kilobytes(bytes) {
   return bytes < 1e6 ? `${count(Math.ceil(bytes / 1000))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
-function sentence(text) {
-  const begun = text.charAt(0).toUpperCase() + text.slice(1);
-  return /[.!?…]$/.test(begun) ? begun : begun + ".";
-}
-
 function say(element, text) {
   if (element.textContent !== text) {
     element.textContent = text;
   }
 }
 
-function nameOf({ title, id, model }) {
-  return title || id || model || "";
+function nameOf({ title, id }) {
+  return title || id;
 }
 
-// ---- what has to be said, one at a time, the worst first
-
-// { text, label and act of the button, good, stays: cannot be put away }
-function findMessage(status) {
-  const reload = { label: "Reload", act: () => location.reload() };
-  if (viewer.failure) {
-    return { text: "The viewer has stopped: this device has not enough memory for what was to be shown.", stays: true, ...reload };
-  }
-  if (contextLost) {
-    return { text: "The device has taken the picture's memory away. It is drawn again as soon as it is given back.", ...reload };
-  }
-  const again = { label: "Try now", act: tryNow };
-  if (!listed && listTrouble) {
-    return { text: `${sentence(`the list of models cannot be had: ${listTrouble}`)} Trying again …`, ...again };
-  }
-  if (status.trouble && (status.connection !== "connecting" || wasLost)) {
-    wasLost = true;
-    return { text: `${sentence(status.trouble)} Trying again …`, ...again };
-  }
-  if (status.drawingError) {
-    return { text: sentence(`the picture cannot be drawn: ${status.drawingError}`), ...reload };
-  }
-  if (status.error) {
-    return { text: sentence(status.error), label: "Try again", act: askAgain };
-  }
-  if (listTrouble) {
-    return { text: `${sentence(`the list of models cannot be had: ${listTrouble}`)} Trying again …`, ...again };
-  }
-  if (status.stale === "removed") {
-    return { text: `“${nameOf(status)}” is no longer on the server. What has been loaded can still be looked at.` };
-  }
-  if (status.stale === "replaced") {
-    return { text: `“${nameOf(status)}” is another one on the server now.`, ...reload };
-  }
-  if (wasLost) {
-    setTimeout(() => { wasLost = false; wake(); }, 4000);
-    return { text: "Connected again.", good: true };
-  }
-  return null;
+function selectedModel() {
+  const id = lastStatus.model ?? "";
+  return models?.find((model) => model.id === id) ?? { id, title: lastStatus.title };
 }
 
-function showMessage(message) {
-  const box = find("message");
-  if (!message || message.text !== dismissed) {
-    dismissed = "";
-  }
-  box.hidden = !message || dismissed !== "";
-  if (box.hidden) {
-    return;
-  }
-  box.className = message.good ? "good" : "";
-  say(find("message-text"), message.text);
-  const button = find("message-action");
-  button.hidden = !message.label;
-  say(button, message.label ?? "");
-  button.onclick = message.act ?? null;
-  find("dismiss").hidden = message.stays ?? false;
-}
+// ---- what has to be said
 
-// Before there is a viewer, or without one.
-function showEnd(text) {
-  showMessage({ text, label: "Reload", act: () => location.reload(), stays: true });
+let wasAway = false;
+let wellAgain = false;
+
+// Whether there is anything.
+function showWhatIsWrong(status) {
+  const away = Boolean(status.trouble) && (status.connection !== "connecting" || wasAway);
+  if (wasAway && !away) {
+    wellAgain = true;
+    refreshList();
+    setTimeout(() => {
+      wellAgain = false;
+      wake();
+    }, 4000);
+  }
+  wasAway = away;
+  const name = nameOf(selectedModel());
+  const failed = viewer.failure !== null;
+  const listed = models !== null;
+  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, away, wellAgain, tryNow, askAgain }));
 }
 
 // ---- the list of models
 
+const firstRetry = 1; // s
+const longestRetry = 8;
+const emptyRetry = 5; // for a server that has no models yet
+
+let listTimer = 0;
+let listRetry = firstRetry;
+
 async function refreshList() {
+  clearTimeout(listTimer);
   try {
     const trouble = viewer.setModels(await getList());
     if (trouble) {
       throw new Error(trouble);
     }
     listTrouble = "";
-    listRetry = 1;
-    listed = true;
+    listRetry = firstRetry;
     showModels(viewer.models());
   } catch (error) {
     listTrouble = error.message;
-    setTimeout(() => { if (listTrouble) { refreshList(); } }, 1000 * listRetry);
-    listRetry = Math.min(2 * listRetry, 8);
+    refreshListIn(listRetry);
+    listRetry = Math.min(2 * listRetry, longestRetry);
   }
   wake();
 }
 
-function showModels(models) {
-  find("models").replaceChildren(...models.map(listEntry));
+function refreshListIn(seconds) {
+  clearTimeout(listTimer);
+  listTimer = setTimeout(refreshList, 1000 * seconds);
+}
+
+function showModels(list) {
+  if (JSON.stringify(list) !== JSON.stringify(models)) {
+    models = list;
+    find("models").replaceChildren(...models.map(listEntry));
+  }
   const none = find("empty");
   none.hidden = models.length > 0;
   say(none, "This server has no models yet. They appear here as soon as it has one.");
-  const { mode } = viewer.status();
-  if (mode === "no model" && models.length) {
-    // After a reload in full screen, that model again.
-    const earlier = models.find(({ id }) => id === history.state?.model);
-    viewer.select((earlier ?? models[0]).id);
-    if (earlier) {
-      viewer.enterFullScreen();
-    }
-    line.exchange();
+  if (!models.length) {
+    refreshListIn(emptyRetry);
+  } else if (viewer.status().mode === "no model") {
+    selectFirst();
   }
+}
+
+// After a reload in full screen: that model again.
+function selectFirst() {
+  const earlier = models.find(({ id }) => id === history.state?.model);
+  viewer.select((earlier ?? models[0]).id);
+  if (earlier) {
+    viewer.enterFullScreen();
+  }
+  line.exchange();
 }
 
 function listEntry(model) {
@@ -172,9 +149,7 @@ function listEntry(model) {
   name.textContent = nameOf(model);
   const facts = document.createElement("span");
   facts.className = "facts";
-  facts.textContent = model.triangles
-    ? `${count(model.triangles)} triangles · ${count(model.vertices)} vertices`
-    : `${count(model.vertices)} points`;
+  facts.textContent = describeSize(model.triangles, model.vertices);
   const button = document.createElement("button");
   button.type = "button";
   button.dataset.model = model.id;
@@ -194,6 +169,10 @@ function choose(model) {
 
 // ---- how it stands
 
+function describeSize(triangles, vertices) {
+  return triangles ? `${count(triangles)} triangles · ${count(vertices)} vertices` : `${count(vertices)} points`;
+}
+
 function describeSurface({ shownLevel, finestLevel, triangles, vertices, region }) {
   if (shownLevel === null) {
     return "";
@@ -206,31 +185,37 @@ function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
   return blobsWanted ? `${blobsLoaded} of ${blobsWanted} parts, ${kilobytes(bytesLoaded)}` : "";
 }
 
-function describeModel({ credit, license, triangles }) {
-  const { id, ...model } = viewer.models().find(({ id }) => id === lastStatus.model) ?? {};
-  const size = model.vertices ? `The original has ${count(model.triangles)} triangles and ${count(model.vertices)} vertices.` : "";
+function describeModel({ credit, license }) {
+  const { triangles, vertices } = selectedModel();
+  const size = vertices ? `The original: ${describeSize(triangles, vertices)}` : "";
   return [size, credit, license].filter(Boolean).join("\n");
+}
+
+let knowsDoubleTap = false;
+
+function showHint({ shownLevel, region }, wrong) {
+  knowsDoubleTap ||= region !== null;
+  const tap = coarse ? "Double-tap" : "Double-click";
+  const needed = shownLevel !== null && !knowsDoubleTap && !wrong;
+  say(find("hint"), needed ? `${tap} the surface for its original detail` : "");
 }
 
 function showStatus(status) {
   document.body.dataset.mode = status.mode;
-  document.title = status.model ? `${nameOf(status)} – KdStream` : "KdStream";
+  const name = nameOf(selectedModel());
+  document.title = name ? `${name} – KdStream` : "KdStream";
   for (const button of find("models").querySelectorAll("button")) {
     button.setAttribute("aria-pressed", button.dataset.model === status.model);
   }
-  say(find("title"), nameOf(status));
+  say(find("title"), name);
   say(find("credit"), [status.credit, status.license].filter(Boolean).join(" · "));
-  canvas.setAttribute("aria-label", `${nameOf(status)} in 3D`);
+  canvas.setAttribute("aria-label", `${name} in 3D`);
   say(find("status"), [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · "));
-  const tap = coarse ? "Double-tap" : "Double-click";
-  say(find("hint"), status.shownLevel === null || hinted ? "" : `${tap} the surface for its original detail`);
-  hinted ||= status.region !== null;
   const busy = status.blobsWanted > 0;
   find("progress").classList.toggle("busy", busy);
   find("progress").firstElementChild.style.transform =
     `scaleX(${busy ? status.blobsLoaded / status.blobsWanted : 1})`;
 }
-let hinted = false; // a double tap has been made
 
 // ---- frames: only when something has changed
 
@@ -254,15 +239,13 @@ function drawFrame() {
 function show() {
   const before = lastStatus;
   lastStatus = viewer.failure ? lastStatus : viewer.status();
-  showMessage(findMessage(lastStatus));
+  const wrong = showWhatIsWrong(lastStatus);
   if (viewer.failure) {
     return;
   }
   showStatus(lastStatus);
+  showHint(lastStatus, wrong);
   followMode(before.mode, lastStatus);
-  if (before.connection && before.connection !== "streaming" && lastStatus.connection === "streaming") {
-    refreshList();
-  }
 }
 
 // The canvas has as many pixels as the screen under it.
@@ -343,9 +326,7 @@ function askAgain() {
 
 function tryNow() {
   line.hurry();
-  if (listTrouble) {
-    refreshList();
-  }
+  refreshList();
   wake();
 }
 
@@ -354,10 +335,6 @@ function listenToButtons() {
   find("open").addEventListener("click", () => {
     viewer.enterFullScreen();
     line.exchange();
-    wake();
-  });
-  find("dismiss").addEventListener("click", () => {
-    dismissed = find("message-text").textContent;
     wake();
   });
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
@@ -404,7 +381,8 @@ function listenToBrowser() {
   });
   setInterval(() => {
     line.tick();
-    if (viewer.status().connection !== lastStatus.connection) {
+    const { connection, idle } = viewer.status();
+    if (connection !== lastStatus.connection || !idle) {
       wake();
     }
   }, 500);
@@ -422,8 +400,8 @@ async function start() {
     const { loadViewer } = await import("./viewer.js");
     ({ Line, getList } = await import("./line.js"));
     viewer = await loadViewer();
-  } catch (error) {
-    showEnd(sentence(`the viewer could not be loaded: ${error.message ?? error}`));
+  } catch {
+    showEnd("The viewer could not be loaded from the server.");
     return;
   }
   if (!viewer.gainCanvas()) {

@@ -1,0 +1,91 @@
+// What has to be said, in #message: one thing at a time, the worst first.
+
+const box = document.getElementById("message");
+const words = document.getElementById("message-text");
+const action = document.getElementById("message-action");
+const dismiss = document.getElementById("dismiss");
+
+let dismissed = ""; // the text that the person has put away
+
+dismiss.addEventListener("click", () => {
+  dismissed = words.textContent;
+  box.hidden = true;
+});
+
+const reload = { label: "Reload", act: () => location.reload() };
+
+// What the session says of a part that could not be had, for people who know no parts.
+function partSentence(error, name) {
+  const [, part, why] = error.match(/^((?:tree|levels|partitions)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
+  return part ? sentence(`a part of “${name}” is missing (${part}): ${why}`) : sentence(error);
+}
+
+// From a piece of text without capital and full stop.
+function sentence(text) {
+  const begun = text.charAt(0).toUpperCase() + text.slice(1);
+  return /[.!?…]$/.test(begun) ? begun : begun + ".";
+}
+
+// The message for how things stand, or null: { text; label and act of its button; good; stays: cannot be put away }.
+//
+// situation: { status: of the viewer; name: of the model; failed: the viewer has stopped; contextLost; listed: there is a
+// list of models; listTrouble: why there is no new one; away: nothing comes from the server; wellAgain; tryNow, askAgain:
+// functions }.
+export function findMessage(situation) {
+  const { status, name, listed, listTrouble } = situation;
+  const again = { label: "Try now", act: situation.tryNow };
+  const noList = () => ({ text: `${sentence(`the list of models cannot be had: ${listTrouble}`)} Trying again …`, ...again });
+  if (situation.failed) {
+    return { text: "The viewer has stopped: this device has not enough memory for what was to be shown.", stays: true, ...reload };
+  }
+  if (situation.contextLost) {
+    return { text: "The device has taken the picture away. It is drawn again as soon as the device allows it.", ...reload };
+  }
+  if (!listed && listTrouble) {
+    return noList();
+  }
+  if (situation.away) {
+    return { text: `${sentence(status.trouble)} Trying again …`, ...again };
+  }
+  if (status.drawingError) {
+    return { text: sentence(`the picture cannot be drawn: ${status.drawingError}`), ...reload };
+  }
+  if (status.error) {
+    return { text: partSentence(status.error, name), label: "Try again", act: situation.askAgain };
+  }
+  if (listTrouble) {
+    return noList();
+  }
+  if (status.stale === "removed") {
+    return { text: `“${name}” is no longer on the server. What has been loaded can still be looked at.` };
+  }
+  if (status.stale === "replaced") {
+    return { text: `The server has another “${name}” now.`, ...reload };
+  }
+  return situation.wellAgain ? { text: "Connected again.", good: true } : null;
+}
+
+// Whether anything is said.
+export function showMessage(message) {
+  if (message?.text !== dismissed) {
+    dismissed = "";
+  }
+  box.hidden = !message || dismissed !== "";
+  if (box.hidden) {
+    return false;
+  }
+  box.className = message.good ? "good" : "";
+  if (words.textContent !== message.text) {
+    words.textContent = message.text; // said aloud whenever it is set
+  }
+  action.hidden = !message.label;
+  action.textContent = message.label ?? "";
+  action.onclick = message.act ?? null;
+  dismiss.hidden = message.stays ?? false;
+  return true;
+}
+
+// The last thing that is said: there is nothing to go on with.
+export function showEnd(text) {
+  showMessage({ text, stays: true, ...reload });
+}
