@@ -60,6 +60,8 @@ public:
   std::span<const std::uint8_t> Raw(std::size_t count);
   // A varint that must not be above `most`.
   std::uint64_t Varint(std::uint64_t most);
+  // The same for what counts something that is held in memory.
+  std::size_t Count(std::size_t most) { return static_cast<std::size_t>(this->Varint(most)); }
   // A stream of `count` values; its width must be at least `minimumWidth`, which bounds `count` by
   // the bytes left.
   std::vector<std::uint64_t> Stream(std::size_t count, unsigned minimumWidth = 0);

@@ -21,7 +21,7 @@ struct Shape
 {
   PieceId id;
   TreeDepths depths;
-  std::uint64_t own = 0, ghosts = 0, triangles = 0;
+  std::size_t own = 0, ghosts = 0, triangles = 0;
 
   std::size_t Vertices() const { return this->own + this->ghosts; }
   bool IsOriginal() const { return this->id.resolution.IsOriginal(); }
@@ -200,7 +200,7 @@ void WriteLevel(ByteWriter& writer, const Piece& piece, const Shape& shape)
 
 void ReadReach(ByteReader& reader, Piece& piece, const Shape& shape)
 {
-  const std::uint64_t total = reader.Varint(reader.Remaining());
+  const std::size_t total = reader.Count(reader.Remaining());
   const auto counts = reader.Stream(shape.own);
   const auto nodes = reader.Stream(total, 1);
   std::uint64_t sum = 0;
@@ -324,7 +324,7 @@ void ReadAttributes(ByteReader& reader, Piece& piece)
   for (std::uint64_t i = 0; !reader.Failed() && i < count; ++i)
   {
     Attribute attribute;
-    const auto name = reader.Raw(reader.Varint(longestName));
+    const auto name = reader.Raw(reader.Count(longestName));
     attribute.name.assign(name.begin(), name.end());
     const std::uint8_t type = reader.Byte(), association = reader.Byte();
     attribute.components = reader.Byte();
@@ -335,7 +335,7 @@ void ReadAttributes(ByteReader& reader, Piece& piece)
     }
     attribute.type = static_cast<AttributeType>(type);
     attribute.association = static_cast<AttributeAssociation>(association);
-    const auto values = reader.Raw(reader.Varint(reader.Remaining()));
+    const auto values = reader.Raw(reader.Count(reader.Remaining()));
     attribute.values.assign(values.begin(), values.end());
     piece.attributes.push_back(std::move(attribute));
   }
@@ -390,9 +390,9 @@ Result<Piece> DecodePiece(
   }
   piece.primitive = static_cast<PrimitiveType>(primitive);
   Shape shape{ expected, context.depths };
-  shape.own = reader.Varint(unsealed->size());
-  shape.ghosts = reader.Varint(unsealed->size());
-  shape.triangles = reader.Varint(unsealed->size());
+  shape.own = reader.Count(unsealed->size());
+  shape.ghosts = reader.Count(unsealed->size());
+  shape.triangles = reader.Count(unsealed->size());
   piece.ownVertices = static_cast<std::uint32_t>(shape.own);
 
   // After the first failure reads give nothing, so each step needs no check of its own.

@@ -222,8 +222,8 @@ private:
       {
         this->Output.finest[v] += clusterBegin[c];
       }
-      std::fill(this->Work.cellOf.begin() + clusterBegin[c],
-        this->Work.cellOf.begin() + clusterBegin[c + 1], static_cast<std::uint32_t>(c));
+      std::fill(this->Work.cellOf.data() + clusterBegin[c],
+        this->Work.cellOf.data() + clusterBegin[c + 1], static_cast<std::uint32_t>(c));
     }
     return clusterBegin;
   }

@@ -34,7 +34,7 @@ Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalar
         "partition " + std::to_string(partition) + " is given twice" };
     }
     mesh.points.insert(
-      mesh.points.end(), piece.positions.begin(), piece.positions.begin() + piece.ownVertices);
+      mesh.points.end(), piece.positions.data(), piece.positions.data() + piece.ownVertices);
   }
 
   std::map<VertexKey, VertexId> outside; // ghosts of partitions that are not given

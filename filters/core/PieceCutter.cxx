@@ -49,7 +49,7 @@ PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution re
   std::vector<std::uint32_t> pieceOf(this->OwnBegin.back());
   for (std::size_t i = 0; i < pieces; ++i)
   {
-    std::fill(pieceOf.begin() + this->OwnBegin[i], pieceOf.begin() + this->OwnBegin[i + 1],
+    std::fill(pieceOf.data() + this->OwnBegin[i], pieceOf.data() + this->OwnBegin[i + 1],
       static_cast<std::uint32_t>(i));
   }
   this->Buckets = BucketTriangles(this->Triangles, pieces, [&](VertexId v) { return pieceOf[v]; });

@@ -98,7 +98,7 @@ public:
   // The own vertex of a level >= S whose interval holds `key`, or noVertex.
   static std::uint32_t IntervalOf(const Piece& piece, VertexKey key)
   {
-    const auto begin = piece.keys.begin(), end = begin + piece.ownVertices;
+    const VertexKey *const begin = piece.keys.data(), *const end = begin + piece.ownVertices;
     const auto above = std::upper_bound(begin, end, key);
     if (above == begin || PartitionOfKey(*(above - 1)) != PartitionOfKey(key))
     {
@@ -294,7 +294,9 @@ private:
       }
       --entry;
       const VertexKey local = rank - entry->first;
-      return local < entry->second->point.size() ? entry->second->point[local] : noVertex;
+      return local < entry->second->point.size()
+               ? entry->second->point[static_cast<std::size_t>(local)]
+               : noVertex;
     }
     const VertexKey key = piece.keys[v];
     const auto entry =

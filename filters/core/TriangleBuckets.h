@@ -3,6 +3,7 @@
 
 #include "filters/core/Types.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,7 +15,7 @@ namespace kdstream
 // three buckets.
 struct TriangleBuckets
 {
-  std::vector<std::uint64_t> begin; // one entry a bucket, and the end
+  std::vector<std::size_t> begin; // one entry a bucket, and the end
   std::vector<std::uint32_t> triangles;
 
   std::span<const std::uint32_t> Of(std::size_t bucket) const
@@ -54,7 +55,7 @@ TriangleBuckets BucketTriangles(
     result.begin[i + 1] += result.begin[i];
   }
   result.triangles.resize(result.begin[buckets]);
-  std::vector<std::uint64_t> next(result.begin.begin(), result.begin.end() - 1);
+  std::vector<std::size_t> next(result.begin.begin(), result.begin.end() - 1);
   for (std::size_t i = 0; i < triangles.size(); ++i)
   {
     visit(triangles[i], [&](std::size_t bucket)

@@ -351,6 +351,7 @@ void ViewerSession::Opened(std::uint32_t request, const protocol::ModelDescripti
   this->Shown.Reset(depths);
   this->Eye.FitTo(this->Current->box);
   this->Target = this->Current->policy.PreviewLevel();
+  this->FollowZoom(); // full screen may have been asked for already
   this->Update();
   this->Trace("opened", this->ModelId);
 }

@@ -239,6 +239,23 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   EXPECT_TRUE(server.log.empty()); // the preview was kept
 }
 
+TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.policy.tolerance = 0.5; // the preview is too coarse for the whole torus
+  ViewerSession early(options), late(options);
+  Open(early);
+  early.EnterFullScreen();
+  server.Serve(early);
+  Open(late);
+  server.Serve(late);
+  late.EnterFullScreen();
+  server.Serve(late);
+  EXPECT_GT(late.GetStatus().shownLevel, 11u);
+  EXPECT_EQ(early.GetStatus().shownLevel, late.GetStatus().shownLevel);
+}
+
 TEST(TestViewerSession, CancelledTouchesAreNoTap)
 {
   MemoryServer server = Torus();
