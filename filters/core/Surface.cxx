@@ -200,6 +200,44 @@ private:
   std::vector<VertexKey> Split;
 };
 
+// The triangles in ascending order, each once. Few share their lowest index, which comes first: put
+// into a bucket for each, what is left to sort is two or three of them. O(triangles + points), but
+// for points with many triangles.
+std::vector<Triangle> SortedWithoutRepeats(
+  const std::vector<Triangle>& triangles, std::size_t points)
+{
+  std::vector<std::size_t> begin(points + 1, 0);
+  for (const Triangle& t : triangles)
+  {
+    ++begin[t[0] + 1];
+  }
+  for (std::size_t v = 0; v < points; ++v)
+  {
+    begin[v + 1] += begin[v];
+  }
+  std::vector<std::uint64_t> others(triangles.size()); // second and third index
+  std::vector<std::size_t> next = begin;
+  for (const Triangle& t : triangles)
+  {
+    others[next[t[0]]++] = std::uint64_t{ t[1] } << 32 | t[2];
+  }
+  std::vector<Triangle> sorted;
+  sorted.reserve(triangles.size());
+  for (std::size_t v = 0; v < points; ++v)
+  {
+    std::uint64_t* const first = others.data() + begin[v];
+    std::uint64_t* const last = others.data() + begin[v + 1];
+    std::sort(first, last);
+    std::for_each(first, std::unique(first, last),
+      [&sorted, v](std::uint64_t pair)
+      {
+        sorted.push_back({ static_cast<VertexId>(v), static_cast<VertexId>(pair >> 32),
+          static_cast<VertexId>(pair & 0xFFFFFFFFU) });
+      });
+  }
+  return sorted;
+}
+
 class Drawer
 {
 public:
@@ -220,9 +258,8 @@ public:
     {
       this->AddTriangles(*piece);
     }
-    auto& triangles = this->Output.triangles;
-    std::sort(triangles.begin(), triangles.end());
-    triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+    this->Output.triangles =
+      SortedWithoutRepeats(this->Output.triangles, this->Output.points.size());
     return std::move(this->Output);
   }
 
