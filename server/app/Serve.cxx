@@ -122,6 +122,11 @@ int Serve(const std::string& program, CommandLine& line)
     {
       return PrintError(program, line.web, web.GetError());
     }
+    if (const auto home = web->Read("/"); !home)
+    {
+      return PrintError(
+        program, line.web, { ErrorCode::NotFound, "there is no index.html in this folder" });
+    }
     line.server.web = std::move(*web);
   }
   if (!line.accessLog.empty())

@@ -63,12 +63,14 @@ Status HttpServer::Implementation::PrepareTls()
   if (error)
   {
     return Error{ ErrorCode::InvalidInput,
-      options.tlsCertificate.string() + ": " + error.message() };
+      options.tlsCertificate.string() + ": no certificates in PEM: " + error.message() };
   }
   this->Tls.use_private_key_file(options.tlsKey.string(), asio::ssl::context::pem, error);
   if (error)
   {
-    return Error{ ErrorCode::InvalidInput, options.tlsKey.string() + ": " + error.message() };
+    return Error{ ErrorCode::InvalidInput,
+      options.tlsKey.string() +
+        ": no private key in PEM that fits the certificate: " + error.message() };
   }
   return {};
 }

@@ -211,6 +211,7 @@ TEST_F(Serve, TellsWhyItCannotServe)
     { { this->folder / "missing", "--port", "0" }, 1 },
     { { this->stores, "--port", port }, 1 },
     { { this->stores, "--port", "0", "--web", this->folder / "missing" }, 1 },
+    { { this->stores, "--port", "0", "--web", this->stores }, 1 }, // no page
     { { this->stores, "--port", "0", "--access-log", this->folder / "missing/log" }, 1 },
   };
   for (const auto& [arguments, code] : wrong)
