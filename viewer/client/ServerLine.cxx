@@ -76,12 +76,17 @@ void ServerLine::Receive(const Status& status, double now)
 {
   if (!status)
   {
+    this->Garbled = true;
     this->Lose(status.GetError().message, now);
     return;
   }
   this->LastNews = now;
-  this->MayRetryAtOnce = true;
-  this->RetryAfter = 0;
+  if (!this->Garbled || this->Stream.HasEvents())
+  {
+    this->Garbled = false;
+    this->MayRetryAtOnce = true;
+    this->RetryAfter = 0;
+  }
   this->Flush();
 }
 

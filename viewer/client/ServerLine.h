@@ -97,7 +97,10 @@ private:
   ServerLineOptions Options;
   State Current = State::Connecting;
   bool HasStreamed = false;
-  bool MayRetryAtOnce = true;        // the connection brought something since it was made
+  bool MayRetryAtOnce = true; // the connection brought something since it was made
+  // The last connection broke the protocol, and nothing that is owed has come since. A greeting
+  // does not count then: what garbles every frame would be asked again at once, without end.
+  bool Garbled = false;
   std::vector<SessionRequest> Early; // before it is known whether there is a stream
   StreamConversation Stream;
   GetConversation Gets;

@@ -44,6 +44,7 @@ public:
   // Messages to send, in order, since the last call.
   std::vector<std::string> TakeMessages();
   std::vector<ClientEvent> TakeEvents();
+  bool HasEvents() const { return !this->Events.empty(); }
   // Whether anything is owed.
   bool IsWaiting() const { return !this->Outstanding.empty(); }
 

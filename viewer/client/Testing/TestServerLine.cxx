@@ -246,6 +246,37 @@ TEST(TestServerLine, GivesUpAConnectionThatDoesNotKeepToTheProtocol)
   EXPECT_EQ(line.GetState(), State::Lost); // it had brought nothing
 }
 
+TEST(TestServerLine, AConnectionThatGarblesEveryFrameIsTriedEverMoreRarely)
+{
+  ServerLine line(Patient());
+  Stream(line, 0);
+  const std::vector<std::uint8_t> garbled(7);
+  // Once at once; then the greeting alone earns no further haste.
+  line.SocketFrame(garbled, 1);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketOpened(1);
+  SendOpened(line, 4, 1);
+  line.SocketFrame(garbled, 1);
+  EXPECT_EQ(line.GetState(), State::Lost);
+  EXPECT_NE(line.Trouble(), "");
+  line.Tick(2);
+  EXPECT_EQ(line.GetState(), State::Connecting);
+  line.SocketOpened(2);
+  SendOpened(line, 6, 2);
+  line.SocketFrame(garbled, 2);
+  line.Tick(3.9);
+  EXPECT_EQ(line.GetState(), State::Lost) << "the pauses grow";
+  line.Tick(4);
+  EXPECT_EQ(line.GetState(), State::Connecting);
+  line.SocketOpened(4);
+  SendOpened(line, 8, 4);
+  SendPartition(line, 9, 1, 4);
+  EXPECT_EQ(line.TakeEvents().size(), 1u);
+  Actions(line);
+  line.SocketFrame(garbled, 5);
+  EXPECT_EQ(Actions(line), Names{ "connect" }) << "it had brought what is owed";
+}
+
 TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
 {
   ServerLine line(Patient());

@@ -19,7 +19,7 @@ function streamAddress() {
 const now = () => performance.now() / 1000;
 
 // The answer's status and body; stops where it has more than mostBytes, or falls silent.
-async function get(path, mostBytes) {
+async function get(path, mostBytes, cache = "default") {
   const controller = new AbortController();
   let timer = 0;
   const wait = () => {
@@ -28,7 +28,7 @@ async function get(path, mostBytes) {
   };
   try {
     wait();
-    const response = await fetch(addressOf(path), { signal: controller.signal });
+    const response = await fetch(addressOf(path), { signal: controller.signal, cache });
     const reader = response.body.getReader();
     const parts = [];
     let length = 0;
@@ -75,6 +75,8 @@ export class Line {
   #viewer;
   #changed;
   #socket = null;
+  #fetched = new Set(); // paths
+  #distrusted = new Set(); // those of them whose copy in the browser's cache may be damaged
 
   // changed: called whenever something came for the viewer.
   constructor(viewer, changed) {
@@ -116,6 +118,12 @@ export class Line {
   hurry() {
     this.#viewer.hurry();
     this.tick();
+  }
+
+  // What has been fetched before is fetched from the server again, not from the browser's cache, which keeps a damaged blob
+  // for as long as a good one.
+  distrustCache() {
+    this.#distrusted = new Set(this.#fetched);
   }
 
   #connect() {
@@ -170,8 +178,10 @@ export class Line {
   }
 
   async #fetch(path, mostBytes) {
+    const cache = this.#distrusted.delete(path) ? "reload" : "default";
+    this.#fetched.add(path);
     try {
-      const { status, bytes } = await get(path, mostBytes);
+      const { status, bytes } = await get(path, mostBytes, cache);
       this.#viewer.fetched(status, bytes, now());
     } catch {
       this.#viewer.fetchFailed("the server does not answer", now());

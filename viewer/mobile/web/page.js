@@ -316,6 +316,7 @@ function openMenu(open) {
 
 // Asks anew for what could not be had.
 function askAgain() {
+  line.distrustCache();
   viewer.select(lastStatus.model);
   if (lastStatus.mode !== "full screen") {
     viewer.leaveFullScreen();
