@@ -1,0 +1,408 @@
+// What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, fingers, and
+// waiting for what the page says of itself (window.kdstream.status, see viewer/mobile/web/page.js).
+//
+// Nothing here waits for a time: every wait is for a condition, and `longest` only ends a run that hangs.
+//
+// Where things are is told by the environment; ctest sets it:
+//   KDSTREAM_PROGRAMS  folder of kdstream-build and kdstream-serve
+//   KDSTREAM_PAGE      folder of the page
+//   KDSTREAM_DRAGON    dragon.ply
+//   KDSTREAM_PICTURES  folder that gets a screenshot of each stage
+//   KDSTREAM_CHROMIUM  the browser (/usr/bin/chromium)
+
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import { chromium } from "playwright-core";
+
+export const longest = 180_000; // ms, of a single wait
+
+function place(name) {
+  const value = process.env[name];
+  assert.ok(value, `${name} is not set: see Testing/Browser/harness.mjs`);
+  return value;
+}
+
+const pictures = () => {
+  const folder = place("KDSTREAM_PICTURES");
+  mkdirSync(folder, { recursive: true });
+  return folder;
+};
+
+// A run that is ended from outside tidies up, too.
+for (const signal of ["SIGINT", "SIGTERM"]) {
+  process.on(signal, () => process.exit(1));
+}
+
+// ---- models
+
+// A folder that is gone when the process ends.
+export function temporaryFolder() {
+  const folder = mkdtempSync(join(tmpdir(), "kdstream-browser-"));
+  process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
+  return folder;
+}
+
+// A sphere with bumps, of `around` times `across` quads: closed, and in the middle of every picture there is a surface.
+export function writePebble(file, around = 96, across = 48) {
+  const vertices = ["0 0 1"];
+  for (let j = 1; j < across; ++j) {
+    const tilt = Math.PI * j / across;
+    for (let i = 0; i < around; ++i) {
+      const turn = 2 * Math.PI * i / around;
+      const radius = 1 + 0.1 * Math.sin(5 * turn) * Math.sin(tilt) ** 2;
+      vertices.push([Math.sin(tilt) * Math.cos(turn), Math.sin(tilt) * Math.sin(turn), Math.cos(tilt)]
+        .map((value) => radius * value).join(" "));
+    }
+  }
+  vertices.push("0 0 -1");
+  const at = (j, i) => (j === 0 ? 0 : j === across ? vertices.length - 1 : 1 + (j - 1) * around + i % around);
+  const triangles = [];
+  for (let i = 0; i < around; ++i) {
+    for (let j = 0; j < across; ++j) {
+      const [a, b, c, d] = [at(j, i), at(j + 1, i), at(j + 1, i + 1), at(j, i + 1)];
+      if (b !== c) {
+        triangles.push(`3 ${a} ${b} ${c}`);
+      }
+      if (a !== d) {
+        triangles.push(`3 ${a} ${c} ${d}`);
+      }
+    }
+  }
+  writeFileSync(file, ["ply", "format ascii 1.0", `element vertex ${vertices.length}`,
+    "property float x", "property float y", "property float z",
+    `element face ${triangles.length}`, "property list uchar int vertex_indices", "end_header",
+    ...vertices, ...triangles, ""].join("\n"));
+}
+
+function program(name) {
+  return join(place("KDSTREAM_PROGRAMS"), name);
+}
+
+export function runProgram(name, ...options) {
+  const { status, stderr, error } = spawnSync(program(name), options, { encoding: "utf8" });
+  assert.equal(status, 0, `${name} ${options.join(" ")}: ${error ?? stderr}`);
+}
+
+export function buildStore(mesh, store, ...options) {
+  runProgram("kdstream-build", mesh, "-o", store, "--quiet", ...options);
+}
+
+// A folder of stores: pebble.kds, and dragon.kds or a small shell.kds.
+export function makeModels({ dragon = true } = {}) {
+  const folder = temporaryFolder();
+  const meshes = temporaryFolder();
+  const build = (name, title, vertices, ...size) => {
+    writePebble(join(meshes, `${name}.ply`), ...size);
+    buildStore(join(meshes, `${name}.ply`), join(folder, `${name}.kds`), "--title", title, "--vertices-per-partition", vertices);
+  };
+  build("pebble", "A pebble", "200");
+  if (dragon) {
+    buildStore(place("KDSTREAM_DRAGON"), join(folder, "dragon.kds"), "--title", "Stanford dragon",
+      "--credit", "Stanford Computer Graphics Laboratory");
+  } else {
+    build("shell", "A shell", "50", 24, 12);
+  }
+  return folder;
+}
+
+// ---- the server
+
+export class Server {
+  #process;
+  url;
+  port;
+
+  // A running kdstream-serve. port 0: any that is free.
+  static async start(models, { port = 0, web = place("KDSTREAM_PAGE") } = {}) {
+    const server = new Server();
+    server.#process = spawn(program("kdstream-serve"), [models, "--port", String(port), "--web", web],
+      { stdio: ["ignore", "pipe", "inherit"] });
+    process.on("exit", () => server.#process.kill("SIGKILL"));
+    const lines = createInterface({ input: server.#process.stdout });
+    const [line] = await Promise.race([once(lines, "line"), once(server.#process, "exit").then(() => [""])]);
+    assert.match(line, /^listening on http:/, "kdstream-serve did not start");
+    server.url = line.replace("listening on ", "");
+    server.port = Number(new URL(server.url).port);
+    return server;
+  }
+
+  // Ends as an administrator would end it.
+  async stop() {
+    if (this.#process.exitCode === null) {
+      const ended = once(this.#process, "exit");
+      this.#process.kill("SIGTERM");
+      const [code] = await ended;
+      assert.equal(code, 0, "kdstream-serve ends with 0");
+    }
+  }
+
+  rereadModels() {
+    this.#process.kill("SIGHUP");
+  }
+
+  // Waits until the server has read that a model is no longer there.
+  async untilGone(model) {
+    const end = Date.now() + longest;
+    for (let there = true; there;) {
+      assert.ok(Date.now() < end, `${model} is still there`);
+      const { models } = await (await fetch(`${this.url}/api/models.json`)).json();
+      there = models.some(({ id }) => id === model);
+    }
+  }
+}
+
+// ---- the browser
+
+export const portrait = { width: 412, height: 915 };
+export const landscape = { width: 915, height: 412 };
+
+export function launchBrowser(...options) {
+  return chromium.launch({
+    executablePath: process.env.KDSTREAM_CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run",
+      "--disable-background-networking", "--disable-component-update", "--disable-sync", ...options],
+  });
+}
+
+// A page as a phone shows it, or as a desktop does.
+export class Visit {
+  page;
+  #session;
+  #clock = 0; // s: the time of the last touch
+  requests = []; // addresses of all requests and streams
+  errors = []; // what a developer would see in red
+
+  static async phone(browser, viewport = portrait) {
+    return Visit.#make(await browser.newContext({ viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true }));
+  }
+
+  static async desktop(browser) {
+    return Visit.#make(await browser.newContext({ viewport: { width: 1280, height: 800 } }));
+  }
+
+  static async #make(context) {
+    const visit = new Visit();
+    visit.page = await context.newPage();
+    visit.page.setDefaultTimeout(longest);
+    visit.page.on("request", (request) => visit.requests.push(request.url()));
+    visit.page.on("websocket", (socket) => visit.requests.push(socket.url()));
+    visit.page.on("console", (message) => message.type() === "error" && visit.errors.push(message.text()));
+    visit.page.on("pageerror", (error) => visit.errors.push(String(error)));
+    await visit.page.addInitScript(rememberMessages);
+    visit.#session = await context.newCDPSession(visit.page);
+    return visit;
+  }
+
+  async open(url) {
+    await this.page.goto(url);
+  }
+
+  async close() {
+    await this.page.context().close();
+  }
+
+  // Nothing was asked of any other server, and nothing went wrong that a developer would see.
+  assertClean(url) {
+    const { host } = new URL(url);
+    const elsewhere = this.requests.filter((address) => {
+      const { protocol, host: asked } = new URL(address);
+      return protocol !== "data:" && protocol !== "blob:" && asked !== host;
+    });
+    assert.deepEqual(elsewhere, [], "requests to other hosts");
+    assert.ok(this.requests.length > 5, "requests are recorded");
+    assert.deepEqual(this.errors, [], "errors on the console");
+  }
+
+  // ---- what the page says
+
+  status() {
+    return this.page.evaluate(() => window.kdstream.status());
+  }
+
+  // Asks the page again and again, once a frame of it, until `good` holds of the answer; returns that. (Playwright's own
+  // waitForFunction needs eval, which the page's policy forbids.)
+  async #askUntil(what, ask, good) {
+    const end = Date.now() + longest;
+    for (;;) {
+      const answer = await this.page.evaluate(ask);
+      if (good(answer)) {
+        return answer;
+      }
+      if (Date.now() > end) {
+        throw new Error(`never came: ${what}; instead ${JSON.stringify(answer)}`);
+      }
+    }
+  }
+
+  // Waits until `condition` is true of the status; returns that status.
+  until(what, condition) {
+    return this.#askUntil(what, () => new Promise((resolve) => {
+      requestAnimationFrame(() => resolve({ ...window.kdstream?.status(), said: window.said }));
+    }), (status) => status.mode && condition(status));
+  }
+
+  // All that is wanted is there and drawn.
+  untilIdle() {
+    return this.until("idle", (status) => status.idle && status.shownLevel !== null);
+  }
+
+  // All that #message has said so far.
+  messages() {
+    return this.page.evaluate(() => window.said);
+  }
+
+  // Waits until #message has said what the pattern finds, since the page was opened.
+  untilSaid(pattern) {
+    return this.#askUntil(`a message like ${pattern}`, () => new Promise((resolve) => {
+      requestAnimationFrame(() => resolve({ said: window.said, page: document.body.innerText }));
+    }), ({ said }) => said.some((text) => pattern.test(text)));
+  }
+
+  // Waits until no message is on the screen.
+  untilQuiet() {
+    return this.#askUntil("no message", () => new Promise((resolve) => {
+      requestAnimationFrame(() => resolve(document.getElementById("message").checkVisibility()
+        && document.getElementById("message-text").textContent));
+    }), (text) => !text);
+  }
+
+  // The message that is on the screen now, or "".
+  messageShown() {
+    return this.page.evaluate(() => {
+      const message = document.getElementById("message");
+      return message.checkVisibility() ? document.getElementById("message-text").textContent : "";
+    });
+  }
+
+  // Taps the model's entry in the list until its preview is there.
+  async choose(model) {
+    await this.page.locator(`[data-model="${model}"]`).click();
+    return this.until(`the preview of ${model}`,
+      (status) => status.model === model && status.idle && status.shownLevel !== null);
+  }
+
+  async back() {
+    await this.page.locator("#back").click();
+    return this.until("back to the list", (status) => status.mode === "browsing");
+  }
+
+  // ---- pictures
+
+  // The screen as it is, also kept as NAME.png for people to look at.
+  async picture(name) {
+    return this.page.screenshot({ path: join(pictures(), `${name}.png`) });
+  }
+
+  // The part of the screen around a point, as PNG.
+  async around({ x, y }, size = 160) {
+    return this.page.screenshot({ clip: { x: x - size / 2, y: y - size / 2, width: size, height: size } });
+  }
+
+  // ---- fingers; places in points of the window
+
+  async centre() {
+    const box = await this.page.locator("#view").boundingBox();
+    return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+  }
+
+  // One frame of touches at `seconds` after the one before, whatever time it really takes to get there: whether two taps
+  // are a double tap must not depend on how busy the machine is.
+  async #touch(type, touchPoints, seconds) {
+    this.#clock = Math.max(this.#clock + seconds, this.#clock ? 0 : Date.now() / 1000);
+    await this.#session.send("Input.dispatchTouchEvent", { type, touchPoints, timestamp: this.#clock });
+  }
+
+  async #tapOnce({ x, y }, pause) {
+    await this.#touch("touchStart", [{ x, y, id: 1 }], pause);
+    await this.#touch("touchEnd", [], 0.06);
+  }
+
+  async tap(point) {
+    await this.#tapOnce(point, 1);
+  }
+
+  async doubleTap(point) {
+    await this.#tapOnce(point, 1);
+    await this.#tapOnce(point, 0.1);
+  }
+
+  // One finger from `from` by (dx, dy).
+  async drag(from, dx, dy, steps = 3) {
+    await this.#fingers(steps, (part) => [{ x: from.x + part * dx, y: from.y + part * dy, id: 1 }]);
+  }
+
+  // Two fingers beside `middle`, moved by (dx, dy) together.
+  async dragTwo(middle, dx, dy, steps = 2) {
+    await this.#fingers(steps, (part) => [-40, 40].map((side, id) => (
+      { x: middle.x + side + part * dx, y: middle.y + part * dy, id: id + 1 })));
+  }
+
+  // Two fingers around `middle`, their gap from `from` to `to` points.
+  async pinch(middle, from, to, steps = 2) {
+    await this.#fingers(steps, (part) => [-0.5, 0.5].map((side, id) => (
+      { x: middle.x + side * (from + part * (to - from)), y: middle.y, id: id + 1 })));
+  }
+
+  async #fingers(steps, placesAt) {
+    await this.#touch("touchStart", placesAt(0), 1);
+    for (let step = 1; step <= steps; ++step) {
+      await this.#touch("touchMove", placesAt(step / steps), 0.016);
+    }
+    await this.#touch("touchEnd", [], 0.016);
+  }
+}
+
+// In the page, before its own scripts: window.said gets every text that #message shows.
+function rememberMessages() {
+  window.said = [];
+  const remember = () => {
+    const message = document.getElementById("message");
+    const text = document.getElementById("message-text")?.textContent.replace(/\s+/g, " ").trim();
+    if (message && !message.hidden && !message.classList.contains("starting") && window.said.at(-1) !== text) {
+      window.said.push(text);
+    }
+  };
+  new MutationObserver(remember).observe(document, { subtree: true, childList: true, characterData: true, attributes: true });
+}
+
+// ---- pictures' pixels
+
+// Reads PNGs by drawing them in a page of their own, which saves a PNG reader.
+export class Pixels {
+  #page;
+
+  static async make(browser) {
+    const pixels = new Pixels();
+    pixels.#page = await browser.newPage();
+    return pixels;
+  }
+
+  // The part of the pixels that differ by more than `tolerance` (of 255) in a channel. Sizes must be the same.
+  async difference(one, other, tolerance = 24) {
+    return this.#page.evaluate(async ([a, b, most]) => {
+      const read = async (base64) => {
+        const image = new Image();
+        image.src = `data:image/png;base64,${base64}`;
+        await image.decode();
+        const canvas = new OffscreenCanvas(image.width, image.height);
+        const context = canvas.getContext("2d");
+        context.drawImage(image, 0, 0);
+        return context.getImageData(0, 0, image.width, image.height);
+      };
+      const [first, second] = [await read(a), await read(b)];
+      if (first.width !== second.width || first.height !== second.height) {
+        throw new Error("pictures of different sizes");
+      }
+      let differing = 0;
+      for (let i = 0; i < first.data.length; i += 4) {
+        differing += [0, 1, 2].some((k) => Math.abs(first.data[i + k] - second.data[i + k]) > most);
+      }
+      return differing / (first.data.length / 4);
+    }, [one.toString("base64"), other.toString("base64"), tolerance]);
+  }
+}

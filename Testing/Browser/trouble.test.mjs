@@ -1,0 +1,186 @@
+// What goes wrong, and what the person then reads: each time one sentence, and a page that is still of use.
+
+import assert from "node:assert/strict";
+import { rmSync } from "node:fs";
+import { join } from "node:path";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { Pixels, Server, Visit, launchBrowser, makeModels } from "./harness.mjs";
+import { Proxy } from "./proxy.mjs";
+
+let models, server, browser, pixels, proxy, visit;
+
+before(async () => {
+  browser = await launchBrowser();
+  pixels = await Pixels.make(browser);
+});
+
+after(() => browser?.close());
+
+beforeEach(async () => {
+  models = makeModels({ dragon: false });
+  server = await Server.start(models);
+  proxy = await Proxy.start(server.port);
+  visit = await Visit.phone(browser);
+});
+
+afterEach(async () => {
+  await visit.close();
+  await proxy.stop();
+  await server.stop();
+});
+
+const flipLast = (bytes) => {
+  bytes[bytes.length - 1] ^= 1;
+  return bytes;
+};
+const setVersion = (bytes) => {
+  bytes[3] = 7;
+  return bytes;
+};
+
+async function openFullScreen(model) {
+  await visit.choose(model);
+  await visit.tap(await visit.centre());
+  return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+}
+
+// Another model can be looked at, down to the original.
+async function assertUsable(model = "shell") {
+  if ((await visit.status()).mode === "full screen") {
+    await visit.back();
+  }
+  await openFullScreen(model);
+  await visit.doubleTap(await visit.centre());
+  const { error } = await visit.until(`a region of ${model}`,
+    ({ idle, region }) => idle && region !== null && region.partitions > 0 && region.shown === region.partitions);
+  assert.equal(error, "");
+  await visit.untilQuiet();
+}
+
+for (const way of ["streamed", "got"]) {
+  test(`a partition with a wrong checksum, ${way}`, async () => {
+    proxy.streams = way === "streamed";
+    let damaged = null;
+    proxy.alterBlob = (name, bytes) => {
+      damaged ??= name.startsWith("partitions/") ? name : null;
+      return name === damaged ? flipLast(bytes) : bytes;
+    };
+    await visit.open(proxy.url);
+    await openFullScreen("pebble");
+    await visit.doubleTap(await visit.centre());
+    const status = await visit.until("all but one partition",
+      ({ idle, region }) => idle && region !== null && region.shown === region.partitions - 1);
+    assert.equal(proxy.altered, 1);
+    await visit.untilSaid(/is missing/);
+    assert.match(await visit.messageShown(),
+      new RegExp(`^A part of “A pebble” is missing \\(${damaged}\\): .*its checksum is wrong\\.$`));
+    assert.equal(status.connection, way === "streamed" ? "streaming" : "getting");
+    await visit.picture(`trouble-checksum-${way}`);
+    // Whole again: the page gets it when it is asked to.
+    proxy.alterBlob = null;
+    await visit.page.locator("#message-action").click();
+    await visit.until("the whole region", ({ idle, region }) => idle && region !== null && region.shown === region.partitions);
+    await visit.untilQuiet();
+    await assertUsable();
+  });
+
+  test(`an unknown codec version, ${way}`, async () => {
+    proxy.streams = way === "streamed";
+    await visit.open(proxy.url);
+    await visit.untilIdle();
+    proxy.alterBlob = (name, bytes) => (name.startsWith("levels/") ? setVersion(bytes) : bytes);
+    await visit.page.locator('[data-model="shell"]').click();
+    await visit.untilSaid(/^A part of “A shell” is missing \(levels\/.*unknown codec version 7: this viewer knows 2\.$/);
+    assert.equal((await visit.status()).connection, way === "streamed" ? "streaming" : "getting");
+    await visit.picture(`trouble-version-${way}`);
+    proxy.alterBlob = null;
+    await assertUsable("pebble");
+  });
+
+  test(`a blob cut short, ${way}`, async () => {
+    proxy.streams = way === "streamed";
+    await visit.open(proxy.url);
+    await openFullScreen("pebble");
+    proxy.alterBlob = (name, bytes) => (name.startsWith("partitions/") ? bytes.subarray(0, bytes.length - 9) : bytes);
+    await visit.doubleTap(await visit.centre());
+    await visit.untilSaid(way === "streamed" ? /connection to .* was lost: .*Trying again/ : /is missing .*its checksum is wrong/);
+    await visit.picture(`trouble-short-${way}`);
+    proxy.alterBlob = null;
+    if (way === "streamed") {
+      await visit.untilSaid(/^Connected again\.$/);
+    }
+    await assertUsable();
+  });
+}
+
+test("a frame without its head", async () => {
+  await visit.open(proxy.url);
+  await openFullScreen("pebble");
+  proxy.alterFrame = (message) => message.subarray(0, 10);
+  await visit.doubleTap(await visit.centre());
+  await visit.untilSaid(/connection to .* was lost: .*Trying again/);
+  await visit.picture("trouble-frame");
+  proxy.alterFrame = null;
+  await visit.untilSaid(/^Connected again\.$/);
+  // What was asked for then comes by itself.
+  await visit.until("the whole region",
+    ({ idle, region }) => idle && region !== null && region.partitions > 0 && region.shown === region.partitions);
+  await assertUsable();
+});
+
+test("a model that is removed from the server", async () => {
+  await visit.open(server.url);
+  await openFullScreen("pebble");
+  rmSync(join(models, "pebble.kds"));
+  server.rereadModels();
+  await server.untilGone("pebble");
+  await visit.back();
+  await visit.untilSaid(/^“A pebble” is no longer on the server\./);
+  assert.deepEqual(await visit.page.locator("#models [data-model]").evaluateAll((all) => all.map((one) => one.dataset.model)),
+    ["shell"]);
+  await visit.picture("trouble-removed");
+  await assertUsable();
+});
+
+test("a model that is removed before it is opened", async () => {
+  await visit.open(server.url);
+  await visit.choose("shell");
+  rmSync(join(models, "pebble.kds"));
+  server.rereadModels();
+  await server.untilGone("pebble");
+  await visit.page.locator('[data-model="pebble"]').click();
+  await visit.untilSaid(/^Pebble cannot be opened: there is no model pebble\.$/);
+  await visit.picture("trouble-removed-before");
+  await assertUsable();
+});
+
+test("a lost WebGL context", async () => {
+  await visit.open(server.url);
+  await openFullScreen("pebble");
+  const before_ = await visit.around(await visit.centre());
+  await visit.page.evaluate(() => {
+    window.losing = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+    window.losing.loseContext();
+  });
+  await visit.untilSaid(/^The device has taken the picture away\./);
+  await visit.picture("trouble-context");
+  const { frames } = await visit.status();
+  await visit.page.evaluate(() => window.losing.restoreContext());
+  await visit.until("a picture again", (status) => status.frames > frames && status.idle);
+  await visit.untilQuiet();
+  assert.ok(await pixels.difference(before_, await visit.around(await visit.centre())) < 0.01, "the picture is as it was");
+  await assertUsable();
+});
+
+test("no WebGL 2: a sentence, not a blank page", async () => {
+  const without = await launchBrowser("--disable-3d-apis");
+  try {
+    const other = await Visit.phone(without);
+    await other.open(server.url);
+    await other.untilSaid(/^This browser cannot draw in 3D: it has no WebGL 2/);
+    assert.match(await other.messageShown(), /WebGL 2/);
+    await other.picture("trouble-no-webgl");
+  } finally {
+    await without.close();
+  }
+});

@@ -1,0 +1,133 @@
+// The walk of a person with a phone: the list and its live preview, full screen, pinches through the levels, two taps on
+// what is interesting, and back; upright and lying.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { Pixels, Server, Visit, landscape, launchBrowser, makeModels, portrait } from "./harness.mjs";
+
+let server, browser, pixels;
+
+before(async () => {
+  server = await Server.start(makeModels());
+  browser = await launchBrowser();
+  pixels = await Pixels.make(browser);
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+// Pinches by `factor` until level `goal` is shown; every level on the way is asserted. Returns the last status.
+async function pinchTo(visit, goal, factor) {
+  const direction = Math.sign(factor - 1);
+  const [from, to] = direction > 0 ? [100, 100 * factor] : [100 / factor, 100];
+  const first = (await visit.untilIdle()).shownLevel;
+  let last = first;
+  for (let pinches = 0; last !== goal; ++pinches) {
+    assert.ok(pinches < 16, `${pinches} pinches lead from level ${first} to ${last}, not to ${goal}`);
+    await visit.pinch(await visit.centre(), from, to);
+    const { shownLevel, targetLevel } = await visit.untilIdle();
+    assert.equal(shownLevel, targetLevel, "what is asked for is shown");
+    assert.ok([last, last + direction].includes(shownLevel), `level ${shownLevel} comes after ${last}`);
+    last = shownLevel;
+  }
+  return visit.status();
+}
+
+async function walk(name, viewport, elsewhere) {
+  const visit = await Visit.phone(browser, viewport);
+  await visit.open(server.url);
+
+  // The list, and the first model's preview in the strip below it.
+  const preview = await visit.untilIdle();
+  assert.equal(preview.mode, "browsing");
+  assert.equal(preview.model, "dragon");
+  assert.equal(preview.shownLevel, 11, "a preview is level 11");
+  assert.deepEqual(await visit.page.locator("#models [data-model]").evaluateAll((all) => all.map((one) => one.dataset.model)),
+    ["dragon", "pebble"]);
+  await visit.picture(`${name}-1-list`);
+
+  // The preview is live: another model, and it turns under a finger.
+  const dragon = await visit.around(await visit.centre());
+  await visit.choose("pebble");
+  await visit.picture(`${name}-2-other`);
+  const pebble = await visit.around(await visit.centre());
+  assert.ok(await pixels.difference(dragon, pebble) > 0.1, "another model is another picture");
+  await visit.choose("dragon");
+  const unturned = await visit.around(await visit.centre());
+  assert.ok(await pixels.difference(dragon, unturned) < 0.01, "the same model is the same picture");
+  await visit.drag(await visit.centre(), 60, 0);
+  await visit.untilIdle();
+  assert.ok(await pixels.difference(unturned, await visit.around(await visit.centre())) > 0.05, "one finger turns");
+  assert.equal((await visit.status()).mode, "browsing", "turning is no tap");
+  await visit.drag(await visit.centre(), -60, 0);
+
+  // Full screen by a tap, at a level fit for it.
+  await visit.tap(await visit.centre());
+  const full = await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  assert.ok(full.shownLevel > preview.shownLevel, "more room, more detail");
+  assert.equal(full.region, null);
+  await visit.picture(`${name}-3-full-screen`);
+  const fullPicture = await visit.around(await visit.centre());
+  await visit.dragTwo(await visit.centre(), 0, 40);
+  await visit.untilIdle();
+  assert.ok(await pixels.difference(fullPicture, await visit.around(await visit.centre())) > 0.05, "two fingers pan");
+  await visit.dragTwo(await visit.centre(), 0, -40);
+
+  // Pinch through three levels and back.
+  const finest = full.finestLevel;
+  const start = await pinchTo(visit, finest - 3, 1 / 1.4);
+  await visit.picture(`${name}-4-before-pinch`);
+  const near = await pinchTo(visit, finest, 1.4);
+  await visit.picture(`${name}-5-pinched`);
+  const far = await pinchTo(visit, finest - 3, 1 / 1.4);
+  assert.ok(far.triangles === start.triangles && far.triangles < near.triangles / 6);
+
+  // A double tap brings the original of the region around it.
+  await pinchTo(visit, finest - 2, 1.4);
+  const middle = await visit.centre();
+  const before_ = await visit.around(middle);
+  const level = await visit.status();
+  await visit.doubleTap(middle);
+  const first = await visit.until("the whole region",
+    ({ region, idle }) => idle && region !== null && region.shown === region.partitions);
+  assert.ok(first.region.partitions > 0);
+  assert.ok(first.triangles > level.triangles);
+  assert.equal(first.shownLevel, level.shownLevel, "around it all stays as it was");
+  await visit.picture(`${name}-6-region`);
+  assert.ok(await pixels.difference(before_, await visit.around(middle), 8) > 0.05, "the region looks finer");
+  assert.match(await visit.page.locator("#status").textContent(), /original/);
+
+  // A double tap elsewhere moves on.
+  await visit.doubleTap({ x: middle.x + elsewhere.x, y: middle.y + elsewhere.y });
+  const second = await visit.until("another region",
+    ({ region, idle }) => idle && region !== null && region.cell !== first.region.cell && region.shown === region.partitions);
+  assert.ok(second.region.partitions > 0);
+  await visit.picture(`${name}-7-elsewhere`);
+
+  // And back to the list.
+  const back = await visit.back();
+  assert.equal(back.region, null);
+  const again = await visit.untilIdle();
+  assert.equal(again.shownLevel, 11);
+  await visit.picture(`${name}-8-back`);
+  assert.ok(await pixels.difference(dragon, await visit.around(await visit.centre())) < 0.01, "the preview is as it was");
+  assert.deepEqual(await visit.messages(), [], "nothing had to be said");
+  visit.assertClean(server.url);
+  await visit.close();
+}
+
+test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }));
+test("landscape", () => walk("landscape", landscape, { x: 110, y: -40 }));
+
+test("the page comes compressed", async () => {
+  const visit = await Visit.phone(browser);
+  const [answer] = await Promise.all([
+    visit.page.waitForResponse((response) => response.url().endsWith("kdstream.wasm")),
+    visit.open(server.url),
+  ]);
+  assert.equal(answer.headers()["content-encoding"], "gzip");
+  assert.equal(answer.headers()["content-type"], "application/wasm");
+  await visit.close();
+});
