@@ -36,10 +36,31 @@ std::optional<double> Meet(const Ray& ray, const Vec3& a, const Vec3& b, const V
   return t;
 }
 
+std::optional<SurfaceHit> PickPoint(const Surface& cloud, const Ray& ray, double slack)
+{
+  std::optional<SurfaceHit> best;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+  {
+    const Vec3 toPoint = cloud.points[i] - ray.origin;
+    const double t = Dot(toPoint, ray.direction);
+    const Vec3 aside = toPoint - ray.direction * t;
+    const bool near = t > 0 && Dot(aside, aside) <= slack * t * (slack * t);
+    if (near && (!best || t < best->distance))
+    {
+      best = SurfaceHit{ cloud.points[i], i, t };
+    }
+  }
+  return best;
 }
 
-std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray)
+}
+
+std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack)
 {
+  if (surface.triangles.empty())
+  {
+    return PickPoint(surface, ray, slack);
+  }
   std::optional<SurfaceHit> best;
   for (std::size_t i = 0; i < surface.triangles.size(); ++i)
   {

@@ -13,13 +13,17 @@ namespace kdstream
 struct SurfaceHit
 {
   Vec3 point;
-  std::size_t triangle = 0; // in Surface::triangles
+  std::size_t triangle = 0; // in Surface::triangles; of a cloud: in Surface::points
   double distance = 0;      // from the ray's origin, model units
 };
 
 // The nearest point of `surface` that `ray` meets, seen from either side; the triangle with the
 // lowest index among equals; nothing where the ray misses. Degenerate triangles are never met.
 // Möller and Trumbore's test in doubles for every triangle: O(triangles), no memory.
-std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray);
+//
+// Of a surface without triangles (a cloud, or a mesh whose level is too coarse for any) the nearest
+// point before the eye that is no farther from the ray than `slack` times its distance: the tangent
+// of the angle that a finger covers. O(points).
+std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack = 0);
 
 }

@@ -4,7 +4,6 @@
 #include "viewer/session/ViewerSession.h"
 
 #include "filters/core/Region.h"
-#include "viewer/session/Picker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -174,7 +173,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
 void ViewerSession::FocusUnder(double x, double y)
 {
   this->Retry();
-  if (const auto hit = PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y)))
+  if (const auto hit = this->PickUnder(x, y))
   {
     this->Eye.FocusAtDepthOf(hit->point);
   }
@@ -235,6 +234,11 @@ void ViewerSession::Handle(const Gesture& gesture)
 void ViewerSession::SetRings(unsigned rings)
 {
   this->Options.rings = std::clamp(rings, 1u, 3u);
+  if (this->Region && this->Region->rings != this->Options.rings)
+  {
+    this->SetRegion(this->Region->cell);
+  }
+  this->Update();
   this->Trace("rings");
 }
 
@@ -246,11 +250,18 @@ void ViewerSession::Retry()
   this->LastError.clear();
 }
 
+std::optional<SurfaceHit> ViewerSession::PickUnder(double x, double y) const
+{
+  const double pixels = this->Options.fingerPoints * this->Eye.GetViewport().pixelRatio;
+  const double slack = pixels / (this->Eye.PixelsPerUnit() * this->Eye.Distance());
+  return PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y), slack);
+}
+
 void ViewerSession::DoubleTap(double x, double y)
 {
   this->Retry();
   this->WaitingPick.reset();
-  const auto hit = PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y));
+  const auto hit = this->PickUnder(x, y);
   if (!hit)
   {
     this->Region.reset();
@@ -277,8 +288,17 @@ void ViewerSession::PickRegion(const Vec3& point)
     this->LastError = "The tree of " + this->ModelId + " has no partitions.";
     return;
   }
+  this->SetRegion(NodeOfPartition(NearestPartition(tree, depths, point), depths));
+}
+
+// REQUIRES: the tree has come; `cell` is a partition's.
+void ViewerSession::SetRegion(NodeId cell)
+{
+  const TreeDepths& depths = this->Current->codec.depths;
+  const std::vector<Box>& tree = this->Current->tree;
+  const std::size_t first = std::size_t{ 1 } << depths.partition;
   PickedRegion region;
-  region.cell = NodeOfPartition(NearestPartition(tree, depths, point), depths);
+  region.cell = cell;
   region.rings = this->Options.rings;
   auto found = FindRegion(tree, depths, region.cell, region.rings);
   if (!found)

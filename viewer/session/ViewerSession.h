@@ -8,6 +8,7 @@
 #include "server/protocol/ModelDescription.h"
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/LevelPolicy.h"
+#include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/RequestBook.h"
 #include "viewer/session/SessionTypes.h"
@@ -32,6 +33,8 @@ struct SessionOptions
   GestureThresholds gestures;
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
+  // A point of a cloud is picked by a finger that is so many points of the screen away, or less.
+  double fingerPoints = 24;
   // A region takes at most so many partitions, nearest first.
   std::size_t mostRegionPartitions = 512;
   // A region that has shrunk to fewer points than this on the screen is let go.
@@ -93,7 +96,7 @@ public:
   // A wheel or trackpad enlarges by `factor` > 0 about pixel (x, y): as a pinch there. Other
   // factors change nothing.
   void Zoom(double factor, double x, double y);
-  // For the next region. Clamped to 1-3.
+  // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
 
   // ---- what the server sends. Answers to requests that were cancelled are ignored.
@@ -151,7 +154,9 @@ private:
   void FocusUnder(double x, double y);
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
+  std::optional<SurfaceHit> PickUnder(double x, double y) const;
   void PickRegion(const Vec3& point);
+  void SetRegion(NodeId cell);
   void FollowZoom();
   void Retry();
   void Update();

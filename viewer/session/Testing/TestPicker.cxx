@@ -90,4 +90,25 @@ TEST(TestPicker, HardTriangles)
   EXPECT_FALSE(PickSurface({}, { { 0, 0, 1 }, { 0, 0, -1 } }));
 }
 
+TEST(TestPicker, FindsTheNearestPointOfACloudThatAFingerCovers)
+{
+  Surface cloud;
+  cloud.points = { { 0, 0, -10 }, { 0.4, 0, -5 }, { 0, 0.6, -4 }, { 0, 0, 3 } };
+  const Ray ray{ { 0, 0, 0 }, { 0, 0, -1 } };
+  // Tangents to the ray: 0, 0.08, 0.15; the last is behind the eye.
+  EXPECT_EQ(PickSurface(cloud, ray, 0)->triangle, 0u);
+  EXPECT_EQ(PickSurface(cloud, ray, 0.07)->triangle, 0u);
+  const auto hit = PickSurface(cloud, ray, 0.09);
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->triangle, 1u);
+  EXPECT_EQ(hit->point, cloud.points[1]);
+  EXPECT_EQ(hit->distance, 5);
+  EXPECT_EQ(PickSurface(cloud, ray, 0.16)->triangle, 2u);
+  EXPECT_FALSE(PickSurface(cloud, { { 5, 5, 0 }, { 0, 0, -1 } }, 0.1));
+  EXPECT_FALSE(PickSurface({}, ray, 1));
+  // A surface with triangles is not picked by its points.
+  cloud.triangles = { { 0, 1, 2 } };
+  EXPECT_FALSE(PickSurface(cloud, { { -0.1, 0, 0 }, { 0, 0, -1 } }, 0.5));
+}
+
 }

@@ -256,6 +256,68 @@ TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
   EXPECT_EQ(early.GetStatus().shownLevel, late.GetStatus().shownLevel);
 }
 
+TEST(TestViewerSession, OtherRingsChangeTheRegionThatIsThere)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  const auto first = session.GetStatus().region;
+  ASSERT_TRUE(first);
+  const auto regionOf = [&](unsigned rings)
+  { return FindRegion(server.Tree(), server.Codec().depths, first->cell, rings)->size(); };
+  ASSERT_GT(regionOf(2), regionOf(1));
+  server.sent.clear();
+  session.SetRings(2);
+  server.Serve(session);
+  auto region = session.GetStatus().region;
+  EXPECT_EQ(region->cell, first->cell);
+  EXPECT_EQ(region->rings, 2u);
+  EXPECT_EQ(region->partitions, regionOf(2));
+  EXPECT_EQ(region->shown, regionOf(2));
+  EXPECT_EQ(server.sent.size(), regionOf(2) - regionOf(1)); // only what is new
+  ExpectClosed(session);
+  session.SetRings(1);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().region->shown, regionOf(1));
+  EXPECT_EQ(server.sent.size(), regionOf(2) - regionOf(1));
+  session.LeaveFullScreen();
+  session.SetRings(3);
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+// A mesh so small that all its levels are mere points: the original is a double tap away.
+TEST(TestViewerSession, PicksOnPointsWhereThereAreNoTriangles)
+{
+  Mesh mesh;
+  mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
+  mesh.triangles = { { 0, 1, 2 } };
+  MemoryServer server(mesh, 2000, 8);
+  ViewerSession session;
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const Surface& coarse = *session.Scene().surface;
+  ASSERT_TRUE(coarse.triangles.empty());
+  ASSERT_FALSE(coarse.points.empty());
+  const ViewerScene scene = session.Scene();
+  const Vec3 v = coarse.points[0] - scene.eye;
+  const double scale =
+    height / (2 * Camera::tangentOfHalfAngle * Dot(v, scene.orientation.Rotate({ 0, 0, -1 })));
+  const double x = width * 0.5 + v[0] * scale, y = height * 0.5 - v[1] * scale;
+  DoubleTap(session, x + 60, y); // too far away
+  server.Serve(session);
+  EXPECT_FALSE(session.GetStatus().region);
+  DoubleTap(session, x + 20, y);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  EXPECT_EQ(session.GetStatus().triangles, 1u);
+}
+
 TEST(TestViewerSession, CancelledTouchesAreNoTap)
 {
   MemoryServer server = Torus();
