@@ -19,6 +19,5 @@ install(FILES "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake" "${PROJECT_BINARY_DIR
 
 # The page, built elsewhere by the preset `web`; kdstream-serve finds it here (server/app).
 if(KDSTREAM_WEB_BUILD)
-  install(DIRECTORY "${KDSTREAM_WEB_BUILD}/page/" DESTINATION "${CMAKE_INSTALL_DATADIR}/kdstream/web"
-    PATTERN stamp EXCLUDE)
+  install(DIRECTORY "${KDSTREAM_WEB_BUILD}/page/" DESTINATION "${CMAKE_INSTALL_DATADIR}/kdstream/web")
 endif()

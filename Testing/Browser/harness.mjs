@@ -9,6 +9,7 @@
 //   KDSTREAM_DRAGON    dragon.ply
 //   KDSTREAM_PICTURES  folder that gets a screenshot of each stage
 //   KDSTREAM_CHROMIUM  the browser (/usr/bin/chromium)
+//   KDSTREAM_LONGEST_WAIT  seconds until a wait is given up (180)
 
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
@@ -19,7 +20,7 @@ import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { chromium } from "playwright-core";
 
-export const longest = 180_000; // ms, of a single wait
+export const longest = 1000 * Number(process.env.KDSTREAM_LONGEST_WAIT ?? 180); // ms, of a single wait
 
 function place(name) {
   const value = process.env[name];
