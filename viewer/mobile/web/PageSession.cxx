@@ -2,6 +2,7 @@
 #include "viewer/mobile/web/PageSession.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -54,6 +55,17 @@ const char* NameOf(ServerLine::State state)
 std::string LevelOrNull(const std::optional<unsigned>& level)
 {
   return level ? JsonNumber(*level) : "null";
+}
+
+// [x, y, z]: the lengths of the model's box, in its unit.
+std::string SidesOf(const protocol::ModelDescription& model)
+{
+  std::array<double, 3> sides{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    sides[k] = model.boxHi[k] - model.boxLo[k];
+  }
+  return JsonArray(sides, [](double side) { return JsonNumber(side); });
 }
 
 std::string RegionOrNull(const std::optional<ViewerStatus::Region>& region)
@@ -175,7 +187,9 @@ JsonObject PageSession::Describe() const
   {
     json.Add("finestLevel", this->Open.finestDepth)
       .Add("credit", this->Open.credit)
-      .Add("license", this->Open.license);
+      .Add("license", this->Open.license)
+      .Add("unit", this->Open.unit)
+      .AddRaw("sides", SidesOf(this->Open));
   }
   return json;
 }

@@ -169,8 +169,12 @@ function choose(model) {
 
 // ---- how it stands
 
+function counted(number, thing) {
+  return `${count(number)} ${thing}${number === 1 ? "" : "s"}`;
+}
+
 function describeSize(triangles, vertices) {
-  return triangles ? `${count(triangles)} triangles · ${count(vertices)} vertices` : `${count(vertices)} points`;
+  return triangles ? `${counted(triangles, "triangle")} · ${count(vertices)} vertices` : counted(vertices, "point");
 }
 
 function describeSurface({ shownLevel, finestLevel, triangles, vertices, region }) {
@@ -178,17 +182,19 @@ function describeSurface({ shownLevel, finestLevel, triangles, vertices, region 
     return "";
   }
   const detail = region?.shown ? `Level ${shownLevel} and original` : `Level ${shownLevel} of ${finestLevel}`;
-  return `${detail} · ${triangles ? `${count(triangles)} triangles` : `${count(vertices)} points`}`;
+  return `${detail} · ${triangles ? counted(triangles, "triangle") : counted(vertices, "point")}`;
 }
 
 function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
   return blobsWanted ? `${blobsLoaded} of ${blobsWanted} parts, ${kilobytes(bytesLoaded)}` : "";
 }
 
-function describeModel({ credit, license }) {
+function describeModel(status) {
   const { triangles, vertices } = selectedModel();
-  const size = vertices ? `The original: ${describeSize(triangles, vertices)}` : "";
-  return [size, credit, license].filter(Boolean).join("\n");
+  const { sides = [], unit } = status;
+  const numbers = vertices ? `The original: ${describeSize(triangles, vertices)}` : "";
+  const lengths = unit && sides.map((side) => Number(side.toPrecision(4)).toLocaleString("en")).join(" × ") + ` ${unit}`;
+  return [nameOf(status), numbers, lengths, status.credit, status.license].filter(Boolean).join("\n");
 }
 
 let knowsDoubleTap = false;
