@@ -2,6 +2,7 @@
 #include "viewer/session/Camera.h"
 
 #include <algorithm>
+#include <array>
 
 namespace kdstream
 {
@@ -19,7 +20,7 @@ void Camera::SetViewport(const Viewport& viewport)
   this->View.pixelRatio = viewport.pixelRatio > 0 ? viewport.pixelRatio : 1;
 }
 
-void Camera::FitTo(const Box& box)
+void Camera::FitTo(const Box& box, const Quaternion& orientation)
 {
   Box fitted = box;
   if (fitted.Empty())
@@ -31,8 +32,18 @@ void Camera::FitTo(const Box& box)
   const double radius = Length(fitted.hi * 0.5 - fitted.lo * 0.5);
   this->Radius = radius > 0 && std::isfinite(radius) ? radius : 1;
   this->FocalPoint = this->Centre;
-  this->Turn = {};
-  const Vec3 half = fitted.hi * 0.5 - fitted.lo * 0.5;
+  this->Turn = orientation;
+  // Half the box's extents along the camera's axes.
+  const Vec3 sides = fitted.hi * 0.5 - fitted.lo * 0.5;
+  const std::array<Vec3, 3> axes{ this->Right(), this->Up(), this->Forward() };
+  Vec3 half{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+      half[k] += std::abs(axes[k][i]) * sides[i];
+    }
+  }
   const double aspect = static_cast<double>(this->View.width) / this->View.height;
   const double size = std::max(half[1], half[0] / aspect) / tangentOfHalfAngle;
   // The face of the box that is nearest to the eye fits; a flat or tiny box keeps its distance.

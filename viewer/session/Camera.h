@@ -37,10 +37,10 @@ public:
   void SetViewport(const Viewport& viewport);
   const Viewport& GetViewport() const { return this->View; }
 
-  // Looks along -z of the model, y up, so that all of `box` just fits into the window, portrait and
-  // landscape alike, as long as the camera is not turned. Sets the limits of panning and zooming,
-  // in radii of the sphere around the box. An empty box counts as the unit cube.
-  void FitTo(const Box& box);
+  // Looks along -z of the model, y up, unless told otherwise, so that all of `box` just fits into
+  // the window, portrait and landscape alike. Sets the limits of panning and zooming, in radii of
+  // the sphere around the box. An empty box counts as the unit cube.
+  void FitTo(const Box& box, const Quaternion& orientation = {});
 
   // A finger went from one pixel to the other: turns about the focal point as if a ball under the
   // window followed it (Bell's trackball: a sphere in the middle, a hyperbola around it, so it

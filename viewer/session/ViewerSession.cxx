@@ -72,7 +72,7 @@ void ViewerSession::Resize(const Viewport& viewport)
   this->Gestures.SetPixelRatio(this->Eye.GetViewport().pixelRatio);
   if (!this->EyeMoved && this->Current)
   {
-    this->Eye.FitTo(this->Current->box);
+    this->Eye.FitTo(this->Current->box, this->Eye.Orientation());
   }
   this->FollowZoom();
   this->Update();
@@ -206,7 +206,6 @@ void ViewerSession::Handle(const Gesture& gesture)
   switch (gesture.kind)
   {
     case Gesture::Kind::Rotate:
-      this->EyeMoved = true;
       this->Eye.Rotate(gesture.x - gesture.dx, gesture.y - gesture.dy, gesture.x, gesture.y);
       break;
     case Gesture::Kind::PinchBegin:

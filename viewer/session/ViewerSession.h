@@ -175,7 +175,7 @@ private:
   SessionOptions Options;
   GestureRecognizer Gestures;
   Camera Eye;
-  bool EyeMoved = false; // by a gesture since it was fitted
+  bool EyeMoved = false; // by a pinch or a wheel since it was fitted
   std::vector<protocol::ModelSummary> ModelList;
   bool HasModelList = false;
 

@@ -135,6 +135,20 @@ export class Fingers {
     this.#changed();
   }
 
+  // In the middle, for those who have no pointer.
+  doubleTap() {
+    if (this.#down.size) {
+      return;
+    }
+    const box = this.#canvas.getBoundingClientRect();
+    const middle = this.#touch(-1, box.left + box.width / 2, box.top + box.height / 2);
+    const seconds = performance.now() / 1000;
+    for (const later of [0, .1]) {
+      this.#viewer.touches(seconds + later, [middle]);
+      this.#viewer.touches(seconds + later + .05, []);
+    }
+  }
+
   // A finger that drags from the middle; its first way only tells that it is no tap.
   #drag(right, down, seconds) {
     if (this.#down.size) {

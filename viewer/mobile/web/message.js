@@ -60,7 +60,7 @@ export function findMessage(situation) {
     return { text: `“${name}” is no longer on the server. What has been loaded can still be looked at.` };
   }
   if (status.stale === "replaced") {
-    return { text: `The server has another “${name}” now.`, ...reload };
+    return { text: `The server has another “${status.title || status.model}” now.`, ...reload };
   }
   return situation.wellAgain ? { text: "Connected again.", good: true } : null;
 }

@@ -194,7 +194,7 @@ function describeModel(status) {
   const { sides = [], unit } = status;
   const numbers = vertices ? `The original: ${describeSize(triangles, vertices)}` : "";
   const lengths = unit && sides.map((side) => Number(side.toPrecision(4)).toLocaleString("en")).join(" × ") + ` ${unit}`;
-  return [nameOf(status), numbers, lengths, status.credit, status.license].filter(Boolean).join("\n");
+  return [nameOf(selectedModel()), numbers, lengths, status.credit, status.license].filter(Boolean).join("\n");
 }
 
 let knowsDoubleTap = false;
@@ -202,7 +202,7 @@ let knowsDoubleTap = false;
 function showHint({ shownLevel, region }, wrong) {
   knowsDoubleTap ||= region !== null;
   const tap = coarse ? "Double-tap" : "Double-click";
-  const needed = shownLevel !== null && !knowsDoubleTap && !wrong;
+  const needed = shownLevel !== null && !knowsDoubleTap && !wrong && find("menu").hidden;
   say(find("hint"), needed ? `${tap} the surface for its original detail` : "");
 }
 
@@ -302,7 +302,11 @@ function goBack() {
 }
 
 function followHistory() {
-  if (history.state?.model) {
+  const model = history.state?.model;
+  if (model) {
+    if (model !== lastStatus.model && models?.some(({ id }) => id === model)) {
+      viewer.select(model);
+    }
     viewer.enterFullScreen();
   } else {
     viewer.leaveFullScreen();
@@ -318,6 +322,7 @@ function openMenu(open) {
     say(find("facts"), describeModel(lastStatus));
     find("menu").querySelector("input:checked").focus();
   }
+  wake(); // the hint makes room
 }
 
 // Asks anew for what could not be had.
@@ -361,7 +366,12 @@ function listenToButtons() {
     } else if (key === "Escape" && lastStatus.mode === "full screen") {
       goBack();
     } else if (key === "Enter" && document.activeElement === canvas) {
-      viewer.enterFullScreen();
+      if (lastStatus.mode === "full screen") {
+        fingers.doubleTap();
+      } else {
+        viewer.enterFullScreen();
+      }
+      line.exchange();
       wake();
     }
   });

@@ -318,6 +318,44 @@ TEST(TestViewerSession, PicksOnPointsWhereThereAreNoTriangles)
   EXPECT_EQ(session.GetStatus().triangles, 1u);
 }
 
+// A preview that was turned is all to be seen in full screen too, as it was turned.
+TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  for (int i = 0; i <= 20; ++i)
+  {
+    session.HandleTouches({ clockOfFingers += 0.02, { { 1, 100.0 + 20 * i, 200.0 + 7 * i } } });
+  }
+  session.HandleTouches({ clockOfFingers += 0.02, {} });
+  const Quaternion turned = session.Scene().orientation;
+  ASSERT_NE(turned, Quaternion{});
+  const double wide = Length(session.Scene().eye - session.Scene().focal);
+  session.Resize({ height / 2, width, 1 });
+  const ViewerScene scene = session.Scene();
+  EXPECT_EQ(scene.orientation, turned);
+  EXPECT_GT(Length(scene.eye - scene.focal), 1.5 * wide);
+  // Every corner of the box is in the window.
+  const double tangent = Camera::tangentOfHalfAngle;
+  for (unsigned corner = 0; corner < 8; ++corner)
+  {
+    Vec3 v;
+    for (unsigned k = 0; k < 3; ++k)
+    {
+      v[k] = (corner >> k & 1 ? scene.box.hi : scene.box.lo)[k] - scene.eye[k];
+    }
+    const Vec3 seen = turned.Inverse().Rotate(v);
+    EXPECT_LE(std::abs(seen[1]), -seen[2] * tangent);
+    EXPECT_LE(std::abs(seen[0]), -seen[2] * tangent * (height / 2) / width);
+  }
+  session.Zoom(2, 10, 10);
+  const Vec3 eye = session.Scene().eye;
+  session.Resize({ width, height, 1 });
+  EXPECT_EQ(session.Scene().eye, eye);
+}
+
 TEST(TestViewerSession, CancelledTouchesAreNoTap)
 {
   MemoryServer server = Torus();
