@@ -14,8 +14,7 @@ std::array<std::uint64_t, 3> Bits(const Vec3& p, Coincidence coincidence)
   std::array<std::uint64_t, 3> bits;
   for (std::size_t k = 0; k < 3; ++k)
   {
-    bits[k] =
-      BitCast<std::uint64_t>(coincidence == Coincidence::ValueEqual ? p[k] + 0.0 : p[k]);
+    bits[k] = BitCast<std::uint64_t>(coincidence == Coincidence::ValueEqual ? p[k] + 0.0 : p[k]);
   }
   return bits;
 }

@@ -82,8 +82,9 @@ vec3 lit(vec3 normal)
 })";
 
 // The side that is seen is lit, whichever way a triangle faces; where a normal between those of the
-// corners turns away a little, at an outline, it stops there (as viewer/rendering/SurfaceScene.cxx).
-// Where no triangle has an area there is no normal: as if it faced the eye.
+// corners turns away a little, at an outline, it stops there (as
+// viewer/rendering/SurfaceScene.cxx). Where no triangle has an area there is no normal: as if it
+// faced the eye.
 inline constexpr const char* surfaceFragment = R"(
 void main()
 {
