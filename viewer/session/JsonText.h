@@ -4,6 +4,7 @@
 #include <charconv>
 #include <concepts>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,12 @@ std::string JsonNumber(T value)
 {
   char text[24];
   return { text, std::to_chars(text, text + sizeof(text), value).ptr };
+}
+// null where there is none.
+template <class T>
+std::string JsonNumber(const std::optional<T>& value)
+{
+  return value ? JsonNumber(*value) : "null";
 }
 // In quotes, escaped.
 std::string JsonString(std::string_view text);

@@ -27,22 +27,20 @@ std::string CameraJson(const Camera& camera)
     .Text();
 }
 
-std::string RegionJson(const ViewerStatus::Region& region)
+}
+
+std::string FormatRegion(const std::optional<ViewerStatus::Region>& region)
 {
+  if (!region)
+  {
+    return "null";
+  }
   return JsonObject()
-    .Add("cell", region.cell)
-    .Add("rings", region.rings)
-    .Add("partitions", region.partitions)
-    .Add("shown", region.shown)
+    .Add("cell", region->cell)
+    .Add("rings", region->rings)
+    .Add("partitions", region->partitions)
+    .Add("shown", region->shown)
     .Text();
-}
-
-template <class T>
-std::string OrNull(const std::optional<T>& value)
-{
-  return value ? JsonNumber(*value) : "null";
-}
-
 }
 
 std::string FormatRequest(const SessionRequest& request)
@@ -81,9 +79,9 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Add("detail", detail)
     .Add("mode", NameOf(status.mode))
     .Add("model", status.model)
-    .AddRaw("shown", OrNull(status.shownLevel))
-    .AddRaw("target", OrNull(status.targetLevel))
-    .AddRaw("region", status.region ? RegionJson(*status.region) : "null")
+    .AddRaw("shown", JsonNumber(status.shownLevel))
+    .AddRaw("target", JsonNumber(status.targetLevel))
+    .AddRaw("region", FormatRegion(status.region))
     .AddRaw("camera", CameraJson(this->Eye))
     .Add("surface", this->Shown.Version())
     .Add("vertices", status.vertices)

@@ -93,6 +93,9 @@ struct ViewerStatus
                      // is asked for
 };
 
+// The region as a JSON object, for traces and pages; null where there is none.
+std::string FormatRegion(const std::optional<ViewerStatus::Region>& region);
+
 // One blob's way, as in the paper's Tables 4-6.
 struct BlobStatistics
 {

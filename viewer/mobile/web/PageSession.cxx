@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <utility>
 
 namespace kdstream
@@ -52,11 +51,6 @@ const char* NameOf(ServerLine::State state)
   return "connecting";
 }
 
-std::string LevelOrNull(const std::optional<unsigned>& level)
-{
-  return level ? JsonNumber(*level) : "null";
-}
-
 // [x, y, z]: the lengths of the model's box, in its unit.
 std::string SidesOf(const protocol::ModelDescription& model)
 {
@@ -66,20 +60,6 @@ std::string SidesOf(const protocol::ModelDescription& model)
     sides[k] = model.boxHi[k] - model.boxLo[k];
   }
   return JsonArray(sides, [](double side) { return JsonNumber(side); });
-}
-
-std::string RegionOrNull(const std::optional<ViewerStatus::Region>& region)
-{
-  if (!region)
-  {
-    return "null";
-  }
-  return JsonObject()
-    .Add("cell", region->cell)
-    .Add("rings", region->rings)
-    .Add("partitions", region->partitions)
-    .Add("shown", region->shown)
-    .Text();
 }
 
 }
@@ -169,9 +149,9 @@ JsonObject PageSession::Describe() const
   json.Add("mode", kdstream::NameOf(status.mode))
     .Add("model", status.model)
     .Add("title", status.title)
-    .AddRaw("shownLevel", LevelOrNull(status.shownLevel))
-    .AddRaw("targetLevel", LevelOrNull(status.targetLevel))
-    .AddRaw("region", RegionOrNull(status.region))
+    .AddRaw("shownLevel", JsonNumber(status.shownLevel))
+    .AddRaw("targetLevel", JsonNumber(status.targetLevel))
+    .AddRaw("region", FormatRegion(status.region))
     .Add("vertices", status.vertices)
     .Add("triangles", status.triangles)
     .Add("blobsLoaded", status.blobsLoaded)
