@@ -6,7 +6,7 @@ namespace kdstream::fixtures
 {
 
 std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& treeOptions,
-  const ClusterOptions& clusterOptions, const Execution& execution)
+  const LevelOptions& levelOptions, const Execution& execution)
 {
   auto model = std::make_unique<Model>();
   model->mesh = mesh;
@@ -16,8 +16,7 @@ std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& treeOpti
   const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
     std::size_t{ 1 } << model->tree.depths.partition, [&](VertexId v) { return partition[v]; });
   model->vertexTree =
-    NumberVertices(model->tree, *BuildClusterLevels(mesh.points, mesh.triangles, model->tree,
-                                  buckets, clusterOptions, execution));
+    NumberVertices(model->tree, *BuildLevels(mesh, model->tree, buckets, levelOptions, execution));
   for (unsigned d = 0; d <= model->tree.depths.finest + 1; ++d)
   {
     const Resolution resolution =

@@ -1,7 +1,7 @@
 // A mesh taken through core, from points to pieces: what most tests of later steps start from.
 #pragma once
 
-#include "filters/core/ClusterLevels.h"
+#include "filters/core/Levels.h"
 #include "filters/core/Surface.h"
 #include "filters/core/VertexTree.h"
 
@@ -31,7 +31,7 @@ struct Model
 
 // REQUIRES: a mesh with vertices and valid options.
 std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {},
-  const ClusterOptions& levels = {}, const Execution& execution = {});
+  const LevelOptions& levels = {}, const Execution& execution = {});
 
 // For each original vertex (numbered) the node of the cut above it, found in the whole vertex tree
 // and not in pieces.

@@ -7,6 +7,7 @@
 // under the map vertex -> cluster.
 #pragma once
 
+#include "filters/core/Attribute.h"
 #include "filters/core/Execution.h"
 #include "filters/core/KdTree.h"
 #include "filters/core/Result.h"
@@ -42,10 +43,11 @@ struct ClusterOptions
 struct ClusterLevel
 {
   std::vector<Vec3> positions; // representatives, inside the box of the cluster's original vertices
-  std::vector<double> deviations;  // sqrt(Q(x) / trace A), never below a child's; model units
-  std::vector<VertexId> lowest;    // lowest original vertex of each cluster
-  std::vector<VertexId> parents;   // cluster of the next coarser level; empty at the coarsest
-  std::vector<Triangle> triangles; // lowest cluster first, sorted, one of each orientation
+  std::vector<double> deviations;      // sqrt(Q(x) / trace A), never below a child's; model units
+  std::vector<VertexId> lowest;        // lowest original vertex of each cluster
+  std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
+  std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
+  std::vector<Attribute> attributes{}; // means of normals and colours, a tuple a cluster
 };
 
 struct ClusterLevels

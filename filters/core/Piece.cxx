@@ -158,25 +158,6 @@ Status CheckAttributes(const Piece& piece)
 
 }
 
-std::size_t SizeOf(AttributeType type)
-{
-  switch (type)
-  {
-    case AttributeType::Int8:
-    case AttributeType::UInt8:
-      return 1;
-    case AttributeType::Int16:
-    case AttributeType::UInt16:
-      return 2;
-    case AttributeType::Int32:
-    case AttributeType::UInt32:
-    case AttributeType::Float32:
-      return 4;
-    default:
-      return 8;
-  }
-}
-
 unsigned PieceDepth(Resolution resolution, const TreeDepths& depths)
 {
   if (resolution.IsOriginal())

@@ -5,6 +5,7 @@
 // that the triangles on the boundary are whole); its triangles are all that touch an own vertex.
 #pragma once
 
+#include "filters/core/Attribute.h"
 #include "filters/core/KdTree.h"
 #include "filters/core/Types.h"
 
@@ -55,39 +56,6 @@ constexpr NodeId NodeOfPartition(std::uint32_t partition, const TreeDepths& dept
   return partition + (NodeId{ 1 } << depths.partition);
 }
 
-enum class AttributeType : std::uint8_t
-{
-  Int8,
-  UInt8,
-  Int16,
-  UInt16,
-  Int32,
-  UInt32,
-  Int64,
-  UInt64,
-  Float32,
-  Float64
-};
-std::size_t SizeOf(AttributeType type);
-
-enum class AttributeAssociation : std::uint8_t
-{
-  Point = 0, // a value for each own and ghost vertex
-  Cell = 1   // a value for each triangle
-};
-
-// One array that travels with the vertices or triangles, as little-endian values, tuple after
-// tuple.
-struct Attribute
-{
-  std::string name;
-  AttributeType type = AttributeType::Float32;
-  AttributeAssociation association = AttributeAssociation::Point;
-  std::uint8_t components = 1;
-  std::vector<std::uint8_t> values;
-  bool operator==(const Attribute&) const = default;
-};
-
 struct Piece
 {
   PieceId id;
@@ -109,7 +77,7 @@ struct Piece
 
   std::vector<Triangle>
     triangles; // local indices, ordered; orientation of the input, lowest index first
-  std::vector<Attribute> attributes;
+  std::vector<Attribute> attributes; // point arrays: own vertices, then ghosts
 
   std::uint32_t VertexCount() const { return static_cast<std::uint32_t>(this->positions.size()); }
   std::uint32_t GhostCount() const { return this->VertexCount() - this->ownVertices; }

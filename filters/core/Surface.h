@@ -59,6 +59,8 @@ struct Surface
   std::vector<Vec3> points;        // every vertex of the cut, piece by piece
   std::vector<Source> sources;     // one a point
   std::vector<Triangle> triangles; // sorted, lowest index first; one kept of each orientation
+  // The point arrays that every piece with a point here has, a tuple a point.
+  std::vector<Attribute> attributes{};
 };
 
 // Draws the cut from loaded pieces, by the rule: a piece's triangle is drawn if at least one of its

@@ -1,6 +1,8 @@
 // The few plain types that everything shares: points, triangles, boxes, resolutions.
 #pragma once
 
+#include "filters/core/Attribute.h"
+
 #include <array>
 #include <compare>
 #include <cstddef>
@@ -107,6 +109,7 @@ struct Mesh
   std::vector<Vec3> points;
   std::vector<Triangle> triangles;
   ScalarType scalarType = ScalarType::Float32;
+  std::vector<Attribute> attributes{}; // a tuple for each point, or for each triangle
 };
 
 }

@@ -28,6 +28,7 @@ struct VertexTreeLevel
   std::vector<Vec3> positions;
   std::vector<double> deviations;
   std::vector<Triangle> triangles; // ranks; lowest first, sorted
+  std::vector<Attribute> attributes{}; // a tuple a cluster
 };
 
 struct VertexTree

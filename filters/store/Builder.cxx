@@ -210,10 +210,9 @@ private:
     info.inconsistentEdges =
       CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
     this->Clock.Finish("faces");
-    ClusterOptions options = this->Options.levels;
+    LevelOptions options = this->Options.levels;
     options.mostClusters = MostClusters(this->Input, this->Options.memory);
-    Result<ClusterLevels> levels = BuildClusterLevels(
-      this->Input.points, this->Input.triangles, *tree, buckets, options, this->Exec);
+    Result<ClusterLevels> levels = BuildLevels(this->Input, *tree, buckets, options, this->Exec);
     if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
     {
       return Error{ ErrorCode::LimitExceeded,
@@ -276,7 +275,7 @@ private:
     info.credit = this->Options.credit;
     info.license = this->Options.license;
     info.unit = this->Options.unit;
-    info.levelMaker = "cluster";
+    info.levelMaker = this->Options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
     info.representative =
       this->Options.levels.representative == Representative::Quadric ? "quadric" : "mean";
     info.sheets = this->Options.levels.sheets;

@@ -1,9 +1,9 @@
 // From a mesh file to a store: the README's picture from "read" to "store", in memory.
 #pragma once
 
-#include "filters/core/ClusterLevels.h"
 #include "filters/core/Execution.h"
 #include "filters/core/KdTree.h"
+#include "filters/core/Levels.h"
 #include "filters/store/Store.h"
 
 #include <cstdint>
@@ -15,10 +15,19 @@
 namespace kdstream
 {
 
+// What the mesh is cut by. The two others are baselines: partitions only, no levels.
+enum class Partitioner
+{
+  KdTree,
+  Octree,
+  KMeans
+};
+
 struct BuildOptions
 {
+  Partitioner partitioner = Partitioner::KdTree;
   KdTreeOptions tree;
-  ClusterOptions levels;
+  LevelOptions levels;
   bool weld = true;
   std::uint8_t bits = 20; // of the grid (8-24), or 0: lossless
   // Most bytes the build may take; 0 = no limit. A mesh that needs more is refused (LimitExceeded).

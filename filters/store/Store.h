@@ -28,14 +28,6 @@ struct ResolutionInfo
     0; // that 99 of 100 of its vertices do not exceed: a single spike does not decide it
 };
 
-struct AttributeInfo
-{
-  std::string name;
-  AttributeType type = AttributeType::Float32;
-  AttributeAssociation association = AttributeAssociation::Point;
-  std::uint8_t components = 1;
-};
-
 // The metadata of a store.
 struct StoreInfo
 {

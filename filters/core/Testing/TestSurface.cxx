@@ -133,7 +133,8 @@ TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
   // 200 seeded draws on each closed mesh: half mixes from S on, half regions in a coarser level.
   for (const NamedMesh& named : ClosedMeshes())
   {
-    for (const ClusterOptions& options : { ClusterOptions{}, { Representative::Mean, false, 0 } })
+    for (const LevelOptions& options :
+      { LevelOptions{}, LevelOptions{ { Representative::Mean, false, 0 } } })
     {
       const auto model = MakeModel(named.mesh, { 100, {}, 8 }, options);
       std::mt19937 random(42);

@@ -1,0 +1,139 @@
+#include "filters/core/Attribute.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+namespace kdstream
+{
+namespace
+{
+
+static_assert(std::endian::native == std::endian::little, "values are kept little-endian");
+
+// Calls function.operator()<T>() with the C++ type of `type`.
+template <class Function>
+decltype(auto) WithType(AttributeType type, Function&& function)
+{
+  switch (type)
+  {
+    case AttributeType::Int8:
+      return function.template operator()<std::int8_t>();
+    case AttributeType::UInt8:
+      return function.template operator()<std::uint8_t>();
+    case AttributeType::Int16:
+      return function.template operator()<std::int16_t>();
+    case AttributeType::UInt16:
+      return function.template operator()<std::uint16_t>();
+    case AttributeType::Int32:
+      return function.template operator()<std::int32_t>();
+    case AttributeType::UInt32:
+      return function.template operator()<std::uint32_t>();
+    case AttributeType::Int64:
+      return function.template operator()<std::int64_t>();
+    case AttributeType::UInt64:
+      return function.template operator()<std::uint64_t>();
+    case AttributeType::Float32:
+      return function.template operator()<float>();
+    case AttributeType::Float64:
+      break;
+  }
+  return function.template operator()<double>();
+}
+
+// Rounds half away from zero; beyond the range of T its nearest end.
+template <class T>
+T RoundTo(double value)
+{
+  if constexpr (std::is_floating_point_v<T>)
+  {
+    return static_cast<T>(value);
+  }
+  else
+  {
+    if (std::isnan(value))
+    {
+      return 0;
+    }
+    // The ends as doubles may lie just outside of T, so they are compared, not converted.
+    if (value <= double(std::numeric_limits<T>::lowest()))
+    {
+      return std::numeric_limits<T>::lowest();
+    }
+    if (value >= double(std::numeric_limits<T>::max()))
+    {
+      return std::numeric_limits<T>::max();
+    }
+    return static_cast<T>(std::round(value));
+  }
+}
+
+}
+
+std::size_t SizeOf(AttributeType type)
+{
+  return WithType(type, []<class T>() { return sizeof(T); });
+}
+
+std::string_view NameOf(AttributeType type)
+{
+  static constexpr std::string_view names[] = { "int8", "uint8", "int16", "uint16", "int32",
+    "uint32", "int64", "uint64", "float32", "float64" };
+  return names[static_cast<std::size_t>(type)];
+}
+
+AttributeRole RoleOf(const AttributeInfo& attribute)
+{
+  if (attribute.association != AttributeAssociation::Point)
+  {
+    return AttributeRole::Other;
+  }
+  const bool real =
+    attribute.type == AttributeType::Float32 || attribute.type == AttributeType::Float64;
+  if (real && attribute.name == "Normals" && attribute.components == 3)
+  {
+    return AttributeRole::Normals;
+  }
+  if (real && attribute.name == "TCoords" && attribute.components == 2)
+  {
+    return AttributeRole::TextureCoordinates;
+  }
+  const bool rgb = attribute.name == "RGB" && attribute.components == 3;
+  const bool rgba = attribute.name == "RGBA" && attribute.components == 4;
+  return attribute.type == AttributeType::UInt8 && (rgb || rgba) ? AttributeRole::Colors
+                                                                 : AttributeRole::Other;
+}
+
+double Attribute::Get(std::size_t tuple, std::size_t component) const
+{
+  return WithType(this->type,
+    [&]<class T>()
+    {
+      T value;
+      std::memcpy(&value, this->values.data() + (tuple * this->components + component) * sizeof(T),
+        sizeof(T));
+      return static_cast<double>(value);
+    });
+}
+
+void Attribute::Set(std::size_t tuple, std::size_t component, double value)
+{
+  WithType(this->type,
+    [&]<class T>()
+    {
+      const T rounded = RoundTo<T>(value);
+      std::memcpy(this->values.data() + (tuple * this->components + component) * sizeof(T),
+        &rounded, sizeof(T));
+    });
+}
+
+void Attribute::Append(const Attribute& from, std::size_t tuple)
+{
+  const std::size_t size = this->TupleSize();
+  const std::uint8_t* const begin = from.values.data() + tuple * size;
+  this->values.insert(this->values.end(), begin, begin + size);
+}
+
+}

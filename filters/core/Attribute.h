@@ -1,0 +1,78 @@
+// Attributes: the arrays that travel with a mesh's vertices and triangles, such as normals and
+// colours.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+enum class AttributeType : std::uint8_t
+{
+  Int8,
+  UInt8,
+  Int16,
+  UInt16,
+  Int32,
+  UInt32,
+  Int64,
+  UInt64,
+  Float32,
+  Float64
+};
+std::size_t SizeOf(AttributeType type);
+// "int8", "uint8", … "float32", "float64": as stores, servers and messages name them.
+std::string_view NameOf(AttributeType type);
+
+enum class AttributeAssociation : std::uint8_t
+{
+  Point = 0, // a tuple for each vertex
+  Cell = 1   // a tuple for each triangle
+};
+
+// What an attribute is, without its values.
+struct AttributeInfo
+{
+  std::string name;
+  AttributeType type = AttributeType::Float32;
+  AttributeAssociation association = AttributeAssociation::Point;
+  std::uint8_t components = 1;
+  bool operator==(const AttributeInfo&) const = default;
+
+  std::size_t TupleSize() const { return this->components * SizeOf(this->type); } // bytes
+};
+
+// What an attribute means to us. By its name, type and components, as VTK's readers name them.
+enum class AttributeRole
+{
+  Other,
+  Normals,           // "Normals", three floats or doubles, a point array
+  Colors,            // "RGB" or "RGBA", three or four uint8, a point array
+  TextureCoordinates // "TCoords", two floats or doubles, a point array
+};
+AttributeRole RoleOf(const AttributeInfo& attribute);
+
+// One array, as little-endian values, tuple after tuple.
+struct Attribute : AttributeInfo
+{
+  std::vector<std::uint8_t> values;
+  bool operator==(const Attribute&) const = default;
+
+  std::size_t TupleCount() const
+  {
+    return this->TupleSize() == 0 ? 0 : this->values.size() / this->TupleSize();
+  }
+  // One component of a tuple as a double: exact but for integers beyond 2^53.
+  // REQUIRES: tuple < TupleCount(), component < components.
+  double Get(std::size_t tuple, std::size_t component) const;
+  // Rounds to the nearest value of the type, clamped to its range; NaN becomes 0 in integers.
+  void Set(std::size_t tuple, std::size_t component, double value);
+  // Appends tuple `tuple` of `from`, bit for bit. REQUIRES: the same type and components.
+  void Append(const Attribute& from, std::size_t tuple);
+};
+
+}
