@@ -2,7 +2,13 @@
 // cluster simplification takes.
 #pragma once
 
+#include "filters/core/ClusterLevels.h"
+#include "filters/core/KdTree.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kdstream
@@ -14,5 +20,23 @@ struct Clustering
   std::vector<std::uint32_t> clusterOf;
   std::uint32_t clusters = 0;
 };
+
+// Numbers any labels 0, 1, 2 … in ascending order of the labels: what a caller's array of cluster
+// ids becomes. O(n log n).
+Clustering ClusteringOfLabels(std::span<const std::int64_t> labels);
+
+// A tree whose partitions are the clusters: cluster c is the node 2^P + c, P = S = L the smallest
+// depth with 2^P >= clusters. Nodes above have the boxes of all below them, nodes without a cluster
+// empty ones. Nothing else of a k-d tree holds: cells are of any size, and boxes may overlap.
+// O(n + 2^P). REQUIRES: one entry a point, at least one point.
+KdTree TreeOfClustering(std::span<const Vec3> points, const Clustering& clustering);
+
+// One level of a mesh: a representative for each cluster, or for each sheet of the surface in it,
+// and the image of the triangles. As the finest level of BuildClusterLevels, which see, but for any
+// clusters. `lowest`, `parents` and coarser levels have no meaning to the caller here.
+// Errors: InvalidArgument where the clustering is not one of the mesh's vertices; Cancelled.
+// Source: paper 4.3, Figs. 12-14.
+Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
+  const ClusterOptions& options, const Execution& execution = {});
 
 }

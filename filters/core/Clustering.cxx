@@ -1,0 +1,94 @@
+#include "filters/core/Clustering.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+namespace kdstream
+{
+
+Clustering ClusteringOfLabels(std::span<const std::int64_t> labels)
+{
+  std::vector<std::int64_t> distinct(labels.begin(), labels.end());
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  Clustering clustering;
+  clustering.clusters = static_cast<std::uint32_t>(distinct.size());
+  clustering.clusterOf.reserve(labels.size());
+  for (const std::int64_t label : labels)
+  {
+    const auto found = std::lower_bound(distinct.begin(), distinct.end(), label);
+    clustering.clusterOf.push_back(static_cast<std::uint32_t>(found - distinct.begin()));
+  }
+  return clustering;
+}
+
+KdTree TreeOfClustering(std::span<const Vec3> points, const Clustering& clustering)
+{
+  KdTree tree;
+  unsigned depth = 0;
+  while (std::size_t{ 1 } << depth < clustering.clusters)
+  {
+    ++depth;
+  }
+  tree.depths = { depth, depth, depth };
+  const std::size_t cells = std::size_t{ 1 } << depth;
+  tree.cellBegin.assign(cells + 1, 0);
+  for (const std::uint32_t c : clustering.clusterOf)
+  {
+    ++tree.cellBegin[c + 1];
+  }
+  std::partial_sum(tree.cellBegin.begin(), tree.cellBegin.end(), tree.cellBegin.begin());
+  tree.order.resize(points.size());
+  tree.boxes.resize(2 * cells);
+  std::vector<VertexId> next = tree.cellBegin;
+  for (std::size_t v = 0; v < points.size(); ++v)
+  {
+    const std::uint32_t c = clustering.clusterOf[v];
+    tree.order[next[c]++] = static_cast<VertexId>(v);
+    tree.boxes[cells + c].Add(points[v]);
+  }
+  for (std::size_t node = cells; node-- > 1;)
+  {
+    tree.boxes[node].Add(tree.boxes[2 * node]);
+    tree.boxes[node].Add(tree.boxes[2 * node + 1]);
+  }
+  return tree;
+}
+
+Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
+  const ClusterOptions& options, const Execution& execution)
+{
+  if (clustering.clusterOf.size() != mesh.points.size())
+  {
+    return Error{ ErrorCode::InvalidArgument, std::to_string(clustering.clusterOf.size()) +
+                                                " cluster ids for " +
+                                                std::to_string(mesh.points.size()) + " vertices" };
+  }
+  const auto beyond = std::find_if(clustering.clusterOf.begin(), clustering.clusterOf.end(),
+    [&](std::uint32_t c) { return c >= clustering.clusters; });
+  if (beyond != clustering.clusterOf.end())
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "vertex " + std::to_string(beyond - clustering.clusterOf.begin()) + " is in cluster " +
+        std::to_string(*beyond) + " of " + std::to_string(clustering.clusters) };
+  }
+  if (mesh.points.empty())
+  {
+    return ClusterLevel{};
+  }
+  const KdTree tree = TreeOfClustering(mesh.points, clustering);
+  const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
+    std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return clustering.clusterOf[v]; });
+  ClusterOptions finestOnly = options;
+  finestOnly.coarsestDepth = tree.depths.finest;
+  Result<ClusterLevels> levels =
+    BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, finestOnly, execution);
+  if (!levels)
+  {
+    return levels.GetError();
+  }
+  return std::move(levels->levels.back());
+}
+
+}
