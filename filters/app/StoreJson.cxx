@@ -27,7 +27,8 @@ nlohmann::json StoreToJson(const StoreInfo& info, std::uint64_t storeBytes)
     { "partition_bytes", info.original.bytes }, { "levels", levels }, { "precision", precision },
     { "scalar_type", info.grid.scalarType == ScalarType::Float32 ? "float32" : "float64" },
     { "primitive", info.primitive == PrimitiveType::Points ? "points" : "triangles" },
-    { "box", { { "lo", info.box.lo }, { "hi", info.box.hi } } }, { "level_maker", info.levelMaker },
+    { "box", { { "lo", info.box.lo }, { "hi", info.box.hi } } },
+    { "partitioner", info.partitioner }, { "level_maker", info.levelMaker },
     { "representative", info.representative }, { "sheets", info.sheets }, { "weld", info.weld },
     { "title", info.title }, { "credit", info.credit }, { "license", info.license },
     { "unit", info.unit }, { "store_bytes", storeBytes }, { "digest", info.digest } };

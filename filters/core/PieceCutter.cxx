@@ -83,6 +83,11 @@ void PieceCutter::AppendVertex(VertexId vertex, Piece& piece) const
 void PieceCutter::AppendAncestors(VertexId vertex, std::vector<std::uint32_t>& ranks) const
 {
   const unsigned stitch = this->Tree.depths.stitch;
+  if (this->Tree.levels.empty())
+  {
+    ranks.resize(ranks.size() + stitch, 0);
+    return;
+  }
   VertexId numbered = vertex;
   if (!this->Which.IsOriginal())
   {

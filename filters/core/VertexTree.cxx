@@ -152,6 +152,12 @@ VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels)
 {
   VertexTree numbered;
   numbered.depths = tree.depths;
+  if (levels.levels.empty())
+  {
+    numbered.original = tree.order;
+    numbered.partitionBegin = tree.cellBegin;
+    return numbered;
+  }
 
   std::vector<VertexId> ranks;
   for (std::size_t d = 0; d < levels.levels.size(); ++d)

@@ -45,7 +45,9 @@ struct VertexTree
 };
 
 // Numbers the vertices and orders every level by its clusters' lowest numbered vertices.
-// REQUIRES: `levels` go down to depth 0; a cluster of a level >= S lies in one partition.
+// Without levels (TreeOfClustering) the vertices of a partition are numbered by id.
+// REQUIRES: `levels` go down to depth 0; a cluster of a level >= S lies in one partition; or no
+// levels and L = P.
 // O(n + clusters log clusters).
 VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels);
 

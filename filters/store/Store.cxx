@@ -167,6 +167,17 @@ struct Store::Connection
   }
 };
 
+bool StoreInfo::HasPiece(PieceId id) const
+{
+  if (id.node == 0 || DepthOfNode(id.node) != PieceDepth(id.resolution, this->depths))
+  {
+    return false;
+  }
+  return id.resolution.IsOriginal()
+           ? id.node - (NodeId{ 1 } << this->depths.partition) < this->partitions
+           : id.resolution.Depth() < this->levels.size();
+}
+
 Store::Store() = default;
 Store::~Store() = default;
 
@@ -213,10 +224,7 @@ std::string Store::TreePageName(NodeId page)
 Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
 {
   const TreeDepths& depths = this->Information.depths;
-  const bool exists = id.node != 0 &&
-                      (id.resolution.IsOriginal() || id.resolution.Depth() <= depths.finest) &&
-                      DepthOfNode(id.node) == PieceDepth(id.resolution, depths);
-  if (!exists)
+  if (!this->Information.HasPiece(id))
   {
     return Error{ ErrorCode::NotFound, "the model has no such piece" };
   }
@@ -272,19 +280,20 @@ Result<std::vector<Box>> Store::ReadTree() const
 std::vector<PieceId> Store::PieceIds() const
 {
   std::vector<PieceId> ids;
-  const auto add = [&](Resolution resolution)
+  const StoreInfo& info = this->Information;
+  const auto add = [&](Resolution resolution, std::uint64_t count)
   {
-    const unsigned depth = PieceDepth(resolution, this->Information.depths);
-    for (NodeId i = 0; i < NodeId{ 1 } << depth; ++i)
+    const unsigned depth = PieceDepth(resolution, info.depths);
+    for (NodeId i = 0; i < count; ++i)
     {
       ids.push_back({ resolution, (NodeId{ 1 } << depth) + i });
     }
   };
-  for (unsigned d = 0; d <= this->Information.depths.finest; ++d)
+  for (const ResolutionInfo& level : info.levels)
   {
-    add(Resolution::Level(d));
+    add(level.resolution, std::uint64_t{ 1 } << PieceDepth(level.resolution, info.depths));
   }
-  add(Resolution::Original());
+  add(Resolution::Original(), info.partitions);
   return ids;
 }
 

@@ -44,9 +44,13 @@ struct StoreInfo
   ResolutionInfo original;
   std::vector<AttributeInfo> attributes;
   std::string title, credit, license, unit;
-  std::string levelMaker, representative; // as the options of kdstream-build name them
+  std::string partitioner = "kdtree";     // as the options of kdstream-build name them; the others
+                                          // have no levels, P = S = L, and any number of partitions
+  std::string levelMaker, representative; // likewise; empty where there are no levels
   bool sheets = true, weld = true;
 
+  bool HasLevels() const { return this->partitioner == "kdtree"; }
+  bool HasPiece(PieceId id) const;
   CodecContext Codec() const { return { this->depths, this->grid }; }
 };
 

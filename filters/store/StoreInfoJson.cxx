@@ -170,9 +170,43 @@ void ReadLevels(const Fields& fields, StoreInfo& info, std::string& problem)
     }
     info.levels.push_back(ResolutionFrom({ entry, problem }, Resolution::Level(depth)));
   }
-  if (info.levels.size() != info.depths.finest + std::size_t{ 1 })
+  if (info.levels.size() != (info.HasLevels() ? info.depths.finest + std::size_t{ 1 } : 0))
   {
     fields.Bad("levels");
+  }
+}
+
+// Depths and number of partitions have to fit the partitioner.
+void ReadPartitioner(const Fields& fields, StoreInfo& info)
+{
+  info.partitioner = fields.Text("partitioner");
+  info.partitions = fields.Count("partitions");
+  const TreeDepths& depths = info.depths;
+  const std::uint64_t most = std::uint64_t{ 1 } << depths.partition;
+  if (info.HasLevels())
+  {
+    if (depths.finest < depths.partition ||
+        depths.stitch != std::min(depths.finest, depths.partition + 4))
+    {
+      fields.Bad("finest_depth");
+    }
+    if (info.partitions != most)
+    {
+      fields.Bad("partitions");
+    }
+    return;
+  }
+  if (info.partitioner != "octree" && info.partitioner != "kmeans")
+  {
+    fields.Bad("partitioner");
+  }
+  if (depths.finest != depths.partition || depths.stitch != depths.partition)
+  {
+    fields.Bad("finest_depth");
+  }
+  if (info.partitions > most || info.partitions <= most / 2)
+  {
+    fields.Bad("partitions");
   }
 }
 
@@ -224,8 +258,8 @@ std::string StoreInfoToJson(const StoreInfo& info)
     { "largest_partition", info.largestPartition }, { "levels", levels },
     { "original", ToJson(info.original) }, { "attributes", attributes }, { "title", info.title },
     { "credit", info.credit }, { "license", info.license }, { "unit", info.unit },
-    { "level_maker", info.levelMaker }, { "representative", info.representative },
-    { "sheets", info.sheets }, { "weld", info.weld } };
+    { "partitioner", info.partitioner }, { "level_maker", info.levelMaker },
+    { "representative", info.representative }, { "sheets", info.sheets }, { "weld", info.weld } };
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -245,22 +279,13 @@ Result<StoreInfo> StoreInfoFromJson(std::string_view text)
   info.depths.partition = static_cast<unsigned>(fields.Count("partition_depth", deepest));
   info.depths.stitch = static_cast<unsigned>(fields.Count("stitch_depth", deepest));
   info.depths.finest = static_cast<unsigned>(fields.Count("finest_depth", deepest));
-  if (info.depths.finest < info.depths.partition ||
-      info.depths.stitch != std::min(info.depths.finest, info.depths.partition + 4))
-  {
-    fields.Bad("finest_depth");
-  }
+  ReadPartitioner(fields, info);
   ReadGrid(fields.Nested("grid"), info.grid);
   info.primitive = static_cast<PrimitiveType>(fields.Count("primitive", 1));
   info.box.lo = fields.Nested("box").Point("lo");
   info.box.hi = fields.Nested("box").Point("hi");
   info.vertices = fields.Count("vertices");
   info.triangles = fields.Count("triangles");
-  info.partitions = fields.Count("partitions");
-  if (info.partitions != std::uint64_t{ 1 } << info.depths.partition)
-  {
-    fields.Bad("partitions");
-  }
   info.welded = fields.Count("welded");
   info.inconsistentEdges = fields.Count("inconsistent_edges");
   info.smallestPartition = fields.Count("smallest_partition");

@@ -1,5 +1,7 @@
 // Any clustering as a tree, and as one level of a mesh.
 #include "filters/core/Clustering.h"
+#include "filters/core/Glue.h"
+#include "filters/core/VertexTree.h"
 
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -74,6 +76,31 @@ TEST(Clustering, ATreeHasTheClustersAsItsPartitions)
         EXPECT_EQ(tree.boxes[node], both);
       }
     }
+  }
+}
+
+TEST(Clustering, PiecesOfItsTreeGlueToTheMesh)
+{
+  std::mt19937 random(9);
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    const Mesh& mesh = named.mesh;
+    const Clustering clustering = RandomClustering(mesh.points.size(), 21, random);
+    const KdTree tree = TreeOfClustering(mesh.points, clustering);
+    const VertexTree numbered = NumberVertices(tree, {});
+    const PieceCutter cutter(numbered, mesh, Resolution::Original());
+    std::vector<Piece> pieces;
+    for (std::size_t i = 0; i < clustering.clusters; ++i)
+    {
+      pieces.push_back(cutter.Cut(i));
+      EXPECT_TRUE(CheckPiece(pieces.back(), tree.depths));
+      EXPECT_EQ(pieces.back().ownVertices, tree.Cell(tree.depths.partition, i).size());
+    }
+    const Result<Mesh> glued = GluePartitions(pieces, mesh.scalarType);
+    ASSERT_TRUE(glued);
+    EXPECT_EQ(PointMultiset(*glued), PointMultiset(mesh));
+    EXPECT_EQ(TriangleMultiset(*glued), TriangleMultiset(mesh));
   }
 }
 
