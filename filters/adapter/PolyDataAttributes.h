@@ -1,0 +1,42 @@
+// The arrays of a vtkPolyData as core's attributes, and back: beside PolyDataMesh, which does
+// points and cells.
+#pragma once
+
+#include "filters/adapter/PolyDataMesh.h"
+#include "filters/core/Attribute.h"
+#include "filters/core/Result.h"
+
+#include <vtkPolyData.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// What ReadAttributes found.
+struct PolyDataAttributes
+{
+  std::vector<Attribute> attributes; // point arrays first, each kind in the order of the input
+  std::vector<std::string> skipped;  // e.g. `point array "Names": is not numeric`
+};
+
+// Copies point data to point attributes (a tuple a point), cell data to cell attributes (a tuple
+// for each of elements.Triangles(), that of the cell it is part of). Arrays keep their names, but
+// for those that core knows by name (RoleOf): the active normals of three floats or doubles become
+// "Normals", active texture coordinates of two "TCoords", active scalars of three or four unsigned
+// chars "RGB" or "RGBA", if they are point data. Types are kept bit for bit: vtkIdType, long and
+// long long become int64 (or int32, where they are), char int8, bits uint8. Skipped, and listed:
+// arrays that are not numeric, have no name, no or more than 255 components, or another number of
+// tuples than there are points or cells; a second array of a name; vtkGhostType, which is about one
+// pipeline. O(values). REQUIRES: `elements` read from `input`.
+PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements);
+
+// Adds the attributes to the arrays of `output`, with the roles that RoleOf tells as active
+// normals, scalars and texture coordinates. int64 becomes vtkTypeInt64Array, not vtkIdTypeArray.
+// Errors: InvalidInput, naming the attribute that has another number of tuples than `output` has
+// points or cells; nothing is added then.
+Status WriteAttributes(std::span<const Attribute> attributes, vtkPolyData& output);
+
+}
