@@ -13,8 +13,6 @@ namespace
 {
 
 constexpr std::string_view magic = "KDP";
-constexpr std::size_t longestName = 255;
-constexpr std::size_t mostAttributes = 255;
 
 // What the counts in a blob's head, and its id, say about the arrays that follow.
 struct Shape
@@ -324,7 +322,7 @@ void ReadAttributes(ByteReader& reader, Piece& piece)
   for (std::uint64_t i = 0; !reader.Failed() && i < count; ++i)
   {
     Attribute attribute;
-    const auto name = reader.Raw(reader.Count(longestName));
+    const auto name = reader.Raw(reader.Count(longestAttributeName));
     attribute.name.assign(name.begin(), name.end());
     const std::uint8_t type = reader.Byte(), association = reader.Byte();
     attribute.components = reader.Byte();

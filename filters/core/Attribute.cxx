@@ -1,5 +1,6 @@
 #include "filters/core/Attribute.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -134,6 +135,92 @@ void Attribute::Append(const Attribute& from, std::size_t tuple)
   const std::size_t size = this->TupleSize();
   const std::uint8_t* const begin = from.values.data() + tuple * size;
   this->values.insert(this->values.end(), begin, begin + size);
+}
+
+const Attribute* FindAttribute(
+  std::span<const Attribute> attributes, const AttributeInfo& description)
+{
+  for (const Attribute& attribute : attributes)
+  {
+    if (attribute.Info() == description)
+    {
+      return &attribute;
+    }
+  }
+  return nullptr;
+}
+
+Status CheckAttributes(std::span<const Attribute> attributes, std::size_t points, std::size_t cells)
+{
+  const auto bad = [](const std::string& what) { return Error{ ErrorCode::InvalidInput, what }; };
+  if (attributes.size() > mostAttributes)
+  {
+    return bad(std::to_string(attributes.size()) + " attributes: more than " +
+               std::to_string(mostAttributes));
+  }
+  for (std::size_t i = 0; i < attributes.size(); ++i)
+  {
+    const Attribute& attribute = attributes[i];
+    const std::string which = "attribute " + std::to_string(i);
+    if (attribute.name.empty() || attribute.name.size() > longestAttributeName)
+    {
+      return bad(which + " has a name of " + std::to_string(attribute.name.size()) + " bytes");
+    }
+    const std::size_t tuples =
+      attribute.association == AttributeAssociation::Point ? points : cells;
+    if (attribute.components == 0 || attribute.values.size() != tuples * attribute.TupleSize())
+    {
+      return bad(which + ", \"" + attribute.name + "\", has " +
+                 std::to_string(attribute.values.size()) + " bytes");
+    }
+    for (std::size_t j = 0; j < i; ++j)
+    {
+      if (attributes[j].association == attribute.association &&
+          attributes[j].name == attribute.name)
+      {
+        return bad(which + " has the name of attribute " + std::to_string(j));
+      }
+    }
+  }
+  return {};
+}
+
+bool IsAttributeName(std::string_view name)
+{
+  if (name.empty() || name.size() > longestAttributeName)
+  {
+    return false;
+  }
+  for (std::size_t i = 0; i < name.size();)
+  {
+    const auto lead = static_cast<unsigned char>(name[i]);
+    const std::size_t length = lead < 0x80 ? 1 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
+    if (lead < 0x20 || lead == 0x7F || (lead >= 0x80 && lead < 0xC2) || lead > 0xF4 ||
+        length > name.size() - i)
+    {
+      return false;
+    }
+    std::uint32_t character = lead & (0xFFU >> (length == 1 ? 0 : length + 1));
+    for (std::size_t k = 1; k < length; ++k)
+    {
+      const auto next = static_cast<unsigned char>(name[i + k]);
+      if (next >> 6 != 2)
+      {
+        return false;
+      }
+      character = character << 6 | (next & 0x3FU);
+    }
+    constexpr std::uint32_t least[] = { 0, 0, 0x80, 0x800, 0x10000 };
+    const bool surrogate = character >= 0xD800 && character < 0xE000;
+    // The control characters of Latin-1 (0x80-0x9F) are no text either.
+    if (character < least[length] || surrogate || character > 0x10FFFF ||
+        (character >= 0x80 && character < 0xA0))
+    {
+      return false;
+    }
+    i += length;
+  }
+  return true;
 }
 
 }

@@ -2,8 +2,11 @@
 // colours.
 #pragma once
 
+#include "filters/core/Result.h"
+
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,6 +65,7 @@ struct Attribute : AttributeInfo
   std::vector<std::uint8_t> values;
   bool operator==(const Attribute&) const = default;
 
+  const AttributeInfo& Info() const { return *this; }
   std::size_t TupleCount() const
   {
     return this->TupleSize() == 0 ? 0 : this->values.size() / this->TupleSize();
@@ -74,5 +78,23 @@ struct Attribute : AttributeInfo
   // Appends tuple `tuple` of `from`, bit for bit. REQUIRES: the same type and components.
   void Append(const Attribute& from, std::size_t tuple);
 };
+
+// The most that meshes and pieces hold, and the longest name in bytes.
+inline constexpr std::size_t mostAttributes = 255;
+inline constexpr std::size_t longestAttributeName = 255;
+
+// The array of that description, or null.
+const Attribute* FindAttribute(
+  std::span<const Attribute> attributes, const AttributeInfo& description);
+
+// Errors: InvalidInput, naming the array: more than mostAttributes; no name, or one of more than
+// longestAttributeName bytes; two point or two cell arrays of one name; no components; bytes that
+// are not one tuple for each of `points` or `cells`.
+Status CheckAttributes(
+  std::span<const Attribute> attributes, std::size_t points, std::size_t cells);
+
+// Whether a mesh may be stored with an array of that name: 1 to longestAttributeName bytes of UTF-8
+// without control characters, since metadata and messages are texts.
+bool IsAttributeName(std::string_view name);
 
 }

@@ -6,11 +6,70 @@
 
 namespace kdstream
 {
+namespace
+{
+
+// The arrays of a glued mesh. Every piece has the same, checked by Start.
+class GluedArrays
+{
+public:
+  explicit GluedArrays(std::vector<Attribute>& arrays)
+    : Arrays(arrays)
+  {
+  }
+
+  Status Start(std::span<const Piece> partitions)
+  {
+    const Piece* first = nullptr;
+    for (const Piece& piece : partitions)
+    {
+      if (piece.ownVertices == 0)
+      {
+        continue;
+      }
+      first = first ? first : &piece;
+      if (!std::equal(piece.attributes.begin(), piece.attributes.end(), first->attributes.begin(),
+            first->attributes.end(),
+            [](const Attribute& a, const Attribute& b) { return a.Info() == b.Info(); }))
+      {
+        return Error{ ErrorCode::InvalidInput,
+          "partitions " + std::to_string(PartitionOfKey(first->keys[0])) + " and " +
+            std::to_string(PartitionOfKey(piece.keys[0])) + " have different arrays" };
+      }
+    }
+    for (std::size_t k = 0; first && k < first->attributes.size(); ++k)
+    {
+      this->Arrays.push_back({ first->attributes[k].Info(), {} });
+    }
+    return {};
+  }
+
+  void Append(const Piece& piece, AttributeAssociation association, std::size_t tuple)
+  {
+    for (std::size_t k = 0; k < this->Arrays.size(); ++k)
+    {
+      if (this->Arrays[k].association == association)
+      {
+        this->Arrays[k].Append(piece.attributes[k], tuple);
+      }
+    }
+  }
+
+private:
+  std::vector<Attribute>& Arrays;
+};
+
+}
 
 Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType)
 {
   Mesh mesh;
   mesh.scalarType = scalarType;
+  GluedArrays arrays(mesh.attributes);
+  if (Status status = arrays.Start(partitions); !status)
+  {
+    return status.GetError();
+  }
   struct Own
   {
     VertexId first;
@@ -35,6 +94,10 @@ Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalar
     }
     mesh.points.insert(
       mesh.points.end(), piece.positions.data(), piece.positions.data() + piece.ownVertices);
+    for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
+    {
+      arrays.Append(piece, AttributeAssociation::Point, v);
+    }
   }
 
   std::map<VertexKey, VertexId> outside; // ghosts of partitions that are not given
@@ -57,6 +120,7 @@ Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalar
         if (fresh)
         {
           mesh.points.push_back(piece.positions[v]);
+          arrays.Append(piece, AttributeAssociation::Point, v);
         }
         place[v] = entry->second;
         continue;
@@ -71,8 +135,9 @@ Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalar
       }
       place[v] = owner->second.first + IndexOfKey(piece.keys[v]);
     }
-    for (const Triangle& t : piece.triangles)
+    for (std::size_t i = 0; i < piece.triangles.size(); ++i)
     {
+      const Triangle& t = piece.triangles[i];
       const bool fromLower = std::any_of(t.begin(), t.end(),
         [&](VertexId v)
         {
@@ -82,6 +147,7 @@ Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalar
       if (!fromLower)
       {
         mesh.triangles.push_back({ place[t[0]], place[t[1]], place[t[2]] });
+        arrays.Append(piece, AttributeAssociation::Cell, i);
       }
     }
   }

@@ -1,5 +1,7 @@
 #include "filters/core/Levels.h"
 
+#include "filters/core/LevelAttributes.h"
+
 namespace kdstream
 {
 
@@ -7,8 +9,13 @@ Result<ClusterLevels> BuildLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,
   const Execution& execution)
 {
-  return BuildClusterLevels(
-    mesh.points, mesh.triangles, tree, partitionTriangles, options, execution);
+  Result<ClusterLevels> levels =
+    BuildClusterLevels(mesh.points, mesh.triangles, tree, partitionTriangles, options, execution);
+  if (levels)
+  {
+    AddLevelAttributes(mesh, *levels);
+  }
+  return levels;
 }
 
 }

@@ -140,22 +140,6 @@ Status CheckTriangles(const Piece& piece)
   return {};
 }
 
-Status CheckAttributes(const Piece& piece)
-{
-  for (const Attribute& attribute : piece.attributes)
-  {
-    const std::size_t tuples = attribute.association == AttributeAssociation::Point
-                                 ? piece.positions.size()
-                                 : piece.triangles.size();
-    if (attribute.values.size() != tuples * attribute.components * SizeOf(attribute.type))
-    {
-      return Bad("attribute \"" + attribute.name + "\" has " +
-                 std::to_string(attribute.values.size()) + " bytes");
-    }
-  }
-  return {};
-}
-
 }
 
 unsigned PieceDepth(Resolution resolution, const TreeDepths& depths)
@@ -236,7 +220,13 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   {
     return status;
   }
-  return CheckAttributes(piece);
+  if (Status status =
+        CheckAttributes(piece.attributes, piece.positions.size(), piece.triangles.size());
+      !status)
+  {
+    return Bad(status.GetError().message);
+  }
+  return {};
 }
 
 }

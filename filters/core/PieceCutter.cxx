@@ -3,6 +3,8 @@
 #include "filters/core/VertexTree.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace kdstream
 {
@@ -195,21 +197,84 @@ Piece PieceCutter::Cut(std::size_t i) const
     this->AddReach(piece, begin, end);
   }
 
+  this->AddTriangles(piece, i, ghosts);
+  this->AddPointArrays(piece, begin, ghosts);
+  return piece;
+}
+
+// The triangles of piece i and their arrays; triangles that are equal stay in the order of the
+// input, so that each keeps its own tuples.
+void PieceCutter::AddTriangles(
+  Piece& piece, std::size_t i, const std::vector<VertexId>& ghosts) const
+{
+  const VertexId begin = this->OwnBegin[i];
   const auto local = [&](VertexId v)
   {
-    return isOwn(v) ? v - begin
-                    : static_cast<VertexId>(
-                        std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin()) +
-                        piece.ownVertices;
+    return v >= begin && v - begin < piece.ownVertices
+             ? v - begin
+             : static_cast<VertexId>(
+                 std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin()) +
+                 piece.ownVertices;
   };
+  std::vector<std::pair<Triangle, std::uint32_t>> sorted; // and the number in the resolution
   for (const std::uint32_t t : this->Buckets.Of(i))
   {
     const Triangle& triangle = this->Triangles[t];
-    piece.triangles.push_back(
-      RotateLowestFirst({ local(triangle[0]), local(triangle[1]), local(triangle[2]) }));
+    sorted.emplace_back(
+      RotateLowestFirst({ local(triangle[0]), local(triangle[1]), local(triangle[2]) }), t);
   }
-  std::sort(piece.triangles.begin(), piece.triangles.end());
-  return piece;
+  std::sort(sorted.begin(), sorted.end());
+  piece.triangles.reserve(sorted.size());
+  for (const auto& [triangle, number] : sorted)
+  {
+    piece.triangles.push_back(triangle);
+  }
+  if (!this->Which.IsOriginal())
+  {
+    return;
+  }
+  for (const Attribute& array : this->Input.attributes)
+  {
+    if (array.association == AttributeAssociation::Cell)
+    {
+      Attribute& cut = piece.attributes.emplace_back(Attribute{ array.Info(), {} });
+      cut.values.reserve(sorted.size() * array.TupleSize());
+      for (const auto& [triangle, number] : sorted)
+      {
+        cut.Append(array, number);
+      }
+    }
+  }
+}
+
+// Of the own vertices from `begin` on and the ghosts. They come before the cell arrays.
+void PieceCutter::AddPointArrays(
+  Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const
+{
+  const bool original = this->Which.IsOriginal();
+  const std::vector<Attribute>& arrays =
+    original ? this->Input.attributes : this->Tree.levels[this->Which.Depth()].attributes;
+  const auto tupleOf = [&](VertexId v) { return original ? this->Tree.original[v] : v; };
+  std::vector<Attribute> cut;
+  for (const Attribute& array : arrays)
+  {
+    if (array.association != AttributeAssociation::Point)
+    {
+      continue;
+    }
+    Attribute& points = cut.emplace_back(Attribute{ array.Info(), {} });
+    points.values.reserve(piece.VertexCount() * array.TupleSize());
+    for (VertexId v = begin; v < begin + piece.ownVertices; ++v)
+    {
+      points.Append(array, tupleOf(v));
+    }
+    for (const VertexId ghost : ghosts)
+    {
+      points.Append(array, tupleOf(ghost));
+    }
+  }
+  piece.attributes.insert(piece.attributes.begin(), std::make_move_iterator(cut.begin()),
+    std::make_move_iterator(cut.end()));
 }
 
 }

@@ -258,6 +258,7 @@ public:
     {
       this->AddTriangles(*piece);
     }
+    this->AddAttributes();
     this->Output.triangles =
       SortedWithoutRepeats(this->Output.triangles, this->Output.points.size());
     return std::move(this->Output);
@@ -267,6 +268,7 @@ private:
   struct Shown // the points of one piece that the surface shows
   {
     const Piece* piece = nullptr;
+    bool any = false;
     std::vector<VertexId> point; // of each own vertex, or noVertex
   };
 
@@ -280,6 +282,7 @@ private:
       if (this->View.ShownAt(piece, v) == piece.id.resolution)
       {
         shown.point[v] = static_cast<VertexId>(this->Output.points.size());
+        shown.any = true;
         this->Output.points.push_back(piece.positions[v]);
         this->Output.sources.push_back({ piece.id.resolution, piece.keys[v] });
       }
@@ -314,6 +317,49 @@ private:
         this->Output.triangles.push_back(RotateLowestFirst(moved));
       }
     }
+  }
+
+  // The point arrays that all pieces with a point have, tuples in the order of the points.
+  void AddAttributes()
+  {
+    std::vector<const Shown*> showing;
+    for (const Piece* piece : this->Pieces)
+    {
+      const Shown& shown = this->ByPiece.find(piece->id)->second;
+      if (shown.any)
+      {
+        showing.push_back(&shown);
+      }
+    }
+    if (showing.empty())
+    {
+      return;
+    }
+    for (const Attribute& array : showing.front()->piece->attributes)
+    {
+      Attribute values{ array.Info(), {} };
+      const bool all = array.association == AttributeAssociation::Point &&
+                       std::all_of(showing.begin(), showing.end(),
+                         [&](const Shown* shown) { return AppendShown(*shown, values); });
+      if (all)
+      {
+        this->Output.attributes.push_back(std::move(values));
+      }
+    }
+  }
+
+  // False where the piece has no such array.
+  static bool AppendShown(const Shown& shown, Attribute& values)
+  {
+    const Attribute* array = FindAttribute(shown.piece->attributes, values);
+    for (std::uint32_t v = 0; array && v < shown.piece->ownVertices; ++v)
+    {
+      if (shown.point[v] != noVertex)
+      {
+        values.Append(*array, v);
+      }
+    }
+    return array != nullptr;
   }
 
   // The point that shows vertex `v` of `piece` at resolution `shownAt`, which is not finer than the

@@ -68,6 +68,17 @@ std::vector<T> Permute(const std::vector<T>& values, const std::vector<VertexId>
   return permuted;
 }
 
+Attribute Permute(const Attribute& values, const std::vector<VertexId>& order)
+{
+  Attribute permuted{ values.Info(), {} };
+  permuted.values.reserve(values.values.size());
+  for (const VertexId tuple : order)
+  {
+    permuted.Append(values, tuple);
+  }
+  return permuted;
+}
+
 // Moves a level into the order of its clusters' first numbered vertices. rankAbove: new places one
 // level up, or empty. Returns the new place of each cluster.
 std::vector<VertexId> OrderLevel(ClusterLevel&& level, const std::vector<VertexId>& first,
@@ -85,6 +96,10 @@ std::vector<VertexId> OrderLevel(ClusterLevel&& level, const std::vector<VertexI
   ordered.first = Permute(first, order);
   ordered.positions = Permute(level.positions, order);
   ordered.deviations = Permute(level.deviations, order);
+  for (const Attribute& attribute : level.attributes)
+  {
+    ordered.attributes.push_back(Permute(attribute, order));
+  }
   if (!placesAbove.empty())
   {
     ordered.parents.resize(order.size());

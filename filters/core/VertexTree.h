@@ -27,7 +27,7 @@ struct VertexTreeLevel
   std::vector<VertexId> parents; // rank in the next coarser level; empty at level 0
   std::vector<Vec3> positions;
   std::vector<double> deviations;
-  std::vector<Triangle> triangles; // ranks; lowest first, sorted
+  std::vector<Triangle> triangles;     // ranks; lowest first, sorted
   std::vector<Attribute> attributes{}; // a tuple a cluster
 };
 
@@ -55,7 +55,8 @@ VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels);
 class PieceCutter
 {
 public:
-  // mesh: the (welded) original; its triangles are needed for the original only.
+  // mesh: the (welded) original; its triangles and attributes are needed for the original only.
+  // Pieces of the original get all arrays, point arrays first; those of a level the level's.
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution);
 
   std::size_t PieceCount() const { return this->OwnBegin.size() - 1; }
@@ -71,6 +72,8 @@ private:
   void AppendVertex(VertexId vertex, Piece& piece) const;
   void FindReach();
   void AddReach(Piece& piece, VertexId begin, VertexId end) const;
+  void AddTriangles(Piece& piece, std::size_t i, const std::vector<VertexId>& ghosts) const;
+  void AddPointArrays(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const;
 
   const VertexTree& Tree;
   const Mesh& Input;

@@ -20,9 +20,9 @@ enum class Coincidence
 // Expected O(n); memory 4 to 8 bytes a point. REQUIRES: finite coordinates.
 std::vector<VertexId> FirstCoincident(std::span<const Vec3> points, Coincidence coincidence);
 
-// Joins vertices with bit-equal coordinates to the lowest id (DESIGN section 4) and renumbers the
-// rest, keeping their order. Triangles keep their order and orientation; those that become
-// degenerate stay. Returns how many vertices went. Expected O(n).
+// Joins vertices with bit-equal coordinates and bit-equal tuples of every point array to the lowest
+// id (DESIGN section 4) and renumbers the rest, keeping their order. Triangles keep their order and
+// orientation; those that become degenerate stay. Returns how many vertices went. Expected O(n).
 std::size_t WeldVertices(Mesh& mesh);
 
 // The box of all points. O(n).

@@ -104,7 +104,7 @@ Piece WithAttributes(Piece piece)
     piece.attributes.push_back(std::move(attribute));
   };
   add("RGB", AttributeType::UInt8, AttributeAssociation::Point, 3);
-  add("", AttributeType::Float64, AttributeAssociation::Cell, 1);
+  add("area", AttributeType::Float64, AttributeAssociation::Cell, 1);
   add("Normals", AttributeType::Float32, AttributeAssociation::Point, 3);
   return piece;
 }
