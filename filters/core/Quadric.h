@@ -21,6 +21,11 @@ struct Quadric
   void Add(const Quadric& other);
   // The plane of a triangle, weighted with its area. Nothing for a triangle without area.
   void AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r);
+  // The plane through the edge p q at a right angle to the triangle p q r, weighted with the edge's
+  // squared length: it keeps boundary edges in place. Nothing for a triangle without area.
+  void AddBoundary(const Vec3& p, const Vec3& q, const Vec3& r);
+  // The plane through p with the unit normal n.
+  void AddPlane(const Vec3& n, const Vec3& p, double weight);
 
   double Trace() const { return this->a[0] + this->a[3] + this->a[5]; }
   // Never below 0.

@@ -1,0 +1,394 @@
+// The finest clusters: see FinestClusters.h.
+//   1. Inside each cell join vertices along edges and where they coincide: the sheets.
+//   2. Number the clusters by cell and lowest vertex.
+//   3. Find the boundary of the surface.
+//   4. Per cluster: sums, box and quadric; the representative and its deviation.
+//   5. The triangles' image.
+#include "filters/core/FinestClusters.h"
+
+#include "filters/core/CellSheets.h"
+#include "filters/core/DisjointSets.h"
+#include "filters/core/Weld.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t grain = 1 << 14;
+
+std::uint32_t Scatter(VertexId v)
+{
+  std::uint32_t x = v + 1;
+  x = (x ^ (x >> 16)) * 0x7feb352dU;
+  x = (x ^ (x >> 15)) * 0x846ca68bU;
+  return x ^ (x >> 16);
+}
+
+class FinestBuilder
+{
+public:
+  FinestBuilder(std::span<const Vec3> points, std::span<const Triangle> triangles,
+    const KdTree& tree, const TriangleBuckets& buckets, const ClusterOptions& options,
+    const Execution& execution)
+    : Points(points)
+    , Triangles(triangles)
+    , Tree(tree)
+    , Buckets(buckets)
+    , Options(options)
+    , Exec(execution)
+    , Below(tree.depths.finest - tree.depths.partition)
+  {
+    const Box& box = tree.boxes[1];
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Output.origin[k] = box.lo[k] / 2 + box.hi[k] / 2;
+    }
+  }
+
+  Result<FinestClusters> Build()
+  {
+    std::vector<VertexId> root(this->Points.size());
+    std::vector<std::uint8_t> surface(this->Points.size(), 0);
+    this->FindSheets(root, surface);
+    if (Status status = this->Exec.Report("levels", 0.1); !status)
+    {
+      return status.GetError();
+    }
+    const std::vector<VertexId> clusterBegin = this->NumberClusters(root, surface);
+    if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "the finest level has " + std::to_string(clusterBegin.back()) + " clusters; at most " +
+          std::to_string(this->Options.mostClusters) + " are allowed" };
+    }
+    root.clear();
+    root.shrink_to_fit();
+    this->SumClusters(clusterBegin, surface);
+    if (Status status = this->Exec.Report("levels", 0.3); !status)
+    {
+      return status.GetError();
+    }
+    this->FinishLevel();
+    return std::move(this->Output);
+  }
+
+private:
+  Vec3 Relative(VertexId v) const
+  {
+    const Vec3& p = this->Points[v];
+    const Vec3& origin = this->Output.origin;
+    return { p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] };
+  }
+
+  template <class Visit>
+  void ForEachPartition(const Visit& visit) const
+  {
+    this->Exec.parallelFor(this->Buckets.begin.size() - 1, 1,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t partition = begin; partition < end; ++partition)
+        {
+          visit(partition);
+        }
+      });
+  }
+
+  // Joins the vertices of each finest cell along the triangles' edges, and where they coincide.
+  void FindSheets(std::vector<VertexId>& root, std::vector<std::uint8_t>& surface)
+  {
+    std::iota(root.begin(), root.end(), VertexId{ 0 });
+    const std::vector<std::uint32_t> cell = CellOfVertex(this->Tree, this->Tree.depths.finest);
+    const std::vector<VertexId> first = FirstCoincident(this->Points, Coincidence::ValueEqual);
+    // A cell lies in one partition, so partitions do not meet in the forest.
+    this->ForEachPartition(
+      [&](std::size_t partition)
+      {
+        for (const std::uint32_t t : this->Buckets.Of(partition))
+        {
+          const Triangle& triangle = this->Triangles[t];
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            const VertexId a = triangle[k], b = triangle[(k + 1) % 3];
+            if (cell[a] >> this->Below == partition)
+            {
+              surface[a] = 1;
+              if (cell[a] == cell[b])
+              {
+                Join(root, a, b);
+              }
+            }
+          }
+        }
+      });
+    // Coincident vertices form a chain in the order of the cells, so that those of any cell, of any
+    // depth, are a connected part of it.
+    std::vector<VertexId> last(first.size(), noVertex);
+    for (const VertexId v : this->Tree.order)
+    {
+      VertexId& previous = last[first[v]];
+      if (previous != noVertex && cell[previous] == cell[v])
+      {
+        Join(root, previous, v);
+      }
+      else if (previous != noVertex)
+      {
+        this->Output.coincident.emplace_back(previous, v);
+      }
+      previous = v;
+    }
+  }
+
+  // Gives every vertex its cluster; returns where each cell's clusters begin.
+  std::vector<VertexId> NumberClusters(
+    std::vector<VertexId>& root, const std::vector<std::uint8_t>& surface)
+  {
+    const std::size_t cells = this->Tree.cellBegin.size() - 1;
+    std::vector<VertexId> clusterBegin(cells + 1, 0);
+    std::vector<VertexId>& clusterOf = this->Output.clusterOf;
+    clusterOf.resize(this->Points.size());
+    this->Exec.parallelFor(cells, grain / 8,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t c = begin; c < end; ++c)
+        {
+          clusterBegin[c + 1] = static_cast<VertexId>(GroupCell(
+            this->Tree.Cell(this->Tree.depths.finest, c), this->Options.sheets,
+            [&](VertexId v) { return FindRoot(root, v); },
+            [&](VertexId v) {
+              return Sheet{ 1, this->Relative(v), surface[v] != 0, 0 };
+            },
+            [&](VertexId v, std::size_t local) { clusterOf[v] = static_cast<VertexId>(local); }));
+        }
+      });
+    std::partial_sum(clusterBegin.begin(), clusterBegin.end(), clusterBegin.begin());
+    this->Output.cellOf.resize(clusterBegin.back());
+    for (std::size_t c = 0; c < cells; ++c)
+    {
+      for (const VertexId v : this->Tree.Cell(this->Tree.depths.finest, c))
+      {
+        clusterOf[v] += clusterBegin[c];
+      }
+      std::fill(this->Output.cellOf.data() + clusterBegin[c],
+        this->Output.cellOf.data() + clusterBegin[c + 1], static_cast<std::uint32_t>(c));
+    }
+    return clusterBegin;
+  }
+
+  // Adds up vertices (ascending id) and triangles (ascending number) of each cluster.
+  void SumClusters(
+    const std::vector<VertexId>& clusterBegin, const std::vector<std::uint8_t>& surface)
+  {
+    this->Output.clusters.assign(clusterBegin.back(), {});
+    const bool boundary = this->Options.representative == Representative::Quadric;
+    const std::vector<std::uint32_t> unbalanced =
+      boundary ? this->FindUnbalanced() : std::vector<std::uint32_t>{};
+    this->ForEachPartition(
+      [&](std::size_t partition)
+      {
+        const std::size_t firstCell = partition << this->Below;
+        const std::size_t endCell = (partition + 1) << this->Below;
+        for (std::size_t c = firstCell; c < endCell; ++c)
+        {
+          this->SumVertices(c, surface);
+        }
+        const VertexId first = clusterBegin[firstCell], end = clusterBegin[endCell];
+        this->SumTriangles(partition, first, end);
+        if (boundary)
+        {
+          this->SumBoundary(partition, first, end, unbalanced);
+        }
+      });
+  }
+
+  void SumVertices(std::size_t cell, const std::vector<std::uint8_t>& surface)
+  {
+    for (const VertexId v : this->Tree.Cell(this->Tree.depths.finest, cell))
+    {
+      ClusterSum& cluster = this->Output.clusters[this->Output.clusterOf[v]];
+      cluster.AddVertex(v, this->Points[v], this->Relative(v));
+      cluster.surface |= surface[v] != 0;
+    }
+  }
+
+  // Adds each triangle's plane once to each of its clusters in [firstCluster, endCluster), those of
+  // the partition.
+  void SumTriangles(std::size_t partition, VertexId firstCluster, VertexId endCluster)
+  {
+    for (const std::uint32_t t : this->Buckets.Of(partition))
+    {
+      const Triangle& triangle = this->Triangles[t];
+      Quadric quadric;
+      quadric.AddTriangle(
+        this->Relative(triangle[0]), this->Relative(triangle[1]), this->Relative(triangle[2]));
+      VertexId done[3] = { noVertex, noVertex, noVertex };
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const VertexId cluster = this->Output.clusterOf[triangle[k]];
+        if (cluster >= firstCluster && cluster < endCluster && cluster != done[0] &&
+            cluster != done[1])
+        {
+          this->Output.clusters[cluster].quadric.Add(quadric);
+        }
+        done[k] = cluster;
+      }
+    }
+  }
+
+  // Something other than 0 for the ends of every edge that is not used as often in one direction as
+  // in the other, the boundary's among them. (0 for one end of 2^32 of these: it is then not kept
+  // in place.)
+  std::vector<std::uint32_t> FindUnbalanced() const
+  {
+    std::vector<std::uint32_t> sums(this->Points.size(), 0);
+    const std::vector<std::uint32_t> partitionOf =
+      CellOfVertex(this->Tree, this->Tree.depths.partition);
+    this->ForEachPartition(
+      [&](std::size_t partition)
+      {
+        for (const std::uint32_t t : this->Buckets.Of(partition))
+        {
+          const Triangle& triangle = this->Triangles[t];
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            const VertexId v = triangle[k];
+            if (partitionOf[v] == partition)
+            {
+              sums[v] += Scatter(triangle[(k + 1) % 3]) - Scatter(triangle[(k + 2) % 3]);
+            }
+          }
+        }
+      });
+    return sums;
+  }
+
+  // Adds the boundary edges' planes to the partition's clusters, and their ends to the sums.
+  void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
+    const std::vector<std::uint32_t>& unbalanced)
+  {
+    struct Edge
+    {
+      VertexId low, high, opposite;
+    };
+    std::vector<Edge> edges;
+    for (const std::uint32_t t : this->Buckets.Of(partition))
+    {
+      const Triangle& triangle = this->Triangles[t];
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const auto [low, high] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
+        const VertexId opposite = triangle[(k + 2) % 3];
+        if (unbalanced[low] != 0 && unbalanced[high] != 0 && low != high && opposite != low &&
+            opposite != high)
+        {
+          edges.push_back({ low, high, opposite });
+        }
+      }
+    }
+    std::sort(edges.begin(), edges.end(),
+      [](const Edge& a, const Edge& b)
+      { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+    const auto same = [&](std::size_t i, std::size_t j)
+    { return edges[i].low == edges[j].low && edges[i].high == edges[j].high; };
+    std::vector<VertexId> ends;
+    for (std::size_t i = 0; i < edges.size(); ++i)
+    {
+      if ((i > 0 && same(i, i - 1)) || (i + 1 < edges.size() && same(i, i + 1)))
+      {
+        continue;
+      }
+      this->AddBoundaryEdge(
+        { edges[i].low, edges[i].high, edges[i].opposite }, firstCluster, endCluster, ends);
+    }
+    std::sort(ends.begin(), ends.end());
+    ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+    for (const VertexId v : ends)
+    {
+      ClusterSum& cluster = this->Output.clusters[this->Output.clusterOf[v]];
+      const Vec3 p = this->Relative(v);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        cluster.boundarySum[k] += p[k];
+      }
+      ++cluster.boundaryCount;
+    }
+  }
+
+  // edge: two ends and the vertex opposite. An edge between vertices of other partitions alone may
+  // well have its second triangle there: it is none of ours.
+  void AddBoundaryEdge(
+    const Triangle& edge, VertexId firstCluster, VertexId endCluster, std::vector<VertexId>& ends)
+  {
+    Quadric quadric;
+    quadric.AddBoundary(this->Relative(edge[0]), this->Relative(edge[1]), this->Relative(edge[2]));
+    VertexId done = noVertex;
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      const VertexId cluster = this->Output.clusterOf[edge[k]];
+      if (cluster >= firstCluster && cluster < endCluster)
+      {
+        ends.push_back(edge[k]);
+        if (cluster != done)
+        {
+          this->Output.clusters[cluster].quadric.Add(quadric);
+          done = cluster;
+        }
+      }
+    }
+  }
+
+  void FinishLevel()
+  {
+    ClusterLevel& level = this->Output.level;
+    RepresentClusters(
+      this->Output.clusters, this->Options.representative, this->Output.origin, level, this->Exec);
+    level.triangles = ImageOfTriangles(this->Triangles, this->Output.clusterOf, this->Exec);
+  }
+
+  std::span<const Vec3> Points;
+  std::span<const Triangle> Triangles;
+  const KdTree& Tree;
+  const TriangleBuckets& Buckets;
+  const ClusterOptions& Options;
+  const Execution& Exec;
+  unsigned Below; // levels from the partitions to the finest
+  FinestClusters Output;
+};
+
+}
+
+Result<FinestClusters> BuildFinestClusters(std::span<const Vec3> points,
+  std::span<const Triangle> triangles, const KdTree& tree,
+  const TriangleBuckets& partitionTriangles, const ClusterOptions& options,
+  const Execution& execution)
+{
+  return FinestBuilder(points, triangles, tree, partitionTriangles, options, execution).Build();
+}
+
+void RepresentClusters(std::vector<ClusterSum>& clusters, Representative representative,
+  const Vec3& origin, ClusterLevel& level, const Execution& execution)
+{
+  level.positions.resize(clusters.size());
+  level.deviations.resize(clusters.size());
+  level.lowest.resize(clusters.size());
+  execution.parallelFor(clusters.size(), grain,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        ClusterSum& cluster = clusters[i];
+        const Vec3 x = cluster.Represent(representative, origin);
+        level.positions[i] = x;
+        const Vec3 relative{ x[0] - origin[0], x[1] - origin[1], x[2] - origin[2] };
+        cluster.deviation = std::max(cluster.deviation, cluster.DeviationAt(relative));
+        level.deviations[i] = cluster.deviation;
+        level.lowest[i] = cluster.lowest;
+      }
+    });
+}
+
+}
