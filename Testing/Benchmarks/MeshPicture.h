@@ -1,0 +1,42 @@
+// Pictures of the benchmarks: meshes in rows and columns, each with a caption, as the paper's
+// figures show them.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kdstream::bench
+{
+
+// One place of the grid.
+struct PictureCell
+{
+  vtkSmartPointer<vtkPolyData> mesh; // null: an empty place
+  std::string caption;
+  // A point's partition, one entry a point: drawn in colours that neighbouring numbers do not
+  // share; a triangle takes that of its first point. Empty: one colour.
+  std::vector<std::uint32_t> partitions;
+};
+
+struct PictureOptions
+{
+  int cellWidth = 480; // pixels
+  int cellHeight = 420;
+  bool edges = false;                            // of the triangles
+  bool flat = false;                             // shading
+  double azimuth = 0, elevation = 0, zoom = 1.4; // of the camera, degrees, from the z axis
+};
+
+// Draws the grid off screen into a PNG file. All meshes are seen by the same camera, which the
+// first mesh sets. Rows may have different lengths. Errors: those of MakeOffscreenWindow and
+// WritePng.
+Status WriteMeshPicture(const std::vector<std::vector<PictureCell>>& rows,
+  const PictureOptions& options, const std::string& file);
+
+}
