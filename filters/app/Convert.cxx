@@ -1,0 +1,136 @@
+// kdstream-convert: a mesh or point cloud of another program's format, as a PLY that kdstream-build
+// reads. A process of its own: VTK and PCL take what memory they like, and may end with the process
+// on hostile input.
+#include "filters/app/Program.h"
+#include "filters/convert/ForeignMesh.h"
+#include "filters/meshio/MeshWriter.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <iostream>
+
+namespace
+{
+
+using namespace kdstream;
+
+constexpr const char* description =
+  "Reads a mesh or a point cloud of another program's format, whole, and writes it as .ply (or "
+  ".vtp, .stl, .obj, .wrl).\nkdstream-build calls it by itself; the memory that it takes is beside "
+  "that program's --memory.\n\n"
+  "Formats: .stl, .obj, .vtp, .vtk (of a grid the surface), .wrl (VRML 2), .glb and .gltf (the "
+  "default scene; textures are\nbaked to the colours of vertices), .pcd, .xyz (lines of x y z; of "
+  "x y z intensity; of x y z and r g b or nx ny nz;\nof x y z intensity r g b; of x y z r g b nx "
+  "ny nz), .ply.\n\n"
+  "Example: kdstream-convert statue.glb -o statue.ply";
+
+struct CommandLine
+{
+  std::string input, output;
+  bool quiet = false;
+};
+
+// The line that is printed if a reader of the libraries crashes. Made before, since little is
+// allowed then.
+std::array<char, 512> crashLine{};
+std::size_t crashLength = 0;
+
+extern "C" void OnCrash(int)
+{
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, crashLine.data(), crashLength);
+  ::_exit(exitFailed);
+}
+
+// The sanitizers have a better report, and need address space of their own.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool sanitized = true;
+#elif defined(__has_feature)
+constexpr bool sanitized = __has_feature(address_sanitizer);
+#else
+constexpr bool sanitized = false;
+#endif
+
+void CatchCrashes(const std::string& program, const std::string& file)
+{
+  std::string line = program + ": error: " + file;
+  line.resize(std::min(line.size(), crashLine.size() - 100));
+  line += ": the reader of this format crashed on it: it is damaged\n";
+  std::memcpy(crashLine.data(), line.data(), line.size());
+  crashLength = line.size();
+  if (sanitized)
+  {
+    return;
+  }
+  // A stack of its own: a file can also make a reader call itself without end.
+  static std::array<char, 1 << 16> stack;
+  stack_t alternative{};
+  alternative.ss_sp = stack.data();
+  alternative.ss_size = stack.size();
+  ::sigaltstack(&alternative, nullptr);
+  for (const int signal : { SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT })
+  {
+    struct sigaction action = {};
+    action.sa_handler = OnCrash;
+    action.sa_flags = SA_ONSTACK | SA_RESETHAND;
+    ::sigaction(signal, &action, nullptr);
+  }
+}
+
+// What a file claims must not bring the machine down: memory beyond what is free is an error.
+void LimitMemory()
+{
+  if (!sanitized)
+  {
+    const rlimit limit{ FreeMemory(), FreeMemory() };
+    ::setrlimit(RLIMIT_DATA, &limit);
+  }
+}
+
+int Convert(const std::string& program, const CommandLine& line)
+{
+  const Result<std::filesystem::path> output =
+    CheckOutput(line.output, OutputKind::File, { line.input });
+  if (!output)
+  {
+    return PrintError(program, line.output, output.GetError());
+  }
+  LimitMemory();
+  CatchCrashes(program, line.input);
+  Result<ForeignMesh> read = Error{};
+  {
+    ProgressReporter progress(program, line.quiet);
+    Execution execution;
+    execution.progress = std::ref(progress);
+    read = ReadForeignMesh(line.input, execution);
+  }
+  if (!read)
+  {
+    return PrintError(program, line.input, read.GetError());
+  }
+  for (const std::string& warning : read->warnings)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
+  // The file has a temporary name until it is whole: interrupts wait.
+  CatchInterrupts();
+  const Status written = WriteMesh(*output, read->mesh);
+  return written ? exitDone : PrintError(program, line.output, written.GetError());
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  CommandLine line;
+  CLI::App app(description, "kdstream-convert");
+  app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.add_option("INPUT", line.input, "the mesh or point cloud")->required();
+  app.add_option("-o,--output", line.output, "the file to write (NAME.ply)")->required();
+  app.add_flag("--quiet", line.quiet, "no progress");
+  return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
+}

@@ -1,0 +1,139 @@
+#include "filters/convert/ForeignMesh.h"
+
+#include "filters/core/Attribute.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/FileEnding.h"
+#include "filters/meshio/MeshReader.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t readChunk = std::size_t{ 1 } << 18;
+
+Result<ForeignMesh> ReadPly(const std::filesystem::path& file, const Execution& execution)
+{
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+  if (!reader)
+  {
+    return reader.GetError();
+  }
+  ForeignMesh result;
+  Mesh& mesh = result.mesh;
+  MeshReader& input = **reader;
+  mesh.scalarType = input.Info().scalarType;
+  for (const bool triangles : { false, true })
+  {
+    for (;;)
+    {
+      const Result<std::size_t> read =
+        triangles ? input.ReadTriangles(mesh, readChunk) : input.ReadVertices(mesh, readChunk);
+      if (!read)
+      {
+        return read.GetError();
+      }
+      if (*read == 0)
+      {
+        break;
+      }
+      const double size = std::max(1.0, double(input.FileSize()));
+      if (Status status = execution.Report("read", double(input.Position()) / size); !status)
+      {
+        return status.GetError();
+      }
+    }
+  }
+  return result;
+}
+
+#ifndef KDSTREAM_HAS_PCL
+Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execution&)
+{
+  return Error{ ErrorCode::Unsupported,
+    "reading .pcd files needs PCL, which was not there when KdStream was built" };
+}
+#endif
+
+using ReadFormat = Result<ForeignMesh> (*)(const std::filesystem::path&, const Execution&);
+
+ReadFormat FormatOf(const std::string& ending)
+{
+  static constexpr struct
+  {
+    const char* ending;
+    ReadFormat read;
+  } formats[] = { { ".stl", ReadStl }, { ".obj", ReadObj }, { ".vtp", ReadVtp },
+    { ".vtk", ReadVtk }, { ".wrl", ReadVrml }, { ".glb", ReadGltf }, { ".gltf", ReadGltf },
+    { ".xyz", ReadXyz }, { ".ply", ReadPly },
+#ifdef KDSTREAM_HAS_PCL
+    { ".pcd", ReadPcd }
+#else
+    { ".pcd", ReadPcdWithoutPcl }
+#endif
+  };
+  const auto found = std::find_if(std::begin(formats), std::end(formats),
+    [&](const auto& format) { return format.ending == ending; });
+  return found == std::end(formats) ? nullptr : found->read;
+}
+
+// Arrays that a mesh cannot be stored with go, with a warning.
+void DropUnfitAttributes(ForeignMesh& result)
+{
+  std::vector<Attribute> kept;
+  for (Attribute& attribute : result.mesh.attributes)
+  {
+    const bool second = std::any_of(kept.begin(), kept.end(),
+      [&](const Attribute& other)
+      { return other.name == attribute.name && other.association == attribute.association; });
+    if (IsAttributeName(attribute.name) && !second && kept.size() < mostAttributes)
+    {
+      kept.push_back(std::move(attribute));
+    }
+    else
+    {
+      result.warnings.push_back(second
+                                  ? "a second array \"" + attribute.name + "\" is dropped"
+                                  : "an array is dropped: its name is none that can be stored");
+    }
+  }
+  result.mesh.attributes = std::move(kept);
+}
+
+}
+
+Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file, const Execution& execution)
+{
+  const std::string ending = FileEnding(file);
+  const ReadFormat read = FormatOf(ending);
+  if (!read)
+  {
+    return Error{ ErrorCode::Unsupported,
+      "the ending '" + ending + "' names no known mesh format" };
+  }
+  // Says what is not there, or is a folder, in our words.
+  if (Result<ByteSource> source = ByteSource::Open(file); !source)
+  {
+    return source.GetError();
+  }
+  Result<ForeignMesh> result = read(file, execution);
+  if (!result)
+  {
+    return result;
+  }
+  if (result->mesh.points.empty())
+  {
+    std::string message = "holds no points";
+    for (const std::string& warning : result->warnings)
+    {
+      message += "; " + warning;
+    }
+    return Error{ ErrorCode::InvalidInput, message };
+  }
+  DropUnfitAttributes(*result);
+  return result;
+}
+
+}

@@ -1,0 +1,22 @@
+// The header of a PCD file, read and checked against the file's size before PCL takes memory for
+// what it claims.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <filesystem>
+
+namespace kdstream
+{
+
+struct PcdHeader
+{
+  std::uint64_t points = 0;
+  std::uint64_t pointBytes = 0; // of one point in memory
+};
+
+// Errors: InvalidInput saying which line is wrong, or that the file is too short for its claims.
+Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file);
+
+}

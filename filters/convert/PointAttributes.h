@@ -1,0 +1,37 @@
+// Making and joining attributes while foreign formats are read.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// `tuples` tuples of zeros.
+inline Attribute MakePointAttribute(
+  std::string name, AttributeType type, std::uint8_t components, std::size_t tuples)
+{
+  Attribute attribute;
+  attribute.name = std::move(name);
+  attribute.type = type;
+  attribute.association = AttributeAssociation::Point;
+  attribute.components = components;
+  attribute.values.resize(tuples * attribute.TupleSize());
+  return attribute;
+}
+
+// Of three columns after the coordinates ("RGB", uint8) for each point.
+inline Attribute MakeColors(std::size_t tuples, bool alpha = false)
+{
+  return MakePointAttribute(alpha ? "RGBA" : "RGB", AttributeType::UInt8,
+    alpha ? std::uint8_t{ 4 } : std::uint8_t{ 3 }, tuples);
+}
+
+inline Attribute MakeNormals(std::size_t tuples)
+{
+  return MakePointAttribute("Normals", AttributeType::Float32, 3, tuples);
+}
+
+}

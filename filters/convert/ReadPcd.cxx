@@ -1,0 +1,262 @@
+// PCL's point clouds. Steps: 1. the header against the file's size  2. PCL reads  3. points,
+// attributes.
+#include "filters/convert/ForeignMesh.h"
+#include "filters/convert/PcdHeader.h"
+#include "filters/convert/PointAttributes.h"
+
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/console/print.h>
+#include <pcl/io/pcd_io.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+using Cloud = pcl::PCLPointCloud2;
+using Field = pcl::PCLPointField;
+
+std::optional<AttributeType> TypeOf(const Field& field)
+{
+  switch (field.datatype)
+  {
+    case Field::INT8:
+      return AttributeType::Int8;
+    case Field::UINT8:
+      return AttributeType::UInt8;
+    case Field::INT16:
+      return AttributeType::Int16;
+    case Field::UINT16:
+      return AttributeType::UInt16;
+    case Field::INT32:
+      return AttributeType::Int32;
+    case Field::UINT32:
+      return AttributeType::UInt32;
+    case Field::INT64:
+      return AttributeType::Int64;
+    case Field::UINT64:
+      return AttributeType::UInt64;
+    case Field::FLOAT32:
+      return AttributeType::Float32;
+    case Field::FLOAT64:
+      return AttributeType::Float64;
+    default:
+      return std::nullopt;
+  }
+}
+
+Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& header)
+{
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // our own line tells what is wrong
+  Cloud cloud;
+  Eigen::Vector4f origin;
+  Eigen::Quaternionf orientation;
+  int version = 0;
+  std::string reason;
+  try
+  {
+    if (pcl::PCDReader().read(file.string(), cloud, origin, orientation, version) < 0)
+    {
+      reason = "PCL cannot read it";
+    }
+  }
+  catch (const std::bad_alloc&)
+  {
+    throw;
+  }
+  catch (const std::exception& failure) // PCL's own, and Boost's
+  {
+    reason = std::string("PCL cannot read it: ") + failure.what();
+  }
+  const std::uint64_t points = std::uint64_t{ cloud.width } * cloud.height;
+  if (reason.empty() && (points != header.points || cloud.data.size() != points * cloud.point_step))
+  {
+    reason = "the header claims " + std::to_string(header.points) + " points, PCL found " +
+             std::to_string(points);
+  }
+  if (!reason.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, reason };
+  }
+  return cloud;
+}
+
+class CloudReader
+{
+public:
+  explicit CloudReader(const Cloud& cloud)
+    : Points(cloud)
+    , Size(cloud.data.size() / std::max<std::size_t>(1, cloud.point_step))
+  {
+  }
+
+  Result<ForeignMesh> Read()
+  {
+    for (const Field& field : this->Points.fields)
+    {
+      const auto type = TypeOf(field);
+      if (type && std::uint64_t{ field.offset } + std::uint64_t{ field.count } * SizeOf(*type) >
+                    this->Points.point_step)
+      {
+        return Error{ ErrorCode::InvalidInput, "field '" + field.name + "' lies outside a point" };
+      }
+    }
+    if (Status status = this->ReadPlaces(); !status)
+    {
+      return status.GetError();
+    }
+    this->ReadNormals();
+    this->ReadColors();
+    for (const Field& field : this->Points.fields)
+    {
+      this->ReadOther(field);
+    }
+    return std::move(this->Output);
+  }
+
+private:
+  const Field* Find(const char* name) const
+  {
+    const auto found = std::find_if(this->Points.fields.begin(), this->Points.fields.end(),
+      [&](const Field& field) { return field.name == name; });
+    return found == this->Points.fields.end() || !TypeOf(*found) || found->count == 0 ? nullptr
+                                                                                      : &*found;
+  }
+
+  // The field as it lies in the points, all of them or those that are kept.
+  Attribute Copy(const Field& field, std::uint8_t components, bool all) const
+  {
+    const std::size_t tuples = all ? this->Size : this->Kept.size();
+    Attribute copy = MakePointAttribute(field.name, *TypeOf(field), components, tuples);
+    const std::size_t bytes = copy.TupleSize();
+    for (std::size_t i = 0; i < tuples; ++i)
+    {
+      const std::size_t point = all ? i : this->Kept[i];
+      std::memcpy(copy.values.data() + i * bytes,
+        this->Points.data.data() + point * this->Points.point_step + field.offset, bytes);
+    }
+    return copy;
+  }
+
+  Status ReadPlaces()
+  {
+    const Field* const fields[] = { this->Find("x"), this->Find("y"), this->Find("z") };
+    std::array<Attribute, 3> axes;
+    Mesh& mesh = this->Output.mesh;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      if (!fields[k])
+      {
+        return Error{ ErrorCode::InvalidInput, std::string("has no field ") + "xyz"[k] };
+      }
+      axes[k] = this->Copy(*fields[k], 1, true);
+      const bool fitsFloat = axes[k].type == AttributeType::Float32 || SizeOf(axes[k].type) <= 2;
+      mesh.scalarType = fitsFloat ? mesh.scalarType : ScalarType::Float64;
+    }
+    for (std::size_t i = 0; i < this->Size; ++i)
+    {
+      const Vec3 point{ axes[0].Get(i, 0), axes[1].Get(i, 0), axes[2].Get(i, 0) };
+      if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+      {
+        mesh.points.push_back(point);
+        this->Kept.push_back(i);
+      }
+    }
+    if (this->Kept.size() < this->Size)
+    {
+      this->Output.warnings.push_back(std::to_string(this->Size - this->Kept.size()) + " of " +
+                                      std::to_string(this->Size) +
+                                      " points are not finite and were dropped");
+    }
+    return {};
+  }
+
+  void ReadNormals()
+  {
+    const Field* const fields[] = { this->Find("normal_x"), this->Find("normal_y"),
+      this->Find("normal_z") };
+    if (!fields[0] || !fields[1] || !fields[2])
+    {
+      return;
+    }
+    Attribute normals = MakeNormals(this->Kept.size());
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const Attribute axis = this->Copy(*fields[k], 1, false);
+      for (std::size_t i = 0; i < this->Kept.size(); ++i)
+      {
+        normals.Set(i, k, axis.Get(i, 0));
+      }
+    }
+    this->Output.mesh.attributes.push_back(std::move(normals));
+  }
+
+  // PCL packs colours into four bytes: blue, green, red, alpha.
+  void ReadColors()
+  {
+    const Field* const rgba = this->Find("rgba");
+    const Field* const packed = rgba ? rgba : this->Find("rgb");
+    if (!packed || SizeOf(*TypeOf(*packed)) != 4)
+    {
+      return;
+    }
+    Attribute colors = MakeColors(this->Kept.size(), rgba != nullptr);
+    const Attribute bytes = this->Copy(*packed, 1, false);
+    for (std::size_t i = 0; i < this->Kept.size(); ++i)
+    {
+      constexpr std::array<std::size_t, 4> order{ 2, 1, 0, 3 };
+      for (std::size_t k = 0; k < colors.components; ++k)
+      {
+        colors.values[i * colors.components + k] = bytes.values[i * 4 + order[k]];
+      }
+    }
+    this->Output.mesh.attributes.push_back(std::move(colors));
+  }
+
+  void ReadOther(const Field& field)
+  {
+    constexpr std::array<const char*, 9> read{ "x", "y", "z", "normal_x", "normal_y", "normal_z",
+      "rgb", "rgba", "_" };
+    if (std::find(read.begin(), read.end(), field.name) != read.end())
+    {
+      return;
+    }
+    if (!TypeOf(field) || field.count < 1 || field.count > 255)
+    {
+      this->Output.warnings.push_back("field '" + field.name + "' was dropped");
+      return;
+    }
+    this->Output.mesh.attributes.push_back(
+      this->Copy(field, static_cast<std::uint8_t>(field.count), false));
+  }
+
+  const Cloud& Points;
+  std::size_t Size;
+  std::vector<std::size_t> Kept; // the points that are finite
+  ForeignMesh Output;
+};
+
+}
+
+Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& execution)
+{
+  const Result<PcdHeader> header = CheckPcdHeader(file);
+  if (!header)
+  {
+    return header.GetError();
+  }
+  if (Status status = execution.Report("read", 0); !status)
+  {
+    return status.GetError();
+  }
+  const Result<Cloud> cloud = ReadCloud(file, *header);
+  return cloud ? CloudReader(*cloud).Read() : Result<ForeignMesh>(cloud.GetError());
+}
+
+}
