@@ -51,19 +51,22 @@ void AddOptions(CLI::App& app, CommandLine& line)
                  ->capture_default_str();
   app
     .add_option("--partitions", line.partitions,
-      "number of partitions instead: a power of two, at most the vertices")
+      "number of partitions instead, at most the vertices: a power of two for kdtree, "
+      "about so many for octree")
     ->check(CLI::PositiveNumber)
     ->excludes(size);
-  app.add_option("--partitioner", line.partitioner, "kdtree")
-    ->check(CLI::IsMember({ "kdtree" }))
+  app
+    .add_option("--partitioner", line.partitioner,
+      "kdtree, or one of the baselines octree and kmeans: partitions only, for comparison")
+    ->check(CLI::IsMember({ "kdtree", "octree", "kmeans" }))
     ->capture_default_str();
   AddSizeOption(app, "--memory", line.build.memory,
     "most memory the build may take (K, M, G); a mesh that needs more is refused [75 % of free "
     "memory]");
   app.add_option("--threads", line.threads, "threads [all of the machine's]")
     ->check(CLI::Range(1U, 1024U));
-  app.add_option("--levels", line.maker, "how coarser levels are made: cluster")
-    ->check(CLI::IsMember({ "cluster" }))
+  app.add_option("--levels", line.maker, "how coarser levels are made: collapse or cluster")
+    ->check(CLI::IsMember({ "collapse", "cluster" }))
     ->capture_default_str();
   app.add_option("--representative", line.representative, "of a cluster: quadric or mean")
     ->check(CLI::IsMember({ "quadric", "mean" }))
@@ -93,12 +96,30 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app.add_flag("--quiet", line.quiet, "no progress");
 }
 
+// Baselines have no levels: what shapes them must not be taken for granted.
+Status CheckLevelOptions(const CLI::App& app, const CommandLine& line)
+{
+  for (const char* name : { "--levels", "--representative", "--sheets", "--cell-vertices" })
+  {
+    if (line.partitioner != "kdtree" && app.count(name) > 0)
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        std::string(name) + ": a store by --partitioner " + line.partitioner + " has no levels" };
+    }
+  }
+  return {};
+}
+
 Status Interpret(CommandLine& line)
 {
   if (line.partitions > 0)
   {
     line.build.tree.partitions = line.partitions;
   }
+  line.build.partitioner = line.partitioner == "octree"   ? Partitioner::Octree
+                           : line.partitioner == "kmeans" ? Partitioner::KMeans
+                                                          : Partitioner::KdTree;
+  line.build.levels.maker = line.maker == "collapse" ? LevelMaker::Collapse : LevelMaker::Cluster;
   line.build.weld = line.weld == "on";
   line.build.levels.sheets = line.sheets == "on";
   line.build.levels.representative =
@@ -144,9 +165,15 @@ Json StatsOf(const CommandLine& line, const BuildReport& report)
   return stats;
 }
 
-int Build(const std::string& program, CommandLine& line)
+int Build(const CLI::App& app, CommandLine& line)
 {
-  if (Status status = Interpret(line); !status)
+  const std::string program = app.get_name();
+  Status status = CheckLevelOptions(app, line);
+  if (status)
+  {
+    status = Interpret(line);
+  }
+  if (!status)
   {
     return PrintError(program, "", status.GetError());
   }
@@ -215,5 +242,5 @@ int main(int argc, char** argv)
   CLI::App app(description, "kdstream-build");
   app.set_version_flag("--version", KDSTREAM_VERSION);
   AddOptions(app, line);
-  return RunProgram(app, argc, argv, [&]() { return Build(app.get_name(), line); });
+  return RunProgram(app, argc, argv, [&]() { return Build(app, line); });
 }

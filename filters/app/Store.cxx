@@ -60,11 +60,16 @@ void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
   line("precision            ",
     info.grid.Lossless() ? "lossless" : std::to_string(info.grid.bits) + " bits");
   line("partitions           ", info.partitions);
+  line("partitioner          ", info.partitioner);
   line("partition vertices   ",
     std::to_string(info.smallestPartition) + " to " + std::to_string(info.largestPartition));
   line("partition bytes      ", info.original.bytes);
   line("store bytes          ", bytes);
   line("digest               ", info.digest);
+  if (!info.HasLevels())
+  {
+    return;
+  }
   std::printf("\n%5s %10s %10s %7s %11s %12s\n", "level", "vertices", "triangles", "pieces",
     "bytes", "deviation");
   for (const ResolutionInfo& level : info.levels)
@@ -224,6 +229,11 @@ Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
 Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
 {
   const StoreInfo& info = store.Info();
+  if (!info.HasLevels() && (line.level || line.inContext || !line.resolutions.empty()))
+  {
+    return BadArgument("a store by --partitioner " + info.partitioner +
+                       " has no levels: --partition, --region and --all give its meshes");
+  }
   for (const auto& [name, level] :
     { std::pair{ "--level ", line.level }, { "--in-context ", line.inContext } })
   {

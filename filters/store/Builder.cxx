@@ -111,8 +111,8 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
   {
     for (;;)
     {
-      const Result<std::size_t> read = triangles ? reader.ReadTriangles(mesh.triangles, readChunk)
-                                                 : reader.ReadVertices(mesh.points, readChunk);
+      const Result<std::size_t> read =
+        triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
       if (!read)
       {
         return read.GetError();
@@ -193,39 +193,50 @@ private:
     }
     info.weld = this->Options.weld;
     info.welded = info.weld ? WeldVertices(this->Input) : 0;
-    Result<KdTree> tree = BuildKdTree(this->Input.points, this->Options.tree, this->Exec);
-    if (!tree)
+    Result<PartitionTree> partitioned =
+      PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
+    if (!partitioned)
     {
-      return tree.GetError();
+      return partitioned.GetError();
     }
-    info.box = tree->boxes[1];
+    KdTree& tree = partitioned->tree;
+    info.partitions = partitioned->partitions;
+    info.box = tree.boxes[1];
     info.grid = this->Options.bits == 0
                   ? CoordinateGrid::Exact(this->Input.scalarType)
                   : CoordinateGrid::Over(info.box, this->Options.bits, this->Input.scalarType);
     this->CountMergedByGrid();
     this->Clock.Finish("tree");
-    const std::vector<std::uint32_t> partition = CellOfVertex(*tree, tree->depths.partition);
-    const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
-      std::size_t{ 1 } << tree->depths.partition, [&](VertexId v) { return partition[v]; });
     info.inconsistentEdges =
       CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
+    this->Describe(tree);
     this->Clock.Finish("faces");
+    Result<ClusterLevels> levels = this->Options.partitioner == Partitioner::KdTree
+                                     ? this->MakeLevels(tree)
+                                     : Result<ClusterLevels>(ClusterLevels{});
+    if (!levels)
+    {
+      return levels.GetError();
+    }
+    this->Boxes = std::move(tree.boxes);
+    return NumberVertices(tree, std::move(*levels));
+  }
+
+  Result<ClusterLevels> MakeLevels(const KdTree& tree)
+  {
+    const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+    const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
+      std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
     LevelOptions options = this->Options.levels;
     options.mostClusters = MostClusters(this->Input, this->Options.memory);
-    Result<ClusterLevels> levels = BuildLevels(this->Input, *tree, buckets, options, this->Exec);
+    Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
     if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
     {
       return Error{ ErrorCode::LimitExceeded,
         levels.GetError().message + " with " + Mebibytes(this->Options.memory) +
           " of memory (building out of core is not supported yet)" };
     }
-    if (!levels)
-    {
-      return levels.GetError();
-    }
-    this->Describe(*tree);
-    this->Boxes = std::move(tree->boxes);
-    return NumberVertices(*tree, std::move(*levels));
+    return levels;
   }
 
   void CountMergedByGrid()
@@ -258,7 +269,7 @@ private:
       this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
     info.vertices = this->Input.points.size();
     info.triangles = this->Input.triangles.size();
-    info.partitions = std::uint64_t{ 1 } << tree.depths.partition;
+    info.partitioner = NameOf(this->Options.partitioner);
     info.smallestPartition = info.vertices;
     for (std::size_t p = 0; p < info.partitions; ++p)
     {
@@ -266,7 +277,7 @@ private:
       info.smallestPartition = std::min(info.smallestPartition, size);
       info.largestPartition = std::max(info.largestPartition, size);
     }
-    for (unsigned d = 0; d <= tree.depths.finest; ++d)
+    for (unsigned d = 0; info.HasLevels() && d <= tree.depths.finest; ++d)
     {
       info.levels.push_back({ Resolution::Level(d) });
     }
@@ -275,6 +286,10 @@ private:
     info.credit = this->Options.credit;
     info.license = this->Options.license;
     info.unit = this->Options.unit;
+    if (!info.HasLevels())
+    {
+      return;
+    }
     info.levelMaker = this->Options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
     info.representative =
       this->Options.levels.representative == Representative::Quadric ? "quadric" : "mean";
@@ -292,7 +307,7 @@ private:
         return status;
       }
     }
-    for (unsigned d = 0; d <= numbered.depths.finest; ++d)
+    for (unsigned d = 0; d < numbered.levels.size(); ++d)
     {
       if (Status status = this->WriteResolution(numbered, Resolution::Level(d), writer); !status)
       {
@@ -305,12 +320,14 @@ private:
   Status WriteResolution(const VertexTree& numbered, Resolution resolution, StoreWriter& writer)
   {
     const PieceCutter cutter(numbered, this->Input, resolution);
+    const std::size_t pieceCount =
+      resolution.IsOriginal() ? this->Information.partitions : cutter.PieceCount();
     const CodecContext context = this->Information.Codec();
     std::vector<Piece> pieces(encodeBatch);
     std::vector<std::vector<std::uint8_t>> blobs(encodeBatch);
-    for (std::size_t first = 0; first < cutter.PieceCount(); first += encodeBatch)
+    for (std::size_t first = 0; first < pieceCount; first += encodeBatch)
     {
-      const std::size_t count = std::min(encodeBatch, cutter.PieceCount() - first);
+      const std::size_t count = std::min(encodeBatch, pieceCount - first);
       this->Exec.parallelFor(count, 1,
         [&](std::size_t begin, std::size_t end)
         {
@@ -329,7 +346,7 @@ private:
         }
       }
       this->Clock.Finish("write");
-      const double part = double(first + count) / double(cutter.PieceCount());
+      const double part = double(first + count) / double(pieceCount);
       const double done = resolution.IsOriginal()
                             ? 0.5 + 0.5 * part
                             : 0.5 * (resolution.Depth() + part) / (numbered.depths.finest + 1);

@@ -4,6 +4,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/KdTree.h"
 #include "filters/core/Levels.h"
+#include "filters/store/PartitionMesh.h"
 #include "filters/store/Store.h"
 
 #include <cstdint>
@@ -14,14 +15,6 @@
 
 namespace kdstream
 {
-
-// What the mesh is cut by. The two others are baselines: partitions only, no levels.
-enum class Partitioner
-{
-  KdTree,
-  Octree,
-  KMeans
-};
 
 struct BuildOptions
 {
