@@ -31,8 +31,8 @@ const Mesh& Dragon()
                         << "; Data/fetch-dragon fetches it";
     if (reader)
     {
-      EXPECT_TRUE((*reader)->ReadVertices(mesh.points, ~std::size_t{ 0 }));
-      EXPECT_TRUE((*reader)->ReadTriangles(mesh.triangles, ~std::size_t{ 0 }));
+      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
+      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
     }
     return mesh;
   }();

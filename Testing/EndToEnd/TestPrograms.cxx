@@ -55,8 +55,8 @@ protected:
     if (reader)
     {
       mesh.scalarType = (*reader)->Info().scalarType;
-      EXPECT_TRUE((*reader)->ReadVertices(mesh.points, ~std::size_t{ 0 }));
-      EXPECT_TRUE((*reader)->ReadTriangles(mesh.triangles, ~std::size_t{ 0 }));
+      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
+      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
     }
     return mesh;
   }

@@ -21,8 +21,8 @@ struct MeshFileInfo
   std::uint64_t vertices = 0;
   std::uint64_t faces = 0; // polygons and strips, before triangulation
   ScalarType scalarType = ScalarType::Float32;
-  // Properties that this version does not carry ("vertex.red"), and elements that it does not know
-  // ("edge").
+  std::vector<AttributeInfo> attributes; // that are read: point arrays, then cell arrays
+  // What is not read: properties ("face.texcoord"), elements ("edge"), pictures ("texture a.png").
   std::vector<std::string> ignoredAttributes;
 };
 
@@ -37,17 +37,19 @@ public:
 
   virtual const MeshFileInfo& Info() const = 0;
 
-  // Appends at most `limit` further vertices to `points`; returns how many, 0 at the end. Vertices
-  // are read before triangles. Errors name element and index: a coordinate that is not finite, a
+  // Appends at most `limit` further vertices to `mesh`, with a tuple of each point array; returns
+  // how many, 0 at the end. Sets the scalar type, and the attributes if the mesh has none. Vertices
+  // are read before triangles. REQUIRES: a mesh that is empty, or whose attributes come from here.
+  // Errors name element and index: a coordinate that is not finite, a
   // truncated body.
-  virtual Result<std::size_t> ReadVertices(std::vector<Vec3>& points, std::size_t limit) = 0;
+  virtual Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) = 0;
 
-  // Appends the triangles of at most `limit` further faces; returns how many faces, 0 at the end.
+  // Appends the triangles of at most `limit` further faces, and for each of a face's triangles its
+  // tuple of each cell array; returns how many faces, 0 at the end.
   // Polygons are cut into a fan around their first vertex, strips into triangles of alternating
   // orientation. Indices are checked. Errors: an index out of range, a polygon of fewer than three
   // vertices, a truncated body, as above.
-  virtual Result<std::size_t> ReadTriangles(
-    std::vector<Triangle>& triangles, std::size_t limit) = 0;
+  virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;
 
   // Bytes of the file, and how far into it the reader is: for progress.
   virtual std::uint64_t FileSize() const = 0;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace kdstream
 {
@@ -30,17 +31,21 @@ public:
 
   Status SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count) override;
   Status ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
-    std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points) override;
+    std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points,
+    PlyArraySink& arrays) override;
   Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
-    std::uint64_t count, PlyFaceSink& sink) override;
+    std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays) override;
 
 private:
   Status NextWord(const PlyPlace& place, std::string_view& word);
+  template <class T>
+  Status ReadNumber(const PlyPlace& place, const PlyProperty& property, T& value);
   Status ReadReal(const PlyPlace& place, const PlyProperty& property, double& value);
   Status ReadInteger(const PlyPlace& place, std::string_view what, std::int64_t& value);
   Status ReadListCount(const PlyPlace& place, const PlyProperty& property, std::int64_t& count);
   Status ReadCorners(const PlyPlace& place, const PlyProperty& property, PlyFaceSink& sink);
   Status SkipProperty(const PlyPlace& place, const PlyProperty& property);
+  Status KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays);
   Status EndRecord(const PlyPlace& place);
 
   ByteSource& Source;
@@ -79,21 +84,16 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
   }
 }
 
-Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, double& value)
+// A number of the property's type.
+template <class T>
+Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property, T& value)
 {
   std::string_view word;
   if (Status next = this->NextWord(place, word); !next)
   {
     return next;
   }
-  const NumberTextError error = WithPlyType(property.type,
-    [&]<class T>()
-    {
-      T parsed{};
-      const NumberTextError result = ParseNumber(word, parsed);
-      value = static_cast<double>(parsed);
-      return result;
-    });
+  const NumberTextError error = ParseNumber(word, value);
   if (error != NumberTextError::None)
   {
     return place.Bad(property.name + " " + QuotedText(word) +
@@ -101,11 +101,43 @@ Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, d
                                                            : " is out of range of the type ") +
                      std::string(PlyTypeName(property.type)));
   }
-  if (!std::isfinite(value))
+  return {};
+}
+
+Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, double& value)
+{
+  Status read = WithPlyType(property.type,
+    [&]<class T>()
+    {
+      T parsed{};
+      Status status = this->ReadNumber(place, property, parsed);
+      value = static_cast<double>(parsed);
+      return status;
+    });
+  if (read && !std::isfinite(value))
   {
     return place.NotFinite(property.name, value);
   }
-  return {};
+  return read;
+}
+
+// A property that is no coordinate: into its array if it has one.
+Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays)
+{
+  const PlyProperty& kept = place.element.properties[property];
+  std::uint8_t* const to = arrays.PlaceOf(property);
+  if (!to)
+  {
+    return this->SkipProperty(place, kept);
+  }
+  return WithPlyType(kept.type,
+    [&]<class T>()
+    {
+      T value{};
+      Status status = this->ReadNumber(place, kept, value);
+      std::memcpy(to, &value, sizeof(T));
+      return status;
+    });
 }
 
 // Counts and indices are not held to their property's type: a list bounds them more closely than
@@ -217,7 +249,7 @@ Status AsciiBody::SkipRecords(const PlyElement& element, std::uint64_t first, st
 
 Status AsciiBody::ReadPoints(const PlyElement& element,
   const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
-  std::vector<Vec3>& points)
+  std::vector<Vec3>& points, PlyArraySink& arrays)
 {
   for (std::uint64_t i = 0; i < count; ++i)
   {
@@ -227,7 +259,7 @@ Status AsciiBody::ReadPoints(const PlyElement& element,
     {
       const auto* wanted = std::find(coordinates.begin(), coordinates.end(), p);
       Status read = wanted == coordinates.end()
-                      ? this->SkipProperty(place, element.properties[p])
+                      ? this->KeepOrSkip(place, p, arrays)
                       : this->ReadReal(place, element.properties[p],
                           point[static_cast<std::size_t>(wanted - coordinates.begin())]);
       if (!read)
@@ -240,6 +272,7 @@ Status AsciiBody::ReadPoints(const PlyElement& element,
       return ended;
     }
     points.push_back(point);
+    arrays.Append(1);
   }
   return {};
 }
@@ -272,16 +305,17 @@ Status AsciiBody::ReadCorners(const PlyPlace& place, const PlyProperty& property
 }
 
 Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
-  std::uint64_t count, PlyFaceSink& sink)
+  std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays)
 {
   for (std::uint64_t i = 0; i < count; ++i)
   {
     const PlyPlace place{ element, first + i };
+    const std::size_t before = sink.GetTriangles().size();
     for (std::size_t p = 0; p < element.properties.size(); ++p)
     {
       const PlyProperty& property = element.properties[p];
       Status read =
-        p == list ? this->ReadCorners(place, property, sink) : this->SkipProperty(place, property);
+        p == list ? this->ReadCorners(place, property, sink) : this->KeepOrSkip(place, p, arrays);
       if (!read)
       {
         return read;
@@ -290,6 +324,10 @@ Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::ui
     if (Status ended = this->EndRecord(place); !ended)
     {
       return ended;
+    }
+    if (!arrays.Append(sink.GetTriangles().size() - before))
+    {
+      return place.RepeatsTooMuch();
     }
   }
   return {};

@@ -75,6 +75,8 @@ constexpr std::int64_t mostFastCorners = 64;
 struct FaceLayout
 {
   bool applies = false;
+  std::size_t cornerList = 0;       // the property with the corners
+  std::vector<std::size_t> offsets; // of each property, as if the list had no bytes
   std::size_t listOffset = 0;
   std::size_t countSize = 0;
   std::size_t triangleSize = 0; // bytes of a record with three corners
@@ -88,6 +90,14 @@ struct FaceLayout
     const RecordSize after = SizeOfProperties(element, list + 1, element.properties.size());
     this->countType = property.countType;
     this->listOffset = before.bytes;
+    this->cornerList = list;
+    std::size_t bytes = 0;
+    for (const PlyProperty& each : element.properties)
+    {
+      this->offsets.push_back(bytes);
+      bytes += each.isList ? 0 : SizeOf(each.type);
+    }
+    this->offsets.push_back(bytes);
     this->countSize = SizeOf(property.countType);
     this->triangleSize = before.bytes + this->countSize + 3 * sizeof(VertexId) + after.bytes;
     this->applies = sink.GetKind() == PlyFaceSink::Kind::Polygon && before.fixed && after.fixed &&
@@ -111,6 +121,19 @@ void MakeRoom(std::vector<T>& items, std::uint64_t count)
   }
 }
 
+// Where each property lies in a record without lists.
+std::vector<std::size_t> OffsetsOf(const PlyElement& element)
+{
+  std::vector<std::size_t> offsets;
+  std::size_t bytes = 0;
+  for (const PlyProperty& property : element.properties)
+  {
+    offsets.push_back(bytes);
+    bytes += SizeOf(property.type);
+  }
+  return offsets;
+}
+
 template <bool Swap>
 class BinaryBody : public PlyBody
 {
@@ -122,20 +145,27 @@ public:
 
   Status SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count) override;
   Status ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
-    std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points) override;
+    std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points,
+    PlyArraySink& arrays) override;
   Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
-    std::uint64_t count, PlyFaceSink& sink) override;
+    std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays) override;
 
 private:
   Status SkipProperties(const PlyPlace& place, std::size_t begin, std::size_t end);
+  Status KeepOrSkip(
+    const PlyPlace& place, std::size_t begin, std::size_t end, PlyArraySink& arrays);
   Result<std::string_view> Need(const PlyPlace& place, std::size_t bytes);
   Result<std::int64_t> ReadListCount(const PlyPlace& place, const PlyProperty& property);
   Status ReadFixedPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
-    std::size_t recordSize, std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points);
-  Status ReadPoint(
-    const PlyPlace& place, const std::array<std::size_t, 3>& coordinates, Vec3& point);
-  Status ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink);
-  Result<std::size_t> ReadFaceRun(const FaceLayout& layout, std::uint64_t count, PlyFaceSink& sink);
+    std::size_t recordSize, std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points,
+    PlyArraySink& arrays);
+  Status ReadPoint(const PlyPlace& place, const std::array<std::size_t, 3>& coordinates,
+    Vec3& point, PlyArraySink& arrays);
+  Status ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink, PlyArraySink& arrays);
+  Result<std::size_t> ReadFaceRun(const FaceLayout& layout, const PlyPlace& first,
+    std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays);
+  static void KeepRecord(
+    const FaceLayout& layout, const char* list, const char* afterList, PlyArraySink& arrays);
 
   static std::int64_t LoadInteger(PlyType type, const char* bytes);
   static double LoadReal(PlyType type, const char* bytes);
@@ -143,6 +173,11 @@ private:
   template <class T>
   static bool DecodeColumn(
     const char* bytes, std::size_t stride, std::size_t count, Vec3* points, std::size_t k);
+
+  // `count` values of records that lie `stride` bytes apart.
+  template <class T>
+  static void CopyColumn(const char* from, std::size_t stride, std::size_t count, std::uint8_t* to,
+    std::size_t toStride);
 
   ByteSource& Source;
 };
@@ -221,6 +256,38 @@ Status BinaryBody<Swap>::SkipProperties(const PlyPlace& place, std::size_t begin
   return {};
 }
 
+// Like SkipProperties, but what belongs to an array goes there.
+template <bool Swap>
+Status BinaryBody<Swap>::KeepOrSkip(
+  const PlyPlace& place, std::size_t begin, std::size_t end, PlyArraySink& arrays)
+{
+  if (arrays.Empty())
+  {
+    return this->SkipProperties(place, begin, end);
+  }
+  for (std::size_t k = begin; k < end; ++k)
+  {
+    std::uint8_t* const to = arrays.PlaceOf(k);
+    if (!to)
+    {
+      if (Status skipped = this->SkipProperties(place, k, k + 1); !skipped)
+      {
+        return skipped;
+      }
+      continue;
+    }
+    const PlyType type = place.element.properties[k].type;
+    const Result<std::string_view> ahead = this->Need(place, SizeOf(type));
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    WithPlyType(type, [&]<class T>() { CopyColumn<T>(ahead->data(), 0, 1, to, 0); });
+    this->Source.Consume(SizeOf(type));
+  }
+  return {};
+}
+
 template <bool Swap>
 Status BinaryBody<Swap>::SkipRecords(
   const PlyElement& element, std::uint64_t first, std::uint64_t count)
@@ -269,15 +336,23 @@ bool BinaryBody<Swap>::DecodeColumn(
 }
 
 template <bool Swap>
+template <class T>
+void BinaryBody<Swap>::CopyColumn(
+  const char* from, std::size_t stride, std::size_t count, std::uint8_t* to, std::size_t toStride)
+{
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const T value = Load<T, Swap>(from + i * stride);
+    std::memcpy(to + i * toStride, &value, sizeof(T));
+  }
+}
+
+template <bool Swap>
 Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
   const std::array<std::size_t, 3>& coordinates, std::size_t recordSize, std::uint64_t first,
-  std::uint64_t count, std::vector<Vec3>& points)
+  std::uint64_t count, std::vector<Vec3>& points, PlyArraySink& arrays)
 {
-  std::array<std::size_t, 3> offsets{};
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    offsets[k] = SizeOfProperties(element, 0, coordinates[k]).bytes;
-  }
+  const std::vector<std::size_t> offsets = OffsetsOf(element);
   MakeRoom(points, std::min(count, this->Source.Remaining() / recordSize));
   std::array<Vec3, batchSize> batch;
   for (std::uint64_t done = 0; done < count;)
@@ -293,7 +368,7 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
     bool finite = true;
     for (std::size_t k = 0; k < 3; ++k)
     {
-      const char* column = ahead->data() + offsets[k];
+      const char* column = ahead->data() + offsets[coordinates[k]];
       finite &= WithPlyType(element.properties[coordinates[k]].type,
         [&]<class T>() { return DecodeColumn<T>(column, recordSize, number, batch.data(), k); });
     }
@@ -309,6 +384,18 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
       }
     }
     points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(number));
+    for (const PlyArraySink::Column& column : arrays.Columns())
+    {
+      const std::size_t tuple = arrays.TupleSize(column.array);
+      // The first column of an array makes room for its tuples.
+      std::uint8_t* const to = column.tupleOffset == 0
+                                 ? arrays.Extend(column.array, number)
+                                 : arrays.Last(column.array, number) + column.tupleOffset;
+      WithPlyType(column.type,
+        [&]<class T>() {
+          CopyColumn<T>(ahead->data() + offsets[column.property], recordSize, number, to, tuple);
+        });
+    }
     this->Source.Consume(number * recordSize);
     done += number;
   }
@@ -317,15 +404,15 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
 
 // A point whose record holds lists too.
 template <bool Swap>
-Status BinaryBody<Swap>::ReadPoint(
-  const PlyPlace& place, const std::array<std::size_t, 3>& coordinates, Vec3& point)
+Status BinaryBody<Swap>::ReadPoint(const PlyPlace& place,
+  const std::array<std::size_t, 3>& coordinates, Vec3& point, PlyArraySink& arrays)
 {
   for (std::size_t p = 0; p < place.element.properties.size(); ++p)
   {
     const auto* wanted = std::find(coordinates.begin(), coordinates.end(), p);
     if (wanted == coordinates.end())
     {
-      if (Status skipped = this->SkipProperties(place, p, p + 1); !skipped)
+      if (Status skipped = this->KeepOrSkip(place, p, p + 1, arrays); !skipped)
       {
         return skipped;
       }
@@ -352,21 +439,23 @@ Status BinaryBody<Swap>::ReadPoint(
 template <bool Swap>
 Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
   const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
-  std::vector<Vec3>& points)
+  std::vector<Vec3>& points, PlyArraySink& arrays)
 {
   const RecordSize size = SizeOfProperties(element, 0, element.properties.size());
   if (size.fixed && size.bytes <= ByteSource::blockSize)
   {
-    return this->ReadFixedPoints(element, coordinates, size.bytes, first, count, points);
+    return this->ReadFixedPoints(element, coordinates, size.bytes, first, count, points, arrays);
   }
   for (std::uint64_t i = 0; i < count; ++i)
   {
     Vec3 point{};
-    if (Status read = this->ReadPoint(PlyPlace{ element, first + i }, coordinates, point); !read)
+    if (Status read = this->ReadPoint(PlyPlace{ element, first + i }, coordinates, point, arrays);
+        !read)
     {
       return read;
     }
     points.push_back(point);
+    arrays.Append(1);
   }
   return {};
 }
@@ -375,8 +464,8 @@ Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
 // indices, and returns how many. What stops it is left to ReadFace, which goes on or says what is
 // wrong.
 template <bool Swap>
-Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(
-  const FaceLayout& layout, std::uint64_t count, PlyFaceSink& sink)
+Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, const PlyPlace& first,
+  std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays)
 {
   const Result<std::string_view> ahead = this->Source.Peek(layout.triangleSize);
   if (!ahead)
@@ -402,19 +491,28 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(
       break;
     }
     const char* index = list + layout.countSize;
-    const VertexId first = Load<VertexId, Swap>(index);
+    const VertexId apex = Load<VertexId, Swap>(index);
     VertexId second = Load<VertexId, Swap>(index + sizeof(VertexId));
-    VertexId largest = std::max(first, second);
+    VertexId largest = std::max(apex, second);
     for (std::size_t i = 0; i < triangles; ++i)
     {
       const VertexId third = Load<VertexId, Swap>(index + (2 + i) * sizeof(VertexId));
-      batch[used + i] = { first, second, third };
+      batch[used + i] = { apex, second, third };
       largest = std::max(largest, third);
       second = third;
     }
     if (largest >= layout.indexLimit)
     {
       break;
+    }
+    if (!arrays.Empty())
+    {
+      KeepRecord(
+        layout, list, index + static_cast<std::size_t>(corners) * sizeof(VertexId), arrays);
+      if (!arrays.Append(triangles))
+      {
+        return PlyPlace{ first.element, first.record + number }.RepeatsTooMuch();
+      }
     }
     used += triangles;
     at += recordSize;
@@ -426,10 +524,28 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(
   return number;
 }
 
+// The arrays of a face whose record lies in memory whole.
 template <bool Swap>
-Status BinaryBody<Swap>::ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink)
+void BinaryBody<Swap>::KeepRecord(
+  const FaceLayout& layout, const char* list, const char* afterList, PlyArraySink& arrays)
 {
-  if (Status skipped = this->SkipProperties(place, 0, list); !skipped)
+  for (const PlyArraySink::Column& column : arrays.Columns())
+  {
+    const char* const from =
+      column.property < layout.cornerList
+        ? list - layout.listOffset + layout.offsets[column.property]
+        : afterList + layout.offsets[column.property] - layout.offsets[layout.cornerList + 1];
+    WithPlyType(column.type,
+      [&]<class T>() { CopyColumn<T>(from, 0, 1, arrays.PlaceOf(column.property), 0); });
+  }
+}
+
+template <bool Swap>
+Status BinaryBody<Swap>::ReadFace(
+  const PlyPlace& place, std::size_t list, PlyFaceSink& sink, PlyArraySink& arrays)
+{
+  const std::size_t before = sink.GetTriangles().size();
+  if (Status skipped = this->KeepOrSkip(place, 0, list, arrays); !skipped)
   {
     return skipped;
   }
@@ -465,12 +581,17 @@ Status BinaryBody<Swap>::ReadFace(const PlyPlace& place, std::size_t list, PlyFa
   {
     return place.TooFewCorners(sink);
   }
-  return this->SkipProperties(place, list + 1, place.element.properties.size());
+  if (Status skipped = this->KeepOrSkip(place, list + 1, place.element.properties.size(), arrays);
+      !skipped)
+  {
+    return skipped;
+  }
+  return arrays.Append(sink.GetTriangles().size() - before) ? Status{} : place.RepeatsTooMuch();
 }
 
 template <bool Swap>
 Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
-  std::uint64_t count, PlyFaceSink& sink)
+  std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays)
 {
   const FaceLayout layout(element, list, sink);
   if (layout.applies)
@@ -481,7 +602,8 @@ Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, 
   {
     if (layout.applies)
     {
-      const Result<std::size_t> run = this->ReadFaceRun(layout, count - done, sink);
+      const Result<std::size_t> run =
+        this->ReadFaceRun(layout, PlyPlace{ element, first + done }, count - done, sink, arrays);
       if (!run)
       {
         return run.GetError();
@@ -492,7 +614,7 @@ Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, 
         continue;
       }
     }
-    if (Status read = this->ReadFace(PlyPlace{ element, first + done }, list, sink); !read)
+    if (Status read = this->ReadFace(PlyPlace{ element, first + done }, list, sink, arrays); !read)
     {
       return read;
     }

@@ -62,4 +62,11 @@ Error PlyPlace::TooFewCorners(const PlyFaceSink& sink) const
     "a polygon needs at least 3 vertices, this one has " + std::to_string(sink.GetCorners()));
 }
 
+Error PlyPlace::RepeatsTooMuch() const
+{
+  return Error{ ErrorCode::LimitExceeded,
+    this->element.name + " " + std::to_string(this->record) +
+      ": its properties, repeated for each of its triangles, take more than the file warrants" };
+}
+
 }

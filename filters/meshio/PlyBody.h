@@ -6,6 +6,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/ByteSource.h"
+#include "filters/meshio/PlyArrays.h"
 #include "filters/meshio/PlyHeader.h"
 
 #include <array>
@@ -106,16 +107,16 @@ public:
   virtual Status SkipRecords(
     const PlyElement& element, std::uint64_t first, std::uint64_t count) = 0;
 
-  // Appends `count` points. `coordinates`: the numbers of the properties x, y, z, which are no
-  // lists.
+  // Appends `count` points and their arrays. `coordinates`: the numbers of the properties x, y, z,
+  // which are no lists.
   virtual Status ReadPoints(const PlyElement& element,
     const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
-    std::vector<Vec3>& points) = 0;
+    std::vector<Vec3>& points, PlyArraySink& arrays) = 0;
 
-  // Appends the triangles of `count` faces. `list`: the number of the property with the corners, a
-  // list of integers.
+  // Appends the triangles of `count` faces, and a face's arrays for each of them. `list`: the
+  // number of the property with the corners, a list of integers.
   virtual Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
-    std::uint64_t count, PlyFaceSink& sink) = 0;
+    std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays) = 0;
 };
 
 std::unique_ptr<PlyBody> MakePlyAsciiBody(ByteSource& source);
@@ -135,6 +136,7 @@ struct PlyPlace
   // byte: where the first value of the list should be.
   Error ListPastEnd(const PlyProperty& property, std::int64_t count, std::uint64_t byte) const;
   Error TooFewCorners(const PlyFaceSink& sink) const;
+  Error RepeatsTooMuch() const;
 };
 
 }

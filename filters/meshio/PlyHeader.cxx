@@ -40,11 +40,12 @@ std::optional<PlyType> FindType(std::string_view name)
   return found == typeNames.end() ? std::nullopt : std::optional(found->type);
 }
 
-// Names go into messages and lists of names as they are.
+// Names go into messages and lists of names as they are. Those of arrays may be escaped
+// (PlyArrays).
 bool IsGoodName(std::string_view name)
 {
-  return name.size() <= 256 && std::none_of(name.begin(), name.end(),
-                                 [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
+  return name.size() <= 1024 && std::none_of(name.begin(), name.end(),
+                                  [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
 }
 
 std::vector<std::string_view> SplitWords(std::string_view line)
@@ -106,6 +107,10 @@ public:
   Status AddLine(const std::vector<std::string_view>& words, std::size_t lineNumber)
   {
     this->Line = lineNumber;
+    if (words.size() > 2 && words[0] == "comment" && words[1] == "TextureFile")
+    {
+      this->Header.textures.push_back(QuotedText(words[2]));
+    }
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info")
     {
       return {};

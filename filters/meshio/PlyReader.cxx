@@ -13,6 +13,8 @@ namespace
 {
 
 constexpr std::uint64_t mostVertices = noVertex - 1;
+// Bytes of repeated face attributes for each byte of the file.
+constexpr std::uint64_t mostRepeated = 16;
 
 // Number of the list with the corners, or properties.size().
 std::size_t FindCorners(const PlyElement& element)
@@ -72,6 +74,7 @@ Status PlyReader::UnderstandHeader()
       return understood;
     }
   }
+  this->FindAttributes();
   this->ListIgnoredAttributes();
   return {};
 }
@@ -138,32 +141,118 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
   return {};
 }
 
+// Point arrays, then cell arrays; marks every property of which something is made.
+void PlyReader::FindAttributes()
+{
+  for (const PlyElement& element : this->Header.elements)
+  {
+    this->Read.emplace_back(element.properties.size(), false);
+  }
+  const PlyElement& vertices = this->Header.elements[this->VertexElement];
+  const std::vector<PlyArray> arrays =
+    FindPlyArrays(vertices, AttributeAssociation::Point, this->Coordinates, mostAttributes);
+  this->VertexArrays = PlyArraySink(vertices, arrays);
+  this->PointArrays = arrays.size();
+  std::vector<bool>& read = this->Read[this->VertexElement];
+  for (const std::size_t p : this->Coordinates)
+  {
+    read[p] = true;
+  }
+  for (const PlyArray& array : arrays)
+  {
+    this->FileInfo.attributes.push_back(array.info);
+    for (const std::size_t p : array.properties)
+    {
+      read[p] = true;
+    }
+  }
+  this->FindFaceAttributes();
+}
+
+// The arrays that every element with faces has, in the order of the first element: a triangle
+// without a value could not be told from one with it.
+void PlyReader::FindFaceAttributes()
+{
+  std::vector<std::vector<PlyArray>> ofElement;
+  for (const FaceElement& faces : this->Faces)
+  {
+    this->Read[faces.element][faces.list] = true;
+    ofElement.push_back(FindPlyArrays(this->Header.elements[faces.element],
+      AttributeAssociation::Cell, std::array{ faces.list }, mostAttributes - this->PointArrays));
+  }
+  std::vector<AttributeInfo> common;
+  for (std::size_t k = 0; !ofElement.empty() && k < ofElement[0].size(); ++k)
+  {
+    const AttributeInfo& info = ofElement[0][k].info;
+    const bool everywhere = std::all_of(ofElement.begin(), ofElement.end(),
+      [&](const std::vector<PlyArray>& arrays)
+      {
+        return std::any_of(
+          arrays.begin(), arrays.end(), [&](const PlyArray& array) { return array.info == info; });
+      });
+    if (everywhere)
+    {
+      common.push_back(info);
+    }
+  }
+  for (std::size_t i = 0; i < this->Faces.size(); ++i)
+  {
+    FaceElement& faces = this->Faces[i];
+    std::vector<PlyArray> arrays;
+    for (const AttributeInfo& info : common)
+    {
+      arrays.push_back(*std::find_if(ofElement[i].begin(), ofElement[i].end(),
+        [&](const PlyArray& array) { return array.info == info; }));
+      for (const std::size_t p : arrays.back().properties)
+      {
+        this->Read[faces.element][p] = true;
+      }
+    }
+    faces.arrays = PlyArraySink(this->Header.elements[faces.element], arrays);
+  }
+  this->FileInfo.attributes.insert(this->FileInfo.attributes.end(), common.begin(), common.end());
+}
+
 void PlyReader::ListIgnoredAttributes()
 {
+  std::vector<std::string>& ignored = this->FileInfo.ignoredAttributes;
   for (std::size_t i = 0; i < this->Header.elements.size(); ++i)
   {
     const PlyElement& element = this->Header.elements[i];
-    const auto faces = std::find_if(this->Faces.begin(), this->Faces.end(),
-      [i](const FaceElement& known) { return known.element == i; });
-    const bool isVertices = i == this->VertexElement;
+    const bool known =
+      i == this->VertexElement || std::any_of(this->Faces.begin(), this->Faces.end(),
+                                    [i](const FaceElement& faces) { return faces.element == i; });
     if (element.count == 0)
     {
       continue;
     }
-    if (!isVertices && faces == this->Faces.end())
+    if (!known)
     {
-      this->FileInfo.ignoredAttributes.push_back(element.name);
+      ignored.push_back(element.name);
       continue;
     }
     for (std::size_t p = 0; p < element.properties.size(); ++p)
     {
-      const bool read = isVertices ? std::find(this->Coordinates.begin(), this->Coordinates.end(),
-                                       p) != this->Coordinates.end()
-                                   : faces->list == p;
-      if (!read)
+      if (!this->Read[i][p])
       {
-        this->FileInfo.ignoredAttributes.push_back(element.name + "." + element.properties[p].name);
+        ignored.push_back(element.name + "." + element.properties[p].name);
       }
+    }
+  }
+  for (const std::string& texture : this->Header.textures)
+  {
+    ignored.push_back("texture " + texture);
+  }
+}
+
+void PlyReader::Prepare(Mesh& mesh) const
+{
+  mesh.scalarType = this->FileInfo.scalarType;
+  if (mesh.attributes.empty())
+  {
+    for (const AttributeInfo& info : this->FileInfo.attributes)
+    {
+      mesh.attributes.push_back({ info, {} });
     }
   }
 }
@@ -217,18 +306,21 @@ Result<std::size_t> PlyReader::Remember(Result<std::size_t> result)
   return result;
 }
 
-Result<std::size_t> PlyReader::ReadVertices(std::vector<Vec3>& points, std::size_t limit)
+Result<std::size_t> PlyReader::ReadVertices(Mesh& mesh, std::size_t limit)
 {
-  return this->Failure ? *this->Failure : this->Remember(this->ReadSomeVertices(points, limit));
+  return this->Failure ? *this->Failure : this->Remember(this->ReadSomeVertices(mesh, limit));
 }
 
-Result<std::size_t> PlyReader::ReadTriangles(std::vector<Triangle>& triangles, std::size_t limit)
+Result<std::size_t> PlyReader::ReadTriangles(Mesh& mesh, std::size_t limit)
 {
-  return this->Failure ? *this->Failure : this->Remember(this->ReadSomeTriangles(triangles, limit));
+  return this->Failure ? *this->Failure : this->Remember(this->ReadSomeTriangles(mesh, limit));
 }
 
-Result<std::size_t> PlyReader::ReadSomeVertices(std::vector<Vec3>& points, std::size_t limit)
+Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
 {
+  this->Prepare(mesh);
+  this->VertexArrays.Start(
+    std::span(mesh.attributes).first(this->PointArrays), mostRepeated * this->Source.Size());
   const std::uint64_t number =
     std::min<std::uint64_t>(limit, this->FileInfo.vertices - this->VerticesRead);
   if (number == 0)
@@ -240,8 +332,8 @@ Result<std::size_t> PlyReader::ReadSomeVertices(std::vector<Vec3>& points, std::
     return moved.GetError();
   }
   const PlyElement& element = this->Header.elements[this->VertexElement];
-  if (Status read =
-        this->Body->ReadPoints(element, this->Coordinates, this->VerticesRead, number, points);
+  if (Status read = this->Body->ReadPoints(
+        element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays);
       !read)
   {
     return read.GetError();
@@ -251,13 +343,13 @@ Result<std::size_t> PlyReader::ReadSomeVertices(std::vector<Vec3>& points, std::
   return static_cast<std::size_t>(number);
 }
 
-Result<std::size_t> PlyReader::ReadSomeTriangles(
-  std::vector<Triangle>& triangles, std::size_t limit)
+Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
 {
+  this->Prepare(mesh);
   std::uint64_t done = 0;
   while (done < limit && this->FaceElementsDone < this->Faces.size())
   {
-    const FaceElement& faces = this->Faces[this->FaceElementsDone];
+    FaceElement& faces = this->Faces[this->FaceElementsDone];
     const PlyElement& element = this->Header.elements[faces.element];
     if (this->FacesRead == element.count)
     {
@@ -271,8 +363,11 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(
     {
       return moved.GetError();
     }
-    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, triangles);
-    if (Status read = this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink);
+    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles);
+    faces.arrays.Start(
+      std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
+    if (Status read =
+          this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays);
         !read)
     {
       return read.GetError();

@@ -14,14 +14,16 @@ namespace kdstream
 // ASCII and binary PLY of either byte order, version 1.0. Elements may come in any order and
 // properties too; the vertices are always read first, so that a file with its faces before its
 // vertices is gone through twice. Read: element "vertex" (x, y, z of any scalar type), "face" and
-// "tristrips" (the list "vertex_indices" or "vertex_index", of any integer types). Everything else
-// is skipped, and named in Info().ignoredAttributes. Coordinates: if x, y and z all are float or
+// "tristrips" (the list "vertex_indices" or "vertex_index", of any integer types), and the other
+// scalar properties of these as attributes (PlyArrays.h says under which names): at most 255, of
+// faces those that every element with faces has. Everything else is skipped, and named in
+// Info().ignoredAttributes. Coordinates: if x, y and z all are float or
 // integers of at most 16 bits, which floats hold exactly, the scalar type is Float32, else Float64.
 // ASCII values are rounded once, to the type that the header gives them. Strips of fewer than three
 // vertices hold no triangle and are passed over; polygons of fewer are an error. Memory: one block
 // of the file, and what is appended to the caller's vectors, which grow with the bytes that were
 // read, never with what the header or a list claims. One face can have as many triangles as the
-// file has bytes.
+// file has bytes; its attributes, repeated for each, may take 16 times the file's bytes.
 class PlyReader : public MeshReader
 {
 public:
@@ -31,8 +33,8 @@ public:
 
   const MeshFileInfo& Info() const override { return this->FileInfo; }
   // After an error, every further call gives the same error.
-  Result<std::size_t> ReadVertices(std::vector<Vec3>& points, std::size_t limit) override;
-  Result<std::size_t> ReadTriangles(std::vector<Triangle>& triangles, std::size_t limit) override;
+  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override;
+  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
   std::uint64_t FileSize() const override { return this->Source.Size(); }
   std::uint64_t Position() const override { return this->Source.Position(); }
 
@@ -43,6 +45,7 @@ private:
     std::size_t element = 0;
     std::size_t list = 0;
     PlyFaceSink::Kind kind = PlyFaceSink::Kind::Polygon;
+    PlyArraySink arrays{};
   };
 
   PlyReader(ByteSource source, PlyHeader header);
@@ -50,12 +53,15 @@ private:
   Status UnderstandHeader();
   Status UnderstandVertices();
   Status UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind);
+  void FindAttributes();
+  void FindFaceAttributes();
   void ListIgnoredAttributes();
+  void Prepare(Mesh& mesh) const;
 
   Status MoveTo(std::size_t element, std::uint64_t record);
   Status SkipToRecord(std::uint64_t record);
-  Result<std::size_t> ReadSomeVertices(std::vector<Vec3>& points, std::size_t limit);
-  Result<std::size_t> ReadSomeTriangles(std::vector<Triangle>& triangles, std::size_t limit);
+  Result<std::size_t> ReadSomeVertices(Mesh& mesh, std::size_t limit);
+  Result<std::size_t> ReadSomeTriangles(Mesh& mesh, std::size_t limit);
   Result<std::size_t> Remember(Result<std::size_t> result);
 
   ByteSource Source;
@@ -65,6 +71,9 @@ private:
 
   std::size_t VertexElement = 0;
   std::array<std::size_t, 3> Coordinates{}; // numbers of the properties x, y, z
+  std::vector<std::vector<bool>> Read;      // [element][property]: whether anything is made of it
+  PlyArraySink VertexArrays;
+  std::size_t PointArrays = 0; // the first of Info().attributes
   std::vector<FaceElement> Faces;
 
   // Where the source stands, and where every element begins that has been reached.

@@ -92,6 +92,14 @@ public:
     return this->Bytes;
   }
 
+  // One value alone.
+  std::string EmitOne(const std::string& type, double value)
+  {
+    this->Bytes.clear();
+    this->EmitValue(type, value);
+    return this->Bytes;
+  }
+
 private:
   void EmitHeader(const std::vector<EmitElement>& elements)
   {

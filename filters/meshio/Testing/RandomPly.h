@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <utility>
 
@@ -20,6 +21,7 @@ struct RandomPly
   std::vector<Triangle> triangles;
   std::uint64_t faces = 0;
   ScalarType scalarType = ScalarType::Float32;
+  std::vector<Attribute> attributes;
   std::vector<std::string> ignored;
 };
 
@@ -90,7 +92,8 @@ public:
   }
 
 private:
-  static constexpr const char* extraNames[] = { "red", "nx", "quality", "flags", "texcoord" };
+  static constexpr const char* extraNames[] = { "red", "nx", "quality", "flags", "texcoord",
+    "wide_0", "wide_1", "wide_2", "one_0", "a%20b", "%0a" };
 
   std::string AnyType()
   {
@@ -154,6 +157,29 @@ private:
           { name, this->AnyType(), list ? this->PickOf({ "uchar", "int", "uint16" }) : "" });
       }
     }
+    // Groups, sometimes with a property of another type or without one.
+    for (const auto& [names, types] : { std::pair{ std::vector<std::string>{ "nx", "ny", "nz" },
+                                          std::vector<std::string>{ "float", "double" } },
+           std::pair{ std::vector<std::string>{ "red", "green", "blue", "alpha" },
+             std::vector<std::string>{ "uchar", "float" } },
+           std::pair{ std::vector<std::string>{ "u", "v" },
+             std::vector<std::string>{ "float", "double", "short" } } })
+    {
+      const std::string type = this->PickOf(types);
+      if (this->Plain || this->Chance(0.6))
+      {
+        continue;
+      }
+      std::erase_if(extras, [&names = names](const EmitProperty& property)
+        { return std::find(names.begin(), names.end(), property.name) != names.end(); });
+      for (const std::string& name : names)
+      {
+        if (this->Chance(0.9))
+        {
+          extras.push_back({ name, this->Chance(0.95) ? type : this->AnyType(), "" });
+        }
+      }
+    }
     return extras;
   }
 
@@ -194,7 +220,7 @@ private:
       for (const EmitProperty& property : element.properties)
       {
         record.push_back(this->ExtraValues(property));
-        if (property.name.size() == 1)
+        if (IsCoordinate(property.name))
         {
           point[static_cast<std::size_t>(property.name[0] - 'x')] = record.back()[0];
         }
@@ -283,6 +309,7 @@ private:
   // Triangles in the order of the file, and the names of what is left out.
   void Describe(const std::vector<EmitElement>& elements)
   {
+    this->DescribeArrays(elements);
     for (const EmitElement& element : elements)
     {
       if (element.records.empty())
@@ -297,18 +324,211 @@ private:
         continue;
       }
       this->Ply.faces += vertices ? 0 : element.records.size();
+      for (std::size_t i = 0; vertices && i < element.records.size(); ++i)
+      {
+        this->ExpectTuples(element, i, 1);
+      }
       for (std::size_t p = 0; p < element.properties.size(); ++p)
       {
         const std::string& name = element.properties[p].name;
         const bool corners = !vertices && name.starts_with("vertex_ind");
-        if (!corners && !(vertices && name.size() == 1))
+        if (!corners && !(vertices && IsCoordinate(name)) && !this->IsKept(element, p))
         {
           this->Ply.ignored.push_back(element.name + "." + name);
         }
         for (std::size_t i = 0; corners && i < element.records.size(); ++i)
         {
+          const std::size_t before = this->Ply.triangles.size();
           strips ? this->ExpectStrips(element.records[i][p])
                  : this->ExpectPolygon(element.records[i][p]);
+          this->ExpectTuples(element, i, this->Ply.triangles.size() - before);
+        }
+      }
+    }
+  }
+
+  static bool IsCoordinate(const std::string& name)
+  {
+    return name == "x" || name == "y" || name == "z";
+  }
+
+  // What the reader must make of an element's properties.
+  struct Array
+  {
+    AttributeInfo info;
+    std::vector<std::size_t> properties;
+  };
+
+  static AttributeType TypeOfCode(char code)
+  {
+    const std::string codes = "bBhHiI..fd";
+    return static_cast<AttributeType>(codes.find(code));
+  }
+
+  static std::vector<Array> ArraysOf(const EmitElement& element)
+  {
+    const bool vertices = element.name == "vertex";
+    const auto association = vertices ? AttributeAssociation::Point : AttributeAssociation::Cell;
+    std::vector<bool> used;
+    for (const EmitProperty& property : element.properties)
+    {
+      used.push_back(!property.countType.empty() || (vertices && IsCoordinate(property.name)));
+    }
+    const auto find = [&](const std::string& name, const std::string& codes)
+    {
+      for (std::size_t p = 0; p < used.size(); ++p)
+      {
+        const EmitProperty& property = element.properties[p];
+        if (!used[p] && property.name == name &&
+            codes.find(EmitTypeCode(property.type)) != std::string::npos)
+        {
+          return p;
+        }
+      }
+      return used.size();
+    };
+    std::vector<Array> arrays;
+    const auto take = [&](const std::string& name, const std::vector<std::size_t>& properties)
+    {
+      for (const std::size_t p : properties)
+      {
+        used[p] = true;
+      }
+      if (name != "\n")
+      {
+        arrays.push_back({ { name, TypeOfCode(EmitTypeCode(element.properties[properties[0]].type)),
+                             association, static_cast<std::uint8_t>(properties.size()) },
+          properties });
+      }
+    };
+    const auto group =
+      [&](const std::string& name, const std::vector<std::string>& names, const std::string& codes)
+    {
+      for (const char code : codes)
+      {
+        std::vector<std::size_t> properties;
+        for (const std::string& each : names)
+        {
+          properties.push_back(find(each, std::string(1, code)));
+        }
+        if (std::find(properties.begin(), properties.end(), used.size()) == properties.end())
+        {
+          take(name, properties);
+        }
+      }
+    };
+    group("Normals", { "nx", "ny", "nz" }, "fd");
+    group("RGBA", { "red", "green", "blue", "alpha" }, "B");
+    group("RGB", { "red", "green", "blue" }, "B");
+    group("TCoords", { "u", "v" }, "fd");
+    for (std::size_t p = 0; p < used.size(); ++p)
+    {
+      if (used[p])
+      {
+        continue;
+      }
+      const std::string& name = element.properties[p].name;
+      std::vector<std::size_t> run{ p };
+      while (name == "wide_0" && p + run.size() < used.size() && !used[p + run.size()] &&
+             element.properties[p + run.size()].name == "wide_" + std::to_string(run.size()) &&
+             EmitTypeCode(element.properties[p + run.size()].type) ==
+               EmitTypeCode(element.properties[p].type))
+      {
+        run.push_back(p + run.size());
+      }
+      take(run.size() > 1 ? "wide" : name == "a%20b" ? "a b" : name == "%0a" ? "\n" : name, run);
+    }
+    std::sort(arrays.begin(), arrays.end(),
+      [](const Array& a, const Array& b) { return a.properties[0] < b.properties[0]; });
+    return arrays;
+  }
+
+  // Fills this->Kept, and the attributes without values.
+  void DescribeArrays(const std::vector<EmitElement>& elements)
+  {
+    this->Kept.clear();
+    const EmitElement* firstFaces = nullptr;
+    for (const EmitElement& element : elements)
+    {
+      if (element.name == "vertex")
+      {
+        this->Kept[element.name] = ArraysOf(element);
+        for (const Array& array : this->Kept[element.name])
+        {
+          this->Ply.attributes.push_back({ array.info, {} });
+        }
+      }
+      const bool faces = element.name == "face" || element.name == "tristrips";
+      if (faces && !element.records.empty())
+      {
+        this->Kept[element.name] = ArraysOf(element);
+        firstFaces = firstFaces ? firstFaces : &element;
+      }
+    }
+    if (!firstFaces)
+    {
+      return;
+    }
+    for (const Array& array : std::vector(this->Kept[firstFaces->name]))
+    {
+      const bool everywhere = std::all_of(this->Kept.begin(), this->Kept.end(),
+        [&](const auto& kept)
+        {
+          return kept.first == "vertex" ||
+                 std::any_of(kept.second.begin(), kept.second.end(),
+                   [&](const Array& other) { return other.info == array.info; });
+        });
+      if (everywhere)
+      {
+        this->Ply.attributes.push_back({ array.info, {} });
+      }
+    }
+    for (auto& [name, arrays] : this->Kept)
+    {
+      std::erase_if(arrays, [this](const Array& array) { return !this->Find(array.info); });
+    }
+  }
+
+  Attribute* Find(const AttributeInfo& info)
+  {
+    for (Attribute& attribute : this->Ply.attributes)
+    {
+      if (static_cast<const AttributeInfo&>(attribute) == info)
+      {
+        return &attribute;
+      }
+    }
+    return nullptr;
+  }
+
+  bool IsKept(const EmitElement& element, std::size_t property)
+  {
+    for (const Array& array : this->Kept[element.name])
+    {
+      for (const std::size_t p : array.properties)
+      {
+        if (p == property)
+        {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  void ExpectTuples(const EmitElement& element, std::size_t record, std::size_t times)
+  {
+    for (const Array& array : this->Kept[element.name])
+    {
+      Attribute& attribute = *this->Find(array.info);
+      for (std::size_t i = 0; i < times; ++i)
+      {
+        for (const std::size_t p : array.properties)
+        {
+          PlyEmitter emitter({ EmitEncoding::LittleEndian, "", "", false });
+          const std::string bytes =
+            emitter.EmitOne(element.properties[p].type, element.records[record][p][0]);
+          attribute.values.insert(attribute.values.end(), bytes.begin(), bytes.end());
         }
       }
     }
@@ -349,6 +569,7 @@ private:
   std::mt19937_64 Random;
   RandomPly Ply;
   bool Plain = false;
+  std::map<std::string, std::vector<Array>> Kept; // by element
 };
 
 }

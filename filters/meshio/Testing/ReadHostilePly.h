@@ -60,15 +60,14 @@ inline bool ReadHostilePly(const MemoryFile& file, std::size_t limit)
     return false;
   }
   MeshReader& reader = **opened;
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
+  Mesh mesh;
   std::uint64_t faces = 0;
   for (const bool vertices : { true, false })
   {
     for (std::size_t read = 1; read > 0;)
     {
       const Result<std::size_t> result =
-        vertices ? reader.ReadVertices(points, limit) : reader.ReadTriangles(triangles, limit);
+        vertices ? reader.ReadVertices(mesh, limit) : reader.ReadTriangles(mesh, limit);
       Require(reader.Position() <= reader.FileSize(), "the position lies in the file");
       if (!result)
       {
@@ -80,19 +79,29 @@ inline bool ReadHostilePly(const MemoryFile& file, std::size_t limit)
       faces += vertices ? 0 : read;
     }
   }
-  Require(points.size() == reader.Info().vertices, "all vertices come");
+  Require(mesh.points.size() == reader.Info().vertices, "all vertices come");
   Require(faces == reader.Info().faces, "all faces come");
-  for (const Vec3& point : points)
+  for (const Vec3& point : mesh.points)
   {
     Require(std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]),
       "coordinates are finite");
   }
-  for (const Triangle& triangle : triangles)
+  for (const Triangle& triangle : mesh.triangles)
   {
-    Require(
-      triangle[0] < points.size() && triangle[1] < points.size() && triangle[2] < points.size(),
+    Require(triangle[0] < mesh.points.size() && triangle[1] < mesh.points.size() &&
+              triangle[2] < mesh.points.size(),
       "indices are in range");
   }
+  const Status checked =
+    CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size());
+  Require(checked.HasValue(), "attributes have a tuple for each point or triangle");
+  for (std::size_t k = 0; k < reader.Info().attributes.size(); ++k)
+  {
+    const AttributeInfo& info = reader.Info().attributes[k];
+    Require(mesh.attributes.at(k).Info() == info, "attributes are those of the header");
+    Require(IsAttributeName(info.name), "attributes have names that are texts");
+  }
+  Require(mesh.attributes.size() == reader.Info().attributes.size(), "all attributes come");
   return true;
 }
 

@@ -14,13 +14,14 @@ TEST(MeshReader, ReadsPlyWhateverTheCaseOfItsEnding)
   {
     const auto file = folder.Write(name,
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-      "property float z\nproperty uchar red\nelement edge 1\nproperty int vertex1\nend_header\n1 2 "
-      "3 4\n0\n");
+      "property float z\nproperty list uchar int parts\nelement edge 1\nproperty int "
+      "vertex1\nend_header\n1 2 "
+      "3 0\n0\n");
     const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
     ASSERT_TRUE(reader) << name << ": " << reader.GetError().message;
     EXPECT_EQ((*reader)->Info().vertices, 1U);
     EXPECT_EQ(
-      (*reader)->Info().ignoredAttributes, (std::vector<std::string>{ "vertex.red", "edge" }));
+      (*reader)->Info().ignoredAttributes, (std::vector<std::string>{ "vertex.parts", "edge" }));
   }
 }
 

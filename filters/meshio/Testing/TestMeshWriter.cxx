@@ -113,9 +113,8 @@ TEST(MeshWriter, WritesPlyThatReadsBack)
     Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
     ASSERT_TRUE(reader) << reader.GetError().message;
     Mesh back;
-    back.scalarType = (*reader)->Info().scalarType;
-    ASSERT_TRUE((*reader)->ReadVertices(back.points, SIZE_MAX));
-    ASSERT_TRUE((*reader)->ReadTriangles(back.triangles, SIZE_MAX));
+    ASSERT_TRUE((*reader)->ReadVertices(back, SIZE_MAX));
+    ASSERT_TRUE((*reader)->ReadTriangles(back, SIZE_MAX));
     ExpectSame(back, mesh);
     EXPECT_EQ((*reader)->Position(), (*reader)->FileSize());
   }

@@ -133,7 +133,7 @@ TEST(PlyHeader, RefusesBadLinesByNumber)
     "header line 5: list 'y' is counted in float, not in integers");
   ExpectError(vertex + "property float \x1b[2J\n",
     "header line 5: the name '?[2J' is too long or holds control characters");
-  ExpectError(start + "element " + std::string(300, 'a') + " 1\n",
+  ExpectError(start + "element " + std::string(1100, 'a') + " 1\n",
     "header line 3: the name '" + std::string(40, 'a') +
       "…' is too long or holds control characters");
 }

@@ -22,8 +22,7 @@ constexpr std::size_t everything = std::numeric_limits<std::size_t>::max();
 struct Contents
 {
   MeshFileInfo info;
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
+  Mesh mesh;
   std::uint64_t faces = 0;
   Status status;
 };
@@ -45,21 +44,20 @@ Contents ReadAll(const std::filesystem::path& file, const std::function<std::siz
     for (;;)
     {
       const std::size_t limit = nextLimit();
-      const std::size_t before = contents.points.size();
-      const Result<std::size_t> read = vertices
-                                         ? (*reader)->ReadVertices(contents.points, limit)
-                                         : (*reader)->ReadTriangles(contents.triangles, limit);
+      const std::size_t before = contents.mesh.points.size();
+      const Result<std::size_t> read = vertices ? (*reader)->ReadVertices(contents.mesh, limit)
+                                                : (*reader)->ReadTriangles(contents.mesh, limit);
       if (!read)
       {
         contents.status = read.GetError();
-        const Result<std::size_t> again = (*reader)->ReadTriangles(contents.triangles, limit);
+        const Result<std::size_t> again = (*reader)->ReadTriangles(contents.mesh, limit);
         EXPECT_FALSE(again) << "an error stays";
         EXPECT_TRUE(again || again.GetError().message == read.GetError().message);
         return contents;
       }
       EXPECT_LE(*read, limit);
       EXPECT_LE((*reader)->Position(), (*reader)->FileSize());
-      EXPECT_TRUE(!vertices || contents.points.size() == before + *read);
+      EXPECT_TRUE(!vertices || contents.mesh.points.size() == before + *read);
       contents.faces += vertices ? 0 : *read;
       if (*read == 0)
       {
@@ -91,8 +89,15 @@ void ExpectReadBack(unsigned seed, std::uint64_t mostVertices, std::uint64_t mos
   EXPECT_EQ(read.faces, ply.faces);
   EXPECT_EQ(read.info.scalarType, ply.scalarType);
   EXPECT_EQ(read.info.ignoredAttributes, ply.ignored);
-  EXPECT_TRUE(SameBits(read.points, ply.points));
-  EXPECT_EQ(read.triangles, ply.triangles);
+  EXPECT_TRUE(SameBits(read.mesh.points, ply.points));
+  std::vector<AttributeInfo> expected;
+  for (const Attribute& attribute : ply.attributes)
+  {
+    expected.push_back(attribute.Info());
+  }
+  EXPECT_EQ(read.info.attributes, expected);
+  EXPECT_EQ(read.mesh.attributes, ply.attributes);
+  EXPECT_EQ(read.mesh.triangles, ply.triangles);
 }
 
 Contents ReadBytes(std::string_view bytes)
@@ -174,8 +179,8 @@ TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
               fourPoints + "11 0 1 2 3 3 -1 2 1 -1 0 3\n4 0 1 2 3\n3 3 3 1\n");
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_EQ(read.info.faces, 3U);
-  EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 3 }, { 2, 3, 3 },
-                              { 0, 1, 2 }, { 0, 2, 3 }, { 3, 3, 1 } }));
+  EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 3 }, { 2, 3, 3 },
+                                   { 0, 1, 2 }, { 0, 2, 3 }, { 3, 3, 1 } }));
 }
 
 TEST(PlyReader, ReadsAListLongerThanABlock)
@@ -197,8 +202,8 @@ TEST(PlyReader, ReadsAListLongerThanABlock)
     style.encoding = encoding;
     const Contents read = ReadBytes(PlyEmitter(style).Emit({ strip, vertices }));
     ASSERT_TRUE(read.status) << read.status.GetError().message;
-    EXPECT_EQ(read.points, (std::vector<Vec3>{ { 1, 2, 3 } }));
-    EXPECT_EQ(read.triangles.size(), 699998U);
+    EXPECT_EQ(read.mesh.points, (std::vector<Vec3>{ { 1, 2, 3 } }));
+    EXPECT_EQ(read.mesh.triangles.size(), 699998U);
   }
 }
 
@@ -225,8 +230,8 @@ TEST(PlyReader, ReadsARecordLargerThanABlock)
   style.encoding = EmitEncoding::BigEndian;
   const Contents read = ReadBytes(PlyEmitter(style).Emit({ vertices, faces }));
   ASSERT_TRUE(read.status) << read.status.GetError().message;
-  EXPECT_EQ(read.points, (std::vector<Vec3>{ { 0, 9999, 19999 }, { 0, 19998, 39998 } }));
-  EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 1, 0, 1 } }));
+  EXPECT_EQ(read.mesh.points, (std::vector<Vec3>{ { 0, 9999, 19999 }, { 0, 19998, 39998 } }));
+  EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 1, 0, 1 } }));
 }
 
 TEST(PlyReader, RoundsTextOnceToTheTypeOfTheProperty)
@@ -242,9 +247,9 @@ TEST(PlyReader, RoundsTextOnceToTheTypeOfTheProperty)
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_EQ(read.info.scalarType, ScalarType::Float64);
   const double above = 1.00000011920928955078125;
-  EXPECT_EQ(read.points[0], (Vec3{ above, 1.000000059604644775390625, -32768 }));
-  EXPECT_TRUE(SameBits({ read.points[1] }, { { 0, -0.0, 7 } }));
-  EXPECT_EQ(read.points[2],
+  EXPECT_EQ(read.mesh.points[0], (Vec3{ above, 1.000000059604644775390625, -32768 }));
+  EXPECT_TRUE(SameBits({ read.mesh.points[1] }, { { 0, -0.0, 7 } }));
+  EXPECT_EQ(read.mesh.points[2],
     (Vec3{ -static_cast<double>(std::numeric_limits<float>::denorm_min()), 0.5, 0 }));
 }
 
@@ -261,7 +266,7 @@ TEST(PlyReader, ReadsTheSameInEveryLocale)
   std::setlocale(LC_NUMERIC, "C");
   std::locale::global(before);
   ASSERT_TRUE(read.status) << read.status.GetError().message;
-  EXPECT_EQ(read.points[0], (Vec3{ 0.5, 1.5, 2.5 }));
+  EXPECT_EQ(read.mesh.points[0], (Vec3{ 0.5, 1.5, 2.5 }));
 }
 
 TEST(PlyReader, ReadsRecordsOverSeveralLinesAndWithoutALastLineEnd)
@@ -269,8 +274,8 @@ TEST(PlyReader, ReadsRecordsOverSeveralLinesAndWithoutALastLineEnd)
   const Contents read =
     ReadBytes(asciiVertices + "end_header\n\n0 0\n 0\n1\n0\n0\n\n\n 0 1 0 \r\n0 0 1");
   ASSERT_TRUE(read.status) << read.status.GetError().message;
-  EXPECT_EQ(read.points.size(), 4U);
-  EXPECT_EQ(read.points[3], (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(read.mesh.points.size(), 4U);
+  EXPECT_EQ(read.mesh.points[3], (Vec3{ 0, 0, 1 }));
 }
 
 TEST(PlyReader, ReadsCloudsAndEmptyMeshes)
@@ -281,7 +286,7 @@ TEST(PlyReader, ReadsCloudsAndEmptyMeshes)
     ReadBytes("ply\nformat binary_big_endian 1.0\nelement vertex 0\n"
               "property float x\nproperty float y\nproperty float z\nend_header\n");
   ASSERT_TRUE(none.status);
-  EXPECT_TRUE(none.points.empty());
+  EXPECT_TRUE(none.mesh.points.empty());
 }
 
 TEST(PlyReader, GoesOnWhereItLeftOffWhateverTheCallsAre)
@@ -293,17 +298,16 @@ TEST(PlyReader, GoesOnWhereItLeftOffWhateverTheCallsAre)
     "3 0 1 2\n4 2 1 0 0\n0 0 0\n1 0 0\n2 0 0\n");
   Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
   ASSERT_TRUE(reader);
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
-  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 1), 1U);
-  EXPECT_EQ(*(*reader)->ReadVertices(points, 2), 2U);
-  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 0), 0U);
-  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 5), 1U);
-  EXPECT_EQ(*(*reader)->ReadVertices(points, 2), 1U);
-  EXPECT_EQ(*(*reader)->ReadVertices(points, 2), 0U);
-  EXPECT_EQ(*(*reader)->ReadTriangles(triangles, 5), 0U);
-  EXPECT_EQ(points, (std::vector<Vec3>{ { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 } }));
-  EXPECT_EQ(triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 }, { 2, 0, 0 } }));
+  Mesh mesh;
+  EXPECT_EQ(*(*reader)->ReadTriangles(mesh, 1), 1U);
+  EXPECT_EQ(*(*reader)->ReadVertices(mesh, 2), 2U);
+  EXPECT_EQ(*(*reader)->ReadTriangles(mesh, 0), 0U);
+  EXPECT_EQ(*(*reader)->ReadTriangles(mesh, 5), 1U);
+  EXPECT_EQ(*(*reader)->ReadVertices(mesh, 2), 1U);
+  EXPECT_EQ(*(*reader)->ReadVertices(mesh, 2), 0U);
+  EXPECT_EQ(*(*reader)->ReadTriangles(mesh, 5), 0U);
+  EXPECT_EQ(mesh.points, (std::vector<Vec3>{ { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 } }));
+  EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 }, { 2, 0, 0 } }));
 }
 
 TEST(PlyReader, NamesCoordinatesThatAreNotFinite)
@@ -512,8 +516,8 @@ TEST(PlyReader, TakesNoNegativeIndexForALargeOne)
     "negative.ply", head + "\3" + std::string(8, '\0') + std::string("\xf0\xff\xff\xff", 4));
   Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
   ASSERT_TRUE(reader);
-  std::vector<Triangle> triangles;
-  const Result<std::size_t> read = (*reader)->ReadTriangles(triangles, 1);
+  Mesh mesh;
+  const Result<std::size_t> read = (*reader)->ReadTriangles(mesh, 1);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.GetError().message, "face 0: index -16 out of range (4294967294 vertices)");
 }

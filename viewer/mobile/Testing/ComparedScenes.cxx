@@ -73,8 +73,8 @@ Result<Mesh> ReadDragon()
   {
     return reader.GetError();
   }
-  for (const auto& read : { (*reader)->ReadVertices(mesh.points, ~std::size_t{ 0 }),
-         (*reader)->ReadTriangles(mesh.triangles, ~std::size_t{ 0 }) })
+  for (const auto& read : { (*reader)->ReadVertices(mesh, ~std::size_t{ 0 }),
+         (*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }) })
   {
     if (!read)
     {

@@ -1,0 +1,422 @@
+// Which scalar properties of a PLY element make up which array: see PlyArrays.h.
+#include "filters/meshio/PlyArrays.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <set>
+#include <string_view>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t mostComponents = 255;
+
+AttributeType TypeOf(PlyType type)
+{
+  constexpr AttributeType types[] = { AttributeType::Int8, AttributeType::UInt8,
+    AttributeType::Int16, AttributeType::UInt16, AttributeType::Int32, AttributeType::UInt32,
+    AttributeType::Float32, AttributeType::Float64 };
+  return types[static_cast<std::size_t>(type)];
+}
+
+// The type of the properties that hold an array, and how many make up a component.
+struct PropertyKind
+{
+  PlyType type;
+  std::size_t number = 1;
+};
+
+PropertyKind KindOf(AttributeType type)
+{
+  switch (type)
+  {
+    case AttributeType::Int8:
+      return { PlyType::Int8 };
+    case AttributeType::UInt8:
+      return { PlyType::UInt8 };
+    case AttributeType::Int16:
+      return { PlyType::Int16 };
+    case AttributeType::UInt16:
+      return { PlyType::UInt16 };
+    case AttributeType::Int32:
+      return { PlyType::Int32 };
+    case AttributeType::UInt32:
+      return { PlyType::UInt32 };
+    case AttributeType::Int64:
+    case AttributeType::UInt64:
+      return { PlyType::UInt32, 2 };
+    case AttributeType::Float32:
+      return { PlyType::Float32 };
+    case AttributeType::Float64:
+      break;
+  }
+  return { PlyType::Float64 };
+}
+
+// Properties that are one array by convention. The last of four is optional.
+struct KnownGroup
+{
+  std::array<std::string_view, 4> properties;
+  std::size_t components;
+  bool color;
+  std::string_view name;
+};
+
+constexpr std::array<KnownGroup, 7> knownGroups{ {
+  { { "nx", "ny", "nz", "" }, 3, false, "Normals" },
+  { { "red", "green", "blue", "alpha" }, 3, true, "RGB" },
+  { { "diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha" }, 3, true, "RGB" },
+  { { "r", "g", "b", "a" }, 3, true, "RGB" },
+  { { "u", "v", "", "" }, 2, false, "TCoords" },
+  { { "s", "t", "", "" }, 2, false, "TCoords" },
+  { { "texture_u", "texture_v", "", "" }, 2, false, "TCoords" },
+} };
+
+std::optional<std::uint8_t> HexDigit(char c)
+{
+  std::uint8_t value = 0;
+  const auto parsed = std::from_chars(&c, &c + 1, value, 16);
+  return parsed.ec == std::errc() ? std::optional(value) : std::nullopt;
+}
+
+// %XX becomes a byte.
+std::string Unescape(std::string_view name)
+{
+  std::string plain;
+  for (std::size_t i = 0; i < name.size(); ++i)
+  {
+    const bool room = name[i] == '%' && i + 2 < name.size();
+    const auto high = room ? HexDigit(name[i + 1]) : std::nullopt;
+    const auto low = room ? HexDigit(name[i + 2]) : std::nullopt;
+    if (high && low)
+    {
+      plain += static_cast<char>(*high << 4 | *low);
+      i += 2;
+    }
+    else
+    {
+      plain += name[i];
+    }
+  }
+  return plain;
+}
+
+void AppendEscaped(std::string& text, char byte)
+{
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  const auto value = static_cast<unsigned char>(byte);
+  text += '%';
+  text += digits[value >> 4];
+  text += digits[value & 15U];
+}
+
+// The name of an array as properties have it; `guarded`: its first and last byte are escaped
+// whatever they are, so that it neither is nor ends in anything known.
+std::string Escape(std::string_view name, bool guarded)
+{
+  std::string text;
+  for (std::size_t i = 0; i < name.size(); ++i)
+  {
+    const char c = name[i];
+    const bool isEscape = c == '%' && Unescape(name.substr(i)) != name.substr(i);
+    if ((c >= 0 && c <= ' ') || c == 0x7F || isEscape ||
+        (guarded && (i == 0 || i + 1 == name.size())))
+    {
+      AppendEscaped(text, c);
+    }
+    else
+    {
+      text += c;
+    }
+  }
+  return text;
+}
+
+class ArrayFinder
+{
+public:
+  ArrayFinder(
+    const PlyElement& element, AttributeAssociation association, std::span<const std::size_t> taken)
+    : Element(element)
+    , Association(association)
+    , Used(element.properties.size(), false)
+  {
+    for (std::size_t p = 0; p < this->Used.size(); ++p)
+    {
+      this->Used[p] = element.properties[p].isList;
+    }
+    for (const std::size_t p : taken)
+    {
+      this->Used[p] = true;
+    }
+  }
+
+  std::vector<PlyArray> Find(std::size_t most)
+  {
+    for (const KnownGroup& group : knownGroups)
+    {
+      this->TakeGroup(group);
+    }
+    for (std::size_t p = 0; p < this->Used.size(); ++p)
+    {
+      if (!this->Used[p] && !this->TakeNumbered(p))
+      {
+        this->Take(Unescape(this->Element.properties[p].name), { p });
+      }
+    }
+    std::sort(this->Arrays.begin(), this->Arrays.end(),
+      [](const PlyArray& a, const PlyArray& b) { return a.properties[0] < b.properties[0]; });
+    this->Arrays.resize(std::min(most, this->Arrays.size()));
+    return std::move(this->Arrays);
+  }
+
+private:
+  // The property of that name and type, unless it is used.
+  std::optional<std::size_t> FindFree(std::string_view name, PlyType type) const
+  {
+    const std::size_t p = name.empty() ? this->Used.size() : this->Element.Find(name);
+    const bool found =
+      p < this->Used.size() && !this->Used[p] && this->Element.properties[p].type == type;
+    return found ? std::optional(p) : std::nullopt;
+  }
+
+  void TakeGroup(const KnownGroup& group)
+  {
+    const std::size_t first = this->Element.Find(group.properties[0]);
+    if (first == this->Used.size())
+    {
+      return;
+    }
+    const PlyType type = this->Element.properties[first].type;
+    if (group.color ? type != PlyType::UInt8 : IsInteger(type))
+    {
+      return;
+    }
+    std::vector<std::size_t> properties;
+    for (std::size_t k = 0; k < group.components; ++k)
+    {
+      const auto p = this->FindFree(group.properties[k], type);
+      if (!p)
+      {
+        return;
+      }
+      properties.push_back(*p);
+    }
+    const auto alpha = this->FindFree(group.properties[3], type);
+    if (alpha)
+    {
+      properties.push_back(*alpha);
+    }
+    // A second group is no colour, or no texture coordinate, beside the first.
+    const bool second = this->Names.contains(std::string(group.name)) ||
+                        (group.color && this->Names.contains("RGBA"));
+    if (!second)
+    {
+      this->Take(alpha ? "RGBA" : std::string(group.name), std::move(properties));
+    }
+  }
+
+  // NAME_0 NAME_1 …, from property p on.
+  bool TakeNumbered(std::size_t p)
+  {
+    const PlyProperty& first = this->Element.properties[p];
+    if (!first.name.ends_with("_0") || first.name.size() == 2)
+    {
+      return false;
+    }
+    const std::string base = first.name.substr(0, first.name.size() - 2);
+    std::vector<std::size_t> properties{ p };
+    for (std::size_t next = p + 1; next < this->Used.size() && !this->Used[next]; ++next)
+    {
+      const PlyProperty& property = this->Element.properties[next];
+      if (property.type != first.type || property.name != base + "_" + std::to_string(next - p))
+      {
+        break;
+      }
+      properties.push_back(next);
+    }
+    for (const auto& [ending, type] : { std::pair{ "_int64", AttributeType::Int64 },
+           std::pair{ "_uint64", AttributeType::UInt64 } })
+    {
+      const std::string_view end = ending;
+      if (first.type == PlyType::UInt32 && properties.size() % 2 == 0 && base.size() > end.size() &&
+          base.ends_with(end) && properties.size() / 2 <= mostComponents)
+      {
+        this->Take(Unescape(base.substr(0, base.size() - end.size())), std::move(properties), type);
+        return true;
+      }
+    }
+    if (properties.size() == 1 || properties.size() > mostComponents)
+    {
+      return false;
+    }
+    this->Take(Unescape(base), std::move(properties));
+    return true;
+  }
+
+  void Take(std::string name, std::vector<std::size_t> properties,
+    std::optional<AttributeType> wide = std::nullopt)
+  {
+    for (const std::size_t p : properties)
+    {
+      this->Used[p] = true;
+    }
+    if (!IsAttributeName(name) || !this->Names.insert(name).second)
+    {
+      return;
+    }
+    PlyArray array;
+    array.type = this->Element.properties[properties[0]].type;
+    array.info = { std::move(name), wide ? *wide : TypeOf(array.type), this->Association,
+      static_cast<std::uint8_t>(properties.size() / (wide ? 2 : 1)) };
+    array.properties = std::move(properties);
+    this->Arrays.push_back(std::move(array));
+  }
+
+  const PlyElement& Element;
+  AttributeAssociation Association;
+  std::vector<bool> Used;
+  std::set<std::string> Names;
+  std::vector<PlyArray> Arrays;
+};
+
+// The names of the properties of one array.
+std::vector<std::string> PropertyNames(const AttributeInfo& array, bool guarded)
+{
+  const PropertyKind kind = KindOf(array.type);
+  for (const KnownGroup& group : knownGroups)
+  {
+    const bool alpha = group.color && array.name == "RGBA" && array.components == 4;
+    const bool same = alpha || (array.name == group.name && array.components == group.components);
+    const bool type =
+      group.color ? kind.type == PlyType::UInt8 : kind.number == 1 && !IsInteger(kind.type);
+    if (!guarded && same && type)
+    {
+      return { group.properties.begin(), group.properties.begin() + array.components };
+    }
+  }
+  std::string base = Escape(array.name, guarded);
+  if (array.components == 1 && kind.number == 1)
+  {
+    return { base };
+  }
+  if (kind.number == 2)
+  {
+    base += array.type == AttributeType::Int64 ? "_int64" : "_uint64";
+  }
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < array.components * kind.number; ++k)
+  {
+    names.push_back(base + "_" + std::to_string(k));
+  }
+  return names;
+}
+
+}
+
+std::vector<PlyArray> FindPlyArrays(const PlyElement& element, AttributeAssociation association,
+  std::span<const std::size_t> taken, std::size_t most)
+{
+  return ArrayFinder(element, association, taken).Find(most);
+}
+
+void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& element)
+{
+  const std::size_t leading = element.properties.size();
+  std::vector<std::size_t> taken(leading);
+  for (std::size_t p = 0; p < leading; ++p)
+  {
+    taken[p] = p;
+  }
+  // An array whose properties would be read as something else gets guarded names. Guarding one can
+  // uncover another, so this goes on until all are read back; once all are guarded, they are.
+  std::vector<bool> guarded(arrays.size(), false);
+  for (bool again = true; again;)
+  {
+    again = false;
+    element.properties.resize(leading);
+    std::vector<std::size_t> begins;
+    std::set<std::string> names;
+    for (const PlyProperty& property : element.properties)
+    {
+      names.insert(property.name);
+    }
+    std::vector<bool> repeated(arrays.size(), false);
+    for (std::size_t k = 0; k < arrays.size(); ++k)
+    {
+      begins.push_back(element.properties.size());
+      for (const std::string& name : PropertyNames(*arrays[k], guarded[k]))
+      {
+        repeated[k] = !names.insert(name).second || repeated[k];
+        element.properties.push_back({ name, KindOf(arrays[k]->type).type });
+      }
+    }
+    begins.push_back(element.properties.size());
+    const std::vector<PlyArray> found = FindPlyArrays(element,
+      arrays.empty() ? AttributeAssociation::Point : arrays[0]->association, taken, arrays.size());
+    for (std::size_t k = 0; k < arrays.size(); ++k)
+    {
+      const auto back = std::find_if(found.begin(), found.end(),
+        [&](const PlyArray& array) { return array.properties[0] == begins[k]; });
+      const bool same = back != found.end() && back->info == arrays[k]->Info() &&
+                        back->properties.size() == begins[k + 1] - begins[k];
+      if (!guarded[k] && (repeated[k] || !same))
+      {
+        guarded[k] = again = true;
+      }
+    }
+  }
+}
+
+PlyArraySink::PlyArraySink(const PlyElement& element, const std::vector<PlyArray>& arrays)
+  : ColumnOf(element.properties.size(), none)
+{
+  std::size_t row = 0;
+  for (std::size_t k = 0; k < arrays.size(); ++k)
+  {
+    std::size_t tuple = 0;
+    for (const std::size_t p : arrays[k].properties)
+    {
+      this->ColumnOf[p] = this->ColumnList.size();
+      this->ColumnList.push_back({ p, k, tuple, row + tuple, arrays[k].type });
+      tuple += SizeOf(arrays[k].type);
+    }
+    this->Sizes.push_back(tuple);
+    row += tuple;
+  }
+  this->Row.resize(row);
+}
+
+bool PlyArraySink::Append(std::size_t times)
+{
+  this->Repeated += times > 1 ? (times - 1) * this->Row.size() : 0;
+  if (this->Repeated > this->MostRepeated)
+  {
+    return false;
+  }
+  const std::uint8_t* tuple = this->Row.data();
+  for (std::size_t k = 0; k < this->Sizes.size(); ++k)
+  {
+    std::vector<std::uint8_t>& values = this->Attributes[k].values;
+    for (std::size_t i = 0; i < times; ++i)
+    {
+      values.insert(values.end(), tuple, tuple + this->Sizes[k]);
+    }
+    tuple += this->Sizes[k];
+  }
+  return true;
+}
+
+std::uint8_t* PlyArraySink::Extend(std::size_t array, std::size_t count)
+{
+  std::vector<std::uint8_t>& values = this->Attributes[array].values;
+  const std::size_t before = values.size();
+  values.resize(before + count * this->Sizes[array]);
+  return values.data() + before;
+}
+
+}
