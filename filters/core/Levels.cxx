@@ -1,5 +1,6 @@
 #include "filters/core/Levels.h"
 
+#include "filters/core/CollapseLevels.h"
 #include "filters/core/LevelAttributes.h"
 
 namespace kdstream
@@ -10,7 +11,10 @@ Result<ClusterLevels> BuildLevels(const Mesh& mesh, const KdTree& tree,
   const Execution& execution)
 {
   Result<ClusterLevels> levels =
-    BuildClusterLevels(mesh.points, mesh.triangles, tree, partitionTriangles, options, execution);
+    options.maker == LevelMaker::Collapse
+      ? BuildCollapseLevels(mesh, tree, partitionTriangles, options, execution)
+      : BuildClusterLevels(
+          mesh.points, mesh.triangles, tree, partitionTriangles, options, execution);
   if (levels)
   {
     AddLevelAttributes(mesh, *levels);

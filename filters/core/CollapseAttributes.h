@@ -1,0 +1,36 @@
+// What colours and normals cost when clusters merge. For the makers of levels alone.
+#pragma once
+
+#include "filters/core/ClusterSum.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Types.h"
+
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// A value for each component of each cluster, in model units: see CollapsePart::attributes.
+struct CollapseAttributes
+{
+  std::size_t components = 0;
+  std::vector<float> values;
+};
+
+// The share of the model's diagonal that a full change of one colour component (from 0 to 1), or a
+// normal's turn by 60° (a difference of length 1), costs as a distance.
+inline constexpr double colorScale = 1.0 / 512;
+inline constexpr double normalScale = 1.0 / 4096;
+
+// The means of the mesh's colours and normals over the original vertices of each finest cluster.
+// Values that are not finite count as 0. Arrays of any other role have no part. O(n).
+CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,
+  std::span<const ClusterSum> clusters, double diagonal);
+
+// Those of the next coarser level: means weighted with the traces of the clusters' quadrics.
+// parents: for each cluster its parent, of which there are `count`.
+CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
+  std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count);
+
+}

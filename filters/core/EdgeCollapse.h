@@ -1,0 +1,140 @@
+// Quadric-error edge collapse of one part of a mesh, recorded merge by merge. For the makers of
+// levels alone.
+//
+// Source: Garland and Heckbert, "Surface simplification using quadric error metrics", 1997; the
+// link condition: Dey et al., "Topology preserving edge contraction", 1999. Ours: parts whose
+// border vertices are fixed, and the attributes' share of the cost.
+#pragma once
+
+#include "filters/core/Quadric.h"
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// What is collapsed. Positions are relative to the origin of the quadrics.
+struct CollapsePart
+{
+  std::vector<Vec3> positions;
+  std::vector<Quadric> quadrics; // of each vertex: its triangles', and its boundary edges'
+  // 1 = stays as it is, and other parts may hold more of its triangles: the vertices of a part's
+  // border. Empty = none.
+  std::vector<std::uint8_t> fixed;
+  std::vector<Triangle> triangles; // three different vertices each
+  // Values that merging vertices should agree in, `components` for each vertex, in model units: a
+  // difference of 1 costs as much as a distance of 1. Each counts with the trace of its quadric.
+  std::size_t components = 0;
+  std::vector<float> attributes;
+  Box bounds; // no vertex is moved out of it
+};
+
+// Vertex `from` has become part of `to`, which lies at `position` from now on.
+struct Merge
+{
+  // What the merge cost: area × squared distance. Of the merges so far the largest, so that the
+  // merges below a threshold are the first ones of a list.
+  double error;
+  VertexId from;
+  VertexId to;
+  Vec3 position;
+};
+
+// Merges the ends of edges, the cheapest edge first, of equal ones that of the lowest vertices.
+//
+// The vertex goes where the sum of both quadrics is least, or to the middle or an end where that is
+// better; an edge between the boundary and the rest goes to its end on the boundary. An edge is
+// left alone while its merge would turn the normal of a triangle by more than about 80°, would
+// change the topology (link condition), or would pinch the boundary; it is tried again when a
+// neighbour has changed, a bounded number of times. Boundary edges are those of a single triangle,
+// unless both ends are fixed. Any triangles will do: duplicates, folds and edges of many triangles
+// only keep their neighbourhood from collapsing.
+// Complexity: O(m log m) for m merges and edges; memory about 350 bytes a vertex. The same bits on
+// every machine.
+class EdgeCollapse
+{
+public:
+  static constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
+
+  explicit EdgeCollapse(CollapsePart part);
+
+  // Merges until at most `vertices` vertices and at most `triangles` triangles are left. Vertices
+  // that are fixed or touch no triangle do not count. False: no edge can collapse any more.
+  bool Run(std::size_t vertices, std::size_t triangles = any);
+  // Fixes a vertex from now on, though it may be on the boundary still.
+  void Fix(VertexId v) { this->Fixed[v] = 1; }
+
+  std::size_t VertexCount() const { return this->Vertices; }
+  std::size_t TriangleCount() const { return this->LiveTriangles; }
+  const std::vector<Merge>& Merges() const { return this->Record; }
+
+private:
+  using Corner = std::uint32_t; // 3 × triangle + place
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+  struct Candidate
+  {
+    double cost;
+    VertexId u, v; // u < v
+    std::uint32_t stamp;
+  };
+  // An edge that could not collapse, in the list of one of its ends.
+  struct Rejection
+  {
+    VertexId other;
+    std::uint32_t stamp;
+    std::uint32_t next;
+  };
+
+  static bool Later(const Candidate& a, const Candidate& b);
+  void LinkCorners();
+  void FindEdges();
+  bool Evaluate(VertexId u, VertexId v, double& cost, Vec3& position) const;
+  double AttributeCost(VertexId u, VertexId v) const;
+  void Push(VertexId u, VertexId v);
+  void CollectEdges(VertexId u);
+  bool KeepsTopology(VertexId u, VertexId v);
+  bool KeepsNormals(VertexId v, VertexId other, const Vec3& position) const;
+  bool ShareAnEdgeOpposite(VertexId u, VertexId v);
+  void Reject(const Candidate& edge);
+  void Collapse(VertexId u, VertexId v, const Vec3& position, double cost);
+  void MergeCorners(VertexId u, VertexId v);
+  void DropTriangle(std::uint32_t t);
+  void MergeAttributes(VertexId u, VertexId v);
+  void PushAround(VertexId u);
+  template <class Visit>
+  void ForEachTriangle(VertexId v, const Visit& visit) const;
+
+  std::vector<Vec3> Positions;
+  std::vector<Quadric> Quadrics;
+  std::vector<std::uint8_t> Fixed;
+  std::vector<Triangle> Triangles;
+  std::size_t Components;
+  std::vector<float> Attributes;
+  Box Bounds;
+
+  std::vector<std::uint8_t> DeadTriangle;
+  std::vector<Corner> FirstCorner; // of each vertex
+  std::vector<Corner> NextCorner;  // of each corner; corners of dead triangles are skipped
+  std::vector<std::uint32_t> Degree;
+  std::vector<std::uint8_t> Boundary;
+  std::vector<std::uint32_t> Stamp; // how often the vertex has changed
+  std::vector<std::uint32_t> FirstRejection;
+  std::vector<std::uint8_t> Retries;
+  std::vector<Rejection> Rejections;
+  std::vector<std::uint32_t> Mark;
+  std::uint32_t LastMark = 0;
+  std::vector<Candidate> Heap;
+  std::vector<Merge> Record;
+  std::vector<VertexId> Scratch;
+  double Largest = 0;
+  std::size_t Vertices = 0;
+  std::size_t LiveTriangles = 0;
+};
+
+}

@@ -1,0 +1,226 @@
+#include "filters/core/Merging.h"
+
+#include "filters/core/CellSheets.h"
+#include "filters/core/DisjointSets.h"
+#include "filters/core/Piece.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kdstream
+{
+
+Merging::Merging(const CollapseState& below, const TreeDepths& depths, unsigned depth)
+  : Below(below)
+  , Depths(depths)
+  , Depth(depth)
+  , NodeDepth(PieceDepth(Resolution::Level(depth), depths))
+  , Into(below.clusters.size())
+  , Positions(below.clusters.size())
+  , How(below.clusters.size(), Position::Kept)
+  , Lowest(below.level.lowest)
+  , Cell(below.cellOf)
+{
+  std::iota(this->Into.begin(), this->Into.end(), VertexId{ 0 });
+  this->FindTouched();
+}
+
+void Merging::Apply(std::span<const Merge> merges)
+{
+  for (std::size_t i = merges.size(); i-- > 0;) // backwards: where `to` has gone is known
+  {
+    const VertexId to = merges[i].to;
+    this->Into[merges[i].from] = this->Into[to];
+    if (this->Into[to] == to && this->How[to] == Position::Kept)
+    {
+      this->Positions[to] = merges[i].position;
+      this->How[to] = Position::Moved;
+    }
+  }
+  this->FindHomes();
+  this->FindTouched();
+}
+
+void Merging::FindHomes()
+{
+  std::fill(this->Lowest.begin(), this->Lowest.end(), noVertex);
+  for (std::size_t c = 0; c < this->Into.size(); ++c)
+  {
+    const VertexId to = this->Into[c];
+    if (this->Below.level.lowest[c] < this->Lowest[to])
+    {
+      this->Lowest[to] = this->Below.level.lowest[c];
+      this->Cell[to] = this->Below.cellOf[c];
+    }
+  }
+}
+
+void Merging::FindTouched()
+{
+  this->Touched.assign(this->Into.size(), 0);
+  for (const Triangle& t : this->Below.level.triangles)
+  {
+    const VertexId a = this->Into[t[0]], b = this->Into[t[1]], c = this->Into[t[2]];
+    if (a != b && b != c && c != a)
+    {
+      this->Touched[a] = this->Touched[b] = this->Touched[c] = 1;
+    }
+  }
+}
+
+// After grouping: what had merged into a cluster goes where that went.
+void Merging::Follow()
+{
+  for (VertexId& to : this->Into)
+  {
+    to = this->Into[to];
+  }
+  this->FindHomes();
+  this->FindTouched();
+}
+
+void Merging::Group(VertexId cluster, VertexId to)
+{
+  if (cluster != to)
+  {
+    this->Into[cluster] = to;
+    this->How[to] = Position::Grouped;
+  }
+}
+
+void Merging::SortByCell(std::vector<VertexId>& standing) const
+{
+  std::sort(standing.begin(), standing.end(),
+    [&](VertexId a, VertexId b)
+    {
+      const std::uint32_t cellOfA = this->CellOf(a), cellOfB = this->CellOf(b);
+      return cellOfA != cellOfB ? cellOfA < cellOfB : this->Lowest[a] < this->Lowest[b];
+    });
+}
+
+std::vector<VertexId> Merging::Standing() const
+{
+  std::vector<VertexId> standing;
+  for (VertexId c = 0; c < this->Into.size(); ++c)
+  {
+    if (this->Into[c] == c)
+    {
+      standing.push_back(c);
+    }
+  }
+  this->SortByCell(standing);
+  return standing;
+}
+
+// Calls visit(clusters) for each cell's of a sorted list.
+template <class Visit>
+void Merging::ForEachCell(std::span<const VertexId> sorted, const Visit& visit) const
+{
+  for (std::size_t begin = 0; begin < sorted.size();)
+  {
+    std::size_t end = begin;
+    while (end < sorted.size() && this->CellOf(sorted[end]) == this->CellOf(sorted[begin]))
+    {
+      ++end;
+    }
+    visit(sorted.subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+void Merging::GroupLoose()
+{
+  std::vector<VertexId> loose;
+  for (VertexId c = 0; c < this->Into.size(); ++c)
+  {
+    if (this->Into[c] == c && !this->Touched[c])
+    {
+      loose.push_back(c);
+    }
+  }
+  this->SortByCell(loose);
+  this->ForEachCell(loose,
+    [&](std::span<const VertexId> cell)
+    {
+      for (const VertexId c : cell)
+      {
+        this->Group(c, cell[0]);
+      }
+    });
+  this->Follow();
+}
+
+// Standing clusters that triangles link inside one cell, as a forest.
+std::vector<VertexId> Merging::Components() const
+{
+  std::vector<VertexId> parent(this->Into.size());
+  std::iota(parent.begin(), parent.end(), VertexId{ 0 });
+  for (const Triangle& t : this->Below.level.triangles)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId a = this->Into[t[k]], b = this->Into[t[(k + 1) % 3]];
+      if (this->CellOf(a) == this->CellOf(b))
+      {
+        Join(parent, a, b);
+      }
+    }
+  }
+  return parent;
+}
+
+void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
+{
+  std::vector<VertexId> parent = this->Components();
+  std::vector<Sheet> own(this->Into.size());
+  for (std::size_t c = 0; c < own.size(); ++c)
+  {
+    Sheet& sheet = own[this->Into[c]];
+    const ClusterSum& cluster = this->Below.clusters[c];
+    sheet.count += cluster.count;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      sheet.sum[k] += cluster.sum[k];
+    }
+    sheet.surface = this->Touched[this->Into[c]] != 0;
+  }
+  std::vector<VertexId> members = this->Standing();
+  std::erase_if(members, [&](VertexId c) { return full[this->NodeOf(c)] == 0; });
+  this->ForEachCell(members,
+    [&](std::span<const VertexId> cell)
+    {
+      std::vector<VertexId> first; // of each group
+      GroupCell(
+        cell, sheets, [&](VertexId c) { return FindRoot(parent, c); },
+        [&](VertexId c) { return own[c]; },
+        [&](VertexId c, std::size_t group)
+        {
+          if (group == first.size())
+          {
+            first.push_back(c);
+          }
+          this->Group(c, first[group]);
+        });
+    });
+  this->Follow();
+}
+
+std::vector<std::size_t> Merging::ExcessOfNodes() const
+{
+  std::vector<std::size_t> counts(this->NodeCount(), 0);
+  for (VertexId c = 0; c < this->Into.size(); ++c)
+  {
+    if (this->Into[c] == c)
+    {
+      ++counts[this->NodeOf(c)];
+    }
+  }
+  const std::size_t limit = mostSheets << (this->Depth - this->NodeDepth);
+  for (std::size_t& count : counts)
+  {
+    count -= std::min(count, limit);
+  }
+  return counts;
+}
+
+}

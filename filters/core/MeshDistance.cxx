@@ -1,0 +1,292 @@
+// Distances of meshes by samples: see MeshDistance.h.
+//   1. Sample both meshes: a triangle by its area, a place in it uniformly.
+//   2. A tree of boxes over each mesh's triangles (Boost.Geometry's R-tree).
+//   3. From each sample visit boxes nearest first until the next is farther than the nearest point.
+#include "filters/core/MeshDistance.h"
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/box.hpp>
+#include <boost/geometry/geometries/point.hpp>
+#include <boost/geometry/index/rtree.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+namespace geometry = boost::geometry;
+using TreePoint = geometry::model::point<double, 3, geometry::cs::cartesian>;
+using TreeBox = geometry::model::box<TreePoint>;
+using Entry = std::pair<TreeBox, std::uint32_t>; // of a triangle, or of a vertex
+
+constexpr std::size_t grain = 1024; // samples
+
+Vec3 Minus(const Vec3& a, const Vec3& b)
+{
+  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+}
+
+double Dot(const Vec3& a, const Vec3& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+double SquaredToSegment(const Vec3& p, const Vec3& a, const Vec3& b)
+{
+  const Vec3 edge = Minus(b, a), from = Minus(p, a);
+  const double squares = Dot(edge, edge);
+  const double t = squares > 0 ? std::clamp(Dot(from, edge) / squares, 0.0, 1.0) : 0;
+  const Vec3 d{ from[0] - t * edge[0], from[1] - t * edge[1], from[2] - t * edge[2] };
+  return Dot(d, d);
+}
+
+// Over the inside of the triangle the distance is that to its plane, elsewhere that to an edge.
+double SquaredToTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const Vec3 u = Minus(b, a), v = Minus(c, a), w = Minus(p, a);
+  const double uu = Dot(u, u), uv = Dot(u, v), vv = Dot(v, v);
+  const double determinant = uu * vv - uv * uv;
+  if (determinant > 0)
+  {
+    const double wu = Dot(w, u), wv = Dot(w, v);
+    const double s = (vv * wu - uv * wv) / determinant, t = (uu * wv - uv * wu) / determinant;
+    if (s >= 0 && t >= 0 && s + t <= 1)
+    {
+      const Vec3 d{ w[0] - s * u[0] - t * v[0], w[1] - s * u[1] - t * v[1],
+        w[2] - s * u[2] - t * v[2] };
+      return Dot(d, d);
+    }
+  }
+  return std::min(
+    { SquaredToSegment(p, a, b), SquaredToSegment(p, b, c), SquaredToSegment(p, c, a) });
+}
+
+Box BoxOf(const Mesh& mesh)
+{
+  Box box;
+  for (const Vec3& p : mesh.points)
+  {
+    box.Add(p);
+  }
+  return box;
+}
+
+// Numbers that look random: splitmix64 (Steele, Lea and Flood, 2014).
+class Random
+{
+public:
+  explicit Random(std::uint64_t seed)
+    : State(seed)
+  {
+  }
+  // Uniform in [0, 1).
+  double Next()
+  {
+    std::uint64_t x = this->State += 0x9e3779b97f4a7c15U;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
+    return double((x ^ (x >> 31)) >> 11) / double(std::uint64_t{ 1 } << 53);
+  }
+
+private:
+  std::uint64_t State;
+};
+
+std::vector<Vec3> SampleMesh(const Mesh& mesh, std::size_t count, std::uint64_t seed)
+{
+  std::vector<double> areaUpTo;
+  double area = 0;
+  for (const Triangle& t : mesh.triangles)
+  {
+    const Vec3 u = Minus(mesh.points[t[1]], mesh.points[t[0]]);
+    const Vec3 v = Minus(mesh.points[t[2]], mesh.points[t[0]]);
+    const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
+    area += std::sqrt(Dot(n, n)) / 2;
+    areaUpTo.push_back(area);
+  }
+  Random random(seed);
+  std::vector<Vec3> samples(count);
+  for (Vec3& sample : samples)
+  {
+    const double where = random.Next();
+    if (!(area > 0))
+    {
+      sample = mesh.points[static_cast<std::size_t>(where * double(mesh.points.size()))];
+      continue;
+    }
+    const auto found = std::upper_bound(areaUpTo.begin(), areaUpTo.end(), where * area);
+    const auto last = static_cast<std::ptrdiff_t>(areaUpTo.size()) - 1;
+    const Triangle& t =
+      mesh.triangles[static_cast<std::size_t>(std::min(found - areaUpTo.begin(), last))];
+    double s = random.Next(), r = random.Next();
+    if (s + r > 1) // the other half of the parallelogram
+    {
+      s = 1 - s;
+      r = 1 - r;
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      sample[k] =
+        mesh.points[t[0]][k] * (1 - s - r) + mesh.points[t[1]][k] * s + mesh.points[t[2]][k] * r;
+    }
+  }
+  return samples;
+}
+
+// Finds the distance to the nearest place of a mesh.
+class NearestPlace
+{
+public:
+  explicit NearestPlace(const Mesh& mesh)
+    : Target(mesh)
+  {
+    std::vector<Entry> entries;
+    const std::size_t count = mesh.triangles.empty() ? mesh.points.size() : mesh.triangles.size();
+    entries.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      Box box;
+      for (const VertexId v : this->Corners(i))
+      {
+        box.Add(mesh.points[v]);
+      }
+      entries.emplace_back(
+        TreeBox{ { box.lo[0], box.lo[1], box.lo[2] }, { box.hi[0], box.hi[1], box.hi[2] } },
+        static_cast<std::uint32_t>(i));
+    }
+    this->Tree = decltype(this->Tree)(entries);
+  }
+
+  double SquaredDistance(const Vec3& p) const
+  {
+    const TreePoint point(p[0], p[1], p[2]);
+    double nearest = std::numeric_limits<double>::infinity();
+    const auto all = static_cast<unsigned>(this->Tree.size());
+    for (auto entry = this->Tree.qbegin(geometry::index::nearest(point, all));
+         entry != this->Tree.qend(); ++entry)
+    {
+      if (geometry::comparable_distance(point, entry->first) > nearest)
+      {
+        break;
+      }
+      const Triangle t = this->Corners(entry->second);
+      const std::vector<Vec3>& at = this->Target.points;
+      nearest = std::min(nearest, SquaredToTriangle(p, at[t[0]], at[t[1]], at[t[2]]));
+    }
+    return nearest;
+  }
+
+private:
+  Triangle Corners(std::size_t i) const
+  {
+    const auto v = static_cast<VertexId>(i);
+    return this->Target.triangles.empty() ? Triangle{ v, v, v } : this->Target.triangles[i];
+  }
+
+  const Mesh& Target;
+  geometry::index::rtree<Entry, geometry::index::rstar<8>> Tree;
+};
+
+Status CheckMesh(const Mesh& mesh, const std::string& which)
+{
+  const auto refuse = [&](const std::string& what) {
+    return Error{ ErrorCode::InvalidArgument, "the " + which + " mesh " + what };
+  };
+  if (mesh.points.empty())
+  {
+    return refuse("has no vertices");
+  }
+  for (std::size_t v = 0; v < mesh.points.size(); ++v)
+  {
+    for (const double value : mesh.points[v])
+    {
+      if (!std::isfinite(value))
+      {
+        return refuse("has a coordinate that is not finite: vertex " + std::to_string(v));
+      }
+    }
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  {
+    for (const VertexId v : mesh.triangles[t])
+    {
+      if (v >= mesh.points.size())
+      {
+        return refuse("has a triangle with vertex " + std::to_string(v) + " of " +
+                      std::to_string(mesh.points.size()) + ": triangle " + std::to_string(t));
+      }
+    }
+  }
+  return {};
+}
+
+// The mean squared and the largest distance of samples of `from` to `to`.
+Status MeasureOneWay(const Mesh& from, const Mesh& to, const MeshDistanceOptions& options,
+  const Execution& execution, double progress, double& meanSquare, double& largest)
+{
+  const std::vector<Vec3> samples = SampleMesh(from, options.samples, options.seed);
+  const NearestPlace nearest(to);
+  std::vector<double> squares(samples.size());
+  execution.parallelFor(samples.size(), grain,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        squares[i] = nearest.SquaredDistance(samples[i]);
+      }
+    });
+  double sum = 0;
+  largest = 0;
+  for (const double square : squares)
+  {
+    sum += square;
+    largest = std::max(largest, square);
+  }
+  meanSquare = sum / double(samples.size());
+  return execution.Report("distance", progress);
+}
+
+}
+
+Result<MeshDistance> MeasureDistance(const Mesh& reference, const Mesh& other,
+  const MeshDistanceOptions& options, const Execution& execution)
+{
+  if (options.samples == 0)
+  {
+    return Error{ ErrorCode::InvalidArgument, "0 samples: at least 1 is needed" };
+  }
+  for (const auto& [mesh, which] :
+    { std::pair(&reference, "reference"), std::pair(&other, "other") })
+  {
+    if (Status status = CheckMesh(*mesh, which); !status)
+    {
+      return status.GetError();
+    }
+  }
+  double forward = 0, backward = 0, farthest = 0, farthestBack = 0;
+  if (Status status = MeasureOneWay(reference, other, options, execution, 0.5, forward, farthest);
+      !status)
+  {
+    return status.GetError();
+  }
+  if (Status status =
+        MeasureOneWay(other, reference, options, execution, 1, backward, farthestBack);
+      !status)
+  {
+    return status.GetError();
+  }
+  const Box box = BoxOf(reference);
+  const Vec3 size = Minus(box.hi, box.lo);
+  return MeshDistance{ std::sqrt(forward), std::sqrt(backward),
+    std::sqrt(std::max(farthest, farthestBack)), std::sqrt(Dot(size, size)) };
+}
+
+}
