@@ -1,4 +1,5 @@
 // kdstream-build: a mesh file in, a store out. The contract is CLI.md.
+#include "filters/app/ConvertedInput.h"
 #include "filters/app/Program.h"
 #include "filters/app/StoreJson.h"
 #include "filters/app/TbbExecution.h"
@@ -7,6 +8,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <iostream>
 #include <thread>
@@ -21,14 +23,17 @@ constexpr const char* description = "Cuts a mesh into uniform k-d partitions and
                                     "simplified meshes, and writes them to a store\n"
                                     "that kdstream-serve streams from.\n\n"
                                     "INPUT is a .ply file (ascii, little or big endian; polygons "
-                                    "and strips are triangulated). A file without\n"
-                                    "faces is a point cloud.\n\n"
+                                    "and strips are triangulated), or a .stl, .obj,\n"
+                                    ".vtp, .vtk, .wrl, .glb, .gltf, .pcd or .xyz file. Those are "
+                                    "read whole by kdstream-convert, a process of its\n"
+                                    "own with memory of its own; its --help tells what is read of "
+                                    "them. A file without faces is a point cloud.\n\n"
                                     "Example: kdstream-build dragon.ply -o dragon.kds --title "
                                     "\"Stanford dragon\" --stats dragon.json";
 
 struct CommandLine
 {
-  std::string input, output, stats;
+  std::string input, output, stats, reconstruct;
   BuildOptions build;
   std::uint32_t partitions = 0;
   std::string partitioner = "kdtree", maker = "cluster", representative = "quadric", sheets = "on",
@@ -92,6 +97,11 @@ void AddOptions(CLI::App& app, CommandLine& line)
   CheckText(app.add_option("--credit", line.build.credit, "shown by the viewers"));
   CheckText(app.add_option("--license", line.build.license, "shown by the viewers"));
   CheckText(app.add_option("--unit", line.build.unit, "of the coordinates, shown by the viewers"));
+  app
+    .add_option("--reconstruct", line.reconstruct,
+      "make a surface of a point cloud first: greedy (joins the points) or poisson (a closed "
+      "surface near them)")
+    ->check(CLI::IsMember({ "greedy", "poisson" }));
   app.add_option("--stats", line.stats, "file for statistics (JSON)")->type_name("FILE");
   app.add_flag("--quiet", line.quiet, "no progress");
 }
@@ -165,6 +175,42 @@ Json StatsOf(const CommandLine& line, const BuildReport& report)
   return stats;
 }
 
+// Builds from the input itself, or from what kdstream-convert makes of it.
+Result<BuildReport> BuildFrom(CommandLine& line, const std::filesystem::path& store,
+  const Execution& execution, std::vector<std::string>& warnings)
+{
+  if (line.reconstruct.empty() && !NeedsConversion(line.input))
+  {
+    return BuildStore(std::filesystem::path(line.input), store, line.build, execution);
+  }
+  std::vector<std::string> arguments;
+  if (!line.reconstruct.empty())
+  {
+    arguments = { "--reconstruct", line.reconstruct };
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
+  const Result<ConvertedInput> converted =
+    ConvertedInput::Make(line.input, folder, arguments, execution);
+  if (!converted)
+  {
+    return converted.GetError();
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  warnings = converted->Warnings();
+  line.build.inputName = std::filesystem::path(line.input).filename().string();
+  Result<BuildReport> report = BuildStore(converted->File(), store, line.build, execution);
+  if (report)
+  {
+    report->seconds.emplace_back("convert", seconds.count());
+    for (auto& [step, time] : report->seconds)
+    {
+      time += step == "total" ? seconds.count() : 0;
+    }
+  }
+  return report;
+}
+
 int Build(const CLI::App& app, CommandLine& line)
 {
   const std::string program = app.get_name();
@@ -192,14 +238,19 @@ int Build(const CLI::App& app, CommandLine& line)
     }
   }
   CatchInterrupts();
+  std::vector<std::string> warnings;
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet);
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
-    report = BuildStore(std::filesystem::path(line.input), *store, line.build, execution);
+    report = BuildFrom(line, *store, execution, warnings);
   }
   ReleaseInterrupts();
+  for (const std::string& warning : warnings)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
   if (!report)
   {
     const bool output = report.GetError().code == ErrorCode::InputOutput;

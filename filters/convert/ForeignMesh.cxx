@@ -114,9 +114,14 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file, const Exe
       "the ending '" + ending + "' names no known mesh format" };
   }
   // Says what is not there, or is a folder, in our words.
-  if (Result<ByteSource> source = ByteSource::Open(file); !source)
+  const Result<ByteSource> source = ByteSource::Open(file);
+  if (!source)
   {
     return source.GetError();
+  }
+  if (source->Size() == 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "is empty" };
   }
   Result<ForeignMesh> result = read(file, execution);
   if (!result)

@@ -3,6 +3,7 @@
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
+#include "filters/meshio/ByteSource.h"
 
 #include <vtkActor.h>
 #include <vtkActorCollection.h>
@@ -72,6 +73,27 @@ void RemoveAttributes(Mesh& mesh, const std::vector<std::string>& names)
 }
 
 // --- VRML ----------------------------------------------------------------------------------------
+
+Status CheckVrmlHeader(const std::filesystem::path& file)
+{
+  Result<ByteSource> source = ByteSource::Open(file);
+  if (!source)
+  {
+    return source.GetError();
+  }
+  const Result<std::string_view> head = source->Peek(10);
+  if (!head)
+  {
+    return head.GetError();
+  }
+  if (head->substr(0, 10) != "#VRML V2.0")
+  {
+    return Error{ ErrorCode::InvalidInput, head->substr(0, 5) == "#VRML"
+                                             ? "is of another version than VRML 2"
+                                             : "is not a VRML 2 file" };
+  }
+  return {};
+}
 
 // The colour that a shape without a material has.
 constexpr double vrmlGrey = 0.8;
@@ -320,6 +342,11 @@ Result<ForeignMesh> Join(std::vector<ForeignMesh>& parts, VtkMessages& messages)
 
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution)
 {
+  // VTK's parser of VRML tells of no error at all.
+  if (Status status = CheckVrmlHeader(file); !status)
+  {
+    return status.GetError();
+  }
   VtkMessages messages;
   vtkNew<vtkVRMLImporter> importer;
   importer->SetFileName(file.c_str());

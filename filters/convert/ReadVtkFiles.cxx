@@ -76,10 +76,6 @@ Result<std::optional<std::uint64_t>> CheckBinaryStl(const std::filesystem::path&
   {
     return head.GetError();
   }
-  if (head->empty())
-  {
-    return Error{ ErrorCode::InvalidInput, "is empty" };
-  }
   std::uint32_t triangles = 0;
   if (head->size() >= stlHeaderBytes)
   {

@@ -391,8 +391,9 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
     return mesh.GetError();
   }
   clock.Finish("read");
-  Result<BuildReport> report = StoreBuilder(std::move(*mesh), options, execution, std::move(clock))
-                                 .Build(input.filename().string(), store);
+  Result<BuildReport> report =
+    StoreBuilder(std::move(*mesh), options, execution, std::move(clock))
+      .Build(options.inputName.empty() ? input.filename().string() : options.inputName, store);
   if (report)
   {
     report->ignoredAttributes = (*reader)->Info().ignoredAttributes;

@@ -26,6 +26,7 @@ struct BuildOptions
   // Most bytes the build may take; 0 = no limit. A mesh that needs more is refused (LimitExceeded).
   std::uint64_t memory = 0;
   std::string title, credit, license, unit;
+  std::string inputName; // stored as the input's name; empty: that of the file
 };
 
 struct BuildReport

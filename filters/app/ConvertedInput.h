@@ -1,0 +1,48 @@
+// Inputs that kdstream-build does not read itself: kdstream-convert, a process of its own, makes a
+// PLY of them first.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Whether the file's ending is one of those.
+bool NeedsConversion(const std::filesystem::path& input);
+
+// The PLY; it goes with the object.
+class ConvertedInput
+{
+public:
+  // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
+  // `folder`, and nothing is left of it on an error. arguments: further ones for kdstream-convert.
+  // Progress is reported as step "convert"; the process is ended if that asks to stop.
+  // Errors: Cancelled; Unsupported where there is no kdstream-convert; InvalidInput with the text
+  // of its own error line, or how it ended without one; InputOutput where the PLY cannot be
+  // written.
+  static Result<ConvertedInput> Make(const std::string& input, const std::filesystem::path& folder,
+    const std::vector<std::string>& arguments, const Execution& execution);
+
+  ConvertedInput(ConvertedInput&& other) noexcept;
+  ConvertedInput(const ConvertedInput&) = delete;
+  ConvertedInput& operator=(const ConvertedInput&) = delete;
+  ConvertedInput& operator=(ConvertedInput&&) = delete;
+  ~ConvertedInput();
+
+  std::filesystem::path File() const { return this->Folder / "input.ply"; }
+  // What kdstream-convert warned of, without the names of program and file.
+  const std::vector<std::string>& Warnings() const { return this->WarningTexts; }
+
+private:
+  explicit ConvertedInput(std::filesystem::path folder);
+
+  std::filesystem::path Folder; // empty once moved from
+  std::vector<std::string> WarningTexts;
+};
+
+}
