@@ -1,106 +1,106 @@
-const bool blank = c == ' ' || (c >= '\t' && c <= '\r');
-if (!blank || (!line.empty() && line.back() != ' '))
-{
-  line += blank ? ' ' : c > ' ' && c <= '~' ? c : '?';
 #include "filters/convert/VtkMessages.h"
 
+#include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 
 #include <algorithm>
 
-  namespace kdstream
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t mostMessages = 20; // of each kind; a bad file can give one a line
+
+class Collector : public vtkOutputWindow
+{
+public:
+  static Collector* New();
+  vtkTypeMacro(Collector, vtkOutputWindow);
+
+  void DisplayText(const char*) override {}
+  void DisplayErrorText(const char* text) override { Keep(this->Errors, text); }
+  void DisplayWarningText(const char* text) override { Keep(this->Warnings, text); }
+  void DisplayGenericWarningText(const char* text) override { Keep(this->Warnings, text); }
+  void DisplayDebugText(const char*) override {}
+
+  std::vector<std::string> Errors, Warnings;
+
+private:
+  static void Keep(std::vector<std::string>& messages, const char* text)
   {
-  namespace
-  {
-
-  constexpr std::size_t mostMessages = 20; // of each kind; a bad file can give one a line
-
-  class Collector : public vtkOutputWindow
-  {
-  public:
-    static Collector* New();
-    vtkTypeMacro(Collector, vtkOutputWindow);
-
-    void DisplayText(const char*) override {}
-    void DisplayErrorText(const char* text) override { Keep(this->Errors, text); }
-    void DisplayWarningText(const char* text) override { Keep(this->Warnings, text); }
-    void DisplayGenericWarningText(const char* text) override { Keep(this->Warnings, text); }
-    void DisplayDebugText(const char*) override {}
-
-    std::vector<std::string> Errors, Warnings;
-
-  private:
-    static void Keep(std::vector<std::string>& messages, const char* text)
+    const std::string plain = PlainVtkMessage(text);
+    if (messages.size() < mostMessages &&
+        std::find(messages.begin(), messages.end(), plain) == messages.end())
     {
-      const std::string plain = PlainVtkMessage(text);
-      if (messages.size() < mostMessages &&
-          std::find(messages.begin(), messages.end(), plain) == messages.end())
-      {
-        messages.push_back(plain);
-      }
+      messages.push_back(plain);
     }
-  };
-  vtkStandardNewMacro(Collector);
-
-  Collector* Current()
-  {
-    return Collector::SafeDownCast(vtkOutputWindow::GetInstance());
   }
+};
+vtkStandardNewMacro(Collector);
 
-  }
+Collector* Current()
+{
+  return Collector::SafeDownCast(vtkOutputWindow::GetInstance());
+}
 
-  VtkMessages::VtkMessages()
-    : Before(vtkOutputWindow::GetInstance())
+}
+
+VtkMessages::VtkMessages()
+  : Before(vtkOutputWindow::GetInstance())
+{
+  // Its second way to print.
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+  const auto collector = vtkSmartPointer<Collector>::New();
+  vtkOutputWindow::SetInstance(collector);
+}
+
+VtkMessages::~VtkMessages()
+{
+  vtkOutputWindow::SetInstance(this->Before);
+}
+
+Status VtkMessages::FirstError() const
+{
+  const Collector* const collector = Current();
+  return !collector || collector->Errors.empty()
+           ? Status()
+           : Status(Error{ ErrorCode::InvalidInput, collector->Errors.front() });
+}
+
+std::vector<std::string> VtkMessages::TakeWarnings()
+{
+  Collector* const collector = Current();
+  return collector ? std::exchange(collector->Warnings, {}) : std::vector<std::string>();
+}
+
+std::string PlainVtkMessage(const std::string& text)
+{
+  // ERROR: In SOURCE, line 12\nvtkSTLReader (0x55d0): What it is\n\n
+  std::string plain = text;
+  if (const std::size_t line = plain.find(", line "); line != std::string::npos)
   {
-    const auto collector = vtkSmartPointer<Collector>::New();
-    vtkOutputWindow::SetInstance(collector);
+    const std::size_t end = plain.find('\n', line);
+    plain.erase(0, end == std::string::npos ? 0 : end + 1);
   }
-
-  VtkMessages::~VtkMessages()
+  if (const std::size_t address = plain.find(" (0x"); address != std::string::npos)
   {
-    vtkOutputWindow::SetInstance(this->Before);
+    const std::size_t end = plain.find("): ", address);
+    plain.erase(address, end == std::string::npos ? 0 : end + 1 - address);
   }
-
-  Status VtkMessages::FirstError() const
+  constexpr std::size_t longest = 400;
+  std::string line;
+  for (const char c : plain)
   {
-    const Collector* const collector = Current();
-    return !collector || collector->Errors.empty()
-             ? Status()
-             : Status(Error{ ErrorCode::InvalidInput, collector->Errors.front() });
-  }
-
-  std::vector<std::string> VtkMessages::TakeWarnings()
-  {
-    Collector* const collector = Current();
-    return collector ? std::exchange(collector->Warnings, {}) : std::vector<std::string>();
-  }
-
-  std::string PlainVtkMessage(const std::string& text)
-  {
-    // ERROR: In SOURCE, line 12\nvtkSTLReader (0x55d0): What it is\n\n
-    std::string plain = text;
-    if (const std::size_t line = plain.find(", line "); line != std::string::npos)
+    const bool blank = c == ' ' || (c >= '\t' && c <= '\r');
+    if (!blank || (!line.empty() && line.back() != ' '))
     {
-      const std::size_t end = plain.find('\n', line);
-      plain.erase(0, end == std::string::npos ? 0 : end + 1);
+      line += blank ? ' ' : c > ' ' && c <= '~' ? c : '?';
     }
-    if (const std::size_t address = plain.find(" (0x"); address != std::string::npos)
-    {
-      const std::size_t end = plain.find("): ", address);
-      plain.erase(address, end == std::string::npos ? 0 : end + 1 - address);
-    }
-    constexpr std::size_t longest = 400;
-    std::string line;
-    for (const char c : plain)
-    {
-      const bool blank = static_cast<unsigned char>(c) <= ' ';
-      if (!blank || (!line.empty() && line.back() != ' '))
-      {
-        line += blank ? ' ' : c;
-      }
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    return line.size() > longest ? line.substr(0, longest) + "…" : line;
   }
-  }
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line.size() > longest ? line.substr(0, longest) + "…" : line;
+}
+
+}
