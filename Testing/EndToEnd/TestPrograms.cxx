@@ -189,12 +189,52 @@ TEST_F(Programs, EveryOptionChangesSomething)
   EXPECT_EQ(stats({ "--weld", "off" })["welded"], 0);
 }
 
+TEST_F(Programs, BaselinesHavePartitionsAndNoLevels)
+{
+  const Mesh torus = Torus(40, 20);
+  this->Write("in.ply", torus);
+  for (const std::string partitioner : { "octree", "kmeans" })
+  {
+    SCOPED_TRACE(partitioner);
+    ASSERT_EQ(this
+                ->Build({ "in.ply", "-o", "m.kds", "--partitioner", partitioner, "--partitions",
+                  "100", "--precision", "lossless", "--weld", "off" })
+                .exitCode,
+      0);
+    const Json info = Json::parse(this->Store({ "info", "m.kds", "--json" }).out);
+    EXPECT_EQ(info["partitioner"], partitioner);
+    EXPECT_TRUE(info["levels"].empty());
+    EXPECT_GE(info["partitions"], 50);
+    EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
+    ASSERT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "all.ply" }).exitCode, 0);
+    EXPECT_EQ(TriangleMultiset(this->Read("all.ply")), TriangleMultiset(torus));
+    ASSERT_EQ(this->Store({ "extract", "m.kds", "--region", "133", "-o", "some.ply" }).exitCode, 0);
+    const Mesh region = this->Read("some.ply");
+    EXPECT_GT(region.triangles.size(), 0U);
+    EXPECT_LT(region.triangles.size(), torus.triangles.size());
+    for (const std::vector<std::string>& level :
+      { std::vector<std::string>{ "--level", "3" }, { "--region", "1", "--in-context", "3" } })
+    {
+      std::vector<std::string> arguments{ "extract", "m.kds", "-o", "x.ply" };
+      arguments.insert(arguments.end(), level.begin(), level.end());
+      const Outcome outcome = this->Store(arguments);
+      EXPECT_EQ(outcome.exitCode, 2);
+      EXPECT_NE(outcome.err.find("a store by --partitioner " + partitioner + " has no levels"),
+        std::string::npos)
+        << outcome.err;
+    }
+  }
+}
+
 TEST_F(Programs, WrongUsageExitsWith2)
 {
   this->Write("in.ply", Torus(40, 20));
   const std::vector<std::vector<std::string>> wrong{ {}, { "in.ply" },
-    { "in.ply", "-o", "m.kds", "--nonsense" }, { "in.ply", "-o", "m.kds", "--levels", "collapse" },
-    { "in.ply", "-o", "m.kds", "--partitioner", "octree" },
+    { "in.ply", "-o", "m.kds", "--nonsense" }, { "in.ply", "-o", "m.kds", "--levels", "quadrics" },
+    { "in.ply", "-o", "m.kds", "--partitioner", "grid" },
+    { "in.ply", "-o", "m.kds", "--partitioner", "octree", "--levels", "cluster" },
+    { "in.ply", "-o", "m.kds", "--partitioner", "kmeans", "--sheets", "on" },
+    { "in.ply", "-o", "m.kds", "--partitioner", "octree", "--partitions", "801" },
     { "in.ply", "-o", "m.kds", "--precision", "7" },
     { "in.ply", "-o", "m.kds", "--precision", "25" },
     { "in.ply", "-o", "m.kds", "--precision", "fine" },

@@ -3,16 +3,15 @@
 #include "filters/store/Store.h"
 #include "filters/app/Program.h"
 #include "filters/app/StoreJson.h"
-#include "filters/core/Glue.h"
 #include "filters/core/Region.h"
-#include "filters/core/Surface.h"
 #include "filters/meshio/MeshWriter.h"
+#include "filters/store/StoreMesh.h"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <optional>
 
 namespace
@@ -82,78 +81,6 @@ void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
   }
 }
 
-// Pieces of a store, each read once.
-class LoadedPieces
-{
-public:
-  explicit LoadedPieces(const Store& store)
-    : From(store)
-  {
-  }
-
-  // Loads until nothing that the cut needs is missing, and draws it.
-  Result<Surface> Draw(const Cut& cut)
-  {
-    const PieceLookup lookup = [this](PieceId id) -> const Piece*
-    {
-      const auto found = this->Pieces.find(id);
-      return found == this->Pieces.end() ? nullptr : &found->second;
-    };
-    if (Status status = CheckCut(cut); !status)
-    {
-      return status.GetError();
-    }
-    for (;;)
-    {
-      const std::vector<PieceId> missing = MissingPieces(cut, lookup);
-      if (missing.empty())
-      {
-        return DrawSurface(cut, lookup);
-      }
-      for (const PieceId id : missing)
-      {
-        Result<Piece> piece = this->From.ReadPiece(id);
-        if (!piece)
-        {
-          return piece.GetError();
-        }
-        this->Pieces.emplace(id, std::move(*piece));
-      }
-    }
-  }
-
-private:
-  const Store& From;
-  std::map<PieceId, Piece> Pieces;
-};
-
-Result<Mesh> DrawMesh(const Store& store, const Cut& cut)
-{
-  Result<Surface> surface = LoadedPieces(store).Draw(cut);
-  if (!surface)
-  {
-    return surface.GetError();
-  }
-  return Mesh{ std::move(surface->points), std::move(surface->triangles),
-    store.Info().grid.scalarType };
-}
-
-Result<Mesh> GlueMesh(const Store& store, const std::vector<std::uint32_t>& partitions)
-{
-  std::vector<Piece> pieces;
-  for (const std::uint32_t p : partitions)
-  {
-    Result<Piece> piece =
-      store.ReadPiece({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
-    if (!piece)
-    {
-      return piece.GetError();
-    }
-    pieces.push_back(std::move(*piece));
-  }
-  return GluePartitions(pieces, store.Info().grid.scalarType);
-}
-
 Error BadArgument(const std::string& what)
 {
   return { ErrorCode::InvalidArgument, what };
@@ -215,7 +142,7 @@ Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
   }
   if (!line.inContext)
   {
-    return GlueMesh(store, *partitions);
+    return GlueStoreMesh(store, *partitions);
   }
   Cut cut{ depths, Resolution::Level(*line.inContext), {} };
   cut.refined.resize(store.Info().partitions);
@@ -223,7 +150,7 @@ Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
   {
     cut.refined[p] = Resolution::Original();
   }
-  return DrawMesh(store, cut);
+  return DrawStoreMesh(store, cut);
 }
 
 Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
@@ -245,7 +172,7 @@ Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
   }
   if (line.level)
   {
-    return DrawMesh(store, { info.depths, Resolution::Level(*line.level), {} });
+    return DrawStoreMesh(store, { info.depths, Resolution::Level(*line.level), {} });
   }
   if (line.partition)
   {
@@ -255,7 +182,7 @@ Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
                          std::to_string(info.partitions) + " partitions, 0 to " +
                          std::to_string(info.partitions - 1));
     }
-    return GlueMesh(store, { *line.partition });
+    return GlueStoreMesh(store, std::array{ *line.partition });
   }
   if (line.region)
   {
@@ -264,14 +191,14 @@ Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
   if (!line.resolutions.empty())
   {
     const Result<Cut> cut = ReadResolutions(store, line.resolutions);
-    return cut ? DrawMesh(store, *cut) : Result<Mesh>(cut.GetError());
+    return cut ? DrawStoreMesh(store, *cut) : Result<Mesh>(cut.GetError());
   }
   std::vector<std::uint32_t> all(info.partitions);
   for (std::uint32_t p = 0; p < all.size(); ++p)
   {
     all[p] = p;
   }
-  return GlueMesh(store, all);
+  return GlueStoreMesh(store, all);
 }
 
 class Commands

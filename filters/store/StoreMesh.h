@@ -1,0 +1,24 @@
+// Meshes out of a store: any cut drawn as one surface, or partitions glued together. Step "draw" of
+// the README's picture, without a viewer.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Surface.h"
+#include "filters/core/Types.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <span>
+
+namespace kdstream
+{
+
+// The surface of a cut of the store's vertex tree (DrawSurface), with the attributes that all its
+// pieces have. Reads the pieces it needs, each once. Errors: those of CheckCut and ReadPiece.
+Result<Mesh> DrawStoreMesh(const Store& store, const Cut& cut);
+
+// The original mesh of some partitions (GluePartitions). Errors: those of ReadPiece and
+// GluePartitions. REQUIRES: partitions below Info().partitions.
+Result<Mesh> GlueStoreMesh(const Store& store, std::span<const std::uint32_t> partitions);
+
+}
