@@ -28,7 +28,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iostream>
 #include <optional>
+#include <sstream>
 
 namespace kdstream
 {
@@ -95,6 +97,26 @@ Status CheckVrmlHeader(const std::filesystem::path& file)
   return {};
 }
 
+// What is written to std::cerr while one lives: VTK's parser of VRML tells of errors there only,
+// and keeps what it had read before.
+class CapturedErrors
+{
+public:
+  CapturedErrors()
+    : Before(std::cerr.rdbuf(this->Text.rdbuf()))
+  {
+  }
+  ~CapturedErrors() { std::cerr.rdbuf(this->Before); }
+  CapturedErrors(const CapturedErrors&) = delete;
+  CapturedErrors& operator=(const CapturedErrors&) = delete;
+
+  std::string Get() const { return PlainVtkMessage(this->Text.str()); }
+
+private:
+  std::ostringstream Text;
+  std::streambuf* Before;
+};
+
 // The colour that a shape without a material has.
 constexpr double vrmlGrey = 0.8;
 
@@ -124,7 +146,7 @@ Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
     std::remove_if(mesh.attributes.begin(), mesh.attributes.end(),
       [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Other; }),
     mesh.attributes.end());
-  // Colours come as numbers that the mapper's table tells.
+  // Colours come as numbers that the mapper's table tells, with one too many at the end.
   const auto points = static_cast<vtkIdType>(mesh.points.size());
   vtkUnsignedCharArray* const mapped =
     mapper->GetScalarVisibility() && shape->GetPointData()->GetScalars()
@@ -132,7 +154,8 @@ Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
       : nullptr;
   double diffuse[3];
   actor.GetProperty()->GetDiffuseColor(diffuse);
-  if (mapped && mapped->GetNumberOfTuples() == points)
+  if (mapped &&
+      (mapped->GetNumberOfTuples() == points || mapped->GetNumberOfTuples() == points + 1))
   {
     std::vector<Color> colors(mesh.points.size(), Color{ 1, 1, 1, 1 });
     for (vtkIdType i = 0; i < points; ++i)
@@ -342,7 +365,6 @@ Result<ForeignMesh> Join(std::vector<ForeignMesh>& parts, VtkMessages& messages)
 
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution)
 {
-  // VTK's parser of VRML tells of no error at all.
   if (Status status = CheckVrmlHeader(file); !status)
   {
     return status.GetError();
@@ -354,7 +376,14 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
   {
     return status.GetError();
   }
-  importer->Update();
+  {
+    const CapturedErrors errors;
+    importer->Update();
+    if (!errors.Get().empty())
+    {
+      return Error{ ErrorCode::InvalidInput, errors.Get() };
+    }
+  }
   if (Status status = messages.FirstError(); !status)
   {
     return status.GetError();
