@@ -11,6 +11,7 @@
 #include <vtkFieldData.h>
 #include <vtkGLTFReader.h>
 #include <vtkImageData.h>
+#include <vtkLookupTable.h>
 #include <vtkMapper.h>
 #include <vtkMatrix4x4.h>
 #include <vtkMultiBlockDataSet.h>
@@ -146,24 +147,26 @@ Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
     std::remove_if(mesh.attributes.begin(), mesh.attributes.end(),
       [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Other; }),
     mesh.attributes.end());
-  // Colours come as numbers that the mapper's table tells, with one too many at the end.
+  // The importer confuses the numbers of colours; its table has the colours themselves in order,
+  // which is that of the points where there are as many.
+  auto* const table = mapper->GetScalarVisibility()
+                        ? vtkLookupTable::SafeDownCast(mapper->GetLookupTable())
+                        : nullptr;
   const auto points = static_cast<vtkIdType>(mesh.points.size());
-  vtkUnsignedCharArray* const mapped =
-    mapper->GetScalarVisibility() && shape->GetPointData()->GetScalars()
-      ? mapper->MapScalars(shape, 1.0)
-      : nullptr;
+  const bool colored = table && points > 0 && table->GetNumberOfTableValues() == points;
+  if (table && !colored)
+  {
+    part->warnings.push_back("colours are dropped: there are not as many as vertices");
+  }
   double diffuse[3];
   actor.GetProperty()->GetDiffuseColor(diffuse);
-  if (mapped &&
-      (mapped->GetNumberOfTuples() == points || mapped->GetNumberOfTuples() == points + 1))
+  if (colored)
   {
     std::vector<Color> colors(mesh.points.size(), Color{ 1, 1, 1, 1 });
-    for (vtkIdType i = 0; i < points; ++i)
+    for (std::size_t i = 0; i < colors.size(); ++i)
     {
-      for (int k = 0; k < std::min(4, mapped->GetNumberOfComponents()); ++k)
-      {
-        colors[std::size_t(i)][std::size_t(k)] = mapped->GetTypedComponent(i, k) / 255.0;
-      }
+      const double* const value = table->GetTableValue(static_cast<vtkIdType>(i));
+      std::copy(value, value + 3, colors[i].begin());
     }
     AddColors(mesh, colors);
   }
