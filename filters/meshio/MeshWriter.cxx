@@ -3,6 +3,7 @@
 
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/OutputFile.h"
+#include "filters/meshio/PlyArrays.h"
 
 #include <cmath>
 #include <limits>
@@ -34,30 +35,98 @@ void ForEachCoordinate(const Mesh& mesh, Write&& write)
   }
 }
 
+// The first attribute of a role, or null.
+const Attribute* FindRole(const Mesh& mesh, AttributeRole role)
+{
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    if (RoleOf(attribute) == role)
+    {
+      return &attribute;
+    }
+  }
+  return nullptr;
+}
+
+std::vector<const Attribute*> ArraysOf(const Mesh& mesh, AttributeAssociation association)
+{
+  std::vector<const Attribute*> arrays;
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    if (attribute.association == association)
+    {
+      arrays.push_back(&attribute);
+    }
+  }
+  return arrays;
+}
+
+void WriteTuple(OutputFile& file, const std::vector<const Attribute*>& arrays, std::size_t tuple)
+{
+  for (const Attribute* array : arrays)
+  {
+    const std::size_t size = array->TupleSize();
+    file.Write(
+      std::string_view(reinterpret_cast<const char*>(array->values.data()) + tuple * size, size));
+  }
+}
+
+// The lines of the properties that hold the arrays, below those that `element` has already.
+void WritePlyProperties(
+  OutputFile& file, PlyElement element, const std::vector<const Attribute*>& arrays)
+{
+  const std::size_t first = element.properties.size();
+  AddPlyProperties(arrays, element);
+  for (std::size_t p = first; p < element.properties.size(); ++p)
+  {
+    file.Write("\nproperty ");
+    file.Write(PlyTypeName(element.properties[p].type));
+    file.Write(" " + element.properties[p].name);
+  }
+}
+
 void WritePly(OutputFile& file, const Mesh& mesh)
 {
-  const std::string type = mesh.scalarType == ScalarType::Float32 ? "float" : "double";
+  const bool single = mesh.scalarType == ScalarType::Float32;
+  const auto points = ArraysOf(mesh, AttributeAssociation::Point);
+  const auto cells = ArraysOf(mesh, AttributeAssociation::Cell);
   file.Write("ply\nformat binary_little_endian 1.0\nelement vertex ");
   file.WriteText(mesh.points.size());
+  PlyElement vertices;
   for (const char* name : { "x", "y", "z" })
   {
-    file.Write("\nproperty " + type + " " + name);
+    file.Write(std::string("\nproperty ") + (single ? "float " : "double ") + name);
+    vertices.properties.push_back({ name });
   }
+  WritePlyProperties(file, vertices, points);
   if (!mesh.triangles.empty())
   {
     file.Write("\nelement face ");
     file.WriteText(mesh.triangles.size());
     file.Write("\nproperty list uchar int vertex_indices");
+    PlyElement faces;
+    faces.properties.push_back({ "vertex_indices", PlyType::Int32, true });
+    WritePlyProperties(file, faces, cells);
   }
   file.Write("\nend_header\n");
-  ForEachCoordinate(mesh, [&file](auto value) { file.WriteLittleEndian(value); });
-  for (const Triangle& triangle : mesh.triangles)
+  std::size_t values = 0;
+  ForEachCoordinate(mesh,
+    [&](auto value)
+    {
+      file.WriteLittleEndian(value);
+      if (++values % 3 == 0)
+      {
+        WriteTuple(file, points, values / 3 - 1);
+      }
+    });
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
   {
     file.WriteLittleEndian(std::uint8_t{ 3 });
-    for (VertexId corner : triangle)
+    for (VertexId corner : mesh.triangles[i])
     {
       file.WriteLittleEndian(corner);
     }
+    WriteTuple(file, cells, i);
   }
 }
 
@@ -99,30 +168,96 @@ void WriteStl(OutputFile& file, const Mesh& mesh)
   }
 }
 
-// "x y z" and the line's end for every point, with `before` in front.
-void WritePointLines(OutputFile& file, const Mesh& mesh, std::string_view before)
+// "x y z", what `after(point)` writes, and the line's end for every point, with `before` in front.
+template <class After>
+void WritePointLines(
+  OutputFile& file, const Mesh& mesh, std::string_view before, const After& after)
 {
-  unsigned axis = 0;
+  std::size_t values = 0;
   ForEachCoordinate(mesh,
     [&](auto value)
     {
-      file.Write(axis == 0 ? before : " ");
+      file.Write(values % 3 == 0 ? before : " ");
       file.WriteText(value);
-      axis = (axis + 1) % 3;
-      file.Write(axis == 0 ? "\n" : "");
+      if (++values % 3 == 0)
+      {
+        after(values / 3 - 1);
+        file.Write("\n");
+      }
     });
 }
 
+// Red, green and blue from 0 to 1, a blank before each.
+void WriteColor(OutputFile& file, const Attribute& colors, std::size_t tuple)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    file.Write(" ");
+    file.WriteText(static_cast<float>(colors.Get(tuple, k)) / 255.0F);
+  }
+}
+
+// The values of every tuple in a line. Tuples with a value that no text format can hold become
+// zeros.
+void WriteTupleLines(OutputFile& file, const Attribute& array, std::string_view before)
+{
+  for (std::size_t i = 0; i < array.TupleCount(); ++i)
+  {
+    bool finite = true;
+    for (std::size_t k = 0; k < array.components; ++k)
+    {
+      finite = finite && std::isfinite(array.Get(i, k));
+    }
+    for (std::size_t k = 0; k < array.components; ++k)
+    {
+      const double value = finite ? array.Get(i, k) : 0;
+      file.Write(k == 0 ? before : " ");
+      if (array.type == AttributeType::Float32)
+      {
+        file.WriteText(static_cast<float>(value));
+      }
+      else
+      {
+        file.WriteText(value);
+      }
+    }
+    file.Write("\n");
+  }
+}
+
+// Colours behind the coordinates, as most programs write and read them.
 void WriteObj(OutputFile& file, const Mesh& mesh)
 {
-  WritePointLines(file, mesh, "v ");
+  const Attribute* const colors = FindRole(mesh, AttributeRole::Colors);
+  const Attribute* const normals = FindRole(mesh, AttributeRole::Normals);
+  const Attribute* const texture = FindRole(mesh, AttributeRole::TextureCoordinates);
+  WritePointLines(file, mesh, "v ",
+    [&](std::size_t point)
+    {
+      if (colors)
+      {
+        WriteColor(file, *colors, point);
+      }
+    });
+  if (texture)
+  {
+    WriteTupleLines(file, *texture, "vt ");
+  }
+  if (normals)
+  {
+    WriteTupleLines(file, *normals, "vn ");
+  }
   for (const Triangle& triangle : mesh.triangles)
   {
     file.Write("f");
     for (VertexId corner : triangle)
     {
-      file.Write(" ");
-      file.WriteText(std::uint64_t{ corner } + 1);
+      const std::string number = std::to_string(std::uint64_t{ corner } + 1);
+      file.Write(" " + number);
+      if (texture || normals)
+      {
+        file.Write("/" + (texture ? number : "") + (normals ? "/" + number : ""));
+      }
     }
     file.Write("\n");
   }
@@ -135,8 +270,25 @@ void WriteVrml(OutputFile& file, const Mesh& mesh)
     "#VRML V2.0 utf8\nShape {\nappearance Appearance { material Material { } }\ngeometry ");
   file.Write(cloud ? "PointSet {\n" : "IndexedFaceSet {\nsolid FALSE\n");
   file.Write("coord Coordinate { point [\n");
-  WritePointLines(file, mesh, "");
+  WritePointLines(file, mesh, "", [](std::size_t) {});
   file.Write("] }\n");
+  if (const Attribute* colors = FindRole(mesh, AttributeRole::Colors))
+  {
+    file.Write("color Color { color [");
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    {
+      file.Write("\n");
+      WriteColor(file, *colors, i);
+    }
+    file.Write("\n] }\n");
+  }
+  const Attribute* const normals = FindRole(mesh, AttributeRole::Normals);
+  if (normals && !cloud) // a PointSet has none
+  {
+    file.Write("normal Normal { vector [\n");
+    WriteTupleLines(file, *normals, "");
+    file.Write("] }\n");
+  }
   if (!cloud)
   {
     file.Write("coordIndex [\n");
@@ -154,14 +306,41 @@ void WriteVrml(OutputFile& file, const Mesh& mesh)
   file.Write("}\n}\n");
 }
 
-// One array of a .vtp, whose bytes lie in the appended block, each array's after its length.
+std::string XmlText(std::string_view text)
+{
+  std::string escaped;
+  for (const char c : text)
+  {
+    escaped += c == '&'   ? "&amp;"
+               : c == '<' ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
+  }
+  return escaped;
+}
+
+// The name that VTK's XML has for a type.
+std::string VtpTypeName(AttributeType type)
+{
+  std::string name(NameOf(type)); // "uint8" is "UInt8"
+  const std::size_t capitals = name[0] == 'u' ? 2 : 1;
+  for (std::size_t i = 0; i < capitals; ++i)
+  {
+    name[i] = static_cast<char>(name[i] - 'a' + 'A');
+  }
+  return name;
+}
+
+// The arrays of a .vtp, whose bytes lie in the appended block, each array's after its length.
 class VtpArrays
 {
 public:
   // The XML of an array of `bytes` bytes.
-  std::string Declare(const char* type, const char* name, int components, std::uint64_t bytes)
+  std::string Declare(
+    const std::string& type, std::string_view name, int components, std::uint64_t bytes)
   {
-    std::string text = "<DataArray type=\"" + std::string(type) + "\" Name=\"" + name +
+    std::string text = "<DataArray type=\"" + type + "\" Name=\"" + XmlText(name) +
                        "\" NumberOfComponents=\"" + std::to_string(components) +
                        "\" format=\"appended\" offset=\"" + std::to_string(this->Offset) + "\"/>\n";
     this->Offset += sizeof(std::uint64_t) + bytes;
@@ -171,6 +350,45 @@ public:
 private:
   std::uint64_t Offset = 0;
 };
+
+// PointData or CellData; the first array of each role is the active one.
+void DeclareAttributes(OutputFile& file, const Mesh& mesh, AttributeAssociation association,
+  const std::string& section, VtpArrays& arrays)
+{
+  const auto list = ArraysOf(mesh, association);
+  if (list.empty())
+  {
+    return;
+  }
+  file.Write("<" + section);
+  for (const auto& [role, name] :
+    { std::pair{ AttributeRole::Normals, "Normals" }, std::pair{ AttributeRole::Colors, "Scalars" },
+      std::pair{ AttributeRole::TextureCoordinates, "TCoords" } })
+  {
+    const Attribute* const active = FindRole(mesh, role);
+    if (active && active->association == association)
+    {
+      file.Write(std::string(" ") + name + "=\"" + XmlText(active->name) + "\"");
+    }
+  }
+  file.Write(">\n");
+  for (const Attribute* array : list)
+  {
+    file.Write(arrays.Declare(
+      VtpTypeName(array->type), array->name, array->components, array->values.size()));
+  }
+  file.Write("</" + section + ">\n");
+}
+
+void WriteAttributes(OutputFile& file, const Mesh& mesh, AttributeAssociation association)
+{
+  for (const Attribute* array : ArraysOf(mesh, association))
+  {
+    file.WriteLittleEndian(std::uint64_t{ array->values.size() });
+    file.Write(
+      std::string_view(reinterpret_cast<const char*>(array->values.data()), array->values.size()));
+  }
+}
 
 // VTK's XML with raw appended data: VTK and ParaView read it bit for bit.
 void WriteVtp(OutputFile& file, const Mesh& mesh)
@@ -193,6 +411,11 @@ void WriteVtp(OutputFile& file, const Mesh& mesh)
              "\" NumberOfVerts=\"" + (cloud ? number : "0") +
              "\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" +
              (cloud ? "0" : number) + "\">\n");
+  DeclareAttributes(file, mesh, AttributeAssociation::Point, "PointData", arrays);
+  if (!cloud)
+  {
+    DeclareAttributes(file, mesh, AttributeAssociation::Cell, "CellData", arrays);
+  }
   file.Write("<Points>\n" +
              arrays.Declare(single ? "Float32" : "Float64", "Points", 3, pointBytes) +
              "</Points>\n");
@@ -203,6 +426,11 @@ void WriteVtp(OutputFile& file, const Mesh& mesh)
   file.Write("</" + section + ">\n");
   file.Write("</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
 
+  WriteAttributes(file, mesh, AttributeAssociation::Point);
+  if (!cloud)
+  {
+    WriteAttributes(file, mesh, AttributeAssociation::Cell);
+  }
   file.WriteLittleEndian(pointBytes);
   ForEachCoordinate(mesh, [&file](auto value) { file.WriteLittleEndian(value); });
   file.WriteLittleEndian(connectivityBytes);
@@ -250,6 +478,19 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
       std::to_string(mesh.triangles.size()) + " triangles: more than " +
         std::to_string(mostStlTriangles) + ", which STL can count" };
   }
+  if (Status status = CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size());
+      !status)
+  {
+    return status;
+  }
+  for (std::size_t i = 0; i < mesh.attributes.size(); ++i)
+  {
+    if (!IsAttributeName(mesh.attributes[i].name))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "attribute " + std::to_string(i) + " has a name that is no text" };
+    }
+  }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
   {
     for (VertexId corner : mesh.triangles[i])
@@ -288,6 +529,24 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh)
   }
   write(output, mesh);
   return output.Finish();
+}
+
+std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, const Mesh& mesh)
+{
+  const std::string ending = FileEnding(file);
+  std::vector<std::string> names;
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    const AttributeRole role = RoleOf(attribute);
+    const bool known = role != AttributeRole::Other && FindRole(mesh, role) == &attribute;
+    const bool kept = ending == ".ply" || ending == ".vtp" || (ending == ".obj" && known) ||
+                      (ending == ".wrl" && known && role != AttributeRole::TextureCoordinates);
+    if (!kept)
+    {
+      names.push_back(attribute.name);
+    }
+  }
+  return names;
 }
 
 }

@@ -1,0 +1,21 @@
+// Attributes for the meshes of tests: every type, every association, names that formats stumble
+// over.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <cstdint>
+
+namespace kdstream::fixtures
+{
+
+// The mesh with Normals, RGB or RGBA, TCoords, one array of each type for points and for cells (1-4
+// components), and arrays whose names look like something else. Values are random bits: NaNs,
+// infinities and negative zeros among them; a few vertices are equal in all of them. Point arrays
+// come first. The same for the same seed on every machine.
+Mesh WithAttributes(Mesh mesh, std::uint32_t seed);
+
+// Of an array's values those of one tuple.
+std::vector<std::uint8_t> TupleOf(const Attribute& attribute, std::size_t tuple);
+
+}

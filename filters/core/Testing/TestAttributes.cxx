@@ -1,0 +1,486 @@
+// Attributes through core: welding, levels, pieces, drawn surfaces, gluing.
+#include "Testing/Fixtures/Attributes.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/Model.h"
+#include "filters/core/Glue.h"
+#include "filters/core/LevelAttributes.h"
+#include "filters/core/Weld.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+// Small, for arrays of 255 components are many bytes; every mesh of the fixtures that is.
+template <class Check>
+void ForAll(const Check& check)
+{
+  std::uint32_t seed = 0;
+  for (const NamedMesh& named : AllMeshes())
+  {
+    if (named.mesh.points.size() > 3000)
+    {
+      continue;
+    }
+    SCOPED_TRACE(named.name);
+    check(*MakeModel(WithAttributes(named.mesh, ++seed), { 90, {}, 5 }));
+  }
+  ASSERT_GT(seed, 8U) << "too few meshes are small";
+}
+
+// All tuples of one point or triangle.
+std::vector<std::uint8_t> Bytes(
+  const std::vector<Attribute>& attributes, AttributeAssociation association, std::size_t tuple)
+{
+  std::vector<std::uint8_t> bytes;
+  for (const Attribute& attribute : attributes)
+  {
+    if (attribute.association == association)
+    {
+      const auto own = TupleOf(attribute, tuple);
+      bytes.insert(bytes.end(), own.begin(), own.end());
+    }
+  }
+  return bytes;
+}
+
+// Triangles with their tuples, in an order of their own.
+std::vector<std::pair<Triangle, std::vector<std::uint8_t>>> Triangles(
+  const Mesh& mesh, const std::vector<VertexId>& vertices)
+{
+  std::vector<std::pair<Triangle, std::vector<std::uint8_t>>> all;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+  {
+    const Triangle& t = mesh.triangles[i];
+    all.emplace_back(RotateLowestFirst({ vertices[t[0]], vertices[t[1]], vertices[t[2]] }),
+      Bytes(mesh.attributes, AttributeAssociation::Cell, i));
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes)
+{
+  std::vector<AttributeInfo> infos;
+  for (const Attribute& attribute : attributes)
+  {
+    infos.push_back(attribute.Info());
+  }
+  return infos;
+}
+
+Attribute PointArray(const std::string& name, AttributeType type, std::uint8_t components,
+  const std::vector<double>& values)
+{
+  Attribute attribute{ { name, type, AttributeAssociation::Point, components }, {} };
+  attribute.values.resize(values.size() * SizeOf(type));
+  for (std::size_t i = 0; i < values.size(); ++i)
+  {
+    attribute.Set(i / components, i % components, values[i]);
+  }
+  return attribute;
+}
+
+// All vertices in one cluster; the lists are given per vertex.
+ClusterLevels OneCluster(const Mesh& mesh)
+{
+  ClusterLevels levels;
+  levels.finest.assign(mesh.points.size(), 0);
+  levels.levels.resize(1);
+  levels.levels[0].lowest = { 0 };
+  return levels;
+}
+
+constexpr double notANumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+}
+
+TEST(Attributes, GluingGivesEveryTupleBack)
+{
+  ForAll(
+    [](const Model& model)
+    {
+      std::vector<Piece> pieces;
+      for (const auto& [id, piece] : model.pieces)
+      {
+        const Status status = CheckPiece(piece, model.tree.depths);
+        ASSERT_TRUE(status) << status.GetError().message;
+        if (id.resolution.IsOriginal())
+        {
+          pieces.push_back(piece);
+        }
+      }
+      const auto glued = GluePartitions(pieces, model.mesh.scalarType);
+      ASSERT_TRUE(glued) << glued.GetError().message;
+      ASSERT_EQ(InfosOf(glued->attributes), InfosOf(model.mesh.attributes));
+      const std::vector<VertexId>& original = model.vertexTree.original;
+      for (std::size_t v = 0; v < original.size(); ++v)
+      {
+        ASSERT_EQ(Bytes(glued->attributes, AttributeAssociation::Point, v),
+          Bytes(model.mesh.attributes, AttributeAssociation::Point, original[v]));
+      }
+      std::vector<VertexId> same(original.size());
+      std::iota(same.begin(), same.end(), VertexId{ 0 });
+      ASSERT_TRUE(Triangles(*glued, original) == Triangles(model.mesh, same));
+    });
+}
+
+TEST(Attributes, GluingSomePartitionsGivesTheGhostsTheirTuples)
+{
+  const auto model = MakeModel(WithAttributes(Torus(40, 20), 3), { 90, {}, 5 });
+  std::vector<Piece> some;
+  for (const auto& [id, piece] : model->pieces)
+  {
+    if (id.resolution.IsOriginal() && id.node % 3 != 0)
+    {
+      some.push_back(piece);
+    }
+  }
+  const auto glued = GluePartitions(some, ScalarType::Float32);
+  ASSERT_TRUE(glued);
+  std::map<Vec3, VertexId> at; // no two points of a torus are equal
+  for (VertexId v = 0; v < model->mesh.points.size(); ++v)
+  {
+    at[model->mesh.points[v]] = v;
+  }
+  std::size_t own = 0;
+  for (const Piece& piece : some)
+  {
+    own += piece.ownVertices;
+  }
+  ASSERT_GT(glued->points.size(), own) << "no ghosts";
+  for (std::size_t v = 0; v < glued->points.size(); ++v)
+  {
+    ASSERT_EQ(Bytes(glued->attributes, AttributeAssociation::Point, v),
+      Bytes(model->mesh.attributes, AttributeAssociation::Point, at[glued->points[v]]));
+  }
+  some[1].attributes.pop_back();
+  EXPECT_EQ(GluePartitions(some, ScalarType::Float32).GetError().message,
+    "partitions 0 and 1 have different arrays");
+}
+
+TEST(Attributes, SurfacesShowTheTuplesOfTheirSources)
+{
+  std::mt19937 generator(5);
+  const auto random = [&generator] { return static_cast<std::uint32_t>(generator()); };
+  ForAll(
+    [&](const Model& model)
+    {
+      const VertexTree& tree = model.vertexTree;
+      const unsigned stitch = tree.depths.stitch, finest = tree.depths.finest;
+      for (int round = 0; round < 6; ++round)
+      {
+        Cut cut{ tree.depths, Resolution::Level(random() % (finest + 1)), {} };
+        cut.base = round == 0 ? Resolution::Original() : cut.base;
+        if (round > 1)
+        {
+          cut.refined.resize(std::size_t{ 1 } << tree.depths.partition);
+          for (auto& refined : cut.refined)
+          {
+            const unsigned depth = stitch + random() % (finest - stitch + 2);
+            if (random() % 2 == 0)
+            {
+              refined = depth > finest ? Resolution::Original() : Resolution::Level(depth);
+            }
+          }
+        }
+        const Result<Surface> surface = DrawSurface(cut, model.Lookup());
+        ASSERT_TRUE(surface);
+        bool onlyOriginal = true;
+        for (std::size_t v = 0; v < surface->points.size(); ++v)
+        {
+          const Surface::Source& source = surface->sources[v];
+          onlyOriginal = onlyOriginal && source.resolution.IsOriginal();
+          const bool byPartition = source.resolution >= Resolution::Level(stitch);
+          VertexId vertex = static_cast<VertexId>(source.key);
+          if (byPartition)
+          {
+            vertex = tree.partitionBegin[PartitionOfKey(source.key)] + IndexOfKey(source.key);
+          }
+          const std::vector<Attribute>* attributes = &model.mesh.attributes;
+          if (source.resolution.IsOriginal())
+          {
+            vertex = tree.original[vertex];
+          }
+          else
+          {
+            attributes = &tree.levels[source.resolution.Depth()].attributes;
+            vertex = byPartition ? tree.ClusterAt(source.resolution.Depth(), vertex) : vertex;
+          }
+          for (const Attribute& shown : surface->attributes)
+          {
+            const Attribute* expected = FindAttribute(*attributes, shown);
+            ASSERT_NE(expected, nullptr) << shown.name;
+            ASSERT_EQ(TupleOf(shown, v), TupleOf(*expected, vertex)) << shown.name;
+          }
+        }
+        std::size_t pointArrays = 0, inLevels = 0;
+        for (const Attribute& attribute : model.mesh.attributes)
+        {
+          pointArrays += attribute.association == AttributeAssociation::Point;
+          inLevels += RoleOf(attribute) == AttributeRole::Normals ||
+                      RoleOf(attribute) == AttributeRole::Colors;
+        }
+        ASSERT_EQ(surface->attributes.size(), onlyOriginal ? pointArrays : inLevels);
+        ASSERT_TRUE(CheckAttributes(surface->attributes, surface->points.size(), 0));
+      }
+    });
+}
+
+TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
+{
+  std::size_t compared = 0;
+  ForAll(
+    [&](const Model& model)
+    {
+      const VertexTree& tree = model.vertexTree;
+      std::vector<VertexId> cluster(tree.original.size()); // of each numbered vertex
+      for (unsigned d = tree.depths.finest + 1; d-- > 0;)
+      {
+        const VertexTreeLevel& level = tree.levels[d];
+        for (VertexId v = 0; v < cluster.size(); ++v)
+        {
+          cluster[v] =
+            d == tree.depths.finest ? tree.ClusterAt(d, v) : tree.levels[d + 1].parents[cluster[v]];
+        }
+        for (const Attribute& attribute : model.mesh.attributes)
+        {
+          const AttributeRole role = RoleOf(attribute);
+          const Attribute* means = FindAttribute(level.attributes, attribute);
+          ASSERT_EQ(
+            means != nullptr, role == AttributeRole::Normals || role == AttributeRole::Colors)
+            << attribute.name;
+          if (!means)
+          {
+            continue;
+          }
+          ASSERT_EQ(means->TupleCount(), level.first.size());
+          const std::size_t n = attribute.components;
+          std::vector<double> sums(level.first.size() * n);
+          std::vector<double> counts(level.first.size());
+          for (VertexId v = 0; v < cluster.size(); ++v)
+          {
+            double length = 0;
+            for (std::size_t k = 0; k < n; ++k)
+            {
+              length = std::hypot(length, attribute.Get(tree.original[v], k));
+            }
+            const bool color = role == AttributeRole::Colors;
+            if (!color && (!std::isfinite(length) || length == 0))
+            {
+              continue;
+            }
+            ++counts[cluster[v]];
+            for (std::size_t k = 0; k < n; ++k)
+            {
+              sums[cluster[v] * n + k] += attribute.Get(tree.original[v], k) / (color ? 1 : length);
+            }
+          }
+          for (std::size_t c = 0; c < level.first.size(); ++c)
+          {
+            const double length =
+              n == 3 ? std::hypot(sums[c * n], sums[c * n + 1], sums[c * n + 2]) : 0;
+            for (std::size_t k = 0; k < n; ++k)
+            {
+              const double sum = sums[c * n + k];
+              if (role == AttributeRole::Colors)
+              {
+                ASSERT_EQ(means->Get(c, k), std::floor(sum / counts[c] + 0.5));
+                ++compared;
+              }
+              else if (counts[c] == 0)
+              {
+                ASSERT_EQ(means->Get(c, k), 0);
+              }
+              else if (length > 1e-6 * counts[c])
+              {
+                ASSERT_NEAR(means->Get(c, k), sum / length, 2e-6);
+                ++compared;
+              }
+            }
+          }
+        }
+      }
+    });
+  EXPECT_GT(compared, 10000U);
+}
+
+TEST(Attributes, NormalsThatAreNoneOrCancelHaveADocumentedMean)
+{
+  const struct
+  {
+    std::vector<double> normals;
+    Vec3 mean;
+  } cases[] = {
+    { { 0, 0, 2, 0, 0, notANumber, 0, 0, 2 }, { 0, 0, 1 } },
+    { { notANumber, 0, 0, 0, infinite, 0, 0, 0, 0 }, { 0, 0, 0 } },
+    { { 0, 0, 0, 0, 3, 0, 0, -7, 0 }, { 0, 1, 0 } }, // of the lowest vertex that has one
+    { { 3, 0, 4, -3, 0, -4, 3, 0, 4 }, { 0.6, 0, 0.8 } },
+    { { 1, 1e-12, 0, -1, 0, 0, notANumber, notANumber, notANumber }, { 1, 1e-12, 0 } },
+    { { 1e300, 0, 0, 0, 1e-300, 0, 0, 0, 0 }, { std::sqrt(0.5), std::sqrt(0.5), 0 } },
+    { { 5e-324, 0, 0, 0, 0, 0, 0, 0, 0 }, { 1, 0, 0 } },
+  };
+  for (const auto& [normals, mean] : cases)
+  {
+    SCOPED_TRACE(::testing::PrintToString(normals));
+    Mesh mesh;
+    mesh.points.resize(3);
+    mesh.attributes = { PointArray("Normals", AttributeType::Float64, 3, normals) };
+    ClusterLevels levels = OneCluster(mesh);
+    AddLevelAttributes(mesh, levels);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      EXPECT_NEAR(levels.levels[0].attributes.at(0).Get(0, k), mean[k], 1e-15);
+    }
+  }
+}
+
+TEST(Attributes, ColoursRoundToTheNearest)
+{
+  Mesh mesh;
+  mesh.points.resize(4);
+  mesh.attributes = { PointArray("RGBA", AttributeType::UInt8, 4,
+    { 0, 255, 1, 255, 1, 255, 1, 0, 0, 255, 1, 0, 1, 255, 2, 255 }) };
+  ClusterLevels levels = OneCluster(mesh);
+  AddLevelAttributes(mesh, levels);
+  EXPECT_EQ(
+    levels.levels[0].attributes.at(0).values, (std::vector<std::uint8_t>{ 1, 255, 1, 128 }));
+}
+
+TEST(Attributes, WeldingJoinsVerticesThatAreEqualInAllTheirArrays)
+{
+  std::mt19937 generator(9);
+  const auto random = [&generator] { return static_cast<std::uint32_t>(generator()); };
+  std::size_t joined = 0, apart = 0;
+  for (int round = 0; round < 200; ++round)
+  {
+    Mesh mesh;
+    for (unsigned i = random() % 40; i > 0; --i)
+    {
+      mesh.points.push_back({ double(random() % 2), random() % 2 == 0 ? 0.0 : -0.0, 0 });
+    }
+    for (unsigned i = random() % 30; i > 0 && !mesh.points.empty(); --i)
+    {
+      const auto any = [&] { return static_cast<VertexId>(random() % mesh.points.size()); };
+      mesh.triangles.push_back({ any(), any(), any() });
+    }
+    if (round % 4 != 0)
+    {
+      mesh = WithAttributes(mesh, static_cast<std::uint32_t>(round));
+    }
+    if (round % 4 == 1)
+    {
+      std::erase_if(mesh.attributes, [](const Attribute& a) { return a.name != "A"; });
+    }
+    const Mesh before = mesh;
+    const auto equal = [&](std::size_t a, std::size_t b)
+    {
+      return before.points[a] == before.points[b] &&
+             std::signbit(before.points[a][1]) == std::signbit(before.points[b][1]) &&
+             Bytes(before.attributes, AttributeAssociation::Point, a) ==
+               Bytes(before.attributes, AttributeAssociation::Point, b);
+    };
+    std::vector<VertexId> place;
+    std::vector<VertexId> kept;
+    for (VertexId v = 0; v < before.points.size(); ++v)
+    {
+      const auto first =
+        std::find_if(kept.begin(), kept.end(), [&](VertexId k) { return equal(k, v); });
+      place.push_back(static_cast<VertexId>(first - kept.begin()));
+      if (first == kept.end())
+      {
+        kept.push_back(v);
+      }
+      else
+      {
+        ++joined;
+      }
+      apart += std::any_of(kept.begin(), kept.end(),
+        [&](VertexId k) { return k != v && before.points[k] == before.points[v]; });
+    }
+    EXPECT_EQ(WeldVertices(mesh), before.points.size() - kept.size());
+    ASSERT_EQ(mesh.points.size(), kept.size());
+    ASSERT_TRUE(CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size()));
+    for (std::size_t v = 0; v < kept.size(); ++v)
+    {
+      ASSERT_EQ(Bytes(mesh.attributes, AttributeAssociation::Point, v),
+        Bytes(before.attributes, AttributeAssociation::Point, kept[v]));
+    }
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        ASSERT_EQ(mesh.triangles[i][k], place[before.triangles[i][k]]);
+      }
+      ASSERT_EQ(Bytes(mesh.attributes, AttributeAssociation::Cell, i),
+        Bytes(before.attributes, AttributeAssociation::Cell, i));
+    }
+  }
+  EXPECT_GT(joined, 500U);
+  EXPECT_GT(apart, 500U);
+}
+
+TEST(Attributes, HaveSaneNumbersAndNames)
+{
+  const Attribute good = PointArray("good", AttributeType::Float32, 2, { 1, 2, 3, 4 });
+  const auto problem = [](const std::vector<Attribute>& attributes)
+  {
+    const Status status = CheckAttributes(attributes, 2, 5);
+    return status ? "" : status.GetError().message;
+  };
+  EXPECT_EQ(problem({ good }), "");
+  const auto changed = [&](auto&& change)
+  {
+    Attribute attribute = good;
+    change(attribute);
+    return problem({ attribute });
+  };
+  EXPECT_EQ(changed([](Attribute& a) { a.name = ""; }), "attribute 0 has a name of 0 bytes");
+  EXPECT_EQ(changed([](Attribute& a) { a.name = std::string(255, 'x'); }), "");
+  EXPECT_EQ(changed([](Attribute& a) { a.name = std::string(256, 'x'); }),
+    "attribute 0 has a name of 256 bytes");
+  EXPECT_EQ(changed([](Attribute& a) { a.components = 0; }), "attribute 0, \"good\", has 16 bytes");
+  EXPECT_EQ(
+    changed([](Attribute& a) { a.values.pop_back(); }), "attribute 0, \"good\", has 15 bytes");
+  EXPECT_EQ(changed([](Attribute& a) { a.association = AttributeAssociation::Cell; }),
+    "attribute 0, \"good\", has 16 bytes");
+  Attribute cell = PointArray("good", AttributeType::Int8, 1, { 1, 2, 3, 4, 5 });
+  cell.association = AttributeAssociation::Cell;
+  EXPECT_EQ(problem({ good, cell }), "");
+  EXPECT_EQ(problem({ good, cell, good }), "attribute 2 has the name of attribute 0");
+  std::vector<Attribute> many;
+  for (int i = 0; i < 255; ++i)
+  {
+    many.push_back(good);
+    many.back().name = std::to_string(i);
+  }
+  EXPECT_EQ(problem(many), "");
+  many.push_back(good);
+  EXPECT_EQ(problem(many), "256 attributes: more than 255");
+}
+
+TEST(Attributes, NamesAreTexts)
+{
+  for (const char* name :
+    { "a", "Größe", "温度", "\xF0\x9F\x90\x89", "a b", "\xC2\xA0", "\xED\x9F\xBF" })
+  {
+    EXPECT_TRUE(IsAttributeName(name)) << name;
+  }
+  EXPECT_TRUE(IsAttributeName(std::string(255, 'x')));
+  EXPECT_FALSE(IsAttributeName(std::string(256, 'x')));
+  for (const char* name : { "", "\n", "a\x7F", "\x80", "\xC0\xAF", "\xC3", "a\xC3(", "\xE0\x80\xAF",
+         "\xED\xA0\x80", "\xF0\x80\x80\x80", "\xF4\x90\x80\x80", "\xF8\x88\x80\x80\x80", "\xC2\x85",
+         "caf\xE9", "\xE6\xB8", "\xFF" })
+  {
+    EXPECT_FALSE(IsAttributeName(name)) << ::testing::PrintToString(std::string(name));
+  }
+}
