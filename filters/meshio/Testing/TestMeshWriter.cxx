@@ -1,4 +1,5 @@
 // MeshWriter: every format is read back by a few lines of its own here, exactly.
+#include "Testing/Fixtures/Attributes.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -6,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <locale>
 #include <random>
 #include <sstream>
@@ -56,6 +59,11 @@ std::vector<Mesh> Meshes()
     meshes.push_back(RandomMesh(3, type, 1, 1));
     meshes.push_back(RandomMesh(4, type, 500, 0));
     meshes.push_back(RandomMesh(5, type, 50000, 120000));
+    for (const std::size_t points : { 1, 7, 300 })
+    {
+      meshes.push_back(fixtures::WithAttributes(RandomMesh(6, type, points, 2 * points), 1));
+      meshes.push_back(fixtures::WithAttributes(RandomMesh(7, type, points, 1), 2));
+    }
   }
   return meshes;
 }
@@ -101,6 +109,32 @@ std::size_t After(const std::string& text, const std::string& what, std::size_t 
   return at == std::string::npos ? text.size() : at + what.size();
 }
 
+const Attribute* RoleIn(const Mesh& mesh, AttributeRole role)
+{
+  const auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+    [role](const Attribute& attribute) { return RoleOf(attribute) == role; });
+  return found == mesh.attributes.end() ? nullptr : &*found;
+}
+
+// The last words of a line are a tuple, or zeros where it is not finite.
+void ExpectTextTuple(
+  const std::vector<std::string>& words, const Attribute& array, std::size_t tuple)
+{
+  ASSERT_GE(words.size(), array.components);
+  bool finite = true;
+  for (std::size_t k = 0; k < array.components; ++k)
+  {
+    finite = finite && std::isfinite(array.Get(tuple, k));
+  }
+  for (std::size_t k = 0; k < array.components; ++k)
+  {
+    const auto type =
+      array.type == AttributeType::Float32 ? ScalarType::Float32 : ScalarType::Float64;
+    const double value = FromText(words[words.size() - array.components + k], type);
+    ASSERT_EQ(value, finite ? array.Get(tuple, k) : 0);
+  }
+}
+
 }
 
 TEST(MeshWriter, WritesPlyThatReadsBack)
@@ -116,6 +150,9 @@ TEST(MeshWriter, WritesPlyThatReadsBack)
     ASSERT_TRUE((*reader)->ReadVertices(back, SIZE_MAX));
     ASSERT_TRUE((*reader)->ReadTriangles(back, SIZE_MAX));
     ExpectSame(back, mesh);
+    EXPECT_EQ(back.attributes, mesh.attributes);
+    EXPECT_TRUE((*reader)->Info().ignoredAttributes.empty());
+    EXPECT_TRUE(AttributesLeftOut(file, mesh).empty());
     EXPECT_EQ((*reader)->Position(), (*reader)->FileSize());
   }
 }
@@ -124,29 +161,48 @@ TEST(MeshWriter, WritesObjThatReadsBack)
 {
   for (const Mesh& mesh : Meshes())
   {
+    const Attribute* const colors = RoleIn(mesh, AttributeRole::Colors);
+    const Attribute* const normals = RoleIn(mesh, AttributeRole::Normals);
+    const Attribute* const texture = RoleIn(mesh, AttributeRole::TextureCoordinates);
     std::istringstream text(Written(mesh, "mesh.OBJ"));
     Mesh back;
     back.scalarType = mesh.scalarType;
-    std::string word;
-    while (text >> word)
+    std::size_t normal = 0, coordinate = 0;
+    for (std::string line; std::getline(text, line);)
     {
-      std::string a;
-      std::string b;
-      std::string c;
-      text >> a >> b >> c;
-      if (word == "v")
+      std::istringstream words(line);
+      std::vector<std::string> word(std::istream_iterator<std::string>(words), {});
+      if (word[0] == "v")
       {
-        back.points.push_back({ FromText(a, mesh.scalarType), FromText(b, mesh.scalarType),
-          FromText(c, mesh.scalarType) });
+        ASSERT_EQ(word.size(), colors ? 7U : 4U);
+        for (std::size_t k = 0; colors && k < 3; ++k)
+        {
+          ASSERT_EQ(std::lround(std::stod(word[4 + k]) * 255), colors->Get(back.points.size(), k));
+        }
+        back.points.push_back({ FromText(word[1], mesh.scalarType),
+          FromText(word[2], mesh.scalarType), FromText(word[3], mesh.scalarType) });
+      }
+      else if (word[0] == "vn" || word[0] == "vt")
+      {
+        const Attribute* const array = word[0] == "vn" ? normals : texture;
+        ASSERT_NE(array, nullptr);
+        ExpectTextTuple(word, *array, word[0] == "vn" ? normal++ : coordinate++);
       }
       else
       {
-        ASSERT_EQ(word, "f");
-        back.triangles.push_back({ static_cast<VertexId>(std::stoul(a) - 1),
-          static_cast<VertexId>(std::stoul(b) - 1), static_cast<VertexId>(std::stoul(c) - 1) });
+        ASSERT_EQ(word[0], "f");
+        Triangle& triangle = back.triangles.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          const std::string number = word[1 + k].substr(0, word[1 + k].find('/'));
+          triangle[k] = static_cast<VertexId>(std::stoul(number) - 1);
+          ASSERT_EQ(word[1 + k], number + (normals ? "/" + number + "/" + number : ""));
+        }
       }
     }
     ExpectSame(back, mesh);
+    EXPECT_EQ(normal, normals ? mesh.points.size() : 0);
+    EXPECT_EQ(coordinate, texture ? mesh.points.size() : 0);
   }
 }
 
@@ -168,6 +224,30 @@ TEST(MeshWriter, WritesVrmlThatReadsBack)
         back.points.emplace_back();
       }
       back.points.back()[k % 3] = FromText(word, mesh.scalarType);
+    }
+    if (const Attribute* const colors = RoleIn(mesh, AttributeRole::Colors))
+    {
+      std::istringstream values(text.substr(After(text, "color [")));
+      for (std::size_t i = 0; i < mesh.points.size() * 3; ++i)
+      {
+        ASSERT_TRUE(values >> word);
+        ASSERT_EQ(std::lround(std::stod(word) * 255), colors->Get(i / 3, i % 3));
+      }
+      ASSERT_TRUE(values >> word);
+      EXPECT_EQ(word, "]");
+    }
+    if (const Attribute* const normals = RoleIn(mesh, AttributeRole::Normals))
+    {
+      std::istringstream values(text.substr(After(text, "vector [\n")));
+      std::string line;
+      for (std::size_t i = 0; i < mesh.points.size(); ++i)
+      {
+        std::getline(values, line);
+        std::istringstream words(line);
+        ExpectTextTuple({ std::istream_iterator<std::string>(words), {} }, *normals, i);
+      }
+      std::getline(values, line);
+      EXPECT_EQ(line, "] }");
     }
     if (!mesh.triangles.empty())
     {
@@ -280,6 +360,26 @@ TEST(MeshWriter, WritesVtpThatReadsBack)
       }
     }
     ExpectSame(back, mesh);
+    for (const Attribute& attribute : mesh.attributes)
+    {
+      const bool isPoint = attribute.association == AttributeAssociation::Point;
+      const std::string name =
+        attribute.name.starts_with('<') ? "&lt;&quot;Größe&quot; &amp; 'mehr'&gt;" : attribute.name;
+      std::string type(NameOf(attribute.type));
+      type[type[0] == 'u'] = static_cast<char>(std::toupper(type[type[0] == 'u']));
+      type[0] = static_cast<char>(std::toupper(type[0]));
+      const std::string tag = "<DataArray type=\"" + type + "\" Name=\"" + name +
+                              "\" NumberOfComponents=\"" +
+                              std::to_string(int{ attribute.components }) + "\"";
+      const std::size_t section = text.find(isPoint ? "<PointData" : "<CellData");
+      const std::size_t declared = text.find(tag, section);
+      ASSERT_LT(declared, text.find(isPoint ? "</PointData" : "</CellData")) << tag;
+      const std::size_t at = data + std::stoul(text.substr(After(text, "offset=\"", declared)));
+      ASSERT_EQ(FromBytes<std::uint64_t>(text, at), attribute.values.size());
+      ASSERT_EQ(text.compare(at + 8, attribute.values.size(),
+                  reinterpret_cast<const char*>(attribute.values.data()), attribute.values.size()),
+        0);
+    }
     EXPECT_TRUE(text.ends_with("</VTKFile>\n"));
   }
 }
@@ -298,6 +398,27 @@ TEST(MeshWriter, WritesTheSameInEveryLocale)
   const std::string other = Written(mesh, "mesh.obj");
   std::locale::global(before);
   EXPECT_EQ(plain, other);
+}
+
+TEST(MeshWriter, NamesWhatAFormatLeavesOut)
+{
+  Mesh mesh;
+  for (const char* name : { "Normals", "RGB", "TCoords", "RGBA", "any" })
+  {
+    Attribute attribute;
+    attribute.name = name;
+    const bool color = attribute.name.starts_with("RGB");
+    attribute.type = color ? AttributeType::UInt8 : AttributeType::Float32;
+    attribute.components = attribute.name == "TCoords" ? 2 : attribute.name == "RGBA" ? 4 : 3;
+    mesh.attributes.push_back(attribute);
+  }
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(AttributesLeftOut("a.ply", mesh), Names{});
+  EXPECT_EQ(AttributesLeftOut("a.VTP", mesh), Names{});
+  EXPECT_EQ(AttributesLeftOut("a.obj", mesh), (Names{ "RGBA", "any" }));
+  EXPECT_EQ(AttributesLeftOut("a.wrl", mesh), (Names{ "TCoords", "RGBA", "any" }));
+  EXPECT_EQ(
+    AttributesLeftOut("a.stl", mesh), (Names{ "Normals", "RGB", "TCoords", "RGBA", "any" }));
 }
 
 TEST(MeshWriter, RefusesWhatItCannotWrite)
@@ -322,6 +443,25 @@ TEST(MeshWriter, RefusesWhatItCannotWrite)
     ASSERT_FALSE(written);
     EXPECT_EQ(written.GetError().code, ErrorCode::InvalidInput);
     EXPECT_EQ(written.GetError().message, "triangle 2: index 8 out of range (8 vertices)");
+  }
+  mesh.triangles[2][1] = 7;
+  for (const std::string ending : { ".ply", ".stl", ".obj", ".vtp", ".wrl" })
+  {
+    const auto expectRefused = [&](const Attribute& attribute, const std::string& message)
+    {
+      mesh.attributes = { attribute };
+      const Status written = WriteMesh(folder.File("mesh" + ending), mesh);
+      ASSERT_FALSE(written);
+      EXPECT_EQ(written.GetError().code, ErrorCode::InvalidInput);
+      EXPECT_EQ(written.GetError().message, message);
+    };
+    Attribute attribute;
+    attribute.name = "caf\xE9";
+    attribute.values.resize(8 * 4);
+    expectRefused(attribute, "attribute 0 has a name that is no text");
+    attribute.name = "short";
+    attribute.values.pop_back();
+    expectRefused(attribute, "attribute 0, \"short\", has 31 bytes");
   }
   EXPECT_EQ(folder.CountFiles(), 0U);
 }
