@@ -1,0 +1,37 @@
+// The nearest of a set of points: a small k-d tree for queries.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Built in O(k log k), asked in O(log k) on the average, exact. Any number of threads may ask.
+class NearestPoint
+{
+public:
+  explicit NearestPoint(std::span<const Vec3> points);
+
+  // The number of the nearest point, the lowest of those as near. REQUIRES: at least one point,
+  // differences whose squares are doubles.
+  std::uint32_t Find(const Vec3& place) const;
+
+private:
+  struct Best
+  {
+    double squared;
+    std::uint32_t point;
+  };
+  void Split(std::size_t begin, std::size_t end);
+  void Search(const Vec3& place, std::size_t begin, std::size_t end, Best& best) const;
+
+  std::span<const Vec3> Points;
+  std::vector<std::uint32_t> Order; // the middle of every range splits it
+  std::vector<std::uint8_t> Axis;   // of each middle
+};
+
+}
