@@ -107,6 +107,12 @@ AttributeRole RoleOf(const AttributeInfo& attribute)
                                                                  : AttributeRole::Other;
 }
 
+bool IsInLevels(const AttributeInfo& attribute)
+{
+  const AttributeRole role = RoleOf(attribute);
+  return role == AttributeRole::Normals || role == AttributeRole::Colors;
+}
+
 double Attribute::Get(std::size_t tuple, std::size_t component) const
 {
   return WithType(this->type,

@@ -58,6 +58,8 @@ enum class AttributeRole
   TextureCoordinates // "TCoords", two floats or doubles, a point array
 };
 AttributeRole RoleOf(const AttributeInfo& attribute);
+// Whether levels carry the array, as means: normals and colours.
+bool IsInLevels(const AttributeInfo& attribute);
 
 // One array, as little-endian values, tuple after tuple.
 struct Attribute : AttributeInfo

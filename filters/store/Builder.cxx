@@ -5,6 +5,8 @@
 #include "filters/core/VertexTree.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/store/BuildInput.h"
+#include "filters/store/BuildMemory.h"
 #include "filters/store/StoreWriter.h"
 
 #include <algorithm>
@@ -15,10 +17,6 @@ namespace kdstream
 {
 namespace
 {
-
-constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
-constexpr std::uint64_t bytesPerCluster = 560;            // measured
-constexpr std::size_t encodeBatch = 64;                   // pieces encoded before they are written
 
 // Adds the time since the last call to a named step.
 class StepClock
@@ -55,90 +53,6 @@ private:
   std::chrono::steady_clock::time_point Last = std::chrono::steady_clock::now();
   std::vector<std::pair<std::string, double>> Steps;
 };
-
-std::string Mebibytes(std::uint64_t bytes)
-{
-  return bytes < 1 << 20 ? std::to_string(bytes >> 10) + " KiB"
-                         : std::to_string(bytes >> 20) + " MiB";
-}
-
-// The least that the mesh needs: a cluster a cell. What more there are is checked once the sheets
-// are known.
-Status CheckMemory(std::uint64_t vertices, std::uint64_t triangles, const BuildOptions& options)
-{
-  const Result<TreeDepths> depths = ComputeDepths(vertices, options.tree);
-  const std::uint64_t need =
-    EstimateBuildMemory(vertices, triangles, depths ? std::uint64_t{ 1 } << depths->finest : 0);
-  if (options.memory == 0 || need <= options.memory)
-  {
-    return {};
-  }
-  return Error{ ErrorCode::LimitExceeded,
-    "needs about " + Mebibytes(need) + " of memory for " + std::to_string(vertices) +
-      " vertices and " + std::to_string(triangles) + " triangles; the limit is " +
-      Mebibytes(options.memory) + " (building out of core is not supported yet)" };
-}
-
-// The most clusters of the finest level that the limit leaves room for.
-std::uint64_t MostClusters(const Mesh& mesh, std::uint64_t limit)
-{
-  const std::uint64_t rest = EstimateBuildMemory(mesh.points.size(), mesh.triangles.size(), 0);
-  return limit == 0
-           ? 0
-           : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / bytesPerCluster : 0);
-}
-
-Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)
-{
-  const MeshFileInfo& info = reader.Info();
-  // What the header claims is a reason to refuse only if the file is large enough to hold it: 3
-  // bytes a vertex and a face are the least.
-  if (info.vertices <= reader.FileSize() / 3 && info.faces <= reader.FileSize() / 3)
-  {
-    if (Status status = CheckMemory(info.vertices, info.faces, options); !status)
-    {
-      return status.GetError();
-    }
-  }
-  Mesh mesh;
-  mesh.scalarType = info.scalarType;
-  const auto report = [&]()
-  {
-    const double size = std::max(1.0, double(reader.FileSize()));
-    return execution.Report("read", double(reader.Position()) / size);
-  };
-  for (bool triangles : { false, true })
-  {
-    for (;;)
-    {
-      const Result<std::size_t> read =
-        triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
-      if (!read)
-      {
-        return read.GetError();
-      }
-      if (*read == 0)
-      {
-        break;
-      }
-      if (Status status = CheckMemory(mesh.points.size(), mesh.triangles.size(), options); !status)
-      {
-        return status.GetError();
-      }
-      if (Status status = report(); !status)
-      {
-        return status.GetError();
-      }
-    }
-  }
-  if (mesh.triangles.size() >= noVertex)
-  {
-    return Error{ ErrorCode::LimitExceeded,
-      std::to_string(mesh.triangles.size()) +
-        " triangles; at most 4294967294 fit a build in memory" };
-  }
-  return mesh;
-}
 
 class StoreBuilder
 {
@@ -187,9 +101,9 @@ private:
   Result<VertexTree> BuildTree()
   {
     StoreInfo& info = this->Information;
-    if (this->Input.points.empty())
+    if (Status status = PrepareMesh(this->Input); !status)
     {
-      return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+      return status.GetError();
     }
     info.weld = this->Options.weld;
     info.welded = info.weld ? WeldVertices(this->Input) : 0;
@@ -228,13 +142,12 @@ private:
     const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
       std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
     LevelOptions options = this->Options.levels;
-    options.mostClusters = MostClusters(this->Input, this->Options.memory);
+    options.mostClusters = MostClusters(
+      SizeOf(this->Input), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
     Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
     if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
     {
-      return Error{ ErrorCode::LimitExceeded,
-        levels.GetError().message + " with " + Mebibytes(this->Options.memory) +
-          " of memory (building out of core is not supported yet)" };
+      return BeyondMemory(levels.GetError().message, this->Options.memory);
     }
     return levels;
   }
@@ -269,6 +182,10 @@ private:
       this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
     info.vertices = this->Input.points.size();
     info.triangles = this->Input.triangles.size();
+    for (const Attribute& attribute : this->Input.attributes)
+    {
+      info.attributes.push_back(attribute.Info());
+    }
     info.partitioner = NameOf(this->Options.partitioner);
     info.smallestPartition = info.vertices;
     for (std::size_t p = 0; p < info.partitions; ++p)
@@ -368,12 +285,6 @@ private:
   std::uint64_t MergedByGrid = 0;
 };
 
-}
-
-std::uint64_t EstimateBuildMemory(
-  std::uint64_t vertices, std::uint64_t triangles, std::uint64_t clusters)
-{
-  return (std::uint64_t{ 32 } << 20) + 44 * vertices + 40 * triangles + bytesPerCluster * clusters;
 }
 
 Result<BuildReport> BuildStore(const std::filesystem::path& input,

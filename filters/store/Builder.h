@@ -34,14 +34,16 @@ struct BuildReport
   StoreInfo info;
   // Vertices in different places that fall together on the grid: what its bits lose.
   std::uint64_t mergedByGrid = 0;
-  std::vector<std::string> ignoredAttributes; // of the input, not carried
+  std::vector<std::string> ignoredAttributes; // of the input: MeshFileInfo
   std::vector<std::pair<std::string, double>>
     seconds; // read, tree, faces, levels, encode, write, total
 };
 
 // Builds `store` from `input`. The store appears whole or not at all.
-// Complexity O(n log n + t log t); peak memory as EstimateBuildMemory. The content depends on input
-// and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices;
+// Complexity O(n log n + t log t); peak memory as EstimateBuildMemory
+// (BuildMemory.h). The content depends on input
+// and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices
+// or with attributes that no store can hold (PrepareMesh);
 // LimitExceeded; InputOutput; Cancelled. The message does not name the file.
 Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
@@ -49,11 +51,5 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
 // The same from a mesh in memory. name: stored as the input's name.
 Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
-
-// Bytes that a build in memory takes at most, measured on surfaces, clouds and soups
-// (Programs.StaysBelowTheMemoryLimit). clusters: of the finest level, at least one a cell, at most
-// four; known once the sheets are found.
-std::uint64_t EstimateBuildMemory(
-  std::uint64_t vertices, std::uint64_t triangles, std::uint64_t clusters);
 
 }

@@ -256,7 +256,26 @@ Result<Piece> Store::ReadPiece(PieceId id) const
   {
     return blob.GetError();
   }
-  return DecodePiece(*blob, id, this->Information.Codec());
+  Result<Piece> piece = DecodePiece(*blob, id, this->Information.Codec());
+  if (piece && !this->AttributesFit(*piece))
+  {
+    return Error{ ErrorCode::Damaged,
+      BlobName(id, this->Information.depths) + ": its attributes are not those of the metadata" };
+  }
+  return piece;
+}
+
+// The original has them all; levels those whose mean says something.
+bool Store::AttributesFit(const Piece& piece) const
+{
+  std::vector<AttributeInfo> expected = this->Information.attributes;
+  if (!piece.id.resolution.IsOriginal())
+  {
+    std::erase_if(expected, [](const AttributeInfo& info) { return !IsInLevels(info); });
+  }
+  return std::equal(expected.begin(), expected.end(), piece.attributes.begin(),
+    piece.attributes.end(),
+    [](const AttributeInfo& info, const Attribute& attribute) { return attribute.Info() == info; });
 }
 
 Result<std::vector<Box>> Store::ReadTree() const

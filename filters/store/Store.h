@@ -91,6 +91,7 @@ public:
 private:
   struct Connection;
   Store();
+  bool AttributesFit(const Piece& piece) const;
   std::unique_ptr<Connection> Database;
   StoreInfo Information;
 };

@@ -225,6 +225,13 @@ void ReadAttributes(const Fields& fields, StoreInfo& info, std::string& problem)
         attribute.Count("type", static_cast<std::uint64_t>(AttributeType::Float64))),
       static_cast<AttributeAssociation>(attribute.Count("association", 1)),
       static_cast<std::uint8_t>(attribute.Count("components", 255)) });
+    const AttributeInfo& last = info.attributes.back();
+    if (last.components == 0 || !IsAttributeName(last.name) ||
+        info.attributes.size() > mostAttributes)
+    {
+      fields.Bad("attributes");
+      return;
+    }
   }
 }
 
