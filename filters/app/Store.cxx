@@ -2,8 +2,12 @@
 // CLI.md.
 #include "filters/store/Store.h"
 #include "filters/app/Program.h"
+#include "filters/app/ReadAnyMesh.h"
 #include "filters/app/StoreJson.h"
+#include "filters/app/TbbExecution.h"
+#include "filters/core/MeshDistance.h"
 #include "filters/core/Region.h"
+#include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/store/StoreMesh.h"
 
@@ -11,6 +15,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <optional>
 
@@ -27,12 +32,13 @@ constexpr const char* description =
   "  kdstream-store verify dragon.kds\n"
   "  kdstream-store extract dragon.kds --level 12 -o dragon12.ply\n"
   "  kdstream-store extract dragon.kds --region 300 --rings 1 --in-context 12 -o "
-  "region.vtp";
+  "region.vtp\n"
+  "  kdstream-store distance dragon.kds --level 13 --against dragon.ply";
 
 struct CommandLine
 {
-  std::string store, output, resolutions;
-  bool json = false, all = false;
+  std::string store, output, resolutions, against;
+  bool json = false, all = false, quiet = false;
   std::optional<unsigned> level, inContext;
   std::optional<std::uint32_t> partition;
   std::optional<NodeId> region;
@@ -62,6 +68,13 @@ void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
   line("partitioner          ", info.partitioner);
   line("partition vertices   ",
     std::to_string(info.smallestPartition) + " to " + std::to_string(info.largestPartition));
+  for (const AttributeInfo& attribute : info.attributes)
+  {
+    const bool point = attribute.association == AttributeAssociation::Point;
+    line("attribute            ",
+      attribute.name + ": " + std::to_string(attribute.components) + " " +
+        std::string(NameOf(attribute.type)) + (point ? " a vertex" : " a triangle"));
+  }
   line("partition bytes      ", info.original.bytes);
   line("store bytes          ", bytes);
   line("digest               ", info.digest);
@@ -266,21 +279,88 @@ public:
         {
           return PrintError(this->Program, this->Line.output, status.GetError());
         }
-        this->WarnOfStl(*output, *mesh);
+        this->WarnOfLosses(*output, *mesh);
         return exitDone;
       });
   }
 
-private:
-  // STL holds single-precision triangles and nothing else.
-  void WarnOfStl(const std::filesystem::path& file, const Mesh& mesh) const
+  int Distance()
   {
-    if (file.extension() != ".stl")
+    return this->WithStore(
+      [this](const Store& store)
+      {
+        CatchInterrupts();
+        const int exitCode = this->PrintDistance(store);
+        ReleaseInterrupts();
+        return exitCode;
+      });
+  }
+
+private:
+  int PrintDistance(const Store& store) const
+  {
+    const Result<Mesh> level = ExtractMesh(store, this->Line);
+    if (!level)
+    {
+      return PrintError(this->Program, this->Line.store, level.GetError());
+    }
+    Result<MeshDistance> distance = Error{};
+    {
+      ProgressReporter progress(this->Program, this->Line.quiet);
+      Execution execution = MakeTbbExecution(0);
+      execution.progress = std::ref(progress);
+      const Result<Mesh> mesh = ReadAnyMesh(this->Line.against, execution);
+      distance = mesh ? MeasureDistance(*mesh, *level, {}, execution)
+                      : Result<MeshDistance>(mesh.GetError());
+    }
+    if (!distance)
+    {
+      return PrintError(this->Program, this->Line.against, distance.GetError());
+    }
+    this->PrintDistance(*distance);
+    return exitDone;
+  }
+
+  void PrintDistance(const MeshDistance& distance) const
+  {
+    if (this->Line.json)
+    {
+      const Json json{ { "rms_forward", distance.rmsForward },
+        { "rms_backward", distance.rmsBackward }, { "hausdorff", distance.hausdorff },
+        { "diagonal", distance.diagonal } };
+      std::cout << json.dump(2) << "\n";
+      return;
+    }
+    const auto line = [&](const char* name, double value)
+    {
+      const double percent = distance.diagonal > 0 ? 100 * value / distance.diagonal : 0;
+      std::printf("%-21s%.6g (%.4f %% of the diagonal)\n", name, value, percent);
+    };
+    line("RMS to the level", distance.rmsForward);
+    line("RMS from the level", distance.rmsBackward);
+    line("Hausdorff distance", distance.hausdorff);
+    std::printf("%-21s%.6g\n", "diagonal", distance.diagonal);
+  }
+
+  // Of what the format does not hold: STL single-precision triangles and nothing else, others some
+  // attributes.
+  void WarnOfLosses(const std::filesystem::path& file, const Mesh& mesh) const
+  {
+    const auto warn = [&](const std::string& what)
+    { std::cerr << this->Program << ": warning: " << this->Line.output << ": " << what << "\n"; };
+    std::string names;
+    for (const std::string& name : AttributesLeftOut(file, mesh))
+    {
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    if (!names.empty())
+    {
+      warn("the format does not hold these attributes: " + names);
+    }
+    if (FileEnding(file) != ".stl")
     {
       return;
     }
-    const auto warn = [&](const char* what)
-    { std::cerr << this->Program << ": warning: " << this->Line.output << ": " << what << "\n"; };
     if (mesh.triangles.empty())
     {
       warn("STL holds triangles only; there are none");
@@ -335,6 +415,23 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   extract.add_option("-o,--output", line.output, "OUT.ply, .vtp, .stl, .obj or .wrl")->required();
 }
 
+void AddDistance(CLI::App& distance, CommandLine& line)
+{
+  distance.add_option("STORE", line.store, "the store")->required();
+  distance.add_option("--level", line.level, "the level D that is measured")
+    ->type_name("D")
+    ->required();
+  distance
+    .add_option("--against", line.against,
+      "the mesh it is measured against, of any format that kdstream-build takes")
+    ->type_name("MESH")
+    ->required();
+  distance.add_flag("--json", line.json,
+    "as JSON: rms_forward (from the mesh to the level), rms_backward, hausdorff and diagonal, in "
+    "the model's unit");
+  distance.add_flag("--quiet", line.quiet, "no progress");
+}
+
 }
 
 int main(int argc, char** argv)
@@ -351,12 +448,16 @@ int main(int argc, char** argv)
   verify->add_option("STORE", line.store, "the store")->required();
   CLI::App* extract = app.add_subcommand("extract", "writes a mesh out of the store");
   AddExtract(*extract, line);
+  CLI::App* distance = app.add_subcommand(
+    "distance", "measures how far a level is from a mesh, by 100,000 samples each way");
+  AddDistance(*distance, line);
   return RunProgram(app, argc, argv,
     [&]()
     {
       Commands commands(app.get_name(), line);
-      return info->parsed()     ? commands.Info()
-             : verify->parsed() ? commands.Verify()
-                                : commands.Extract();
+      return info->parsed()       ? commands.Info()
+             : verify->parsed()   ? commands.Verify()
+             : distance->parsed() ? commands.Distance()
+                                  : commands.Extract();
     });
 }

@@ -1,0 +1,61 @@
+#include "filters/app/ReadAnyMesh.h"
+
+#include "filters/app/ConvertedInput.h"
+#include "filters/meshio/MeshReader.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
+
+Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execution)
+{
+  Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(file);
+  if (!opened)
+  {
+    return opened.GetError();
+  }
+  MeshReader& reader = **opened;
+  Mesh mesh;
+  for (const bool triangles : { false, true })
+  {
+    for (;;)
+    {
+      const Result<std::size_t> read =
+        triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
+      if (!read)
+      {
+        return read.GetError();
+      }
+      if (*read == 0)
+      {
+        break;
+      }
+      const double size = std::max(1.0, double(reader.FileSize()));
+      if (Status status = execution.Report("read", double(reader.Position()) / size); !status)
+      {
+        return status.GetError();
+      }
+    }
+  }
+  return mesh;
+}
+
+}
+
+Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution)
+{
+  if (!NeedsConversion(file))
+  {
+    return ReadWhole(file, execution);
+  }
+  const Result<ConvertedInput> converted =
+    ConvertedInput::Make(file, std::filesystem::temp_directory_path(), {}, execution);
+  return converted ? ReadWhole(converted->File(), execution) : Result<Mesh>(converted.GetError());
+}
+
+}
