@@ -188,10 +188,6 @@ public:
     std::fill(this->Size.begin(), this->Size.end(), 0);
     for (std::uint32_t c = 0; c < seeds.size(); ++c)
     {
-      this->Cluster[seeds[c]] = c; // before any grows: no seed is taken by another cluster
-    }
-    for (std::uint32_t c = 0; c < seeds.size(); ++c)
-    {
       this->Take({ 0, seeds[c], c, 0 });
     }
     while (!this->Front.empty())

@@ -109,7 +109,7 @@ std::vector<PartitionEdge> AddTriangles(std::span<const Vec3> points,
     for (auto partition = touched.begin(); partition != end; ++partition)
     {
       ++partitions[*partition].triangles;
-      partitions[*partition].area += degenerate ? 0 : area;
+      partitions[*partition].area += area;
       for (std::size_t k = 0; k < 3 && !degenerate; ++k)
       {
         const auto [a, b] = std::minmax(corners[k], corners[(k + 1) % 3]);

@@ -195,6 +195,16 @@ TEST(PartitionMeasures, IsWhatPlainCountingGives)
   }
 }
 
+TEST(PartitionMeasures, DegenerateTrianglesHaveNoEdges)
+{
+  const Mesh mesh{ { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } },
+    { { 0, 1, 2 }, { 0, 0, 1 }, { 1, 2, 2 }, { 2, 2, 2 } } };
+  const PartitionMeasures found = Measure(mesh, One(mesh));
+  EXPECT_EQ(found.partitions[0].triangles, 4U);
+  EXPECT_EQ(found.partitions[0].area, 0.5);
+  EXPECT_DOUBLE_EQ(found.partitions[0].boundaryLength, 2 + std::sqrt(2.0));
+}
+
 TEST(PartitionMeasures, NothingIsDefinedWithoutAreaOrBoundary)
 {
   const Mesh closed = DisplacedSphere(2);
