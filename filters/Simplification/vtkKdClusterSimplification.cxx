@@ -1,14 +1,16 @@
-// Steps: 1. points and triangles in core's types  2. weld, tree, levels down to Depth (core)  3.
-// VTK arrays.
+// Steps: 1. points, triangles, normals and colours in core's types  2. weld, tree, level (core)
+// 3. VTK arrays.
 #include "vtkKdClusterSimplification.h"
 
+#include "filters/Simplification/SimplifiedLevel.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
-#include "filters/core/ClusterLevels.h"
-#include "filters/core/KdTree.h"
 #include "filters/core/Weld.h"
 
 #include <vtkCellArray.h>
+#include <vtkDataArray.h>
+#include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
@@ -18,7 +20,9 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 vtkStandardNewMacro(vtkKdClusterSimplification);
@@ -28,45 +32,84 @@ namespace
 
 using namespace kdstream;
 
-// The level at `depth`, or the finest where there is none. finest: set to the depth of the finest.
-Result<ClusterLevel> BuildLevel(const Mesh& mesh, const KdTreeOptions& treeOptions,
-  ClusterOptions options, int depth, const Execution& execution, int& finest)
+// Cluster ids travel as an attribute while points are welded, so that only points of one cluster
+// are joined. VTK arrays without a name are skipped, so no other attribute is called so.
+const char* const clusterIdName = "";
+
+// What levels carry: normals and colours. Other arrays must not keep points apart.
+std::vector<Attribute> ReadLevelAttributes(vtkPolyData& input, const PolyDataElements& elements)
 {
-  const Result<TreeDepths> depths = ComputeDepths(mesh.points.size(), treeOptions);
-  if (!depths)
+  std::vector<Attribute> attributes = ReadAttributes(input, elements).attributes;
+  const auto isOther = [](const Attribute& attribute)
   {
-    return depths.GetError();
-  }
-  finest = static_cast<int>(depths->finest);
-  if (depth > finest)
-  {
-    return Error{ ErrorCode::InvalidArgument,
-      "Depth " + std::to_string(depth) + " is below the finest level of this input, at depth " +
-        std::to_string(finest) };
-  }
-  const Result<KdTree> tree = BuildKdTree(mesh.points, treeOptions, execution);
-  if (!tree)
-  {
-    return tree.GetError();
-  }
-  const std::vector<std::uint32_t> partition = CellOfVertex(*tree, depths->partition);
-  const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
-    std::size_t{ 1 } << depths->partition, [&](VertexId v) { return partition[v]; });
-  options.coarsestDepth = depth < 0 ? depths->finest : static_cast<unsigned>(depth);
-  Result<ClusterLevels> levels =
-    BuildClusterLevels(mesh.points, mesh.triangles, *tree, buckets, options, execution);
-  if (!levels)
-  {
-    return levels.GetError();
-  }
-  return std::move(levels->levels[options.coarsestDepth]);
+    const AttributeRole role = RoleOf(attribute);
+    return role != AttributeRole::Normals && role != AttributeRole::Colors;
+  };
+  attributes.erase(std::remove_if(attributes.begin(), attributes.end(), isOther), attributes.end());
+  return attributes;
 }
 
-void FillOutput(const ClusterLevel& level, const Mesh& mesh, vtkPolyData& output)
+Result<Mesh> ReadSimplifiable(vtkPolyData& input, const Execution& execution)
+{
+  Result<Mesh> mesh = ReadMesh(input, execution);
+  if (mesh)
+  {
+    // Cannot fail: ReadMesh has read them already.
+    mesh->attributes = ReadLevelAttributes(input, *ReadElements(input));
+  }
+  return mesh;
+}
+
+// One whole number for each point.
+Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
+{
+  if (!array)
+  {
+    return Error{ ErrorCode::InvalidArgument, "the input has no such point array of cluster ids" };
+  }
+  const std::string name = array->GetName() ? array->GetName() : "";
+  if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != points)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "array \"" + name + "\" has not one cluster id a point" };
+  }
+  Attribute ids{ { clusterIdName, AttributeType::Int64, AttributeAssociation::Point, 1 }, {} };
+  ids.values.resize(static_cast<std::size_t>(points) * sizeof(std::int64_t));
+  for (vtkIdType i = 0; i < points; ++i)
+  {
+    const double value = array->GetComponent(i, 0);
+    if (!(std::abs(value) <= 9007199254740992.0) || value != std::floor(value))
+    {
+      return Error{ ErrorCode::InvalidInput, "array \"" + name + "\": value " +
+                                               std::to_string(value) + " of point " +
+                                               std::to_string(i) + " is not a whole number" };
+    }
+    ids.Set(static_cast<std::size_t>(i), 0, value);
+  }
+  return ids;
+}
+
+// The level of the clusters that `ids` tells; welds with them.
+Result<ClusterLevel> SimplifyClusters(
+  Mesh& mesh, Attribute ids, bool weld, const ClusterOptions& options, const Execution& execution)
+{
+  mesh.attributes.push_back(std::move(ids));
+  if (weld)
+  {
+    WeldVertices(mesh);
+  }
+  const Attribute welded = std::move(mesh.attributes.back());
+  mesh.attributes.pop_back();
+  std::vector<std::int64_t> labels(mesh.points.size());
+  std::memcpy(labels.data(), welded.values.data(), welded.values.size());
+  return SimplifyByClusters(mesh, ClusteringOfLabels(labels), options, execution);
+}
+
+void FillPoints(const ClusterLevel& level, ScalarType type, vtkPolyData& output)
 {
   const auto count = static_cast<vtkIdType>(level.positions.size());
   vtkNew<vtkPoints> points;
-  points->SetDataType(mesh.scalarType == ScalarType::Float32 ? VTK_FLOAT : VTK_DOUBLE);
+  points->SetDataType(type == ScalarType::Float32 ? VTK_FLOAT : VTK_DOUBLE);
   points->SetNumberOfPoints(count);
   vtkNew<vtkDoubleArray> deviations;
   deviations->SetName("Deviation");
@@ -79,10 +122,14 @@ void FillOutput(const ClusterLevel& level, const Mesh& mesh, vtkPolyData& output
   }
   output.SetPoints(points);
   output.GetPointData()->AddArray(deviations);
+}
 
+void FillCells(const ClusterLevel& level, bool cloud, vtkPolyData& output)
+{
   vtkNew<vtkCellArray> cells;
-  if (mesh.triangles.empty())
+  if (cloud)
   {
+    const auto count = static_cast<vtkIdType>(level.positions.size());
     cells->AllocateExact(count, count);
     for (vtkIdType i = 0; i < count; ++i)
     {
@@ -101,6 +148,54 @@ void FillOutput(const ClusterLevel& level, const Mesh& mesh, vtkPolyData& output
   output.SetPolys(cells);
 }
 
+Status FillOutput(const ClusterLevel& level, const Mesh& mesh, vtkPolyData& output)
+{
+  FillPoints(level, mesh.scalarType, output);
+  FillCells(level, mesh.triangles.empty(), output);
+  return WriteAttributes(level.attributes, output);
+}
+
+// What the filter is asked for.
+struct Request
+{
+  SimplificationOptions options;
+  bool weld = true;
+  bool byClusters = false;
+  vtkDataArray* clusterIds = nullptr; // null where there is no such array
+};
+
+Status Simplify(vtkPolyData& input, const Request& request, const Execution& execution,
+  vtkPolyData& output, int& finestDepth)
+{
+  Result<Mesh> mesh = ReadSimplifiable(input, execution);
+  if (!mesh)
+  {
+    return mesh.GetError();
+  }
+  if (request.byClusters)
+  {
+    Result<Attribute> ids = ReadClusterIds(request.clusterIds, input.GetNumberOfPoints());
+    if (!ids)
+    {
+      return ids.GetError();
+    }
+    const Result<ClusterLevel> level =
+      SimplifyClusters(*mesh, std::move(*ids), request.weld, request.options.levels, execution);
+    return level ? FillOutput(*level, *mesh, output) : level.GetError();
+  }
+  if (request.weld)
+  {
+    WeldVertices(*mesh);
+  }
+  const Result<SimplifiedLevel> level = SimplifyMesh(*mesh, request.options, execution);
+  if (!level)
+  {
+    return level.GetError();
+  }
+  finestDepth = static_cast<int>(level->finestDepth);
+  return FillOutput(level->level, *mesh, output);
+}
+
 }
 
 int vtkKdClusterSimplification::RequestData(
@@ -113,40 +208,45 @@ int vtkKdClusterSimplification::RequestData(
   {
     return 1;
   }
-  KdTreeOptions tree;
+  Request request;
+  KdTreeOptions& tree = request.options.tree;
   tree.verticesPerPartition = static_cast<std::uint32_t>(this->VerticesPerPartition);
   tree.cellVertices = static_cast<std::uint32_t>(this->CellVertices);
-  ClusterOptions options;
-  options.representative = this->Representative == Mean ? kdstream::Representative::Mean
-                                                        : kdstream::Representative::Quadric;
-  options.sheets = this->Sheets;
+  LevelOptions& levels = request.options.levels;
+  levels.maker = this->Maker == Collapse ? LevelMaker::Collapse : LevelMaker::Cluster;
+  levels.representative = this->Representative == Mean ? kdstream::Representative::Mean
+                                                       : kdstream::Representative::Quadric;
+  levels.sheets = this->Sheets;
+  if (this->Depth >= 0)
+  {
+    request.options.depth = static_cast<unsigned>(this->Depth);
+  }
+  request.options.target = static_cast<std::size_t>(this->TargetNumberOfTriangles);
+  request.weld = this->Weld;
+  request.byClusters = this->GetInformation()->Has(vtkAlgorithm::INPUT_ARRAYS_TO_PROCESS()) != 0;
+  request.clusterIds = request.byClusters ? this->GetInputArrayToProcess(0, input) : nullptr;
   const Execution execution =
     MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.4 }, { "levels", 0.4, 1.0 } });
 
-  Result<Mesh> mesh = ReadMesh(*input, execution);
-  if (mesh && this->Weld)
-  {
-    WeldVertices(*mesh);
-  }
-  const Result<ClusterLevel> level =
-    mesh ? BuildLevel(*mesh, tree, options, this->Depth, execution, this->FinestDepth)
-         : Result<ClusterLevel>(mesh.GetError());
-  if (level)
-  {
-    FillOutput(*level, *mesh, *output);
-    return 1;
-  }
-  if (level.GetError().code == ErrorCode::Cancelled)
+  const Status status = Simplify(*input, request, execution, *output, this->FinestDepth);
+  if (status)
   {
     return 1;
   }
-  vtkErrorMacro(<< level.GetError().message);
+  output->Initialize();
+  if (status.GetError().code == ErrorCode::Cancelled)
+  {
+    return 1;
+  }
+  vtkErrorMacro(<< status.GetError().message);
   return 0;
 }
 
 void vtkKdClusterSimplification::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "Maker: " << (this->Maker == Collapse ? "Collapse" : "Cluster") << "\n";
+  os << indent << "TargetNumberOfTriangles: " << this->TargetNumberOfTriangles << "\n";
   os << indent << "Depth: " << this->Depth << "\n";
   os << indent << "Representative: " << (this->Representative == Mean ? "Mean" : "Quadric") << "\n";
   os << indent << "Sheets: " << (this->Sheets ? "on" : "off") << "\n";

@@ -1,23 +1,32 @@
 /**
  * @class   vtkKdClusterSimplification
- * @brief   one level of detail of a surface: a representative for each cluster of a k-d tree's
- * cells
+ * @brief   one level of detail of a surface, by clusters or by edge collapse
  *
- * Step "levels" of the README's picture, as a VTK filter. It gives the clusters that kdstream-build
- * --levels cluster makes with the same options.
+ * Step "levels" of the README's picture, as a VTK filter. It gives the levels that kdstream-build
+ * makes with the same options.
  *
  * Input: a vtkPolyData. Its points are split by a balanced k-d tree (as in vtkKdTreePartition) down
- * to Depth; all cells there hold the same number of points, up to one. The points of a cell, or of
- * each connected sheet of the surface inside it, become one point.
+ * to the finest level; all cells there hold the same number of points, up to one. The points of a
+ * cell, or of each connected sheet of the surface inside it, become one point. Coarser levels come
+ * from it: by the cells above (Maker Cluster), or by collapse of edges (Maker Collapse), which at
+ * the same number of triangles stays much closer to the surface. Which level: by Depth, or the one
+ * that has about TargetNumberOfTriangles.
  *
- * Output: a vtkPolyData of about 2^Depth points, with the triangles of the input between them,
- * degenerate ones dropped, one kept of each orientation. Points are float if the input's are, else
- * double. The point array "Deviation" (vtkDoubleArray) tells for each point how far, in the input's
- * unit, the surface it stands for lies from it: the root of the mean squared distance to the
- * planes of its triangles, never less than that of the finer points it is made from. An input
- * without triangles is taken for a point set: its output has a vertex cell for every point.
+ * Any other clusters: name a point array of whole numbers with SetInputArrayToProcess(0, 0, 0,
+ * vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the PartitionId of vtkOctreePartition.
+ * Points with the same number become one point, or one for each sheet. Tree, Maker, Depth and
+ * TargetNumberOfTriangles do not matter then.
  *
- * Not passed: point data, cell data, vertex and line cells (those of a point set excepted).
+ * Output: a vtkPolyData with the triangles of the input between the new points, degenerate ones
+ * dropped, one kept of each orientation. By Depth it has about 2^Depth points. Points are float if
+ * the input's are, else double. The point array "Deviation" (vtkDoubleArray) tells for each point
+ * how far, in the input's unit, the surface it stands for lies from it: the root of the mean
+ * squared distance to the planes of its triangles, never less than that of the finer points it is
+ * made from. Normals (point data; three floats or doubles) and colours (RGB or RGBA scalars of
+ * unsigned char) are averaged, as "Normals" and "RGB" or "RGBA". An input without triangles is
+ * taken for a point set: its output has a vertex cell for every point.
+ *
+ * Not passed: other point data, cell data, vertex and line cells (those of a point set excepted).
  * Polygons become fans around their first point (put a vtkTriangleFilter before, if they are not
  * convex), strips triangles. No points give an empty output.
  *
@@ -25,15 +34,13 @@
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
  * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
  * finite; a cell that uses a point that is not there; points that span more than a double can
- * hold; Depth below the finest level.
+ * hold; Depth below the finest level; an array to process that is not there, or is not one whole
+ * number for each point.
  *
- * Use it for speed, or for meshes and soups that no edge collapse can handle. At the same number of
- * triangles vtkQuadricDecimation comes closer to the surface, and takes far longer.
+ * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
+ * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.
  *
- * Source: section 4.3 of the paper named in the README, exactly so with Sheets off and
- * Representative Mean; sheets, quadrics and deviations are ours.
- *
- * @sa vtkKdTreePartition
+ * @sa vtkKdTreePartition vtkOctreePartition vtkKMeansPartition
  */
 #ifndef vtkKdClusterSimplification_h
 #define vtkKdClusterSimplification_h
@@ -54,6 +61,34 @@ public:
     Quadric = 0, // minimises the distances to the planes of the cluster's triangles
     Mean = 1     // the mean of the cluster's points
   };
+
+  enum MakerType
+  {
+    Cluster = 0, // by the cells of the tree
+    Collapse = 1 // by edge collapse from the finest level
+  };
+
+  ///@{
+  /**
+   * How levels coarser than the finest are made: Cluster (0, default) or Collapse (1). Cluster is
+   * faster and takes soups and clouds apart evenly; Collapse is what kdstream-build does unless it
+   * is told otherwise. Point sets are always clustered.
+   */
+  vtkSetClampMacro(Maker, int, Cluster, Collapse);
+  vtkGetMacro(Maker, int);
+  void SetMakerToCluster() { this->SetMaker(Cluster); }
+  void SetMakerToCollapse() { this->SetMaker(Collapse); }
+  ///@}
+
+  ///@{
+  /**
+   * The number of triangles wanted (of points, for a point set); 0, the default, chooses by Depth.
+   * Maker Collapse gives at most so many, as near to it as it can; Maker Cluster the level whose
+   * number is nearest. An input that has fewer gives its finest level.
+   */
+  vtkSetClampMacro(TargetNumberOfTriangles, vtkIdType, 0, VTK_ID_MAX);
+  vtkGetMacro(TargetNumberOfTriangles, vtkIdType);
+  ///@}
 
   ///@{
   /**
@@ -88,8 +123,8 @@ public:
 
   ///@{
   /**
-   * Whether points with bit-equal coordinates are joined first. Default on: a surface read from STL
-   * has no connections otherwise.
+   * Whether points with bit-equal coordinates, equal normals and colours, and the same cluster id,
+   * are joined first. Default on: a surface read from STL has no connections otherwise.
    */
   vtkSetMacro(Weld, bool);
   vtkGetMacro(Weld, bool);
@@ -114,7 +149,8 @@ public:
   ///@}
 
   /**
-   * The depth of the finest level of the input that was last processed; -1 before.
+   * The depth of the finest level of the input that was last processed; -1 before, and where
+   * clusters were given.
    */
   vtkGetMacro(FinestDepth, int);
 
@@ -129,6 +165,8 @@ private:
   vtkKdClusterSimplification(const vtkKdClusterSimplification&) = delete;
   void operator=(const vtkKdClusterSimplification&) = delete;
 
+  int Maker = Cluster;
+  vtkIdType TargetNumberOfTriangles = 0;
   int Depth = -1;
   int Representative = Quadric;
   bool Sheets = true;

@@ -1,5 +1,7 @@
 #include "filters/core/Clustering.h"
 
+#include "filters/core/LevelAttributes.h"
+
 #include <algorithm>
 #include <numeric>
 #include <string>
@@ -88,6 +90,7 @@ Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clus
   {
     return levels.GetError();
   }
+  AddLevelAttributes(mesh, *levels);
   return std::move(levels->levels.back());
 }
 

@@ -1,0 +1,103 @@
+#include "filters/Simplification/SimplifiedLevel.h"
+
+#include "filters/core/CollapseLevels.h"
+#include "filters/core/LevelAttributes.h"
+
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+// The level whose number of triangles (points of a cloud) is nearest to the target.
+ClusterLevel NearestLevel(ClusterLevels&& levels, std::size_t target, bool cloud)
+{
+  std::size_t best = 0;
+  std::size_t least = 0;
+  for (std::size_t d = 0; d < levels.levels.size(); ++d)
+  {
+    const ClusterLevel& level = levels.levels[d];
+    const std::size_t count = cloud ? level.positions.size() : level.triangles.size();
+    const std::size_t off = count > target ? count - target : target - count;
+    if (d == 0 || off < least)
+    {
+      best = d;
+      least = off;
+    }
+  }
+  return std::move(levels.levels[best]);
+}
+
+Result<ClusterLevel> CollapseToTarget(const Mesh& mesh, const KdTree& tree,
+  const TriangleBuckets& buckets, const SimplificationOptions& options, const Execution& execution)
+{
+  Result<CollapsedMesh> collapsed =
+    CollapseTo(mesh, tree, buckets, options.levels, { options.target, 0 }, execution);
+  if (!collapsed)
+  {
+    return collapsed.GetError();
+  }
+  ClusterLevels one;
+  one.finest = std::move(collapsed->clusterOf);
+  one.levels.push_back(std::move(collapsed->level));
+  AddLevelAttributes(mesh, one);
+  return std::move(one.levels.front());
+}
+
+Result<ClusterLevel> MakeLevel(const Mesh& mesh, const KdTree& tree, const TriangleBuckets& buckets,
+  const SimplificationOptions& options, const Execution& execution)
+{
+  const bool cloud = mesh.triangles.empty();
+  if (options.target > 0 && options.levels.maker == LevelMaker::Collapse && !cloud)
+  {
+    return CollapseToTarget(mesh, tree, buckets, options, execution);
+  }
+  LevelOptions levelOptions = options.levels;
+  levelOptions.coarsestDepth = options.target > 0 ? 0 : options.depth.value_or(tree.depths.finest);
+  Result<ClusterLevels> levels = BuildLevels(mesh, tree, buckets, levelOptions, execution);
+  if (!levels)
+  {
+    return levels.GetError();
+  }
+  if (options.target > 0)
+  {
+    return NearestLevel(std::move(*levels), options.target, cloud);
+  }
+  return std::move(levels->levels[levelOptions.coarsestDepth]);
+}
+
+}
+
+Result<SimplifiedLevel> SimplifyMesh(
+  const Mesh& mesh, const SimplificationOptions& options, const Execution& execution)
+{
+  const Result<TreeDepths> depths = ComputeDepths(mesh.points.size(), options.tree);
+  if (!depths)
+  {
+    return depths.GetError();
+  }
+  if (options.target == 0 && options.depth.value_or(0) > depths->finest)
+  {
+    return Error{ ErrorCode::InvalidArgument, "Depth " + std::to_string(*options.depth) +
+                                                " is below the finest level of this input, at "
+                                                "depth " +
+                                                std::to_string(depths->finest) };
+  }
+  const Result<KdTree> tree = BuildKdTree(mesh.points, options.tree, execution);
+  if (!tree)
+  {
+    return tree.GetError();
+  }
+  const std::vector<std::uint32_t> partition = CellOfVertex(*tree, depths->partition);
+  const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
+    std::size_t{ 1 } << depths->partition, [&](VertexId v) { return partition[v]; });
+  Result<ClusterLevel> level = MakeLevel(mesh, *tree, buckets, options, execution);
+  if (!level)
+  {
+    return level.GetError();
+  }
+  return SimplifiedLevel{ std::move(*level), depths->finest };
+}
+
+}

@@ -1,0 +1,37 @@
+// Which level of a mesh a filter is asked for, and making it: between the filter's parameters and
+// core. No VTK here.
+#pragma once
+
+#include "filters/core/Clustering.h"
+#include "filters/core/Levels.h"
+
+#include <optional>
+
+namespace kdstream
+{
+
+struct SimplificationOptions
+{
+  KdTreeOptions tree;
+  LevelOptions levels;
+  // The depth of the level; nothing = the finest. Not used with a target or clusters.
+  std::optional<unsigned> depth;
+  // Triangles, or points where the mesh has no triangles; 0 = by depth. Not used with clusters.
+  std::size_t target = 0;
+};
+
+struct SimplifiedLevel
+{
+  ClusterLevel level;
+  unsigned finestDepth = 0; // of the tree
+};
+
+// The level of a mesh with at least one point.
+// By depth: that level. By target: LevelMaker::Collapse goes on from the next finer level until
+// there are no more triangles than that; LevelMaker::Cluster, and points, give the level whose
+// number is nearest (the coarser of equals). Complexity and errors: BuildLevels, CollapseTo;
+// InvalidArgument for a depth below the finest.
+Result<SimplifiedLevel> SimplifyMesh(
+  const Mesh& mesh, const SimplificationOptions& options, const Execution& execution);
+
+}

@@ -1,0 +1,380 @@
+// vtkKdClusterSimplification: collapse, targets, clusters from an array, normals and colours.
+#include "filters/Simplification/SimplifiedLevel.h"
+#include "filters/adapter/Testing/FilterTools.h"
+#include "filters/adapter/Testing/SmpBackend.h"
+
+#include <gtest/gtest.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkKdClusterSimplification.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <random>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::testing;
+
+using Filter = vtkSmartPointer<vtkKdClusterSimplification>;
+
+Filter MakeFilter(const PolyData& input, int maker)
+{
+  auto filter = Filter::New();
+  filter->SetInputData(input);
+  filter->SetMaker(maker);
+  return filter;
+}
+
+// The points and triangles of a mesh of triangles.
+Mesh MeshOf(vtkPolyData& input)
+{
+  Mesh mesh;
+  for (vtkIdType i = 0; i < input.GetNumberOfPoints(); ++i)
+  {
+    mesh.points.push_back(Point(input, i));
+  }
+  for (vtkIdType c = 0; c < input.GetNumberOfCells(); ++c)
+  {
+    const Ids ids = CellPoints(input, c);
+    mesh.triangles.push_back({ VertexId(ids[0]), VertexId(ids[1]), VertexId(ids[2]) });
+  }
+  return mesh;
+}
+
+void ExpectLevel(vtkPolyData& output, const ClusterLevel& level)
+{
+  ASSERT_EQ(output.GetNumberOfPoints(), vtkIdType(level.positions.size()));
+  ASSERT_EQ(output.GetNumberOfCells(), vtkIdType(level.triangles.size()));
+  vtkDataArray* const deviations = output.GetPointData()->GetArray("Deviation");
+  ASSERT_TRUE(deviations);
+  for (std::size_t i = 0; i < level.positions.size(); ++i)
+  {
+    EXPECT_EQ(Point(output, vtkIdType(i)), level.positions[i]);
+    EXPECT_EQ(deviations->GetTuple1(vtkIdType(i)), level.deviations[i]);
+  }
+  for (std::size_t t = 0; t < level.triangles.size(); ++t)
+  {
+    const Triangle& expected = level.triangles[t];
+    EXPECT_EQ(CellPoints(output, vtkIdType(t)), (Ids{ expected[0], expected[1], expected[2] }));
+  }
+}
+
+// A point array of cluster ids.
+void AddClusters(vtkPolyData& mesh, const char* name, const std::vector<double>& ids)
+{
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  for (const double id : ids)
+  {
+    array->InsertNextValue(id);
+  }
+  mesh.GetPointData()->AddArray(array);
+}
+
+void UseClusters(vtkKdClusterSimplification& filter, const char* name)
+{
+  filter.SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, name);
+}
+
+TEST(KdClusterSimplificationMakers, CollapseIsCores)
+{
+  const PolyData input = MakeSphere(60, VTK_DOUBLE);
+  const Mesh mesh = MeshOf(*input);
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Collapse);
+  filter->WeldOff();
+  SimplificationOptions options;
+  options.levels.maker = LevelMaker::Collapse;
+  for (const unsigned depth : { 0U, 4U, 8U, 11U })
+  {
+    SCOPED_TRACE(depth);
+    options.depth = depth;
+    filter->SetDepth(static_cast<int>(depth));
+    filter->Update();
+    ExpectLevel(*filter->GetOutput(), SimplifyMesh(mesh, options, {})->level);
+  }
+}
+
+TEST(KdClusterSimplificationMakers, CollapseMeetsATarget)
+{
+  const Filter filter =
+    MakeFilter(MakeSphere(60, VTK_DOUBLE), vtkKdClusterSimplification::Collapse);
+  for (const vtkIdType target : { 3001, 1000, 999, 250, 60, 4 })
+  {
+    SCOPED_TRACE(target);
+    filter->SetTargetNumberOfTriangles(target);
+    filter->Update();
+    const vtkIdType triangles = filter->GetOutput()->GetNumberOfPolys();
+    EXPECT_LE(triangles, target);
+    EXPECT_GE(triangles, target > 60 ? target - 3 : 0);
+  }
+  filter->SetTargetNumberOfTriangles(1000000);
+  filter->SetDepth(2); // not used
+  filter->Update();
+  const std::string all = Describe(*filter->GetOutput());
+  filter->SetTargetNumberOfTriangles(0);
+  filter->SetDepth(-1);
+  filter->Update();
+  EXPECT_EQ(Describe(*filter->GetOutput()), all) << "the finest level";
+}
+
+TEST(KdClusterSimplificationMakers, ClustersGiveTheLevelNearestToATarget)
+{
+  const PolyData input = MakeSphere(40);
+  const Filter byDepth = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  std::vector<vtkIdType> triangles;
+  std::vector<std::string> levels;
+  byDepth->Update();
+  for (int depth = 0; depth <= byDepth->GetFinestDepth(); ++depth)
+  {
+    byDepth->SetDepth(depth);
+    byDepth->Update();
+    triangles.push_back(byDepth->GetOutput()->GetNumberOfPolys());
+    levels.push_back(Describe(*byDepth->GetOutput()));
+  }
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  for (std::size_t d = 4; d + 1 < levels.size(); ++d)
+  {
+    SCOPED_TRACE(d);
+    const vtkIdType middle = (triangles[d] + triangles[d + 1]) / 2;
+    filter->SetTargetNumberOfTriangles(middle - 1);
+    filter->Update();
+    EXPECT_EQ(Describe(*filter->GetOutput()), levels[d]);
+    filter->SetTargetNumberOfTriangles(middle + 2);
+    filter->Update();
+    EXPECT_EQ(Describe(*filter->GetOutput()), levels[d + 1]);
+  }
+}
+
+TEST(KdClusterSimplificationMakers, PointSetsHaveTargetsOfPoints)
+{
+  const PolyData input = PolyData::New();
+  input->SetPoints(MakePlate(32)->GetPoints());
+  for (const int maker :
+    { vtkKdClusterSimplification::Cluster, vtkKdClusterSimplification::Collapse })
+  {
+    const Filter filter = MakeFilter(input, maker);
+    filter->SetTargetNumberOfTriangles(33);
+    filter->Update();
+    EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 32);
+    EXPECT_EQ(filter->GetOutput()->GetNumberOfVerts(), 32);
+  }
+}
+
+TEST(KdClusterSimplificationMakers, AnyClustersFromAnArray)
+{
+  const PolyData input = MakeSphere(40, VTK_DOUBLE);
+  const Mesh mesh = MeshOf(*input);
+  std::mt19937 random(4);
+  std::vector<double> ids(mesh.points.size());
+  std::vector<std::int64_t> labels;
+  for (double& id : ids)
+  {
+    id = double(random() % 100) * 1e6 - 5e7;
+    labels.push_back(static_cast<std::int64_t>(id));
+  }
+  AddClusters(*input, "Mine", ids);
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Collapse);
+  UseClusters(*filter, "Mine");
+  filter->WeldOff();
+  filter->SetDepth(1); // neither is used
+  filter->SetTargetNumberOfTriangles(17);
+  for (const bool sheets : { true, false })
+  {
+    SCOPED_TRACE(sheets);
+    filter->SetSheets(sheets);
+    filter->Update();
+    ClusterOptions options;
+    options.sheets = sheets;
+    ExpectLevel(
+      *filter->GetOutput(), *SimplifyByClusters(mesh, ClusteringOfLabels(labels), options));
+    EXPECT_EQ(filter->GetFinestDepth(), -1);
+  }
+  EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 100);
+}
+
+TEST(KdClusterSimplificationMakers, PointsOfDifferentClustersAreNotWelded)
+{
+  const PolyData input = MakePoints({ { 0, 0, 0 }, { 0, 0, 0 }, { 0, 0, 0 }, { 9, 0, 0 } });
+  AddClusters(*input, "Mine", { 5, 7, 5, 5 });
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  UseClusters(*filter, "Mine");
+  filter->Update();
+  ASSERT_EQ(filter->GetOutput()->GetNumberOfPoints(), 2);
+  EXPECT_EQ(Point(*filter->GetOutput(), 0), (Vec3{ 4.5, 0, 0 })) << "one of the two, and the last";
+  EXPECT_EQ(Point(*filter->GetOutput(), 1), (Vec3{ 0, 0, 0 }));
+}
+
+TEST(KdClusterSimplificationMakers, ArraysThatAreNoClusters)
+{
+  const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 } });
+  AddClusters(*input, "Half", { 1, 1.5 });
+  AddClusters(*input, "NotANumber", { std::nan(""), 0 });
+  AddClusters(*input, "Short", { 1 });
+  vtkNew<vtkFloatArray> vectors;
+  vectors->SetName("Vectors");
+  vectors->SetNumberOfComponents(3);
+  vectors->SetNumberOfTuples(2);
+  vectors->Fill(0);
+  input->GetPointData()->AddArray(vectors);
+  const std::pair<const char*, const char*> cases[] = {
+    { "Half", "array \"Half\": value 1.500000 of point 1 is not a whole number" },
+    { "NotANumber", "array \"NotANumber\": value nan of point 0 is not a whole number" },
+    { "Short", "array \"Short\" has not one cluster id a point" },
+    { "Vectors", "array \"Vectors\" has not one cluster id a point" },
+    { "Nothing", "the input has no such point array of cluster ids" },
+  };
+  for (const auto& [name, message] : cases)
+  {
+    const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+    UseClusters(*filter, name);
+    FilterObserver observer(filter);
+    filter->Update();
+    EXPECT_NE(observer.error.find(message), std::string::npos) << observer.error;
+    EXPECT_TRUE(observer.failed);
+    EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 0);
+  }
+}
+
+// Normals up, colours as they are given, and an array that is not carried.
+PolyData MakePainted(int side)
+{
+  PolyData input = MakePlate(side);
+  vtkNew<vtkFloatArray> normals;
+  normals->SetName("N");
+  normals->SetNumberOfComponents(3);
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetName("Paint");
+  colors->SetNumberOfComponents(3);
+  for (vtkIdType i = 0; i < input->GetNumberOfPoints(); ++i)
+  {
+    normals->InsertNextTuple3(0, 0, i % 2 == 0 ? 1 : 3);
+    colors->InsertNextTuple3(i % 2 == 0 ? 100 : 101, 7, 255);
+  }
+  input->GetPointData()->SetNormals(normals);
+  input->GetPointData()->SetScalars(colors);
+  return input;
+}
+
+TEST(KdClusterSimplificationMakers, NormalsAndColorsAreAveraged)
+{
+  const PolyData input = MakePainted(16);
+  AddClusters(*input, "One", std::vector<double>(256, 3));
+  for (const bool byArray : { false, true })
+  {
+    SCOPED_TRACE(byArray);
+    const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Collapse);
+    filter->SetDepth(0);
+    if (byArray)
+    {
+      UseClusters(*filter, "One");
+    }
+    filter->Update();
+    vtkPointData* const data = filter->GetOutput()->GetPointData();
+    ASSERT_EQ(filter->GetOutput()->GetNumberOfPoints(), 1);
+    EXPECT_EQ(data->GetNumberOfArrays(), 3);
+    ASSERT_TRUE(data->GetNormals());
+    EXPECT_STREQ(data->GetNormals()->GetName(), "Normals");
+    EXPECT_EQ(data->GetNormals()->GetComponent(0, 2), 1);
+    ASSERT_TRUE(data->GetScalars());
+    EXPECT_STREQ(data->GetScalars()->GetName(), "RGB");
+    EXPECT_EQ(data->GetScalars()->GetComponent(0, 0), 101) << "100.5, rounded up";
+    EXPECT_EQ(data->GetScalars()->GetComponent(0, 1), 7);
+    EXPECT_EQ(data->GetScalars()->GetComponent(0, 2), 255);
+  }
+}
+
+TEST(KdClusterSimplificationMakers, SameOnEveryBackendAndNumberOfThreads)
+{
+  std::string first;
+  for (const std::string& backend : smpBackends)
+  {
+    for (const int threads : { 8, 2, 1 })
+    {
+      if (!UseSmpBackend(backend, threads))
+      {
+        continue;
+      }
+      const Filter filter = MakeFilter(MakeSphere(100), vtkKdClusterSimplification::Collapse);
+      filter->SetVerticesPerPartition(200);
+      filter->SetDepth(8);
+      filter->Update();
+      std::string output = Describe(*filter->GetOutput());
+      filter->SetTargetNumberOfTriangles(1500);
+      filter->Update();
+      output += Describe(*filter->GetOutput());
+      first = first.empty() ? output : first;
+      EXPECT_TRUE(output == first) << backend << ", " << threads << " threads";
+    }
+  }
+  EXPECT_GT(first.size(), 10000U);
+}
+
+TEST(KdClusterSimplificationMakers, AbortLeavesAnEmptyOutput)
+{
+  const Filter filter = MakeFilter(MakeSphere(70), vtkKdClusterSimplification::Collapse);
+  filter->SetDepth(0);
+  FilterObserver observer(filter);
+  filter->Update();
+  EXPECT_TRUE(std::is_sorted(observer.progress.begin(), observer.progress.end()));
+  for (const double at : { 0.0, 0.2, 0.6, 0.95 })
+  {
+    SCOPED_TRACE(at);
+    observer.abortAt = at;
+    filter->Modified();
+    filter->Update();
+    EXPECT_EQ(observer.error, "");
+    EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 0);
+    observer.abortAt = 2;
+    filter->Modified();
+    filter->Update();
+    EXPECT_GT(filter->GetOutput()->GetNumberOfPoints(), 0);
+  }
+}
+
+TEST(KdClusterSimplificationMakers, RunsAgainOnlyWhenSomethingChanged)
+{
+  const PolyData input = MakeSphere(20);
+  AddClusters(*input, "Mine", std::vector<double>(400, 3));
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  FilterObserver observer(filter);
+  filter->Update();
+  filter->SetMakerToCluster();
+  filter->SetTargetNumberOfTriangles(0);
+  filter->Update();
+  EXPECT_EQ(observer.runs, 1);
+  filter->SetMakerToCollapse();
+  filter->Update();
+  EXPECT_EQ(observer.runs, 2);
+  filter->SetTargetNumberOfTriangles(50);
+  filter->Update();
+  EXPECT_EQ(observer.runs, 3);
+  UseClusters(*filter, "Mine");
+  filter->Update();
+  EXPECT_EQ(observer.runs, 4);
+  EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 1);
+  filter->Update();
+  EXPECT_EQ(observer.runs, 4);
+}
+
+TEST(KdClusterSimplificationMakers, OptionsAreClampedAndPrinted)
+{
+  vtkNew<vtkKdClusterSimplification> filter;
+  EXPECT_EQ(filter->GetMaker(), vtkKdClusterSimplification::Cluster);
+  EXPECT_EQ(filter->GetTargetNumberOfTriangles(), 0);
+  filter->SetMaker(9);
+  EXPECT_EQ(filter->GetMaker(), vtkKdClusterSimplification::Collapse);
+  filter->SetTargetNumberOfTriangles(-4);
+  EXPECT_EQ(filter->GetTargetNumberOfTriangles(), 0);
+  filter->SetTargetNumberOfTriangles(77);
+  std::ostringstream text;
+  filter->Print(text);
+  for (const char* line : { "Maker: Collapse\n", "TargetNumberOfTriangles: 77\n" })
+  {
+    EXPECT_NE(text.str().find(line), std::string::npos) << line;
+  }
+}
+
+}
