@@ -20,6 +20,8 @@ function(kdstream_find_pcl)
   if(NOT TARGET KdStream::pcl)
     add_library(KdStream::pcl INTERFACE IMPORTED GLOBAL)
     target_link_libraries(KdStream::pcl INTERFACE ${libraries})
+    # How PCL was compiled decides how its matrices lie in memory.
+    target_compile_options(KdStream::pcl INTERFACE ${PCL_COMPILE_OPTIONS})
     target_include_directories(KdStream::pcl SYSTEM INTERFACE ${PCL_INCLUDE_DIRS})
   endif()
   set(KDSTREAM_PCL_VERSION "${PCL_VERSION}" PARENT_SCOPE)

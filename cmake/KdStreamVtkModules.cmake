@@ -28,11 +28,16 @@ function(kdstream_add_picture_test name)
 endfunction()
 
 set(modules filters/Partitioning filters/Simplification)
+set(requested KdStream::FiltersPartitioning KdStream::FiltersSimplification)
+if(KDSTREAM_PCL_VERSION)
+  list(APPEND modules filters/PointCloud)
+  list(APPEND requested KdStream::FiltersPointCloud)
+endif()
 list(TRANSFORM modules PREPEND "${PROJECT_SOURCE_DIR}/")
 list(TRANSFORM modules APPEND /vtk.module OUTPUT_VARIABLE files)
 vtk_module_scan(
   MODULE_FILES ${files}
-  REQUEST_MODULES KdStream::FiltersPartitioning KdStream::FiltersSimplification
+  REQUEST_MODULES ${requested}
   PROVIDES_MODULES provided
   ENABLE_TESTS OFF)
 # INSTALL_EXPORT: the export set of all other libraries, so that this call installs and exports them too.

@@ -3,6 +3,7 @@
 // on hostile input.
 #include "filters/app/Program.h"
 #include "filters/convert/ForeignMesh.h"
+#include "filters/convert/Reconstruct.h"
 #include "filters/meshio/MeshWriter.h"
 
 #include <sys/resource.h>
@@ -31,7 +32,7 @@ constexpr const char* description =
 
 struct CommandLine
 {
-  std::string input, output;
+  std::string input, output, reconstruct;
   bool quiet = false;
 };
 
@@ -107,6 +108,11 @@ int Convert(const std::string& program, const CommandLine& line)
     Execution execution;
     execution.progress = std::ref(progress);
     read = ReadForeignMesh(line.input, execution);
+    if (read && !line.reconstruct.empty())
+    {
+      read = ReconstructMesh(std::move(*read),
+        line.reconstruct == "greedy" ? Reconstruct::Greedy : Reconstruct::Poisson, execution);
+    }
   }
   if (!read)
   {
@@ -131,6 +137,12 @@ int main(int argc, char** argv)
   app.set_version_flag("--version", KDSTREAM_VERSION);
   app.add_option("INPUT", line.input, "the mesh or point cloud")->required();
   app.add_option("-o,--output", line.output, "the file to write (NAME.ply)")->required();
+  app
+    .add_option("--reconstruct", line.reconstruct,
+      "make a surface of a point cloud: greedy (joins the points) or poisson (a closed surface "
+      "near "
+      "them)")
+    ->check(CLI::IsMember({ "greedy", "poisson" }));
   app.add_flag("--quiet", line.quiet, "no progress");
   return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
 }

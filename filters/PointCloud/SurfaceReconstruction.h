@@ -1,0 +1,66 @@
+// A surface through or near a cloud of points, by PCL: what vtkPCLSurfaceReconstruction does,
+// without VTK.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ReconstructionOptions
+{
+  enum class Method
+  {
+    Greedy, // joins the points themselves to triangles; leaves holes where they are far apart
+    Poisson // a closed surface near the points
+  };
+  Method method = Method::Greedy;
+
+  // Normals, for points that come without one.
+  std::uint32_t neighbors = 16;  // nearest points that a tangent plane is fitted to; at least 3
+  double normalRadius = 0;       // all points so near instead, if these are at least 3
+  bool towardsViewpoint = false; // else neighbours are made to agree (OrientNormals)
+  Vec3 viewpoint{};
+
+  // Greedy.
+  double searchRadius = 0; // longest edge; 0: by the points' spacing
+  double mu = 0;           // longest edge in distances to the nearest point; 0: as above
+  std::uint32_t maximumNeighbors = 100;         // nearest points that are looked at
+  double maximumSurfaceAngle = 45;              // degrees between neighbours' normals
+  double minimumAngle = 10, maximumAngle = 120; // of a triangle, degrees; the minimum is a wish
+
+  // Poisson.
+  std::uint32_t depth = 0;   // of the octree, 2^depth cells along a side; 0: by the spacing, 4-10
+  double samplesPerNode = 1; // more for noisy points
+  double pointWeight = 4;    // how much the surface keeps to the points
+  double trimDistance = 0; // drops triangles farther than so many spacings from all points; 0: none
+};
+
+struct Reconstruction
+{
+  std::vector<Triangle> triangles; // counter-clockwise seen from outside
+  // Greedy: none, triangles are of the points that came in. Poisson: the surface's points.
+  std::vector<Vec3> points;
+  std::vector<VertexId> nearest; // Poisson: for each of `points` the nearest point that came in
+  std::vector<Vec3> normals;     // of the points that the triangles are of, unit length
+  double spacing = 0; // median distance to the sixth nearest point, or the farthest of fewer
+};
+
+// Steps reported: "neighbors", "normals", "surface".
+// normals: none or one a point; those that are not finite or are zero are estimated. Points in one
+// place (after rounding to floats relative to the box' centre, in which PCL works) count once: the
+// lowest is used, the others are in no triangle. The result is the same whatever the threads.
+// Complexity: O(n log n) for normals and greedy, the surface's size for Poisson; memory some 400
+// bytes a point, and Poisson's octree. Errors: InvalidInput for fewer than three points in
+// different places, and for points that all lie on one line; LimitExceeded above 2^31 - 1 points;
+// Cancelled. REQUIRES: finite points.
+Result<Reconstruction> ReconstructSurface(std::span<const Vec3> points,
+  std::span<const Vec3> normals, const ReconstructionOptions& options, const Execution& execution);
+
+}

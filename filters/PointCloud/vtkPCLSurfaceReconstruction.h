@@ -1,0 +1,225 @@
+/**
+ * @class vtkPCLSurfaceReconstruction
+ * @brief makes a surface of a point cloud, by PCL
+ *
+ * Input: the points of a vtkPolyData; its cells are not looked at. Two methods:
+ *
+ * Greedy (pcl::GreedyProjectionTriangulation) joins the points themselves. The output has the
+ * input's points, bit for bit and in their order, their point data, and triangles between them;
+ * where points are too far apart it has holes, and points that fit nowhere are in no triangle.
+ * It suits scans of even density.
+ *
+ * Poisson (pcl::Poisson) gives a closed surface near the points, of points of its own, with the
+ * point data of the nearest input point each. It suits noisy clouds that surround what they show;
+ * TrimDistance takes away what it adds where there are no points.
+ *
+ * Both outputs have the point array "Normals" (3 floats, unit length, the active normals): for
+ * greedy those that were used, for Poisson those of the surface. Triangles are counter-clockwise
+ * seen from the side that normals show to.
+ *
+ * Normals: the input's active normals are used where they are finite and not zero. All others are
+ * fitted to the nearest points (NumberOfNeighbors, or NormalRadius) by pcl::computePointNormal, and
+ * then either turned towards ViewPoint, or (default) so that neighbours agree, beginning at the
+ * highest point (greatest z) of every part, whose normal shows up.
+ *
+ * PCL works in floats; points are given to it relative to the centre of their box, so that large
+ * offsets lose nothing. Points in one place count once.
+ *
+ * No points give an empty output. Errors, with an empty output: a coordinate that is not finite;
+ * fewer than three points in different places; all points on one line.
+ *
+ * Complexity: O(n log n) for greedy; Poisson grows with its surface. Memory some 400 bytes a point.
+ * Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is serial and
+ * cannot. The result does not depend on backend and threads.
+ *
+ * Source: Marton, Rusu, Beetz: On Fast Surface Reconstruction Methods for Large and Noisy Datasets
+ * (2009); Kazhdan, Bolitho, Hoppe: Poisson Surface Reconstruction (2006); Hoppe et al.: Surface
+ * Reconstruction from Unorganized Points (1992) for the orientation of normals.
+ */
+#ifndef vtkPCLSurfaceReconstruction_h
+#define vtkPCLSurfaceReconstruction_h
+
+#include "vtkKdStreamFiltersPointCloudModule.h" // for the export macro
+#include "vtkPolyDataAlgorithm.h"
+
+class VTKKDSTREAMFILTERSPOINTCLOUD_EXPORT vtkPCLSurfaceReconstruction : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkPCLSurfaceReconstruction* New();
+  vtkTypeMacro(vtkPCLSurfaceReconstruction, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum MethodType
+  {
+    GREEDY = 0,
+    POISSON = 1
+  };
+  enum OrientationType
+  {
+    NEIGHBORS_AGREE = 0,
+    TOWARDS_VIEWPOINT = 1
+  };
+
+  ///@{
+  /**
+   * How the surface is made. Default GREEDY.
+   */
+  vtkSetClampMacro(Method, int, GREEDY, POISSON);
+  vtkGetMacro(Method, int);
+  void SetMethodToGreedy() { this->SetMethod(GREEDY); }
+  void SetMethodToPoisson() { this->SetMethod(POISSON); }
+  ///@}
+
+  ///@{
+  /**
+   * Whether the input's normals are used. Default on.
+   */
+  vtkSetMacro(UseInputNormals, bool);
+  vtkGetMacro(UseInputNormals, bool);
+  vtkBooleanMacro(UseInputNormals, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Nearest points that a tangent plane is fitted to. 3 to 1000, default 16.
+   */
+  vtkSetClampMacro(NumberOfNeighbors, int, 3, 1000);
+  vtkGetMacro(NumberOfNeighbors, int);
+  ///@}
+
+  ///@{
+  /**
+   * All points so near, in the input's unit, are taken for the plane instead, where they are three
+   * or more. 0, the default: not used.
+   */
+  vtkSetClampMacro(NormalRadius, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(NormalRadius, double);
+  ///@}
+
+  ///@{
+  /**
+   * How fitted normals are turned. Default NEIGHBORS_AGREE.
+   */
+  vtkSetClampMacro(Orientation, int, NEIGHBORS_AGREE, TOWARDS_VIEWPOINT);
+  vtkGetMacro(Orientation, int);
+  ///@}
+
+  ///@{
+  /**
+   * Where the scanner stood, for TOWARDS_VIEWPOINT. Default the origin.
+   */
+  vtkSetVector3Macro(ViewPoint, double);
+  vtkGetVector3Macro(ViewPoint, double);
+  ///@}
+
+  ///@{
+  /**
+   * Greedy: the longest edge, in the input's unit. 0, the default: three times the spacing, which
+   * is the median distance to the sixth nearest point.
+   */
+  vtkSetClampMacro(SearchRadius, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(SearchRadius, double);
+  ///@}
+
+  ///@{
+  /**
+   * Greedy: the longest edge at a point, in distances to its nearest point: for clouds of uneven
+   * density (PCL's advice is 2.5 to 3). 0, the default: SearchRadius alone limits edges.
+   */
+  vtkSetClampMacro(Mu, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Mu, double);
+  ///@}
+
+  ///@{
+  /**
+   * Greedy: nearest points that are looked at. 3 to 10000, default 100.
+   */
+  vtkSetClampMacro(MaximumNumberOfNeighbors, int, 3, 10000);
+  vtkGetMacro(MaximumNumberOfNeighbors, int);
+  ///@}
+
+  ///@{
+  /**
+   * Greedy: points are not joined whose normals differ by more. Degrees, 0 to 180, default 45.
+   */
+  vtkSetClampMacro(MaximumSurfaceAngle, double, 0.0, 180.0);
+  vtkGetMacro(MaximumSurfaceAngle, double);
+  ///@}
+
+  ///@{
+  /**
+   * Greedy: the angles that triangles should have; larger ones are not made, smaller ones if it
+   * must be. Degrees, 0 to 180, default 10 and 120.
+   */
+  vtkSetClampMacro(MinimumAngle, double, 0.0, 180.0);
+  vtkGetMacro(MinimumAngle, double);
+  vtkSetClampMacro(MaximumAngle, double, 0.0, 180.0);
+  vtkGetMacro(MaximumAngle, double);
+  ///@}
+
+  ///@{
+  /**
+   * Poisson: depth of the octree, which has 2^Depth cells along a side. 0, the default: as deep as
+   * the points are dense, 4 to 10. At most 12: each step more takes four times the memory and time.
+   */
+  vtkSetClampMacro(Depth, int, 0, 12);
+  vtkGetMacro(Depth, int);
+  ///@}
+
+  ///@{
+  /**
+   * Poisson: points that a cell should have at least; more smooth noise away. 0.5 to 100,
+   * default 1.
+   */
+  vtkSetClampMacro(SamplesPerNode, double, 0.5, 100.0);
+  vtkGetMacro(SamplesPerNode, double);
+  ///@}
+
+  ///@{
+  /**
+   * Poisson: how much the surface keeps to the points; 0 is the method of 2006. 0 to 100,
+   * default 4.
+   */
+  vtkSetClampMacro(PointWeight, double, 0.0, 100.0);
+  vtkGetMacro(PointWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * Poisson: triangles that are farther than so many spacings (see SearchRadius) from every point
+   * are dropped; the surface is no longer closed then. 0, the default: none.
+   */
+  vtkSetClampMacro(TrimDistance, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(TrimDistance, double);
+  ///@}
+
+protected:
+  vtkPCLSurfaceReconstruction();
+  ~vtkPCLSurfaceReconstruction() override = default;
+
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+private:
+  vtkPCLSurfaceReconstruction(const vtkPCLSurfaceReconstruction&) = delete;
+  void operator=(const vtkPCLSurfaceReconstruction&) = delete;
+
+  int Method = GREEDY;
+  bool UseInputNormals = true;
+  int NumberOfNeighbors = 16;
+  double NormalRadius = 0;
+  int Orientation = NEIGHBORS_AGREE;
+  double ViewPoint[3] = { 0, 0, 0 };
+  double SearchRadius = 0;
+  double Mu = 0;
+  int MaximumNumberOfNeighbors = 100;
+  double MaximumSurfaceAngle = 45;
+  double MinimumAngle = 10;
+  double MaximumAngle = 120;
+  int Depth = 0;
+  double SamplesPerNode = 1;
+  double PointWeight = 4;
+  double TrimDistance = 0;
+};
+
+#endif
