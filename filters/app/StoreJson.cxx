@@ -18,6 +18,13 @@ nlohmann::json StoreToJson(const StoreInfo& info, std::uint64_t storeBytes)
   {
     precision = info.grid.bits;
   }
+  Json attributes = Json::array();
+  for (const AttributeInfo& attribute : info.attributes)
+  {
+    const bool point = attribute.association == AttributeAssociation::Point;
+    attributes.push_back({ { "name", attribute.name }, { "type", NameOf(attribute.type) },
+      { "association", point ? "point" : "cell" }, { "components", attribute.components } });
+  }
   return { { "input", info.input }, { "vertices", info.vertices }, { "triangles", info.triangles },
     { "partitions", info.partitions }, { "partition_depth", info.depths.partition },
     { "stitch_depth", info.depths.stitch }, { "finest_depth", info.depths.finest },
@@ -27,7 +34,7 @@ nlohmann::json StoreToJson(const StoreInfo& info, std::uint64_t storeBytes)
     { "partition_bytes", info.original.bytes }, { "levels", levels }, { "precision", precision },
     { "scalar_type", info.grid.scalarType == ScalarType::Float32 ? "float32" : "float64" },
     { "primitive", info.primitive == PrimitiveType::Points ? "points" : "triangles" },
-    { "box", { { "lo", info.box.lo }, { "hi", info.box.hi } } },
+    { "box", { { "lo", info.box.lo }, { "hi", info.box.hi } } }, { "attributes", attributes },
     { "partitioner", info.partitioner }, { "level_maker", info.levelMaker },
     { "representative", info.representative }, { "sheets", info.sheets }, { "weld", info.weld },
     { "title", info.title }, { "credit", info.credit }, { "license", info.license },

@@ -256,7 +256,12 @@ Result<Piece> Store::ReadPiece(PieceId id) const
   {
     return blob.GetError();
   }
-  Result<Piece> piece = DecodePiece(*blob, id, this->Information.Codec());
+  return this->Decode(*blob, id);
+}
+
+Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) const
+{
+  Result<Piece> piece = DecodePiece(blob, id, this->Information.Codec());
   if (piece && !this->AttributesFit(*piece))
   {
     return Error{ ErrorCode::Damaged,
@@ -350,7 +355,7 @@ std::vector<Error> Store::Verify(const Execution& execution) const
     else
     {
       digest.AddPiece(ids[i], *blob);
-      const Result<Piece> piece = DecodePiece(*blob, ids[i], this->Information.Codec());
+      const Result<Piece> piece = this->Decode(*blob, ids[i]);
       if (!piece)
       {
         note(name, piece.GetError());

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -91,6 +92,7 @@ public:
 private:
   struct Connection;
   Store();
+  Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
   bool AttributesFit(const Piece& piece) const;
   std::unique_ptr<Connection> Database;
   StoreInfo Information;

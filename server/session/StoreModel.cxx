@@ -12,13 +12,6 @@ namespace kdstream
 namespace
 {
 
-const char* NameOf(AttributeType type)
-{
-  constexpr const char* names[] = { "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
-    "uint64", "float32", "float64" };
-  return names[static_cast<std::size_t>(type)];
-}
-
 protocol::ResolutionDescription Describe(const ResolutionInfo& info)
 {
   return { info.vertices, info.triangles, info.pieces, info.bytes, info.deviation,
@@ -54,7 +47,7 @@ protocol::ModelDescription Describe(const StoreInfo& info, const std::string& id
   model.unit = info.unit;
   for (const auto& attribute : info.attributes)
   {
-    model.attributes.push_back({ attribute.name, NameOf(attribute.type),
+    model.attributes.push_back({ attribute.name, std::string(NameOf(attribute.type)),
       attribute.association == AttributeAssociation::Point ? "point" : "cell",
       attribute.components });
   }
