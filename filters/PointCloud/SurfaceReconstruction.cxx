@@ -6,6 +6,7 @@
 #include "filters/PointCloud/NormalOrientation.h"
 #include "filters/core/Weld.h"
 
+#include <pcl/console/print.h>
 #include <pcl/features/normal_3d.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_cloud.h>
@@ -29,7 +30,9 @@ using Cloud = pcl::PointCloud<pcl::PointNormal>;
 constexpr std::size_t grain = 1024;
 constexpr std::size_t batch = 1 << 16;     // points between two reports
 constexpr std::size_t spacingNeighbor = 6; // as many a vertex of a regular mesh has
-constexpr double radiusInSpacings = 3;     // longest edge of a greedy surface
+// Longest edge of a greedy surface: measured on the dragon's points, a regular and a random sphere;
+// less leaves holes, more gives folds.
+constexpr double radiusInSpacings = 2.25;
 constexpr double unlimitedMu = 1e6;
 constexpr double lineTolerance = 1e-6; // second to first extent of points on a line
 constexpr double pi = 3.14159265358979323846;
@@ -51,6 +54,29 @@ Vec3 Normalized(const Vec3& v)
   return length > 0 && std::isfinite(length) ? Vec3{ v[0] / length, v[1] / length, v[2] / length }
                                              : Vec3{};
 }
+
+Vec3 AreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const Vec3 u = Minus(b, a), v = Minus(c, a);
+  return { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
+}
+
+// PCL's classes print what they come upon; not while one lives.
+class QuietPcl
+{
+public:
+  QuietPcl()
+    : Before(pcl::console::getVerbosityLevel())
+  {
+    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  }
+  ~QuietPcl() { pcl::console::setVerbosityLevel(this->Before); }
+  QuietPcl(const QuietPcl&) = delete;
+  QuietPcl& operator=(const QuietPcl&) = delete;
+
+private:
+  pcl::console::VERBOSITY_LEVEL Before;
+};
 
 class Reconstructor
 {
@@ -84,6 +110,7 @@ public:
     {
       return status.GetError();
     }
+    const QuietPcl quiet;
     if (this->Options.method == ReconstructionOptions::Method::Greedy)
     {
       this->MakeGreedySurface();
@@ -356,6 +383,25 @@ private:
     {
       this->Output.normals[this->PointOfPlace[i]] = this->NormalOf(i);
     }
+    this->TurnTriangles();
+  }
+
+  // PCL orients each triangle by one of its corners; all three know better.
+  void TurnTriangles()
+  {
+    for (Triangle& t : this->Output.triangles)
+    {
+      const Vec3 area = AreaOf(this->Points[t[0]], this->Points[t[1]], this->Points[t[2]]);
+      double agreement = 0;
+      for (const VertexId corner : t)
+      {
+        agreement += Dot(area, this->Output.normals[corner]);
+      }
+      if (agreement < 0)
+      {
+        std::swap(t[1], t[2]);
+      }
+    }
   }
 
   std::uint32_t PoissonDepth() const
@@ -434,10 +480,8 @@ private:
     double agreement = 0;
     for (const Triangle& t : this->Output.triangles)
     {
-      const Vec3 &a = this->Output.points[t[0]], &b = this->Output.points[t[1]];
-      const Vec3 u = Minus(b, a), v = Minus(this->Output.points[t[2]], a);
-      const Vec3 area{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0] };
+      const Vec3 area =
+        AreaOf(this->Output.points[t[0]], this->Output.points[t[1]], this->Output.points[t[2]]);
       for (const VertexId corner : t)
       {
         for (std::size_t k = 0; k < 3; ++k)

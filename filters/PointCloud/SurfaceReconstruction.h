@@ -32,7 +32,7 @@ struct ReconstructionOptions
   double searchRadius = 0; // longest edge; 0: by the points' spacing
   double mu = 0;           // longest edge in distances to the nearest point; 0: as above
   std::uint32_t maximumNeighbors = 100;         // nearest points that are looked at
-  double maximumSurfaceAngle = 45;              // degrees between neighbours' normals
+  double maximumSurfaceAngle = 60;              // degrees between neighbours' normals
   double minimumAngle = 10, maximumAngle = 120; // of a triangle, degrees; the minimum is a wish
 
   // Poisson.

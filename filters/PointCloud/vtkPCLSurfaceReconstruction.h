@@ -114,7 +114,7 @@ public:
 
   ///@{
   /**
-   * Greedy: the longest edge, in the input's unit. 0, the default: three times the spacing, which
+   * Greedy: the longest edge, in the input's unit. 0, the default: 2.25 times the spacing, which
    * is the median distance to the sixth nearest point.
    */
   vtkSetClampMacro(SearchRadius, double, 0.0, VTK_DOUBLE_MAX);
@@ -140,7 +140,7 @@ public:
 
   ///@{
   /**
-   * Greedy: points are not joined whose normals differ by more. Degrees, 0 to 180, default 45.
+   * Greedy: points are not joined whose normals differ by more. Degrees, 0 to 180, default 60.
    */
   vtkSetClampMacro(MaximumSurfaceAngle, double, 0.0, 180.0);
   vtkGetMacro(MaximumSurfaceAngle, double);
@@ -213,7 +213,7 @@ private:
   double SearchRadius = 0;
   double Mu = 0;
   int MaximumNumberOfNeighbors = 100;
-  double MaximumSurfaceAngle = 45;
+  double MaximumSurfaceAngle = 60;
   double MinimumAngle = 10;
   double MaximumAngle = 120;
   int Depth = 0;
