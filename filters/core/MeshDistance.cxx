@@ -1,7 +1,8 @@
 // Distances of meshes by samples: see MeshDistance.h.
 //   1. Sample both meshes: a triangle by its area, a place in it uniformly.
 //   2. A tree of boxes over each mesh's triangles (Boost.Geometry's R-tree).
-//   3. From each sample visit boxes nearest first until the next is farther than the nearest point.
+//   3. For each sample the nearest boxes, ever more until the next is farther than the nearest
+//   place.
 #include "filters/core/MeshDistance.h"
 
 #include <boost/geometry.hpp>
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <string>
@@ -168,20 +170,25 @@ public:
   double SquaredDistance(const Vec3& p) const
   {
     const TreePoint point(p[0], p[1], p[2]);
+    const std::vector<Vec3>& at = this->Target.points;
     double nearest = std::numeric_limits<double>::infinity();
-    const auto all = static_cast<unsigned>(this->Tree.size());
-    for (auto entry = this->Tree.qbegin(geometry::index::nearest(point, all));
-         entry != this->Tree.qend(); ++entry)
+    std::vector<Entry> entries;
+    for (unsigned count = 8;; count *= 4)
     {
-      if (geometry::comparable_distance(point, entry->first) > nearest)
+      entries.clear();
+      this->Tree.query(geometry::index::nearest(point, count), std::back_inserter(entries));
+      double farthest = 0; // of the boxes seen
+      for (const Entry& entry : entries)
       {
-        break;
+        const Triangle t = this->Corners(entry.second);
+        nearest = std::min(nearest, SquaredToTriangle(p, at[t[0]], at[t[1]], at[t[2]]));
+        farthest = std::max(farthest, geometry::comparable_distance(point, entry.first));
       }
-      const Triangle t = this->Corners(entry->second);
-      const std::vector<Vec3>& at = this->Target.points;
-      nearest = std::min(nearest, SquaredToTriangle(p, at[t[0]], at[t[1]], at[t[2]]));
+      if (entries.size() < count || farthest >= nearest)
+      {
+        return nearest;
+      }
     }
-    return nearest;
   }
 
 private:
