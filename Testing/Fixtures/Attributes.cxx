@@ -1,6 +1,7 @@
 #include "Testing/Fixtures/Attributes.h"
 
 #include <algorithm>
+#include <cstring>
 #include <random>
 
 namespace kdstream::fixtures
@@ -99,6 +100,54 @@ Mesh WithAttributes(Mesh mesh, std::uint32_t seed)
     }
   }
   return mesh;
+}
+
+namespace
+{
+
+void AddTuples(const Mesh& mesh, AttributeAssociation association, std::size_t tuple,
+  std::string& bytes)
+{
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    if (attribute.association == association)
+    {
+      const auto own = TupleOf(attribute, tuple);
+      bytes.insert(bytes.end(), own.begin(), own.end());
+    }
+  }
+}
+
+}
+
+MeshContent ContentOf(const Mesh& mesh)
+{
+  MeshContent content;
+  for (std::size_t v = 0; v < mesh.points.size(); ++v)
+  {
+    std::string& bytes = content.vertices.emplace_back(sizeof(Vec3), char{});
+    std::memcpy(bytes.data(), mesh.points[v].data(), sizeof(Vec3));
+    AddTuples(mesh, AttributeAssociation::Point, v, bytes);
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+  {
+    const Triangle& t = mesh.triangles[i];
+    std::string lowest;
+    for (std::size_t first = 0; first < 3; ++first)
+    {
+      std::string bytes;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        bytes += content.vertices[t[(first + k) % 3]];
+      }
+      lowest = first == 0 ? bytes : std::min(lowest, bytes);
+    }
+    AddTuples(mesh, AttributeAssociation::Cell, i, lowest);
+    content.triangles.push_back(std::move(lowest));
+  }
+  std::sort(content.vertices.begin(), content.vertices.end());
+  std::sort(content.triangles.begin(), content.triangles.end());
+  return content;
 }
 
 std::vector<std::uint8_t> TupleOf(const Attribute& attribute, std::size_t tuple)

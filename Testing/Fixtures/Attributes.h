@@ -5,6 +5,8 @@
 #include "filters/core/Types.h"
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 namespace kdstream::fixtures
 {
@@ -14,6 +16,16 @@ namespace kdstream::fixtures
 // infinities and negative zeros among them; a few vertices are equal in all of them. Point arrays
 // come first. The same for the same seed on every machine.
 Mesh WithAttributes(Mesh mesh, std::uint32_t seed);
+
+// What a mesh is, whatever the order of its vertices and triangles: for every vertex the bits of
+// its coordinates and tuples, for every triangle those of its corners, the lowest rotation, and its
+// tuples. Sorted.
+struct MeshContent
+{
+  std::vector<std::string> vertices, triangles;
+  bool operator==(const MeshContent&) const = default;
+};
+MeshContent ContentOf(const Mesh& mesh);
 
 // Of an array's values those of one tuple.
 std::vector<std::uint8_t> TupleOf(const Attribute& attribute, std::size_t tuple);
