@@ -3,14 +3,20 @@
 
 #include "filters/adapter/Testing/FilterTools.h"
 
+#include <gtest/gtest.h>
+#include <vtkKMeansPartition.h>
 #include <vtkKdTreePartition.h>
+#include <vtkOctreePartition.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkUnsignedCharArray.h>
 
 namespace kdstream::testing
 {
 
-inline std::vector<vtkPolyData*> Partitions(vtkKdTreePartition& filter)
+using PartitionFilters =
+  ::testing::Types<vtkKdTreePartition, vtkOctreePartition, vtkKMeansPartition>;
+
+inline std::vector<vtkPolyData*> Partitions(vtkMeshPartition& filter)
 {
   std::vector<vtkPolyData*> partitions;
   for (unsigned int i = 0; i < filter.GetOutput()->GetNumberOfPartitions(); ++i)
@@ -39,6 +45,17 @@ inline vtkIdType OwnPoints(vtkPolyData& partition)
     own += !IsGhost(partition.GetPointData(), i);
   }
   return own;
+}
+
+// Of each partition.
+inline std::vector<vtkIdType> Sizes(vtkMeshPartition& filter)
+{
+  std::vector<vtkIdType> sizes;
+  for (vtkPolyData* partition : Partitions(filter))
+  {
+    sizes.push_back(OwnPoints(*partition));
+  }
+  return sizes;
 }
 
 }

@@ -1,4 +1,4 @@
-// vtkKdTreePartition: partitions are uniform, nothing is lost, ghosts are marked, data are passed.
+// What all partition filters give: nothing is lost, ghosts are marked, data are passed.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 
 #include <gtest/gtest.h>
@@ -37,9 +37,10 @@ std::vector<Input> Inputs()
     { "plate", MakePlate(33) }, { "repeated point", MakeRepeatedPoint(30) }, { "soup", soup } };
 }
 
-vtkNew<vtkKdTreePartition> Cut(vtkPolyData* input, vtkIdType verticesPerPartition)
+template <class Filter>
+vtkNew<Filter> Cut(vtkPolyData* input, vtkIdType verticesPerPartition)
 {
-  vtkNew<vtkKdTreePartition> filter;
+  vtkNew<Filter> filter;
   filter->SetInputData(input);
   filter->SetVerticesPerPartition(verticesPerPartition);
   filter->GeneratePartitionIdsOn();
@@ -48,7 +49,7 @@ vtkNew<vtkKdTreePartition> Cut(vtkPolyData* input, vtkIdType verticesPerPartitio
 }
 
 // For each point of the input the partition that owns it; every point must have exactly one.
-std::vector<std::size_t> Owners(vtkKdTreePartition& filter, vtkIdType points)
+std::vector<std::size_t> Owners(vtkMeshPartition& filter, vtkIdType points)
 {
   std::vector<std::size_t> owners(static_cast<std::size_t>(points), SIZE_MAX);
   const std::vector<vtkPolyData*> partitions = Partitions(filter);
@@ -69,6 +70,12 @@ std::vector<std::size_t> Owners(vtkKdTreePartition& filter, vtkIdType points)
   return owners;
 }
 
+template <class Filter>
+class MeshPartition : public ::testing::Test
+{
+};
+TYPED_TEST_SUITE(MeshPartition, PartitionFilters);
+
 // The cell's corners as the input's points.
 Ids InputPoints(vtkPolyData& partition, vtkIdType cell)
 {
@@ -80,38 +87,12 @@ Ids InputPoints(vtkPolyData& partition, vtkIdType cell)
   return points;
 }
 
-TEST(KdTreePartition, Uniform)
-{
-  for (const Input& input : Inputs())
-  {
-    for (const vtkIdType most : { 1, 2, 7, 100, 2000 })
-    {
-      SCOPED_TRACE(std::string(input.name) + ", " + std::to_string(most));
-      const auto filter = Cut(input.mesh, most);
-      vtkIdType smallest = VTK_ID_MAX, largest = 0, sum = 0;
-      for (vtkPolyData* partition : Partitions(*filter))
-      {
-        const vtkIdType own = OwnPoints(*partition);
-        smallest = std::min(smallest, own);
-        largest = std::max(largest, own);
-        sum += own;
-      }
-      EXPECT_LE(largest - smallest, 1);
-      EXPECT_LE(largest, most);
-      EXPECT_EQ(sum, input.mesh->GetNumberOfPoints());
-      const auto count = static_cast<vtkIdType>(Partitions(*filter).size());
-      EXPECT_EQ(count & (count - 1), 0);
-      EXPECT_TRUE(count == 1 || (sum + count / 2 - 1) / (count / 2) > most) << "too many";
-    }
-  }
-}
-
-TEST(KdTreePartition, NothingLost)
+TYPED_TEST(MeshPartition, NothingLost)
 {
   for (const Input& input : Inputs())
   {
     SCOPED_TRACE(input.name);
-    const auto filter = Cut(input.mesh, 60);
+    const auto filter = Cut<TypeParam>(input.mesh, 60);
     std::vector<int> seen(static_cast<std::size_t>(input.mesh->GetNumberOfCells()), 0);
     for (vtkPolyData* partition : Partitions(*filter))
     {
@@ -132,16 +113,16 @@ TEST(KdTreePartition, NothingLost)
   }
 }
 
-TEST(KdTreePartition, CellsGoWhereTheirPointsAreAndTheLowestOwnsThem)
+TYPED_TEST(MeshPartition, CellsGoWhereTheirPointsAreAndTheLowestOwnsThem)
 {
   for (const Input& input : Inputs())
   {
     SCOPED_TRACE(input.name);
-    const auto filter = Cut(input.mesh, 60);
+    const auto filter = Cut<TypeParam>(input.mesh, 60);
     const std::vector<std::size_t> owners = Owners(*filter, input.mesh->GetNumberOfPoints());
     std::map<vtkIdType, std::set<std::size_t>> found; // cell -> partitions
     const std::vector<vtkPolyData*> partitions = Partitions(*filter);
-    ASSERT_GT(partitions.size(), 1U);
+    ASSERT_TRUE(partitions.size() > 1 || input.name == std::string("repeated point"));
     for (std::size_t p = 0; p < partitions.size(); ++p)
     {
       for (vtkIdType c = 0; c < partitions[p]->GetNumberOfCells(); ++c)
@@ -168,12 +149,12 @@ TEST(KdTreePartition, CellsGoWhereTheirPointsAreAndTheLowestOwnsThem)
   }
 }
 
-TEST(KdTreePartition, OwnPointsFirstThenTheGhostsThatCellsNeed)
+TYPED_TEST(MeshPartition, OwnPointsFirstThenTheGhostsThatCellsNeed)
 {
   for (const Input& input : Inputs())
   {
     SCOPED_TRACE(input.name);
-    const auto filter = Cut(input.mesh, 60);
+    const auto filter = Cut<TypeParam>(input.mesh, 60);
     for (vtkPolyData* partition : Partitions(*filter))
     {
       const vtkIdType own = OwnPoints(*partition), all = partition->GetNumberOfPoints();
@@ -197,12 +178,12 @@ TEST(KdTreePartition, OwnPointsFirstThenTheGhostsThatCellsNeed)
   }
 }
 
-TEST(KdTreePartition, PartitionIdsAgreeOnBothOutputs)
+TYPED_TEST(MeshPartition, PartitionIdsAgreeOnBothOutputs)
 {
   for (const Input& input : Inputs())
   {
     SCOPED_TRACE(input.name);
-    const auto filter = Cut(input.mesh, 60);
+    const auto filter = Cut<TypeParam>(input.mesh, 60);
     const std::vector<std::size_t> owners = Owners(*filter, input.mesh->GetNumberOfPoints());
     for (vtkPolyData* partition : Partitions(*filter))
     {
@@ -225,7 +206,7 @@ TEST(KdTreePartition, PartitionIdsAgreeOnBothOutputs)
   }
 }
 
-TEST(KdTreePartition, CellsOfAllKinds)
+TYPED_TEST(MeshPartition, CellsOfAllKinds)
 {
   const PolyData input = MakeAllCells();
   vtkNew<vtkIdTypeArray> globalIds;
@@ -233,8 +214,8 @@ TEST(KdTreePartition, CellsOfAllKinds)
   globalIds->SetNumberOfValues(input->GetNumberOfCells());
   globalIds->FillValue(7);
   input->GetCellData()->SetGlobalIds(globalIds);
-  const auto filter = Cut(input, 10);
-  ASSERT_EQ(Partitions(*filter).size(), 8U);
+  const auto filter = Cut<TypeParam>(input, 10);
+  ASSERT_GT(Partitions(*filter).size(), 4U);
   std::map<vtkIdType, std::multiset<Ids>> elements; // cell -> what it was cut into
   for (vtkPolyData* partition : Partitions(*filter))
   {
@@ -257,24 +238,7 @@ TEST(KdTreePartition, CellsOfAllKinds)
   EXPECT_EQ(elements, expected);
 }
 
-TEST(KdTreePartition, NumberOfPartitions)
-{
-  const PolyData input = MakeSphere(20);
-  vtkNew<vtkKdTreePartition> filter;
-  filter->SetInputData(input);
-  for (const vtkIdType count : { 1, 2, 64, 256 })
-  {
-    filter->SetNumberOfPartitions(count);
-    filter->Update();
-    EXPECT_EQ(Partitions(*filter).size(), std::size_t(count));
-    EXPECT_FALSE(Partitions(*filter)[0]->GetPointData()->HasArray("PartitionId"));
-    EXPECT_FALSE(vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1))
-                   ->GetPointData()
-                   ->HasArray("PartitionId"));
-  }
-}
-
-TEST(KdTreePartition, FewPoints)
+TYPED_TEST(MeshPartition, FewPoints)
 {
   for (int count = 1; count < 10; ++count)
   {
@@ -285,7 +249,7 @@ TEST(KdTreePartition, FewPoints)
     }
     const PolyData input = MakePoints(points);
     AddIds(*input);
-    const auto filter = Cut(input, 1);
+    const auto filter = Cut<TypeParam>(input, 1);
     vtkIdType sum = 0;
     for (vtkPolyData* partition : Partitions(*filter))
     {
@@ -298,7 +262,7 @@ TEST(KdTreePartition, FewPoints)
   }
 }
 
-TEST(KdTreePartition, PassesDataOfEveryKind)
+TYPED_TEST(MeshPartition, PassesDataOfEveryKind)
 {
   const PolyData input = MakeSphere(30);
   vtkNew<vtkFloatArray> normals;
@@ -324,7 +288,7 @@ TEST(KdTreePartition, PassesDataOfEveryKind)
   input->GetPointData()->AddArray(names);
   input->GetPointData()->SetGlobalIds(pointIds);
   input->GetCellData()->SetGlobalIds(cellIds);
-  const auto filter = Cut(input, 100);
+  const auto filter = Cut<TypeParam>(input, 100);
   for (vtkPolyData* partition : Partitions(*filter))
   {
     vtkPointData* const data = partition->GetPointData();
@@ -348,7 +312,7 @@ TEST(KdTreePartition, PassesDataOfEveryKind)
   }
 }
 
-TEST(KdTreePartition, KeepsTheMarksOfGhostsInTheInput)
+TYPED_TEST(MeshPartition, KeepsTheMarksOfGhostsInTheInput)
 {
   const PolyData input = MakePlate(20);
   const auto mark = [](vtkDataSetAttributes* data, vtkIdType count)
@@ -363,7 +327,7 @@ TEST(KdTreePartition, KeepsTheMarksOfGhostsInTheInput)
   };
   mark(input->GetPointData(), input->GetNumberOfPoints());
   mark(input->GetCellData(), input->GetNumberOfCells());
-  const auto filter = Cut(input, 50);
+  const auto filter = Cut<TypeParam>(input, 50);
   const std::vector<std::size_t> owners = Owners(*filter, input->GetNumberOfPoints());
   const std::vector<vtkPolyData*> partitions = Partitions(*filter);
   const char* const name = vtkDataSetAttributes::GhostArrayName();

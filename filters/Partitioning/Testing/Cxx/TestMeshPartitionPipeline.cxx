@@ -1,4 +1,5 @@
-// vtkKdTreePartition as a part of pipelines: threads, progress, abort, errors, when it runs again.
+// The partition filters as parts of pipelines: threads, progress, abort, errors, when it runs
+// again.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
 
@@ -13,7 +14,7 @@ namespace
 
 using namespace kdstream::testing;
 
-std::string DescribeOutputs(vtkKdTreePartition& filter)
+std::string DescribeOutputs(vtkMeshPartition& filter)
 {
   std::string text;
   for (vtkPolyData* partition : Partitions(filter))
@@ -23,13 +24,19 @@ std::string DescribeOutputs(vtkKdTreePartition& filter)
   return text + Describe(*vtkPolyData::SafeDownCast(filter.GetOutputDataObject(1)));
 }
 
-void ExpectEmpty(vtkKdTreePartition& filter)
+template <class Filter>
+class MeshPartitionPipeline : public ::testing::Test
+{
+};
+TYPED_TEST_SUITE(MeshPartitionPipeline, PartitionFilters);
+
+void ExpectEmpty(vtkMeshPartition& filter)
 {
   EXPECT_EQ(filter.GetOutput()->GetNumberOfPartitions(), 0U);
   EXPECT_EQ(vtkPolyData::SafeDownCast(filter.GetOutputDataObject(1))->GetNumberOfPoints(), 0);
 }
 
-TEST(KdTreePartitionPipeline, SameOnEveryBackendAndNumberOfThreads)
+TYPED_TEST(MeshPartitionPipeline, SameOnEveryBackendAndNumberOfThreads)
 {
   std::string first;
   for (const std::string& backend : smpBackends)
@@ -40,12 +47,12 @@ TEST(KdTreePartitionPipeline, SameOnEveryBackendAndNumberOfThreads)
       {
         continue;
       }
-      vtkNew<vtkKdTreePartition> filter;
+      vtkNew<TypeParam> filter;
       filter->SetInputData(MakeSphere(70));
       filter->SetVerticesPerPartition(20);
       filter->GeneratePartitionIdsOn();
       filter->Update();
-      ASSERT_EQ(Partitions(*filter).size(), 256U);
+      ASSERT_GT(Partitions(*filter).size(), 200U);
       const std::string outputs = DescribeOutputs(*filter);
       first = first.empty() ? outputs : first;
       EXPECT_TRUE(outputs == first) << backend << ", " << threads << " threads";
@@ -53,9 +60,9 @@ TEST(KdTreePartitionPipeline, SameOnEveryBackendAndNumberOfThreads)
   }
 }
 
-TEST(KdTreePartitionPipeline, ProgressRises)
+TYPED_TEST(MeshPartitionPipeline, ProgressRises)
 {
-  vtkNew<vtkKdTreePartition> filter;
+  vtkNew<TypeParam> filter;
   filter->SetInputData(MakeSphere(70));
   filter->SetVerticesPerPartition(20);
   FilterObserver observer(filter);
@@ -66,11 +73,11 @@ TEST(KdTreePartitionPipeline, ProgressRises)
   EXPECT_EQ(observer.progress.back(), 1.0);
 }
 
-TEST(KdTreePartitionPipeline, AbortLeavesEmptyOutputsAndIsNoError)
+TYPED_TEST(MeshPartitionPipeline, AbortLeavesEmptyOutputsAndIsNoError)
 {
   for (const double at : { 0.0, 0.2, 0.45, 0.55, 0.9 })
   {
-    vtkNew<vtkKdTreePartition> filter;
+    vtkNew<TypeParam> filter;
     filter->SetInputData(MakeSphere(70));
     filter->SetVerticesPerPartition(20);
     FilterObserver observer(filter);
@@ -83,11 +90,11 @@ TEST(KdTreePartitionPipeline, AbortLeavesEmptyOutputsAndIsNoError)
     observer.abortAt = 2;
     filter->Modified();
     filter->Update();
-    EXPECT_EQ(filter->GetOutput()->GetNumberOfPartitions(), 256U);
+    EXPECT_GT(filter->GetOutput()->GetNumberOfPartitions(), 200U);
   }
 }
 
-TEST(KdTreePartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
+TYPED_TEST(MeshPartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
 {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const PolyData outside = MakePlate(3);
@@ -100,13 +107,12 @@ TEST(KdTreePartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
   } cases[] = {
     { MakePoints({ { 0, 0, 0 }, { 0, nan, 0 } }), 0, "point 1: a coordinate is not finite" },
     { outside, 0, "cell 8 uses point 9, but there are 9" },
-    { MakePlate(3), 3, "number of partitions 3 is not a power of two" },
     { MakePlate(3), 16, "number of partitions 16 is above the number of vertices, 9" },
   };
   for (const auto& c : cases)
   {
     SCOPED_TRACE(c.message);
-    vtkNew<vtkKdTreePartition> filter;
+    vtkNew<TypeParam> filter;
     filter->SetInputData(MakePlate(3));
     filter->Update();
     ASSERT_EQ(filter->GetOutput()->GetNumberOfPartitions(), 1U);
@@ -120,12 +126,12 @@ TEST(KdTreePartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
   }
 }
 
-TEST(KdTreePartitionPipeline, EmptyInputs)
+TYPED_TEST(MeshPartitionPipeline, EmptyInputs)
 {
   const PolyData noPoints = PolyData::New(); // a null vtkPoints
   for (const PolyData& input : { noPoints, MakePoints({}) })
   {
-    vtkNew<vtkKdTreePartition> filter;
+    vtkNew<TypeParam> filter;
     FilterObserver observer(filter);
     filter->SetInputData(input);
     filter->GeneratePartitionIdsOn();
@@ -135,28 +141,37 @@ TEST(KdTreePartitionPipeline, EmptyInputs)
   }
 }
 
-TEST(KdTreePartitionPipeline, OnlyLinesAndOnlyPoints)
+TYPED_TEST(MeshPartitionPipeline, OnlyLinesAndOnlyPoints)
 {
-  const PolyData lines = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 }, { 3, 0, 0 } });
+  const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 }, { 3, 0, 0 } });
   vtkNew<vtkCellArray> cells;
   AddCell(cells, { 0, 1, 2, 3 });
-  lines->SetLines(cells);
-  vtkNew<vtkKdTreePartition> filter;
-  filter->SetInputData(lines);
+  input->SetLines(cells);
+  vtkNew<TypeParam> filter;
+  filter->SetInputData(input);
   filter->SetVerticesPerPartition(2);
   filter->Update();
   ASSERT_EQ(Partitions(*filter).size(), 2U);
-  EXPECT_EQ(Partitions(*filter)[0]->GetNumberOfLines(), 2);
-  EXPECT_EQ(Partitions(*filter)[1]->GetNumberOfLines(), 2);
+  vtkIdType lines = 0, own = 0; // one of the three belongs to both
+  for (vtkPolyData* partition : Partitions(*filter))
+  {
+    lines += partition->GetNumberOfLines();
+    for (vtkIdType c = 0; c < partition->GetNumberOfCells(); ++c)
+    {
+      own += !IsGhost(partition->GetCellData(), c);
+    }
+  }
+  EXPECT_EQ(lines, 4);
+  EXPECT_EQ(own, 3);
   filter->SetInputData(MakePoints({ { 5, 5, 5 } }));
   filter->Update();
   ASSERT_EQ(Partitions(*filter).size(), 1U);
   EXPECT_EQ(Partitions(*filter)[0]->GetNumberOfPoints(), 1);
 }
 
-TEST(KdTreePartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
+TYPED_TEST(MeshPartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
 {
-  vtkNew<vtkKdTreePartition> filter;
+  vtkNew<TypeParam> filter;
   const PolyData input = MakeSphere(20);
   filter->SetInputData(input);
   FilterObserver observer(filter);
@@ -170,7 +185,7 @@ TEST(KdTreePartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
   filter->SetVerticesPerPartition(100);
   filter->Update();
   EXPECT_EQ(observer.runs, 2);
-  EXPECT_EQ(Partitions(*filter).size(), 4U);
+  EXPECT_GE(Partitions(*filter).size(), 4U);
   filter->SetNumberOfPartitions(8);
   filter->Update();
   EXPECT_EQ(observer.runs, 3);
@@ -184,9 +199,9 @@ TEST(KdTreePartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
   EXPECT_EQ(observer.runs, 5);
 }
 
-TEST(KdTreePartitionPipeline, OptionsAreClampedAndPrinted)
+TYPED_TEST(MeshPartitionPipeline, OptionsAreClampedAndPrinted)
 {
-  vtkNew<vtkKdTreePartition> filter;
+  vtkNew<TypeParam> filter;
   EXPECT_EQ(filter->GetVerticesPerPartition(), 2000);
   EXPECT_EQ(filter->GetNumberOfPartitions(), 0);
   EXPECT_FALSE(filter->GetGeneratePartitionIds());
@@ -209,12 +224,12 @@ TEST(KdTreePartitionPipeline, OptionsAreClampedAndPrinted)
 }
 
 // VTK runs a filter of vtkPolyData once for each block of a composite input.
-TEST(KdTreePartitionPipeline, BlocksOfACompositeInput)
+TYPED_TEST(MeshPartitionPipeline, BlocksOfACompositeInput)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
   blocks->SetBlock(0, MakeSphere(20));
   blocks->SetBlock(1, MakePlate(10));
-  vtkNew<vtkKdTreePartition> filter;
+  vtkNew<TypeParam> filter;
   FilterObserver observer(filter);
   filter->SetInputDataObject(blocks);
   filter->SetVerticesPerPartition(100);
@@ -226,7 +241,7 @@ TEST(KdTreePartitionPipeline, BlocksOfACompositeInput)
   {
     const auto partitions = vtkPartitionedDataSet::SafeDownCast(output->GetBlock(block));
     ASSERT_TRUE(partitions);
-    EXPECT_EQ(partitions->GetNumberOfPartitions(), block == 0 ? 4U : 1U);
+    EXPECT_EQ(partitions->GetNumberOfPartitions() > 1, block == 0);
   }
 }
 

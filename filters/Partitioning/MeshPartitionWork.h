@@ -1,0 +1,48 @@
+// What vtkMeshPartition hands to its subclasses, and gets back. Not installed: its users would need
+// core.
+#pragma once
+
+#include "filters/core/Clustering.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+struct MeshPartitionWork
+{
+  // In: the mesh, what the user asked for, and the filter's threads, progress and abort, of which
+  // the steps "tree", "octree", "faces", "seeds" and "k-means" are shown.
+  const std::vector<Vec3>& points;
+  std::span<const Triangle> triangles;
+  std::uint32_t verticesPerPartition;
+  std::optional<std::uint32_t> wantedPartitions;
+  const Execution& execution;
+
+  // Out: for each point its partition, below `partitions`; or what is wrong.
+  std::vector<std::uint32_t> partitionOf{};
+  std::size_t partitions = 0;
+  Status status{};
+
+  // Takes over what a partitioner of core gives.
+  template <class C>
+  void Take(Result<C> clustering)
+  {
+    if (!clustering)
+    {
+      this->status = clustering.GetError();
+      return;
+    }
+    this->partitionOf = std::move(clustering->clusterOf);
+    this->partitions = clustering->clusters;
+  }
+};
+
+}

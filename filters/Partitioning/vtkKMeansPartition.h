@@ -1,0 +1,90 @@
+/**
+ * @class   vtkKMeansPartition
+ * @brief   cuts a surface or point set by k-means clustering along the surface
+ *
+ * A baseline to compare vtkKdTreePartition with. NumberOfPartitions clusters (or, if it is 0, the
+ * number of points by VerticesPerPartition, rounded up: so partitions have VerticesPerPartition
+ * points on the average, and some have more) grow from seeds along the edges of the triangles, the
+ * cheapest point next: the cost is a weighted sum of the distance from the seed along edges, of
+ * compactness (the share of a point's neighbours that are outside), and of the points that the
+ * cluster has already. Then the point in the middle of a cluster is its next seed,
+ * NumberOfIterations times. Hierarchical face clustering spreads the first seeds; nothing is
+ * random.
+ *
+ * There are exactly so many partitions, none empty, numbered by their first points. Points that no
+ * seed reaches along edges (without triangles, in small components) go to the seed nearest in
+ * space; without triangles it is Lloyd's k-means. Coincident points count as connected.
+ *
+ * Input, outputs, ghosts, other errors: see vtkMeshPartition. A weight that is not a number is an
+ * error.
+ *
+ * Complexity: O(t log^2 t) for the seeds among t triangles, O((n + t) log n) an iteration; 200
+ * bytes a point and 200 a triangle. Serial but for making the outputs.
+ *
+ * Source: section 4.1.1 of the paper named in the README. kdstream::ClusterByKMeans tells the
+ * costs.
+ *
+ * @sa vtkKdTreePartition vtkOctreePartition vtkPartitionMeasures
+ */
+#ifndef vtkKMeansPartition_h
+#define vtkKMeansPartition_h
+
+#include "vtkMeshPartition.h"
+
+class VTKKDSTREAMFILTERSPARTITIONING_EXPORT vtkKMeansPartition : public vtkMeshPartition
+{
+public:
+  static vtkKMeansPartition* New();
+  vtkTypeMacro(vtkKMeansPartition, vtkMeshPartition);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * How often clusters grow. 1 to 1000; default 5, as in the paper.
+   */
+  vtkSetClampMacro(NumberOfIterations, int, 1, 1000);
+  vtkGetMacro(NumberOfIterations, int);
+  ///@}
+
+  ///@{
+  /**
+   * The weight of the distance from the seed, in radii of a mean cluster. 10^-6 to 10^6; default 1.
+   */
+  vtkSetClampMacro(DistanceWeight, double, 1e-6, 1e6);
+  vtkGetMacro(DistanceWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * The weight of compactness: more of it gives straighter boundaries. 0 to 10^6; default 4.
+   */
+  vtkSetClampMacro(CompactnessWeight, double, 0, 1e6);
+  vtkGetMacro(CompactnessWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * The weight of the number of points: more of it gives clusters of more equal sizes. 0 to 10^6;
+   * default 1.
+   */
+  vtkSetClampMacro(CountWeight, double, 0, 1e6);
+  vtkGetMacro(CountWeight, double);
+  ///@}
+
+protected:
+  vtkKMeansPartition() = default;
+  ~vtkKMeansPartition() override = default;
+
+  void AssignPoints(kdstream::MeshPartitionWork& work) override;
+
+private:
+  vtkKMeansPartition(const vtkKMeansPartition&) = delete;
+  void operator=(const vtkKMeansPartition&) = delete;
+
+  int NumberOfIterations = 5;
+  double DistanceWeight = 1;
+  double CompactnessWeight = 4;
+  double CountWeight = 1;
+};
+
+#endif

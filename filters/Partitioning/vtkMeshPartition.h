@@ -1,0 +1,113 @@
+/**
+ * @class   vtkMeshPartition
+ * @brief   what the filters have in common that cut a surface or point set into partitions
+ *
+ * Step "tree" of the README's picture, as VTK filters: vtkKdTreePartition, and the baselines
+ * vtkOctreePartition and vtkKMeansPartition. They differ in which points make a partition, which
+ * their pages tell; this page tells what all give.
+ *
+ * Input: a vtkPolyData, with or without cells.
+ *
+ * Output port 0: a vtkPartitionedDataSet of vtkPolyData. A cell goes to every partition that one of
+ * its points belongs to, so that the boundary is whole on both sides: partitions can be processed
+ * on their own. What is repeated is marked in vtkGhostType: a cell that a partition of a lower
+ * number owns is DUPLICATECELL; a point that belongs to another partition is DUPLICATEPOINT. The
+ * cells without this mark are, over all partitions, each cell of the input once. In a partition its
+ * own points come first, in the input's order, then the ghosts. Points keep their type, bit for
+ * bit. Point and cell data are passed; global cell ids only if no cell had to be cut up. Marks of a
+ * vtkGhostType array in the input stay set.
+ *
+ * Output port 1: the input, with the array "PartitionId" if GeneratePartitionIds is on. It is what
+ * vtkPartitionMeasures measures.
+ *
+ * Polygons become fans around their first point (put a vtkTriangleFilter before, if they are not
+ * convex), strips triangles, polylines segments, poly-vertices single vertices; each gets the data
+ * of its cell. Degenerate triangles are kept. Coincident points are not merged (see
+ * vtkCleanPolyData).
+ *
+ * No points give no partitions.
+ *
+ * Complexity: that of the partitioner, and linear in points and cells. Memory beside input, outputs
+ * and partitioner: about 30 bytes a point and 30 a triangle. Runs on vtkSMPTools; the result does
+ * not depend on backend and threads. Aborting leaves empty outputs. Errors, with empty outputs: a
+ * coordinate that is not finite; a cell that uses a point that is not there; NumberOfPartitions
+ * above the number of points.
+ *
+ * Not made for subclasses outside this module: what a partitioner works on is not public.
+ *
+ * @sa vtkKdTreePartition vtkOctreePartition vtkKMeansPartition vtkPartitionMeasures
+ */
+#ifndef vtkMeshPartition_h
+#define vtkMeshPartition_h
+
+#include "vtkKdStreamFiltersPartitioningModule.h" // for the export macro
+#include "vtkPartitionedDataSetAlgorithm.h"
+
+namespace kdstream
+{
+struct MeshPartitionWork;
+}
+
+class VTKKDSTREAMFILTERSPARTITIONING_EXPORT vtkMeshPartition : public vtkPartitionedDataSetAlgorithm
+{
+public:
+  vtkTypeMacro(vtkMeshPartition, vtkPartitionedDataSetAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /**
+   * The input, without a pipeline that makes it.
+   */
+  void SetInputData(vtkDataObject* input) { this->SetInputDataObject(0, input); }
+
+  ///@{
+  /**
+   * How large partitions are, ghosts not counted: the subclass tells whether at most or about. At
+   * least 1, at most 2^31 - 1; default 2000. Not used if NumberOfPartitions is set.
+   */
+  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  vtkGetMacro(VerticesPerPartition, vtkIdType);
+  ///@}
+
+  ///@{
+  /**
+   * The number of partitions, at most the number of points: the subclass tells which numbers are
+   * possible. 0, the default, chooses by VerticesPerPartition. At most 2^30.
+   */
+  vtkSetClampMacro(NumberOfPartitions, vtkIdType, 0, 1 << 30);
+  vtkGetMacro(NumberOfPartitions, vtkIdType);
+  ///@}
+
+  ///@{
+  /**
+   * Whether both outputs get the point array "PartitionId" (vtkIdTypeArray): the number of the
+   * partition that a point belongs to, which for a ghost is another one. Default off.
+   */
+  vtkSetMacro(GeneratePartitionIds, bool);
+  vtkGetMacro(GeneratePartitionIds, bool);
+  vtkBooleanMacro(GeneratePartitionIds, bool);
+  ///@}
+
+protected:
+  vtkMeshPartition();
+  ~vtkMeshPartition() override = default;
+
+  /**
+   * Gives each point its partition. There is at least one point.
+   */
+  virtual void AssignPoints(kdstream::MeshPartitionWork& work) = 0;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int FillOutputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+private:
+  vtkMeshPartition(const vtkMeshPartition&) = delete;
+  void operator=(const vtkMeshPartition&) = delete;
+
+  vtkIdType VerticesPerPartition = 2000;
+  vtkIdType NumberOfPartitions = 0;
+  bool GeneratePartitionIds = false;
+};
+
+#endif

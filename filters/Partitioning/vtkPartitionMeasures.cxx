@@ -1,0 +1,201 @@
+// Steps: 1. mesh and labels in core's types  2. measures (core)  3. tables.
+#include "vtkPartitionMeasures.h"
+
+#include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/PolyDataMesh.h"
+#include "filters/core/PartitionMeasures.h"
+
+#include <vtkDataArray.h>
+#include <vtkDataObject.h>
+#include <vtkDoubleArray.h>
+#include <vtkIdTypeArray.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkTable.h>
+#include <vtkVariant.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+vtkStandardNewMacro(vtkPartitionMeasures);
+
+namespace
+{
+
+using namespace kdstream;
+
+// The labels of all points.
+Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray* array, vtkIdType points)
+{
+  const auto bad = [](const std::string& message) {
+    return Error{ ErrorCode::InvalidInput, message };
+  };
+  if (!array)
+  {
+    return bad("there is no point array of partitions (SetInputArrayToProcess; default "
+               "\"PartitionId\")");
+  }
+  const std::string name = array->GetName() ? array->GetName() : "";
+  if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != points)
+  {
+    return bad("the array \"" + name + "\" has " + std::to_string(array->GetNumberOfTuples()) +
+               " tuples of " + std::to_string(array->GetNumberOfComponents()) + " components for " +
+               std::to_string(points) + " points");
+  }
+  constexpr double exact = 9007199254740992; // 2^53
+  const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
+  std::vector<std::int64_t> labels;
+  labels.reserve(static_cast<std::size_t>(points));
+  for (vtkIdType i = 0; i < points; ++i)
+  {
+    if (!real)
+    {
+      labels.push_back(array->GetVariantValue(i).ToTypeInt64());
+      continue;
+    }
+    const double value = array->GetComponent(i, 0);
+    if (!(std::abs(value) <= exact) || std::floor(value) != value)
+    {
+      return bad("point " + std::to_string(i) + ": partition " + std::to_string(value) +
+                 " is no whole number");
+    }
+    labels.push_back(static_cast<std::int64_t>(value));
+  }
+  return labels;
+}
+
+void AddIds(vtkTable& table, const char* name, const std::vector<std::int64_t>& values)
+{
+  vtkNew<vtkIdTypeArray> column;
+  column->SetName(name);
+  for (const std::int64_t value : values)
+  {
+    column->InsertNextValue(static_cast<vtkIdType>(value));
+  }
+  table.AddColumn(column);
+}
+
+void AddNumbers(vtkTable& table, const std::string& name, const std::vector<double>& values)
+{
+  vtkNew<vtkDoubleArray> column;
+  column->SetName(name.c_str());
+  for (const double value : values)
+  {
+    column->InsertNextValue(value);
+  }
+  table.AddColumn(column);
+}
+
+template <class Value>
+std::vector<Value> Values(const PartitionMeasures& measures, const auto PartitionMeasure::*member)
+{
+  std::vector<Value> values;
+  values.reserve(measures.partitions.size());
+  for (const PartitionMeasure& partition : measures.partitions)
+  {
+    values.push_back(static_cast<Value>(partition.*member));
+  }
+  return values;
+}
+
+void FillPartitions(
+  vtkTable& table, const PartitionMeasures& measures, const std::vector<std::int64_t>& ids)
+{
+  AddIds(table, "PartitionId", ids);
+  AddIds(table, "Vertices", Values<std::int64_t>(measures, &PartitionMeasure::vertices));
+  AddIds(table, "Triangles", Values<std::int64_t>(measures, &PartitionMeasure::triangles));
+  AddIds(table, "OwnTriangles", Values<std::int64_t>(measures, &PartitionMeasure::ownTriangles));
+  AddNumbers(table, "BoundaryLength", Values<double>(measures, &PartitionMeasure::boundaryLength));
+  AddNumbers(table, "Area", Values<double>(measures, &PartitionMeasure::area));
+  AddNumbers(table, "Compactness", Values<double>(measures, &PartitionMeasure::compactness));
+}
+
+void FillSpread(vtkTable& table, const PartitionMeasures& measures)
+{
+  AddIds(table, "Partitions", { static_cast<std::int64_t>(measures.partitions.size()) });
+  AddIds(table, "Measured", { static_cast<std::int64_t>(measures.measured) });
+  const struct
+  {
+    std::string name;
+    const Spread& spread;
+  } rows[] = { { "Vertices", measures.vertices }, { "Triangles", measures.triangles },
+    { "Compactness", measures.compactness } };
+  for (const auto& [name, spread] : rows)
+  {
+    AddNumbers(table, name + "Minimum", { spread.minimum });
+    AddNumbers(table, name + "Maximum", { spread.maximum });
+    AddNumbers(table, name + "Mean", { spread.mean });
+    AddNumbers(table, name + "StandardDeviation", { spread.standardDeviation });
+    AddNumbers(table, name + "Ratio", { spread.ratio });
+  }
+}
+
+}
+
+vtkPartitionMeasures::vtkPartitionMeasures()
+{
+  this->SetNumberOfOutputPorts(2);
+  this->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "PartitionId");
+}
+
+int vtkPartitionMeasures::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  return 1;
+}
+
+int vtkPartitionMeasures::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
+  const auto fail = [this](const Error& error)
+  {
+    if (error.code == ErrorCode::Cancelled)
+    {
+      return 1;
+    }
+    vtkErrorMacro(<< error.message);
+    return 0;
+  };
+  const Execution execution = MakeAlgorithmExecution(*this, { { "measures", 0.2, 1 } });
+  std::vector<std::int64_t> labels;
+  if (input->GetNumberOfPoints() > 0)
+  {
+    Result<std::vector<std::int64_t>> read =
+      ReadLabels(this->GetInputArrayToProcess(0, inputVector), input->GetNumberOfPoints());
+    if (!read)
+    {
+      return fail(read.GetError());
+    }
+    labels = std::move(*read);
+  }
+  const Result<Mesh> mesh = ReadMesh(*input, execution);
+  if (!mesh)
+  {
+    return fail(mesh.GetError());
+  }
+  const Clustering clustering = ClusteringOfLabels(labels);
+  const Result<PartitionMeasures> measures =
+    MeasurePartitions(mesh->points, mesh->triangles, clustering, execution);
+  if (!measures)
+  {
+    return fail(measures.GetError());
+  }
+  std::vector<std::int64_t> ids(clustering.clusters);
+  for (std::size_t i = 0; i < labels.size(); ++i)
+  {
+    ids[clustering.clusterOf[i]] = labels[i];
+  }
+  FillPartitions(*vtkTable::GetData(outputVector, 0), *measures, ids);
+  FillSpread(*vtkTable::GetData(outputVector, 1), *measures);
+  return 1;
+}
+
+void vtkPartitionMeasures::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+}

@@ -1,0 +1,62 @@
+/**
+ * @class   vtkPartitionMeasures
+ * @brief   tables of the sizes, boundaries, areas and compactness of the partitions of a surface
+ *
+ * Input: a vtkPolyData with a point array of one component that tells each point's partition, whole
+ * numbers of any numeric type; by default "PartitionId", as port 1 of vtkKdTreePartition,
+ * vtkOctreePartition and vtkKMeansPartition has it (GeneratePartitionIdsOn). Another one is chosen
+ * by SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, name).
+ *
+ * Output port 0: a vtkTable, a row for each number that the array holds, ascending:
+ *
+ * - PartitionId (vtkIdType);
+ * - Vertices, Triangles, OwnTriangles (vtkIdType): its points; the triangles that touch one of
+ * them; and of these the ones that no partition of a lower number touches;
+ * - BoundaryLength, Area (double, in the unit of the points) of the triangles that touch it: the
+ *   boundary is where exactly one of them has an edge;
+ * - Compactness (double): p^2 / (4 pi w) of boundary p and area w. 1 is a disc, a square cut out
+ *   along edges is about 1.5, less is better. NaN without area or without boundary.
+ *
+ * Output port 1: a vtkTable of one row: Partitions, Measured (vtkIdType; how many have a
+ * compactness), and Minimum, Maximum, Mean, StandardDeviation and Ratio (maximum by minimum) of
+ * Vertices, Triangles and Compactness (double), named "VerticesMinimum" and so on.
+ *
+ * Polygons become fans around their first point, strips triangles; vertices and lines have no part
+ * in it. Points in one place count as one for edges. No points give no rows, and zeros.
+ *
+ * Complexity: O(n log n + t log t) for n points and t triangles; about 60 bytes a point, 60 a
+ * triangle. Serial. Aborting leaves empty outputs. Errors, with empty outputs: no such array, or
+ * not one value a point; a value that is no whole number; a coordinate that is not finite; a cell
+ * that uses a point that is not there.
+ *
+ * Source: eq. (1) and section 4.1.1 of the paper named in the README.
+ *
+ * @sa vtkMeshPartition
+ */
+#ifndef vtkPartitionMeasures_h
+#define vtkPartitionMeasures_h
+
+#include "vtkKdStreamFiltersPartitioningModule.h" // for the export macro
+#include "vtkTableAlgorithm.h"
+
+class VTKKDSTREAMFILTERSPARTITIONING_EXPORT vtkPartitionMeasures : public vtkTableAlgorithm
+{
+public:
+  static vtkPartitionMeasures* New();
+  vtkTypeMacro(vtkPartitionMeasures, vtkTableAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+protected:
+  vtkPartitionMeasures();
+  ~vtkPartitionMeasures() override = default;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+private:
+  vtkPartitionMeasures(const vtkPartitionMeasures&) = delete;
+  void operator=(const vtkPartitionMeasures&) = delete;
+};
+
+#endif
