@@ -41,7 +41,7 @@ struct CommandLine
 {
   std::string url, model, offscreen, size = "1280x720", record, replay, screenshot, statistics;
   unsigned rings = 1;
-  SurfaceColoring coloring = SurfaceColoring::Stone;
+  SurfaceColoring coloring = SurfaceColoring::Own;
   int width = 0, height = 0;
 };
 
@@ -90,13 +90,15 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app.add_option("--screenshot", line.screenshot, "PNG file to write at the end");
   app.add_option("--stats", line.statistics,
     "JSON file to write at the end: vertices, triangles, bytes and seconds of every blob");
-  const std::map<std::string, SurfaceColoring> colorings{ { "none", SurfaceColoring::Stone },
-    { "partition", SurfaceColoring::Partition }, { "resolution", SurfaceColoring::Resolution } };
+  const std::map<std::string, SurfaceColoring> colorings{ { "own", SurfaceColoring::Own },
+    { "none", SurfaceColoring::Stone }, { "partition", SurfaceColoring::Partition },
+    { "resolution", SurfaceColoring::Resolution } };
   app
     .add_option("--colour-by", line.coloring,
-      "colours of the surface: none, partition or resolution (optional)")
+      "colours of the surface: own (the model's, where it has some), none, partition or "
+      "resolution")
     ->transform(CLI::CheckedTransformer(colorings).description(""))
-    ->default_str("none");
+    ->default_str("own");
 }
 
 Result<std::vector<SessionStep>> ReadSession(const std::string& file)

@@ -7,10 +7,7 @@
 #include "viewer/session/Geometry.h"
 #include "viewer/session/SceneLook.h"
 #include "viewer/session/SceneRules.h"
-
-#ifdef __EMSCRIPTEN__
-#include <emscripten/html5.h>
-#endif
+#include "viewer/session/SplatRadii.h"
 
 #include <algorithm>
 #include <array>
@@ -25,7 +22,7 @@ namespace kdstream
 struct GlesRenderer::Chunk
 {
   GLuint vertexArray = 0;
-  // Of vertices, colours (0 without) and indices (0 for a cloud).
+  // Of vertices, colours (0 without), and indices, or radii of a cloud.
   std::array<GLuint, 3> buffers{};
   GLsizei count = 0; // of indices, or points of a cloud
 };
@@ -43,17 +40,12 @@ enum AttributePlace : GLuint // as `location` in GlesShaders.h
 {
   position = 0,
   normal = 1,
-  color = 2
+  color = 2,
+  radius = 3
 };
 
 bool HasContext()
 {
-#ifdef __EMSCRIPTEN__
-  if (emscripten_webgl_get_current_context() == 0)
-  {
-    return false;
-  }
-#endif
   GLint version = 0; // stays where there is no context
   glGetIntegerv(GL_MAJOR_VERSION, &version);
   return version >= 3;
@@ -254,6 +246,7 @@ Status GlesRenderer::UploadChunks(const ViewerScene& scene)
 {
   ClearErrors();
   ChunkCutter cutter(*scene.surface, scene.depths, this->Coloring, this->Center, this->Scale);
+  this->Bounds = Enlarged(this->Bounds, cutter.LargestRadius());
   SurfaceChunk content;
   while (cutter.Next(content))
   {
@@ -274,6 +267,12 @@ Status GlesRenderer::UploadChunks(const ViewerScene& scene)
       glEnableVertexAttribArray(AttributePlace::color);
     }
     chunk.count = static_cast<GLsizei>(content.vertices.size());
+    if (!content.radii.empty())
+    {
+      chunk.buffers[2] = MakeBuffer(GL_ARRAY_BUFFER, content.radii);
+      glVertexAttribPointer(AttributePlace::radius, 1, GL_FLOAT, GL_FALSE, 0, nullptr);
+      glEnableVertexAttribArray(AttributePlace::radius);
+    }
     if (!content.indices.empty())
     {
       chunk.buffers[2] = MakeBuffer(GL_ELEMENT_ARRAY_BUFFER, content.indices);
@@ -336,14 +335,13 @@ void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewpor
     static_cast<float>(-2.0 * farthest * nearest / depth));
   if (this->Points > 0)
   {
-    glUniform1f(glGetUniformLocation(program, "pointSize"),
-      static_cast<float>(
-        0.5 * (nearest + farthest) *
-        CloudPointSize(this->Bounds, this->Points, planes, tangent, viewport.height)));
-    glUniform2f(glGetUniformLocation(program, "depthRange"), static_cast<float>(nearest),
-      static_cast<float>(1.0 / depth));
+    SetVector(
+      program, "splatPixels", Vec3{ 0.5 * viewport.height / tangent, smallestSplat, largestSplat });
+    SetVector(program, "depthRange", Vec3{ nearest, farthest, 1.0 / depth });
   }
 
+  glUniform1f(glGetUniformLocation(program, "smoothness"),
+    this->Coloring == SurfaceColoring::Own ? 1.0f : 0.0f);
   glEnable(GL_DEPTH_TEST);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);

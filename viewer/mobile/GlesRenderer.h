@@ -2,8 +2,7 @@
 // picture.
 //
 // The same sources draw natively (EglOffscreen.h has a context without a screen) and, as WebGL 2,
-// in the browser. The picture is VTK's of the same scene (viewer/rendering), but for clouds, whose
-// relief is shown by the points' own shading.
+// in the browser. The picture is VTK's of the same scene (viewer/rendering).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -41,8 +40,9 @@ public:
 
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
   // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
-  // surfaceVersion is another one than last time, or the coloring is: 16 bytes a vertex (20 with
-  // colours), 6 a triangle; what was there before is freed first. viewport: as that of the session.
+  // surfaceVersion is another one than last time, or the coloring is: 16 bytes a vertex (4 more
+  // with colours, and in a cloud), 6 a triangle; what was there before is freed first. viewport: as
+  // that of the session.
   //
   // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
   // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
@@ -68,17 +68,17 @@ private:
   struct Content
   {
     std::uint64_t version = 0;
-    SurfaceColoring coloring = SurfaceColoring::Stone;
+    SurfaceColoring coloring = SurfaceColoring::Own;
     bool operator==(const Content&) const = default;
   };
   std::optional<Content> Tried; // the last that was to be uploaded, and
   Status Outcome;               // what came of it
   Vec3 Center{};
   double Scale = 1.0;
-  Box Bounds;             // of the surface, relative to Center; not scaled
+  Box Bounds;             // of what is drawn, relative to Center; not scaled
   std::size_t Points = 0; // of a cloud; 0 if it has triangles
 
-  SurfaceColoring Coloring = SurfaceColoring::Stone;
+  SurfaceColoring Coloring = SurfaceColoring::Own;
   Vec3 Bottom;
   Vec3 Top;
 };

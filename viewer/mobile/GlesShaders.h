@@ -35,36 +35,45 @@ inline constexpr const char* surfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
 layout(location = 2) in vec4 color;
+layout(location = 3) in float radius; // of a cloud's splat
 uniform vec3 eye;
 uniform mat3 turn;
 uniform vec4 projection;
-uniform float pointSize; // pixels, at distance 1
+uniform vec3 splatPixels; // of a length 1 at distance 1; the fewest and the most across
 out vec3 viewPosition;
 out vec3 viewNormal;
-flat out vec3 baseColor;
+out vec3 smoothColor;
+flat out vec3 flatColor;
+flat out vec2 splat; // pixels across, radius
 void main()
 {
   viewPosition = turn * (position - eye);
   viewNormal = turn * normal.xyz;
-  baseColor = color.rgb;
+  smoothColor = flatColor = color.rgb;
   gl_Position = vec4(projection.xy * viewPosition.xy,
     projection.z * viewPosition.z + projection.w, -viewPosition.z);
-  gl_PointSize = clamp(-pointSize / viewPosition.z, 3.0, 64.0);
+  splat.x = clamp(2.0 * radius * splatPixels.x / gl_Position.w, splatPixels.y, splatPixels.z);
+  splat.y = 0.5 * splat.x * gl_Position.w / splatPixels.x;
+  gl_PointSize = splat.x;
 })";
 
 // Phong's model with three directional lights. Followed by one of the two main functions.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
-flat in vec3 baseColor;
+in vec3 smoothColor;
+flat in vec3 flatColor;
+flat in vec2 splat;
+uniform float smoothness; // of colours: 1, or 0
 uniform vec3 lightDirection[3];
 uniform vec3 lightColor[3];
 uniform vec4 material;
 uniform vec3 highlightColor;
-uniform vec2 depthRange;
+uniform vec3 depthRange; // nearest, farthest, 1 / their difference
 out vec4 fragment;
 vec3 lit(vec3 normal)
 {
+  vec3 baseColor = mix(flatColor, smoothColor, smoothness);
   vec3 toEye = normalize(-viewPosition);
   vec3 diffuse = vec3(0.0);
   vec3 specular = vec3(0.0);
@@ -96,8 +105,9 @@ void main()
   fragment = vec4(lit(normal), 1.0);
 })";
 
-// Points are flat buttons with a dark rim, darker the farther away: so neighbours and distances can
-// be told apart without normals.
+// Points are round splats, bent away from the eye at their rims, so that neighbours meet halfway.
+// They are lit by their normals, on the side that is seen; without normals as shallow domes, darker
+// the farther away (as viewer/rendering/CloudSplats.cxx).
 inline constexpr const char* cloudFragment = R"(
 void main()
 {
@@ -107,9 +117,17 @@ void main()
   {
     discard;
   }
-  float depth = clamp((-viewPosition.z - depthRange.x) * depthRange.y, 0.0, 1.0);
-  float shade = (1.0 - 0.35 * square * square) * (1.0 - 0.5 * depth);
-  fragment = vec4(shade * lit(vec3(0.0, 0.0, 1.0)), 1.0);
+  float z = viewPosition.z - splat.y * square;
+  float far = clamp((-z - depthRange.x) * depthRange.z, 0.0, 1.0); // of the way from near to far
+  gl_FragDepth = min(far * depthRange.y / -z, 1.0);
+  vec3 normal = normalize(vec3(0.35 * place.x, -0.35 * place.y, 1.0));
+  float shade = 1.0 - 0.4 * far;
+  if (dot(viewNormal, viewNormal) > 0.5)
+  {
+    normal = normalize(viewNormal.z < 0.0 ? -viewNormal : viewNormal);
+    shade = 1.0;
+  }
+  fragment = vec4(shade * lit(normal), 1.0);
 })";
 
 }

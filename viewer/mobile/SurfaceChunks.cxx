@@ -3,7 +3,7 @@
 
 #include "viewer/session/Geometry.h"
 #include "viewer/session/SceneRules.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/SplatRadii.h"
 
 #include <algorithm>
 #include <limits>
@@ -37,11 +37,23 @@ ChunkCutter::ChunkCutter(const Surface& surface, const TreeDepths& depths, Surfa
   , Center(center)
   , Scale(scale)
 {
-  if (!surface.triangles.empty())
+  this->OwnColoring = coloring == SurfaceColoring::Own ? OwnColors(surface) : nullptr;
+  this->ColoredBySource =
+    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
+  this->Normals = NormalsOf(surface);
+  if (surface.triangles.empty())
   {
-    this->Normals = ComputeVertexNormals(surface.points, surface.triangles);
+    this->Radii = SplatRadii(surface);
+  }
+  else
+  {
     this->IndexInChunk.assign(surface.points.size(), absent);
   }
+}
+
+double ChunkCutter::LargestRadius() const
+{
+  return this->Radii.empty() ? 0.0 : *std::max_element(this->Radii.begin(), this->Radii.end());
 }
 
 void ChunkCutter::Append(SurfaceChunk& chunk, VertexId vertex) const
@@ -50,10 +62,12 @@ void ChunkCutter::Append(SurfaceChunk& chunk, VertexId vertex) const
   chunk.vertices.push_back(
     { { static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]) },
       this->Normals.empty() ? 0 : PackNormal(this->Normals[vertex]) });
-  if (this->Coloring != SurfaceColoring::Stone)
+  if (this->OwnColoring || this->ColoredBySource)
   {
     const Color color =
-      ColorOf(ColorSourceOf(this->Drawn.sources[vertex], this->Depths), this->Coloring);
+      this->OwnColoring
+        ? OwnColor(*this->OwnColoring, vertex)
+        : ColorOf(ColorSourceOf(this->Drawn.sources[vertex], this->Depths), this->Coloring);
     chunk.colors.push_back({ color[0], color[1], color[2], 255 });
   }
 }
@@ -65,6 +79,7 @@ bool ChunkCutter::NextOfCloud(SurfaceChunk& chunk)
   for (; this->Done < end; ++this->Done)
   {
     this->Append(chunk, static_cast<VertexId>(this->Done));
+    chunk.radii.push_back(static_cast<float>(this->Radii[this->Done] * this->Scale));
   }
   return !chunk.vertices.empty();
 }
@@ -93,6 +108,7 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   chunk.vertices.clear();
   chunk.colors.clear();
   chunk.indices.clear();
+  chunk.radii.clear();
   if (this->Drawn.triangles.empty())
   {
     return this->NextOfCloud(chunk);
@@ -105,7 +121,7 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
       break;
     }
     Triangle triangle = this->Drawn.triangles[this->Done];
-    if (this->Coloring != SurfaceColoring::Stone)
+    if (this->ColoredBySource)
     {
       triangle = this->WithColorLast(triangle);
     }

@@ -27,10 +27,12 @@ struct SurfaceChunk
   static constexpr std::size_t mostVertices = 65535;
 
   std::vector<ChunkVertex> vertices;
-  // Red, green, blue, 255: one a vertex; none for plain stone. The last corner of a triangle has
-  // the triangle's colour, so "flat" interpolation colours it.
+  // Red, green, blue, 255: one a vertex; none for plain stone. The model's own go over smoothly
+  // from corner to corner; of those of partitions and resolutions the last corner of a triangle has
+  // the triangle's, so "flat" interpolation colours it.
   std::vector<std::array<std::uint8_t, 4>> colors;
   std::vector<std::uint16_t> indices; // 3 a triangle; none for a cloud
+  std::vector<float> radii;           // of a cloud's splats, scaled: one a vertex
 };
 
 // Hands out the chunks of a surface one after the other, so that never more than one is held.
@@ -41,8 +43,9 @@ struct SurfaceChunk
 // Stanford dragon's 437,645 (4.7 % in the order of its file). A cloud repeats none; vertices
 // without triangles on a surface that has some are left out.
 //
-// Colours cost 4 bytes a vertex and no repeated vertices: a triangle has the colour of one of its
-// corners (SceneRules.h), and is turned until that corner is the last.
+// Colours cost 4 bytes a vertex and no repeated vertices: of a partition or a resolution, a
+// triangle has the colour of one of its corners (SceneRules.h), and is turned until that corner is
+// the last.
 //
 // Complexity O(points + triangles); memory 16 bytes a point beside the chunk, 40 for a moment at
 // first.
@@ -53,6 +56,9 @@ public:
   // REQUIRES: CheckSurface(surface, center) has found nothing.
   ChunkCutter(const Surface& surface, const TreeDepths& depths, SurfaceColoring coloring,
     const Vec3& center, double scale);
+
+  // In the model's unit, of a cloud's splats; 0 for a surface.
+  double LargestRadius() const;
 
   // Replaces `chunk` with the next one; false when there is none.
   bool Next(SurfaceChunk& chunk);
@@ -67,7 +73,10 @@ private:
   SurfaceColoring Coloring;
   Vec3 Center;
   double Scale;
+  const Attribute* OwnColoring = nullptr; // where the colours are the model's own
+  bool ColoredBySource = false;           // or those of partitions or resolutions
   std::vector<std::array<float, 3>> Normals;
+  std::vector<float> Radii;
   std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet
   std::size_t Done = 0;                    // triangles, or points of a cloud
 };

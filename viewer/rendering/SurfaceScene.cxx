@@ -1,10 +1,10 @@
 // Draws one surface in a VTK renderer: see SurfaceScene.h.
 #include "viewer/rendering/SurfaceScene.h"
 
-#include "viewer/rendering/CloudShading.h"
+#include "viewer/rendering/CloudSplats.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/SceneLook.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/SplatRadii.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -20,8 +20,6 @@
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkRenderStepsPass.h>
-#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkShaderProperty.h>
 #include <vtkSmartPointer.h>
@@ -79,23 +77,18 @@ vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const C
 // triangle's own facing, which is undone: a triangle that a simplified level has folded over would
 // be black among neighbours whose normals face the eye. At an outline, normals between those of
 // corners turn away a little where the triangle itself still faces the eye: these stop at the
-// outline; turned to the eye they would shine like the other side. Points have no normals.
-void FaceNormalsToTheEye(vtkActor& actor, bool isSurface)
+// outline; turned to the eye they would shine like the other side.
+void FaceNormalsToTheEye(vtkActor& actor)
 {
-  vtkShaderProperty* shader = actor.GetShaderProperty();
-  shader->ClearFragmentShaderReplacement("//VTK::Light::Impl", true);
-  if (isSurface)
-  {
-    shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
-      "if (!gl_FrontFacing) { normalVCVSOutput = -normalVCVSOutput; }\n"
-      "if (normalVCVSOutput.z < 0.0)\n"
-      "{\n"
-      "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.4\n"
-      "    ? normalize(vec3(normalVCVSOutput.xy, 0.0)) : -normalVCVSOutput;\n"
-      "}\n"
-      "//VTK::Light::Impl",
-      false);
-  }
+  actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
+    "if (!gl_FrontFacing) { normalVCVSOutput = -normalVCVSOutput; }\n"
+    "if (normalVCVSOutput.z < 0.0)\n"
+    "{\n"
+    "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.4\n"
+    "    ? normalize(vec3(normalVCVSOutput.xy, 0.0)) : -normalVCVSOutput;\n"
+    "}\n"
+    "//VTK::Light::Impl",
+    false);
 }
 
 vtkSmartPointer<vtkFloatArray> Normals(const Surface& surface)
@@ -104,12 +97,40 @@ vtkSmartPointer<vtkFloatArray> Normals(const Surface& surface)
   result->SetName("Normals");
   result->SetNumberOfComponents(3);
   result->SetNumberOfTuples(static_cast<vtkIdType>(surface.points.size()));
+  result->FillValue(0.0f); // none: VTK lights no points without
   float* out = result->GetPointer(0);
-  for (const auto& normal : ComputeVertexNormals(surface.points, surface.triangles))
+  for (const auto& normal : NormalsOf(surface))
   {
     out = std::copy(normal.begin(), normal.end(), out);
   }
   return result;
+}
+
+vtkSmartPointer<vtkFloatArray> Radii(const Surface& cloud)
+{
+  const std::vector<float> radii = SplatRadii(cloud);
+  auto result = vtkSmartPointer<vtkFloatArray>::New();
+  result->SetName(splatRadiusArray);
+  result->SetNumberOfTuples(static_cast<vtkIdType>(radii.size()));
+  std::copy(radii.begin(), radii.end(), result->GetPointer(0));
+  return result;
+}
+
+// A colour for each of so many entries, given by color(0 … count - 1).
+template <class ColorAt>
+vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& colorAt)
+{
+  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  colors->SetName("Colors");
+  colors->SetNumberOfComponents(3);
+  colors->SetNumberOfTuples(static_cast<vtkIdType>(count));
+  unsigned char* out = colors->GetPointer(0);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const Color color = colorAt(i);
+    out = std::copy(color.begin(), color.end(), out);
+  }
+  return colors;
 }
 
 void SetUpLights(vtkRenderer& renderer)
@@ -160,21 +181,19 @@ SurfaceScene::SurfaceScene()
   {
     openGl->SetVBOShiftScaleMethod(vtkOpenGLVertexBufferObject::DISABLE_SHIFT_SCALE);
   }
-  const vtkNew<vtkRenderStepsPass> usual;
-  this->PointShading->SetDelegatePass(usual);
   this->Actor->SetMapper(this->Mapper);
   this->SceneRenderer->AddActor(this->Actor);
   this->SetStyle(SceneStyle{});
   this->ApplyCamera();
   // Just before drawing, when the size of the window is known.
-  this->PointSizeObserver =
-    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::ApplyPointSize);
+  this->SplatObserver =
+    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::ApplySplats);
 }
 
 // The renderer lives on in a window that lives on.
 SurfaceScene::~SurfaceScene()
 {
-  this->SceneRenderer->RemoveObserver(this->PointSizeObserver);
+  this->SceneRenderer->RemoveObserver(this->SplatObserver);
 }
 
 Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, const Vec3& center)
@@ -193,12 +212,26 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
   if (isCloud)
   {
     this->Drawn->SetVerts(Cells(cells, 1, [](std::size_t i) { return i; }));
+    const auto radii = Radii(surface);
+    this->Drawn->GetPointData()->AddArray(radii);
+    this->LargestRadius = cells > 0 ? radii->GetRange()[1] : 0.0;
+    this->Bounds = Enlarged(this->Bounds, this->LargestRadius);
   }
   else
   {
     this->Drawn->SetPolys(
       Cells(cells, 3, [&](std::size_t i) { return surface.triangles[i / 3][i % 3]; }));
-    this->Drawn->GetPointData()->SetNormals(Normals(surface));
+    this->LargestRadius = 0.0;
+  }
+  this->Drawn->GetPointData()->SetNormals(Normals(surface));
+  if (const Attribute* own = OwnColors(surface))
+  {
+    this->PointColors =
+      Colors(surface.points.size(), [own](std::size_t i) { return OwnColor(*own, i); });
+  }
+  else
+  {
+    this->PointColors = nullptr;
   }
 
   this->CellColors.clear();
@@ -214,34 +247,30 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
     const Triangle& t = surface.triangles[i];
     this->CellColors.push_back(Together(Together(of(t[0]), of(t[1])), of(t[2])));
   }
-  FaceNormalsToTheEye(*this->Actor, !isCloud);
-  this->ShadeAsCloud(isCloud && cells > 0);
-  this->ApplyColors();
-  this->ApplyCamera();
-  return {};
-}
-
-// Points have no normals to be lit by.
-void SurfaceScene::ShadeAsCloud(bool isCloud)
-{
+  DrawNoSplats(*this->Actor, *this->Mapper);
   if (isCloud)
   {
-    this->SceneRenderer->SetPass(this->PointShading);
-    return;
+    DrawSplats(*this->Actor, *this->Mapper);
   }
-  vtkRenderWindow* window = this->SceneRenderer->GetRenderWindow();
-  if (window && this->SceneRenderer->GetPass())
+  else
   {
-    window->MakeCurrent();
-    this->PointShading->ReleaseGraphicsResources(window);
+    FaceNormalsToTheEye(*this->Actor);
   }
-  this->SceneRenderer->SetPass(nullptr);
+  this->IsCloud = isCloud;
+  this->ApplyStyle();
+  this->ApplyCamera();
+  return {};
 }
 
 void SurfaceScene::SetStyle(const SceneStyle& style)
 {
   this->Style = style;
-  if (style.flat)
+  this->ApplyStyle();
+}
+
+void SurfaceScene::ApplyStyle()
+{
+  if (this->Style.flat && !this->IsCloud)
   {
     this->Actor->GetProperty()->SetInterpolationToFlat();
   }
@@ -252,40 +281,37 @@ void SurfaceScene::SetStyle(const SceneStyle& style)
   this->ApplyColors();
 }
 
-void SurfaceScene::ApplyPointSize()
+void SurfaceScene::ApplySplats()
 {
-  float pixels = this->Style.pointSize;
-  if (pixels <= 0.0f && !this->Bounds.Empty())
+  if (this->IsCloud)
   {
     const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
-    pixels = static_cast<float>(
-      CloudPointSize(this->Bounds, this->CellColors.size(), { range[0], range[1] },
-        std::tan(0.5 * this->Camera.verticalFieldOfView), this->SceneRenderer->GetSize()[1]));
+    AimSplats(*this->Actor, { range[0], range[1] }, this->LargestRadius,
+      std::tan(0.5 * this->Camera.verticalFieldOfView), this->SceneRenderer->GetSize()[1]);
   }
-  this->Actor->GetProperty()->SetPointSize(pixels);
 }
 
 void SurfaceScene::ApplyColors()
 {
-  const bool colored = this->Style.coloring != SurfaceColoring::Stone;
-  this->Mapper->SetScalarVisibility(colored);
-  if (!colored)
+  const SurfaceColoring coloring = this->Style.coloring;
+  const bool own = coloring == SurfaceColoring::Own && this->PointColors;
+  const bool bySource =
+    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
+  this->Mapper->SetScalarVisibility(own || bySource);
+  this->Drawn->GetPointData()->SetScalars(own ? this->PointColors.Get() : nullptr);
+  this->Drawn->GetCellData()->SetScalars(bySource
+                                           ? Colors(this->CellColors.size(), [&](std::size_t i)
+                                               { return ColorOf(this->CellColors[i], coloring); })
+                                               .Get()
+                                           : nullptr);
+  if (own)
   {
-    this->Drawn->GetCellData()->SetScalars(nullptr);
-    return;
+    this->Mapper->SetScalarModeToUsePointData();
   }
-  const vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetName("Colors");
-  colors->SetNumberOfComponents(3);
-  colors->SetNumberOfTuples(static_cast<vtkIdType>(this->CellColors.size()));
-  unsigned char* out = colors->GetPointer(0);
-  for (const ColorSource& source : this->CellColors)
+  else
   {
-    const Color color = ColorOf(source, this->Style.coloring);
-    out = std::copy(color.begin(), color.end(), out);
+    this->Mapper->SetScalarModeToUseCellData();
   }
-  this->Drawn->GetCellData()->SetScalars(colors);
-  this->Mapper->SetScalarModeToUseCellData();
   this->Mapper->SetColorModeToDirectScalars();
 }
 

@@ -12,6 +12,7 @@
 #include "viewer/session/SceneRules.h"
 
 #include <vtkNew.h>
+#include <vtkSmartPointer.h>
 
 #include <vector>
 
@@ -19,17 +20,15 @@ class vtkActor;
 class vtkPolyData;
 class vtkPolyDataMapper;
 class vtkRenderer;
+class vtkUnsignedCharArray;
 
 namespace kdstream
 {
 
-class CloudShading;
-
 struct SceneStyle
 {
-  SurfaceColoring coloring = SurfaceColoring::Stone;
-  bool flat = false;      // a normal a triangle instead of one a vertex
-  float pointSize = 0.0f; // pixels, for point clouds; 0: so that neighbours touch
+  SurfaceColoring coloring = SurfaceColoring::Own;
+  bool flat = false; // a normal a triangle instead of one a vertex
 };
 
 // A renderer with one surface, which may be replaced while the camera stays.
@@ -45,9 +44,9 @@ public:
   // For vtkRenderWindow::AddRenderer. It and its actor stay the same for the scene's life.
   vtkRenderer& Renderer() { return *this->SceneRenderer; }
 
-  // Replaces what is drawn. Triangles are drawn with normals weighted by area; where a surface has
-  // none, its points. center: a point near the surface; coordinates relative to it become floats,
-  // so that far-away origins cost no precision. depths: those of the surface's cut, for the
+  // Replaces what is drawn: triangles with normals weighted by area, or, where a surface has none,
+  // its points as round splats. center: a point near the surface; coordinates relative to it become
+  // floats, so that far-away origins cost no precision. depths: those of the surface's cut, for the
   // colouring by partition. O(points + triangles). The surface is not kept. Errors, which leave the
   // scene as it was: those of CheckSurface.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
@@ -60,23 +59,25 @@ public:
 
 private:
   void ApplyCamera();
+  void ApplyStyle();
   void ApplyColors();
-  void ShadeAsCloud(bool isCloud);
-  void ApplyPointSize();
+  void ApplySplats();
 
   vtkNew<vtkRenderer> SceneRenderer;
   vtkNew<vtkActor> Actor;
   vtkNew<vtkPolyDataMapper> Mapper;
   vtkNew<vtkPolyData> Drawn;
-  vtkNew<CloudShading> PointShading;
 
   SceneStyle Style;
   SceneCamera Camera;
   Vec3 Center{ 0.0, 0.0, 0.0 };
-  Box Bounds; // of the drawn points, relative to Center
+  Box Bounds; // of what is drawn, relative to Center
+  bool IsCloud = false;
+  double LargestRadius = 0.0; // of the points of a cloud; 0 for a surface
   // One entry a drawn cell (triangle, or point of a cloud).
   std::vector<ColorSource> CellColors;
-  unsigned long PointSizeObserver = 0;
+  vtkSmartPointer<vtkUnsignedCharArray> PointColors; // the model's own; null without
+  unsigned long SplatObserver = 0;
 };
 
 }

@@ -13,6 +13,7 @@ using Color = std::array<std::uint8_t, 3>; // red, green, blue
 
 enum class SurfaceColoring
 {
+  Own,       // the colours that the model came with (OwnColors in SceneRules.h), else stone
   Stone,     // one neutral material
   Partition, // a colour a partition; below the stitch depth vertices have none, and stay stone
   Resolution // a colour a resolution

@@ -3,6 +3,7 @@
 
 #include "viewer/session/Geometry.h"
 #include "viewer/session/JsonText.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,13 @@ namespace
 bool IsFinite(const Vec3& v)
 {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+const Attribute* FirstWithRole(const Surface& surface, AttributeRole role)
+{
+  const auto found = std::find_if(surface.attributes.begin(), surface.attributes.end(),
+    [role](const Attribute& array) { return RoleOf(array) == role; });
+  return found == surface.attributes.end() ? nullptr : &*found;
 }
 
 }
@@ -36,6 +44,15 @@ Status CheckSurface(const Surface& surface, const Vec3& center)
     return Error{ ErrorCode::InvalidInput, std::to_string(surface.sources.size()) +
                                              " sources for " +
                                              std::to_string(surface.points.size()) + " points" };
+  }
+  for (const Attribute& array : surface.attributes)
+  {
+    if (array.TupleCount() != surface.points.size())
+    {
+      return Error{ ErrorCode::InvalidInput, std::to_string(array.TupleCount()) + " values of " +
+                                               array.name + " for " +
+                                               std::to_string(surface.points.size()) + " points" };
+    }
   }
   for (std::size_t i = 0; i < surface.points.size(); ++i)
   {
@@ -96,6 +113,17 @@ Box BoundsAround(const Surface& surface, const Vec3& center)
   return bounds;
 }
 
+Box Enlarged(const Box& bounds, double margin)
+{
+  Box larger = bounds;
+  for (std::size_t k = 0; k < 3 && !bounds.Empty(); ++k)
+  {
+    larger.lo[k] -= margin;
+    larger.hi[k] += margin;
+  }
+  return larger;
+}
+
 ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal)
 {
   // The box's extent along the line of sight: its center's, and half its sides' projected.
@@ -124,16 +152,33 @@ ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& foca
   return { nearPlane, farPlane };
 }
 
-double CloudPointSize(
-  const Box& bounds, std::size_t points, const ClippingPlanes& planes, double tangent, int height)
+const Attribute* OwnColors(const Surface& surface)
 {
-  const Vec3 s = bounds.hi - bounds.lo;
-  const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
-  const double spacing = std::sqrt(area / static_cast<double>(points));
-  const double distance = 0.5 * (planes.nearest + planes.farthest);
-  const double visible = 2.0 * distance * tangent;
-  // Half as much again, since they are not spread evenly.
-  return std::clamp(1.5 * spacing * height / visible, 4.0, 32.0);
+  return FirstWithRole(surface, AttributeRole::Colors);
+}
+
+Color OwnColor(const Attribute& colors, std::size_t point)
+{
+  const std::uint8_t* bytes = colors.values.data() + point * colors.components;
+  return { bytes[0], bytes[1], bytes[2] };
+}
+
+std::vector<std::array<float, 3>> NormalsOf(const Surface& surface)
+{
+  if (!surface.triangles.empty())
+  {
+    return ComputeVertexNormals(surface.points, surface.triangles);
+  }
+  std::vector<std::array<float, 3>> normals;
+  if (const Attribute* own = FirstWithRole(surface, AttributeRole::Normals))
+  {
+    normals.reserve(surface.points.size());
+    for (std::size_t i = 0; i < surface.points.size(); ++i)
+    {
+      normals.push_back(UnitNormal({ own->Get(i, 0), own->Get(i, 1), own->Get(i, 2) }));
+    }
+  }
+  return normals;
 }
 
 ColorSource ColorSourceOf(const Surface::Source& vertex, const TreeDepths& depths)

@@ -1,5 +1,5 @@
 // What every renderer decides alike about a scene: what can be drawn, how near and how far, in
-// which colours, with how large points. Step "draw" of the README's picture.
+// which colours, lit by which normals. Step "draw" of the README's picture.
 #pragma once
 
 #include "filters/core/KdTree.h"
@@ -7,9 +7,11 @@
 #include "filters/core/Surface.h"
 #include "viewer/session/Palette.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace kdstream
 {
@@ -25,7 +27,8 @@ struct SceneCamera
 
 // Whether `surface` can be drawn with floats relative to `center`. O(points + triangles).
 // Errors: InvalidInput for a coordinate that is not finite relative to center, an index out of
-// range, or sources that are not one a point; LimitExceeded above 2^31 - 1 points or corners.
+// range, sources or point arrays that are not one a point; LimitExceeded above 2^31 - 1 points or
+// corners.
 Status CheckSurface(const Surface& surface, const Vec3& center);
 
 // Errors: InvalidArgument for a value that is not finite, an eye at the focal point, an up
@@ -34,6 +37,8 @@ Status CheckCamera(const SceneCamera& camera);
 
 // The box of the surface's points, relative to `center`.
 Box BoundsAround(const Surface& surface, const Vec3& center);
+// The same, farther out by `margin` on every side; empty bounds stay empty.
+Box Enlarged(const Box& bounds, double margin);
 
 // Distances from the eye along the line of sight, 0 < nearest < farthest, between which all of
 // `bounds` that is before the eye lies; around the focal point where bounds are empty.
@@ -45,13 +50,18 @@ struct ClippingPlanes
 };
 ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal);
 
-// The side of a cloud's points in pixels, 4-32, so that neighbours touch: half as much again as the
-// distance of points spread evenly over half the surface of their box (a terrain fills that of its
-// box, a ball that of its own nearly), as it is seen in the middle between the planes.
-// tangent: of half the vertical field of view. height: of the picture, pixels.
-// REQUIRES: bounds not empty, points > 0.
-double CloudPointSize(
-  const Box& bounds, std::size_t points, const ClippingPlanes& planes, double tangent, int height);
+// The colours that the model came with, one a point: its first array of that role; null where there
+// is none. Light scales these bytes as it scales the stone's colour: sRGB as a screen shows it,
+// without going through linear light, as VTK does too. A fourth byte (alpha) is ignored: to blend,
+// all that is seen would have to be drawn from back to front.
+const Attribute* OwnColors(const Surface& surface);
+// REQUIRES: colors are OwnColors of a surface that has the point.
+Color OwnColor(const Attribute& colors, std::size_t point);
+
+// The unit normals to light the points by. Of a surface with triangles: ComputeVertexNormals. Of a
+// cloud: those that it came with, which may face either side; (0, 0, 0) where one is none; empty
+// where it has none at all.
+std::vector<std::array<float, 3>> NormalsOf(const Surface& surface);
 
 // What the colour of a vertex or of a triangle follows from.
 struct ColorSource

@@ -20,7 +20,9 @@ Vec3 Cross(const Vec3& a, const Vec3& b)
   return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
 }
 
-std::array<float, 3> Normalized(const Vec3& v)
+}
+
+std::array<float, 3> UnitNormal(const Vec3& v)
 {
   // Scaled by the largest component first: areas of tiny or huge models squared leave the range of
   // doubles.
@@ -33,8 +35,6 @@ std::array<float, 3> Normalized(const Vec3& v)
   const double length = std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
   return { static_cast<float>(u[0] / length), static_cast<float>(u[1] / length),
     static_cast<float>(u[2] / length) };
-}
-
 }
 
 std::vector<std::array<float, 3>> ComputeVertexNormals(
@@ -55,7 +55,7 @@ std::vector<std::array<float, 3>> ComputeVertexNormals(
     }
   }
   std::vector<std::array<float, 3>> normals(points.size());
-  std::transform(sums.begin(), sums.end(), normals.begin(), Normalized);
+  std::transform(sums.begin(), sums.end(), normals.begin(), UnitNormal);
   return normals;
 }
 

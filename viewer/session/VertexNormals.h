@@ -10,6 +10,9 @@
 namespace kdstream
 {
 
+// The vector of length 1 in that direction; (0, 0, 0) where it has none, or is not finite.
+std::array<float, 3> UnitNormal(const Vec3& v);
+
 // The unit normal of every point: the sum of its triangles' normals, weighted by their areas.
 // Input: n points, triangles over them. Output: n normals; (0, 0, 0) for a point without triangles,
 // or whose triangles have no area or cancel out. Depends on the differences of points only, so

@@ -17,9 +17,9 @@ namespace
 
 // A person turns the torus, comes nearer and taps: the region around it is the original, the rest a
 // coarser level.
-ViewerScene WalkOnTorus(int width, int height)
+ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
 {
-  kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 128, 2);
+  kdstream::testing::MemoryServer server(torus, 128, 2);
   SessionOptions options;
   options.policy.tolerance = 4;
   ViewerSession session(options);
@@ -52,6 +52,17 @@ ViewerScene WalkOnTorus(int width, int height)
     throw std::runtime_error("no tap hit the torus");
   }
   return session.Scene();
+}
+
+// What is left of a painted torus: its points.
+Mesh AsCloud(Mesh torus, bool withNormals)
+{
+  torus.triangles.clear();
+  if (!withNormals)
+  {
+    torus.attributes.clear();
+  }
+  return torus;
 }
 
 // Without the half that is nearer to the eye: one sees the inner side of the other.
@@ -129,8 +140,11 @@ bool HasDragon()
 
 std::vector<ComparedScene> MakeComparedScenes()
 {
-  const ViewerScene portrait = WalkOnTorus(300, 450);
-  const ViewerScene landscape = WalkOnTorus(450, 300);
+  const Mesh plain = kdstream::testing::MakeTorus(200, 80);
+  Mesh painted = plain;
+  kdstream::testing::Paint(painted);
+  const ViewerScene portrait = WalkOnTorus(plain, 300, 450);
+  const ViewerScene landscape = WalkOnTorus(plain, 450, 300);
   ViewerScene wide = landscape;
   wide.viewAngle = 1.4;
   wide.eye = wide.focal + (wide.eye - wide.focal) * 0.5;
@@ -140,6 +154,10 @@ std::vector<ComparedScene> MakeComparedScenes()
     { "TorusResolutions", 450, 300, SurfaceColoring::Resolution, landscape },
     { "TorusOpened", 300, 450, SurfaceColoring::Stone, Opened(portrait) },
     { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
+    { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(painted, 300, 450) },
+    { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(painted, true), 300, 450) },
+    { "CloudPlain", 450, 300, SurfaceColoring::Own,
+      WalkOnTorus(AsCloud(painted, false), 450, 300) },
   };
   if (HasDragon())
   {

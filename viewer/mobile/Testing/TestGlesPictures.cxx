@@ -60,6 +60,51 @@ TEST(GlesPictures, Cloud)
   ExpectBaseline("CloudPartitions", DrawIn(SurfaceColoring::Partition, SceneOf(cloud)));
 }
 
+// A checkered sphere: its own colours, whose alpha does not count, and normals as a scan's, half of
+// which face inwards.
+Surface Checkered(std::uint32_t rows)
+{
+  Surface sphere = BumpySphere(rows);
+  Attribute colors{ { "RGBA", AttributeType::UInt8, AttributeAssociation::Point, 4 }, {} };
+  Attribute normals{ { "Normals", AttributeType::Float64, AttributeAssociation::Point, 3 }, {} };
+  colors.values.resize(sphere.points.size() * colors.TupleSize());
+  normals.values.resize(sphere.points.size() * normals.TupleSize());
+  for (std::size_t i = 0; i < sphere.points.size(); ++i)
+  {
+    const Vec3& p = sphere.points[i];
+    const auto step = [](double x) { return std::lround(std::floor(4.0 * x)); };
+    const bool dark = (step(p[0]) + step(p[1]) + step(p[2])) % 2 == 0;
+    colors.Set(i, 0, dark ? 30 : 240);
+    colors.Set(i, 1, dark ? 70 : 200);
+    colors.Set(i, 2, 100 + 120 * p[1]);
+    colors.Set(i, 3, static_cast<double>(i % 256));
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      normals.Set(i, k, i % 2 ? p[k] : -3.0 * p[k]);
+    }
+  }
+  sphere.attributes = { std::move(colors), std::move(normals) };
+  return sphere;
+}
+
+TEST(GlesPictures, Colors)
+{
+  ExpectBaseline("Colors", DrawIn(SurfaceColoring::Own, SceneOf(Checkered(60))));
+  ExpectBaseline("Stone", DrawIn(SurfaceColoring::Stone, SceneOf(Checkered(60))));
+}
+
+TEST(GlesPictures, ColorsOfAModelWithoutAny)
+{
+  ExpectBaseline("Stone", DrawIn(SurfaceColoring::Own, SceneOf(BumpySphere(60))));
+}
+
+TEST(GlesPictures, CloudColors)
+{
+  Surface cloud = Checkered(60);
+  cloud.triangles.clear();
+  ExpectBaseline("CloudColors", DrawIn(SurfaceColoring::Own, SceneOf(cloud)));
+}
+
 // 80,402 vertices: more than 16 bits count, so more than one chunk.
 TEST(GlesPictures, ManyVertices)
 {

@@ -3,6 +3,7 @@
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/session/SceneRules.h"
+#include "viewer/session/SplatRadii.h"
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/VertexNormals.h"
 
@@ -165,6 +166,59 @@ TEST(SurfaceChunks, HoldEveryPointOfACloudOnce)
     }
   }
   EXPECT_EQ(at, cloud.points.size());
+}
+
+// Each corner has its own colour, whatever triangle it is in, and a cloud's points theirs.
+TEST(SurfaceChunks, HoldTheColorsThatAModelCameWith)
+{
+  for (const bool isCloud : { false, true })
+  {
+    Surface surface = BumpySphere(30);
+    if (isCloud)
+    {
+      surface.triangles.clear();
+    }
+    Attribute colors{ { "RGBA", AttributeType::UInt8, AttributeAssociation::Point, 4 }, {} };
+    std::map<Corner, std::array<std::uint8_t, 4>> byPosition;
+    for (std::size_t i = 0; i < surface.points.size(); ++i)
+    {
+      const std::array<std::uint8_t, 4> color{ static_cast<std::uint8_t>(i % 251),
+        static_cast<std::uint8_t>(i % 17), static_cast<std::uint8_t>(i / 7 % 256), 255 };
+      colors.values.insert(colors.values.end(), { color[0], color[1], color[2], 3 });
+      const Vec3& p = surface.points[i];
+      byPosition[{ static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]) }] =
+        color;
+    }
+    surface.attributes = { colors };
+    const auto chunks = AllChunks(surface, SurfaceColoring::Own);
+    ASSERT_EQ(chunks.size(), 1u);
+    ASSERT_EQ(chunks[0].colors.size(), chunks[0].vertices.size());
+    for (std::size_t i = 0; i < chunks[0].vertices.size(); ++i)
+    {
+      EXPECT_EQ(chunks[0].colors[i], byPosition.at(chunks[0].vertices[i].position));
+    }
+    EXPECT_TRUE(AllChunks(surface, SurfaceColoring::Stone)[0].colors.empty());
+    surface.attributes.clear();
+    EXPECT_TRUE(AllChunks(surface, SurfaceColoring::Own)[0].colors.empty());
+  }
+}
+
+TEST(SurfaceChunks, HoldTheScaledRadiiOfSplats)
+{
+  Surface cloud = BumpySphere(201);
+  EXPECT_TRUE(AllChunks(cloud, SurfaceColoring::Own)[0].radii.empty());
+  cloud.triangles.clear();
+  const std::vector<float> radii = SplatRadii(cloud);
+  std::size_t at = 0;
+  for (const SurfaceChunk& chunk : AllChunks(cloud, SurfaceColoring::Own, {}, 0.25))
+  {
+    ASSERT_EQ(chunk.radii.size(), chunk.vertices.size());
+    for (const float radius : chunk.radii)
+    {
+      EXPECT_EQ(radius, 0.25f * radii.at(at++));
+    }
+  }
+  EXPECT_EQ(at, radii.size());
 }
 
 TEST(SurfaceChunks, HoldNothingOfNothing)

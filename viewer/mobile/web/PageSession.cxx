@@ -1,6 +1,8 @@
 // A session and its line to the server, as a page drives them: see PageSession.h.
 #include "viewer/mobile/web/PageSession.h"
 
+#include "viewer/session/SceneRules.h"
+
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -145,6 +147,7 @@ std::string PageSession::ModelsJson() const
 JsonObject PageSession::Describe() const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
+  const ViewerScene scene = this->Viewer.Scene();
   JsonObject json;
   json.Add("mode", kdstream::NameOf(status.mode))
     .Add("model", status.model)
@@ -159,7 +162,8 @@ JsonObject PageSession::Describe() const
     .Add("bytesLoaded", status.bytesLoaded)
     .Add("error", status.error.empty() ? this->Refusal : status.error)
     .Add("idle", this->Viewer.IsIdle())
-    .Add("surface", this->Viewer.Scene().surfaceVersion)
+    .Add("surface", scene.surfaceVersion)
+    .Add("colored", OwnColors(*scene.surface) != nullptr)
     .Add("connection", NameOf(this->Talk.GetState()))
     .Add("trouble", this->Talk.Trouble())
     .Add("stale", this->Staleness());

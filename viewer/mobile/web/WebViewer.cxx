@@ -31,7 +31,7 @@ namespace
 
 double Now()
 {
-  return emscripten_get_now() * 1e-3;
+  return emscripten_performance_now() * 1e-3;
 }
 
 }
@@ -42,7 +42,7 @@ struct PictureState
   std::uint64_t surfaceVersion = 0;
   Vec3 eye{}, focal{}, up{};
   Viewport viewport;
-  SurfaceColoring coloring = SurfaceColoring::Stone;
+  SurfaceColoring coloring = SurfaceColoring::Own;
   bool operator==(const PictureState&) const = default;
 };
 
@@ -52,10 +52,9 @@ struct WebViewer
   std::vector<ServerLine::Action> actions; // to do, the next one last
   std::size_t mostBytes = 0;               // of the last Fetch
 
-  EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = 0;
   std::unique_ptr<GlesRenderer> renderer; // none before there is a context, and after it was lost
   Viewport viewport;
-  SurfaceColoring coloring = SurfaceColoring::Stone;
+  SurfaceColoring coloring = SurfaceColoring::Own;
   std::optional<PictureState> drawn;
   double nextSurface = 0; // time of the next one, while parts keep coming
   std::uint64_t frames = 0;
@@ -69,21 +68,6 @@ namespace
 
 // More than any answer that a phone could show.
 constexpr std::size_t mostInbox = std::size_t{ 32 } << 20;
-
-// Of the canvas #view. False where the browser has no WebGL 2.
-bool MakeContext(WebViewer& viewer)
-{
-  EmscriptenWebGLContextAttributes attributes;
-  emscripten_webgl_init_context_attributes(&attributes);
-  attributes.majorVersion = 2;
-  attributes.alpha = false;
-  attributes.depth = true;
-  attributes.stencil = false;
-  attributes.antialias = true;
-  viewer.context = emscripten_webgl_create_context("#view", &attributes);
-  return viewer.context > 0 &&
-         emscripten_webgl_make_context_current(viewer.context) == EMSCRIPTEN_RESULT_SUCCESS;
-}
 
 void MakeRenderer(WebViewer& viewer)
 {
@@ -164,6 +148,19 @@ using kdstream::WebViewer;
 extern "C"
 {
 
+  // A lack of memory must trap: where operator new cannot throw, it would return null and go on.
+  // The linker puts this before the C library's own (--wrap).
+  int __real_emscripten_resize_heap(std::size_t bytes);
+  int __wrap_emscripten_resize_heap(std::size_t bytes);
+  EMSCRIPTEN_KEEPALIVE int __wrap_emscripten_resize_heap(std::size_t bytes)
+  {
+    if (__real_emscripten_resize_heap(bytes) == 0)
+    {
+      __builtin_trap();
+    }
+    return 1;
+  }
+
   // A viewer, for as long as the page lives.
   EMSCRIPTEN_KEEPALIVE WebViewer* ViewerMake()
   {
@@ -223,13 +220,14 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // 0 stone, 1 partitions, 2 resolutions.
+  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
   EMSCRIPTEN_KEEPALIVE void ViewerSetColoring(WebViewer* viewer, int coloring)
   {
     using kdstream::SurfaceColoring;
     viewer->coloring = coloring == 1   ? SurfaceColoring::Partition
                        : coloring == 2 ? SurfaceColoring::Resolution
-                                       : SurfaceColoring::Stone;
+                       : coloring == 3 ? SurfaceColoring::Stone
+                                       : SurfaceColoring::Own;
     if (viewer->renderer)
     {
       viewer->renderer->SetColoring(viewer->coloring);
@@ -238,15 +236,10 @@ extern "C"
 
   // ---- the canvas
 
-  // Makes the context and all that draws; false where the browser has no WebGL 2.
-  EMSCRIPTEN_KEEPALIVE bool ViewerGainCanvas(WebViewer* viewer)
+  // Makes all that draws: when gl.js has a context, and when that one is given back.
+  EMSCRIPTEN_KEEPALIVE void ViewerMakeRenderer(WebViewer* viewer)
   {
-    const bool made = kdstream::MakeContext(*viewer);
-    if (made)
-    {
-      kdstream::MakeRenderer(*viewer);
-    }
-    return made;
+    kdstream::MakeRenderer(*viewer);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerContextLost(WebViewer* viewer)
   {
@@ -255,11 +248,6 @@ extern "C"
       viewer->renderer->Forget();
       viewer->renderer.reset();
     }
-  }
-  EMSCRIPTEN_KEEPALIVE void ViewerContextRestored(WebViewer* viewer)
-  {
-    emscripten_webgl_make_context_current(viewer->context);
-    kdstream::MakeRenderer(*viewer);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerResize(
     WebViewer* viewer, int width, int height, double pixelRatio)

@@ -13,7 +13,7 @@
 //     region        null, or { cell, rings, partitions, shown }: the region around the last double tap, and how many of
 //                   its partitions are shown as the original
 //     vertices, triangles
-//                   of the drawn surface; `surface` is its version
+//                   of the drawn surface; `surface` is its version, `colored` whether it came with colours
 //     blobsLoaded, blobsWanted, bytesLoaded
 //                   since nothing was outstanding last
 //     idle          whether all that is wanted has come and is drawn
@@ -215,6 +215,8 @@ function showStatus(status) {
   }
   say(find("title"), name);
   say(find("credit"), [status.credit, status.license].filter(Boolean).join(" · "));
+  say(find("natural"), status.colored ? "Colours" : "Stone");
+  find("stone").hidden = !status.colored;
   canvas.setAttribute("aria-label", `${name} in 3D`);
   say(find("status"), [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · "));
   const busy = status.blobsWanted > 0;
@@ -421,7 +423,7 @@ async function start() {
     showEnd("The viewer could not be loaded from the server.");
     return;
   }
-  if (!viewer.gainCanvas()) {
+  if (!viewer.gainCanvas(canvas)) {
     showEnd("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off. An up-to-date browser with hardware acceleration switched on shows the models.");
     return;
   }

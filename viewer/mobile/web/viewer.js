@@ -1,6 +1,6 @@
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
-import makeModule from "./kdstream.js";
+import { bytesAt, gainCanvas, imports, useMemory } from "./gl.js";
 
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
@@ -8,19 +8,26 @@ const toText = new TextDecoder();
 export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4 };
 
 export async function loadViewer() {
-  return new Viewer(await makeModule());
+  const response = await fetch(new URL("kdstream.wasm", import.meta.url), { credentials: "same-origin" });
+  if (!response.ok) {
+    throw new Error(`the server says ${response.status}`);
+  }
+  const { instance } = await WebAssembly.instantiate(await response.arrayBuffer(), imports);
+  useMemory(instance.exports.memory);
+  instance.exports._initialize();
+  return new Viewer(instance.exports);
 }
 
 class Viewer {
-  #module;
+  #functions;
   #self;
 
   // Set for good when the viewer has stopped: memory could not be had. Every call does nothing then.
   failure = null;
 
-  constructor(module) {
-    this.#module = module;
-    this.#self = this.#module._ViewerMake();
+  constructor(functions) {
+    this.#functions = functions;
+    this.#self = this.#functions.ViewerMake();
   }
 
   #call(name, ...values) {
@@ -28,7 +35,7 @@ class Viewer {
       return 0;
     }
     try {
-      return this.#module["_Viewer" + name](this.#self, ...values);
+      return this.#functions["Viewer" + name](this.#self, ...values);
     } catch (error) {
       this.failure = error;
       return 0;
@@ -39,7 +46,7 @@ class Viewer {
   #put(bytes) {
     const place = this.#call("Inbox", bytes.byteLength);
     if (place) {
-      this.#module.HEAPU8.set(bytes, place);
+      bytesAt(place, bytes.byteLength).set(bytes);
     }
     return place !== 0;
   }
@@ -50,7 +57,7 @@ class Viewer {
 
   #text() {
     const begin = this.#call("Text");
-    return toText.decode(this.#module.HEAPU8.slice(begin, begin + this.#call("TextBytes")));
+    return toText.decode(bytesAt(begin, this.#call("TextBytes")));
   }
 
   // ---- what the person does; places in pixels of the canvas
@@ -88,7 +95,7 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // 0 stone, 1 partitions, 2 resolutions.
+  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
   setColoring(coloring) {
     this.#call("SetColoring", coloring);
   }
@@ -96,8 +103,12 @@ class Viewer {
   // ---- the canvas
 
   // False where the browser has no WebGL 2.
-  gainCanvas() {
-    return this.#call("GainCanvas") !== 0;
+  gainCanvas(canvas) {
+    const gained = gainCanvas(canvas);
+    if (gained) {
+      this.#call("MakeRenderer");
+    }
+    return gained;
   }
 
   contextLost() {
@@ -105,7 +116,7 @@ class Viewer {
   }
 
   contextRestored() {
-    this.#call("ContextRestored");
+    this.#call("MakeRenderer");
   }
 
   resize(width, height, pixelRatio) {

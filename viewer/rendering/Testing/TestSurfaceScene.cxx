@@ -271,59 +271,137 @@ TEST(SurfaceScene, DrawsCloudsAsPoints)
   }
 }
 
-TEST(SurfaceScene, DrawsPointsOfTheSizeAskedFor)
+// How many pixels of the row in the middle have a hue.
+int HuesInTheMiddle(const Picture& picture)
 {
-  // A single point, whose square stands out.
-  Surface point;
-  point.points = { { 0, 0, 0 } };
-  point.sources = { { Resolution::Original(), 0 } };
-  const Stage stage = MakeStage();
-  for (const int size : { 5, 11, 31 })
+  int count = 0;
+  for (int x = 0; x < side; ++x)
   {
-    SceneStyle style;
-    style.pointSize = static_cast<float>(size);
-    style.coloring = SurfaceColoring::Partition;
-    stage.scene->SetStyle(style);
-    const Picture picture = Draw(stage, point);
-    int count = 0;
-    for (int x = 0; x < side; ++x)
-    {
-      count += HueStep(PixelAt(picture, x, side / 2)) >= 0 ? 1 : 0;
-    }
-    EXPECT_NEAR(count, size, 1) << size;
+    count += HueStep(PixelAt(picture, x, side / 2)) >= 0 ? 1 : 0;
   }
+  return count;
 }
 
-TEST(SurfaceScene, ShowsTheReliefOfClouds)
+TEST(SurfaceScene, DrawsPointsRoundAndAsLargeAsTheyAreSeen)
 {
-  // A ball in front of a plane, both of points: a dark line goes around the ball.
-  Surface cloud;
-  for (int y = -200; y <= 200; ++y)
+  // Two points 0.25 apart: a splat has three quarters of it for a radius.
+  Surface pair;
+  pair.points = { { -0.125, 0, 0 }, { 0.125, 0, 0 } };
+  pair.sources.assign(2, { Resolution::Original(), 0 });
+  SceneStyle style;
+  style.coloring = SurfaceColoring::Partition;
+  const Stage stage = MakeStage();
+  stage.scene->SetStyle(style);
+  ASSERT_TRUE(stage.scene->Update(pair, depths, { 0, 0, 0 }));
+  for (const double distance : { 4.0, 8.0, 16.0 })
   {
-    for (int x = -200; x <= 200; ++x)
+    ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, distance }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
+    const double pixels = side / (2 * std::tan(0.2) * distance); // of a length of 1
+    EXPECT_NEAR(HuesInTheMiddle(stage.Draw()), (0.25 + 2 * 0.1875) * pixels, 2) << distance;
+  }
+  // Round: nothing in the corners of the square about the right splat.
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
+  const double pixels = side / (2 * std::tan(0.2) * 4);
+  const Picture near = stage.Draw();
+  const auto at = [&](double x, double y)
+  {
+    return HueStep(PixelAt(
+      near, static_cast<int>(side / 2 + x * pixels), static_cast<int>(side / 2 + y * pixels)));
+  };
+  EXPECT_GE(at(0.125 + 0.17, 0), 0);
+  EXPECT_GE(at(0.125 + 0.12, 0.12), 0);
+  EXPECT_LT(at(0.125 + 0.16, 0.16), 0);
+}
+
+Surface PointsOfASquare()
+{
+  Surface cloud;
+  for (int y = -100; y <= 100; ++y)
+  {
+    for (int x = -100; x <= 100; ++x)
     {
-      const double radius = std::hypot(x, y);
-      cloud.points.push_back({ x * 0.01, y * 0.01, radius < 50.0 ? 0.5 : 0.0 });
+      cloud.points.push_back({ x * 0.02, y * 0.02, 0.0 });
       cloud.sources.emplace_back();
     }
   }
+  return cloud;
+}
+
+Attribute OnEveryPoint(const Surface& surface, AttributeInfo info, const std::vector<double>& value)
+{
+  Attribute array{ std::move(info), {} };
+  array.values.resize(surface.points.size() * array.TupleSize());
+  for (std::size_t i = 0; i < surface.points.size(); ++i)
+  {
+    for (std::size_t k = 0; k < value.size(); ++k)
+    {
+      array.Set(i, k, value[k]);
+    }
+  }
+  return array;
+}
+
+// Of either side; what is turned away from the lights is darker.
+TEST(SurfaceScene, LightsCloudsByTheirNormals)
+{
+  const auto brightness = [](const Vec3& normal)
+  {
+    Surface cloud = PointsOfASquare();
+    cloud.attributes.push_back(
+      OnEveryPoint(cloud, { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 },
+        { normal[0], normal[1], normal[2] }));
+    const Stage stage = MakeStage();
+    EXPECT_TRUE(stage.scene->Update(cloud, depths, { 0, 0, 0 }));
+    EXPECT_TRUE(stage.scene->SetCamera({ { 0, 0, 6 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
+    return BrightnessAround(stage.Draw(), 0.5, 0.5, 5);
+  };
+  const double front = brightness({ 0, 0, 1 });
+  EXPECT_NEAR(brightness({ 0, 0, -1 }), front, 1e-9);
+  EXPECT_NEAR(brightness({ 0, 0, 1000 }), front, 1e-9);
+  EXPECT_LT(brightness({ 0.7, -0.7, 0.1 }), 0.7 * front);
+}
+
+TEST(SurfaceScene, ShowsTheColorsThatAModelCameWith)
+{
+  for (const bool isCloud : { false, true })
+  {
+    for (const std::uint8_t components : { std::uint8_t{ 3 }, std::uint8_t{ 4 } })
+    {
+      Surface surface = BumpySphere(60);
+      if (isCloud)
+      {
+        surface.triangles.clear();
+      }
+      surface.attributes.push_back(OnEveryPoint(surface,
+        { components == 3 ? "RGB" : "RGBA", AttributeType::UInt8, AttributeAssociation::Point,
+          components },
+        { 20, 60, 200 }));
+      const Stage stage = MakeStage();
+      const auto own = PixelAt(Draw(stage, surface), side / 2, side / 2);
+      EXPECT_GT(own[2], 2 * own[1]) << isCloud;
+      EXPECT_GT(own[1], own[0]) << isCloud;
+      SceneStyle style;
+      style.coloring = SurfaceColoring::Stone;
+      stage.scene->SetStyle(style);
+      const auto stone = PixelAt(stage.Draw(), side / 2, side / 2);
+      EXPECT_GT(stone[0], stone[2]) << isCloud;
+      style.coloring = SurfaceColoring::Own;
+      stage.scene->SetStyle(style);
+      EXPECT_EQ(PixelAt(stage.Draw(), side / 2, side / 2), own);
+    }
+  }
+}
+
+TEST(SurfaceScene, DrawsCloudsAlikeWhateverDraws)
+{
+  const Surface cloud = PointsOfASquare();
   const Stage stage = MakeStage();
   ASSERT_TRUE(stage.scene->Update(cloud, depths, { 0, 0, 0 }));
-  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 6 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
   const Picture picture = stage.Draw();
-  double darkest = 255.0;
-  for (int x = side / 2; x < side; ++x)
-  {
-    darkest = std::min(darkest, Brightness(PixelAt(picture, x, side / 2)));
-  }
-  EXPECT_LT(darkest, 0.6 * BrightnessAround(picture, 0.5, 0.5, 5));
-  EXPECT_NEAR(BrightnessAround(picture, 0.5, 0.5, 5), BrightnessAround(picture, 0.9, 0.9, 5), 10.0);
-
   for (const WindowBackend backend : { WindowBackend::Egl, WindowBackend::OsMesa })
   {
     Stage other(backend, side, side);
     ASSERT_TRUE(other.scene->Update(cloud, depths, { 0, 0, 0 }));
-    ASSERT_TRUE(other.scene->SetCamera({ { 0, 0, 6 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
     EXPECT_EQ(Compare(other.Draw(), picture).pixels, 0u);
     for (const auto& [width, height] : { std::pair{ 1, 1 }, { 3, 90 }, { 90, 4 }, { 5, 5 } })
     {

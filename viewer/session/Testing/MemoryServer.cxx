@@ -2,6 +2,7 @@
 #include "viewer/session/Testing/MemoryServer.h"
 
 #include "filters/core/ClusterLevels.h"
+#include "filters/core/LevelAttributes.h"
 #include "filters/core/VertexTree.h"
 
 #include <algorithm>
@@ -28,6 +29,29 @@ Mesh MakeTorus(std::uint32_t n, std::uint32_t m)
     }
   }
   return mesh;
+}
+
+void Paint(Mesh& mesh)
+{
+  Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
+  Attribute normals{ { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 }, {} };
+  colors.values.resize(mesh.points.size() * colors.TupleSize());
+  normals.values.resize(mesh.points.size() * normals.TupleSize());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+  {
+    const Vec3& p = mesh.points[i];
+    const double onRing = std::hypot(p[0], p[1]);
+    const bool stripe = std::lround(std::floor(6 * std::atan2(p[1], p[0]))) % 2 == 0;
+    colors.Set(i, 0, stripe ? 200 : 40);
+    colors.Set(i, 1, 120 + 250 * p[2]);
+    colors.Set(i, 2, 255 * (onRing - 0.6) / 0.8);
+    const Vec3 outward{ p[0] - p[0] / onRing, p[1] - p[1] / onRing, p[2] };
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      normals.Set(i, k, outward[k] / 0.35);
+    }
+  }
+  mesh.attributes = { std::move(colors), std::move(normals) };
 }
 
 std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles)
@@ -64,8 +88,10 @@ MemoryServer::MemoryServer(
   const auto buckets = BucketTriangles(std::span<const Triangle>(mesh.triangles),
     std::size_t{ 1 } << tree.depths.partition,
     [&partitionOf](VertexId v) { return partitionOf[v]; });
-  const VertexTree vertices = NumberVertices(
-    tree, std::move(*BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, {})));
+  ClusterLevels levels =
+    std::move(*BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, {}));
+  AddLevelAttributes(mesh, levels);
+  const VertexTree vertices = NumberVertices(tree, std::move(levels));
 
   this->Boxes = tree.boxes;
   this->Context = { tree.depths, CoordinateGrid::Over(tree.boxes[1], 20, ScalarType::Float32) };

@@ -18,6 +18,8 @@ namespace kdstream::testing
 
 // A bumpy torus with its hole along z: closed, n × m vertices.
 Mesh MakeTorus(std::uint32_t n, std::uint32_t m);
+// Gives the torus stripes of colours, and normals.
+void Paint(Mesh& mesh);
 // The edges that only one triangle uses.
 std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles);
 

@@ -1,6 +1,7 @@
 #include "viewer/session/SceneRules.h"
 
 #include "viewer/session/Geometry.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <gtest/gtest.h>
 
@@ -117,22 +118,75 @@ TEST(SceneRules, LeaveDepthEnoughFromInsideAndBehind)
   EXPECT_GT(empty.farthest, 3.0);
 }
 
-TEST(SceneRules, MakePointsAsLargeAsTheyAreApart)
+Surface Plain(std::size_t points)
 {
-  Box box; // half its surface: 4
-  box.Add(Vec3{ 0, 0, 0 });
-  box.Add(Vec3{ 2, 2, 0 });
-  const ClippingPlanes planes{ 9.0, 11.0 };
-  const double tangent = 0.5; // 10 units are visible in 1,000 pixels
-  // 1,600 points are 0.05 units or 5 pixels apart.
-  EXPECT_NEAR(CloudPointSize(box, 1600, planes, tangent, 1000), 7.5, 1e-9);
-  EXPECT_NEAR(CloudPointSize(box, 1600, planes, tangent, 2000), 15.0, 1e-9);
-  EXPECT_NEAR(CloudPointSize(box, 400, planes, tangent, 1000), 15.0, 1e-9);
-  EXPECT_EQ(CloudPointSize(box, 1000000, planes, tangent, 1000), 4.0);
-  EXPECT_EQ(CloudPointSize(box, 1, planes, tangent, 1000), 32.0);
-  Box point;
-  point.Add(Vec3{ 1, 1, 1 });
-  EXPECT_EQ(CloudPointSize(point, 1, planes, tangent, 1000), 4.0);
+  Surface surface;
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    surface.points.push_back({ static_cast<double>(i), 0.0, static_cast<double>(i % 2) });
+    surface.sources.emplace_back();
+  }
+  return surface;
+}
+
+Attribute Array(AttributeInfo info, const std::vector<double>& values)
+{
+  Attribute array{ std::move(info), {} };
+  array.values.resize(values.size() * SizeOf(array.type));
+  for (std::size_t i = 0; i < values.size(); ++i)
+  {
+    array.Set(i / array.components, i % array.components, values[i]);
+  }
+  return array;
+}
+
+TEST(SceneRules, TakeTheColorsThatAModelCameWith)
+{
+  Surface surface = Plain(2);
+  EXPECT_EQ(OwnColors(surface), nullptr);
+  surface.attributes.push_back(
+    Array({ "RGB", AttributeType::Float32, AttributeAssociation::Point, 3 }, { 1, 2, 3, 4, 5, 6 }));
+  EXPECT_EQ(OwnColors(surface), nullptr) << "floats are no colours";
+  surface.attributes.push_back(
+    Array({ "RGBA", AttributeType::UInt8, AttributeAssociation::Point, 4 },
+      { 9, 8, 7, 0, 6, 5, 4, 255 }));
+  ASSERT_NE(OwnColors(surface), nullptr);
+  EXPECT_EQ(OwnColor(*OwnColors(surface), 0), (Color{ 9, 8, 7 }));
+  EXPECT_EQ(OwnColor(*OwnColors(surface), 1), (Color{ 6, 5, 4 }));
+}
+
+TEST(SceneRules, LightCloudsByTheirOwnNormalsAndSurfacesByTheirTriangles)
+{
+  Surface surface = Plain(4);
+  EXPECT_TRUE(NormalsOf(surface).empty());
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  surface.attributes.push_back(
+    Array({ "Normals", AttributeType::Float64, AttributeAssociation::Point, 3 },
+      { 0, -5, 0, 0, 0, 0, none, 1, 0, 1e300, 0, 0 }));
+  const std::vector<std::array<float, 3>> expected{ { 0, -1, 0 }, { 0, 0, 0 }, { 0, 0, 0 },
+    { 1, 0, 0 } };
+  EXPECT_EQ(NormalsOf(surface), expected);
+  surface.triangles = { { 0, 1, 2 }, { 1, 3, 2 } };
+  EXPECT_EQ(NormalsOf(surface), ComputeVertexNormals(surface.points, surface.triangles));
+}
+
+TEST(SceneRules, RefuseArraysThatAreNotOneAPoint)
+{
+  Surface surface = Plain(2);
+  surface.attributes.push_back(
+    Array({ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, { 1, 2, 3 }));
+  const Status status = CheckSurface(surface, {});
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.GetError().message.find("RGB"), std::string::npos);
+}
+
+TEST(SceneRules, EnlargeABox)
+{
+  Box box;
+  EXPECT_TRUE(Enlarged(box, 1).Empty());
+  box.Add(Vec3{ 1, 2, 3 });
+  EXPECT_EQ(Enlarged(box, 0.5).lo, (Vec3{ 0.5, 1.5, 2.5 }));
+  EXPECT_EQ(Enlarged(box, 0.5).hi, (Vec3{ 1.5, 2.5, 3.5 }));
 }
 
 TEST(SceneRules, ColorTriangles)

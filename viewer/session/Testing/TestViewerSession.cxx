@@ -703,6 +703,22 @@ TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
   EXPECT_EQ(session.GetStatus().error,
     "torus cannot be shown: it has no levels of detail, only partitions.");
   EXPECT_TRUE(session.IsIdle());
+  // Nothing that a person does then asks for what is not there.
+  session.EnterFullScreen();
+  session.Zoom(2, width / 2, height / 2);
+  session.SetRings(3);
+  for (const double t : { 1.0, 1.1 })
+  {
+    session.HandleTouches({ t, { { 1, width / 2, height / 2 } } });
+    session.HandleTouches({ t + 0.05, {} });
+  }
+  session.Resize({ 300, 500, 2 });
+  session.BeginFrame();
+  session.EndFrame(0.01);
+  EXPECT_TRUE(session.Scene().surface->points.empty());
+  EXPECT_TRUE(session.TakeRequests().empty());
+  session.LeaveFullScreen();
+  EXPECT_TRUE(session.IsIdle());
   ViewerSession deep;
   model = MemoryServer(Torus()).Description();
   model.partitionDepth = model.stitchDepth = model.finestDepth = 30;

@@ -58,6 +58,14 @@ Mesh MakePlate()
   return mesh;
 }
 
+// With colours and normals.
+Mesh PaintedTorus()
+{
+  Mesh mesh = MakeTorus(420, 210);
+  Paint(mesh);
+  return mesh;
+}
+
 class MemoryModel : public ServedModel
 {
 public:
@@ -313,7 +321,7 @@ int main(int count, char** arguments)
   if (what == "torus" || what == "plate")
   {
     const bool torus = what == "torus";
-    const MemoryCatalog models(torus ? MakeTorus(420, 210) : MakePlate(), what);
+    const MemoryCatalog models(torus ? PaintedTorus() : MakePlate(), what);
     return Walk(models, torus, what, arguments[2]).Run() ? 0 : 1;
   }
   const std::filesystem::path store = what;

@@ -4,7 +4,8 @@
 #include "filters/core/BitCast.h"
 #include "server/protocol/ModelDescription.h"
 #include "viewer/session/JsonText.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/SceneRules.h"
+#include "viewer/session/SplatRadii.h"
 
 #include <utility>
 
@@ -55,6 +56,34 @@ std::string DigestOfSources(const std::vector<Surface::Source>& sources)
   return digest.Text();
 }
 
+// All arrays, with their names.
+std::string DigestOfAttributes(const std::vector<Attribute>& attributes)
+{
+  Digest digest;
+  for (const Attribute& array : attributes)
+  {
+    for (const char letter : array.name)
+    {
+      digest.Add(std::uint64_t{ static_cast<unsigned char>(letter) });
+    }
+    for (const std::uint8_t byte : array.values)
+    {
+      digest.Add(std::uint64_t{ byte });
+    }
+  }
+  return digest.Text();
+}
+
+std::string DigestOfNumbers(const std::vector<float>& numbers)
+{
+  Digest digest;
+  for (const float number : numbers)
+  {
+    digest.Add(number);
+  }
+  return digest.Text();
+}
+
 std::string SurfaceJson(const Surface& surface)
 {
   Digest triangles;
@@ -71,8 +100,11 @@ std::string SurfaceJson(const Surface& surface)
     .AddRaw("points_digest", DigestOfNumbers(surface.points))
     .AddRaw("sources_digest", DigestOfSources(surface.sources))
     .AddRaw("triangles_digest", triangles.Text())
-    .AddRaw(
-      "normals_digest", DigestOfNumbers(ComputeVertexNormals(surface.points, surface.triangles)))
+    .AddRaw("normals_digest", DigestOfNumbers(NormalsOf(surface)))
+    .Add("attributes", surface.attributes.size())
+    .AddRaw("attributes_digest", DigestOfAttributes(surface.attributes))
+    .AddRaw("radii_digest",
+      DigestOfNumbers(surface.triangles.empty() ? SplatRadii(surface) : std::vector<float>()))
     .Text();
 }
 

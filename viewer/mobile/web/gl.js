@@ -1,0 +1,124 @@
+// What the viewer in WebAssembly calls: OpenGL ES 3 as a WebGL 2 context, and a clock.
+//
+// Objects of WebGL are numbers over there; 0 is none.
+
+const things = new Map(); // by number
+const places = new Map(); // of uniforms: their numbers, by the number of the program and their name
+let lastThing = 0;
+
+let gl = null;
+let memory = null;
+
+// Whether the canvas has WebGL 2. What is drawn from now on appears there.
+export function gainCanvas(canvas) {
+  gl = canvas.getContext("webgl2", { alpha: false });
+  return gl !== null;
+}
+
+// The memory of the viewer, which it exports.
+export function useMemory(exported) {
+  memory = exported;
+}
+
+export const bytesAt = (begin, count) => new Uint8Array(memory.buffer, begin, count);
+const integers = (begin, count) => new Int32Array(memory.buffer, begin, count);
+const floats = (begin, count) => new Float32Array(memory.buffer, begin, count);
+
+function textAt(begin) {
+  const all = bytesAt(begin);
+  return new TextDecoder().decode(all.slice(0, all.indexOf(0)));
+}
+
+// Of at most `most` bytes with the 0 at its end.
+function putText(text, most, begin) {
+  const { written } = new TextEncoder().encodeInto(text ?? "", bytesAt(begin, most - 1));
+  bytesAt(begin, most)[written] = 0;
+}
+
+function numberOf(thing) {
+  if (thing) {
+    things.set(++lastThing, thing);
+  }
+  return thing ? lastThing : 0;
+}
+
+const thingOf = (number) => things.get(number) ?? null;
+
+// glGen… and glDelete…: `count` numbers at `begin`.
+const makeSome = (make) => (count, begin) => {
+  for (let i = 0; i < count; ++i) {
+    integers(begin, count)[i] = numberOf(gl[make]());
+  }
+};
+
+const deleteSome = (drop) => (count, begin) => {
+  for (const number of integers(begin, count)) {
+    gl[drop](thingOf(number));
+    things.delete(number);
+  }
+};
+
+const functions = {
+  emscripten_performance_now: () => performance.now(),
+  emscripten_notify_memory_growth() {},
+
+  glBufferData: (target, size, begin, usage) => gl.bufferData(target, bytesAt(begin, size), usage),
+  glClearDepthf: (depth) => gl.clearDepth(depth),
+  glCreateProgram: () => numberOf(gl.createProgram()),
+  glCreateShader: (kind) => numberOf(gl.createShader(kind)),
+  glDeleteBuffers: deleteSome("deleteBuffer"),
+  glDeleteVertexArrays: deleteSome("deleteVertexArray"),
+  glGenBuffers: makeSome("createBuffer"),
+  glGenVertexArrays: makeSome("createVertexArray"),
+  // Asked for the version alone.
+  glGetIntegerv(name, begin) {
+    integers(begin, 1)[0] = gl ? 3 : 0;
+  },
+  glGetProgramInfoLog: (program, most, length, begin) => putText(gl.getProgramInfoLog(thingOf(program)), most, begin),
+  glGetProgramiv(program, name, begin) {
+    integers(begin, 1)[0] = gl.getProgramParameter(thingOf(program), name);
+  },
+  glGetShaderInfoLog: (shader, most, length, begin) => putText(gl.getShaderInfoLog(thingOf(shader)), most, begin),
+  glGetShaderiv(shader, name, begin) {
+    integers(begin, 1)[0] = gl.getShaderParameter(thingOf(shader), name);
+  },
+  glGetUniformLocation(program, begin) {
+    const name = textAt(begin);
+    const key = `${program} ${name}`;
+    if (!places.has(key)) {
+      places.set(key, numberOf(gl.getUniformLocation(thingOf(program), name)));
+    }
+    return places.get(key);
+  },
+  glShaderSource: (shader, count, begin) =>
+    gl.shaderSource(thingOf(shader), [...integers(begin, count)].map(textAt).join("")),
+  glUniform3fv: (place, count, begin) => gl.uniform3fv(thingOf(place), floats(begin, 3 * count)),
+  glUniformMatrix3fv: (place, count, transpose, begin) =>
+    gl.uniformMatrix3fv(thingOf(place), false, floats(begin, 9 * count)),
+};
+
+// All others are as in WebGL; beside them the places of their arguments that are objects.
+const alike = [
+  ["", "clear colorMask depthFunc depthMask disable drawArrays drawElements enable enableVertexAttribArray getError vertexAttrib4f vertexAttribPointer viewport"],
+  ["0", "bindVertexArray compileShader linkProgram uniform1f uniform3f uniform4f useProgram"],
+  ["1", "bindBuffer"],
+  ["01", "attachShader"],
+];
+for (const [objects, names] of alike) {
+  for (const name of names.split(" ")) {
+    functions["gl" + name[0].toUpperCase() + name.slice(1)] = (...values) =>
+      gl[name](...values.map((value, place) => objects.includes(place) ? thingOf(value) : value));
+  }
+}
+for (const kind of ["Program", "Shader"]) {
+  functions["glDelete" + kind] = (number) => {
+    gl["delete" + kind](thingOf(number));
+    things.delete(number);
+  };
+}
+
+function proc_exit() {
+  throw new Error("aborted");
+}
+
+export const imports = { env: functions, wasi_snapshot_preview1: { proc_exit } };

@@ -1,0 +1,124 @@
+#include "viewer/session/SplatRadii.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace kdstream
+{
+namespace
+{
+
+void Add(Surface& cloud, const Vec3& point, Resolution resolution = Resolution::Original())
+{
+  cloud.points.push_back(point);
+  cloud.sources.push_back({ resolution, 0 });
+}
+
+// Squares of 8 x 8 points, one after the other, as runs of the k-d tree are.
+void AddSquares(Surface& cloud, int squares, double spacing, double y, Resolution resolution)
+{
+  for (int i = 0; i < 64 * squares; ++i)
+  {
+    Add(cloud, { (i / 64 * 8 + i % 8) * spacing, y + (i / 8 % 8) * spacing, 0.0 }, resolution);
+  }
+}
+
+TEST(SplatRadii, CloseUpSquareGrids)
+{
+  for (const double spacing : { 1e-9, 0.5, 3e6 })
+  {
+    Surface cloud;
+    AddSquares(cloud, 10, spacing, 0, Resolution::Original());
+    for (const float radius : SplatRadii(cloud))
+    {
+      // Half a diagonal at least: nothing is seen between.
+      EXPECT_GT(radius, 0.7072 * spacing);
+      EXPECT_LT(radius, spacing);
+    }
+  }
+}
+
+TEST(SplatRadii, CloseUpScatteredPoints)
+{
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(0.0, 8.0);
+  Surface cloud;
+  for (int square = 0; square < 50; ++square)
+  {
+    for (int i = 0; i < 64; ++i)
+    {
+      Add(cloud, { 8.0 * square + place(random), place(random), 0.0 });
+    }
+  }
+  const std::vector<float> radii = SplatRadii(cloud);
+  // Places of the plane, away from its border, that no splat covers.
+  std::uniform_real_distribution<double> along(8.0, 392.0), across(1.0, 7.0);
+  int holes = 0;
+  for (int i = 0; i < 2000; ++i)
+  {
+    const Vec3 at{ along(random), across(random), 0.0 };
+    bool covered = false;
+    for (std::size_t k = 0; k < radii.size() && !covered; ++k)
+    {
+      covered = std::hypot(cloud.points[k][0] - at[0], cloud.points[k][1] - at[1]) <= radii[k];
+    }
+    holes += covered ? 0 : 1;
+  }
+  EXPECT_LT(holes, 2000 / 6);
+  EXPECT_LT(*std::max_element(radii.begin(), radii.end()), 1.3);
+}
+
+TEST(SplatRadii, FollowTheResolution)
+{
+  Surface cloud;
+  AddSquares(cloud, 3, 1.0, 0, Resolution::Level(9));
+  AddSquares(cloud, 3, 0.1, 20, Resolution::Original());
+  const std::vector<float> radii = SplatRadii(cloud);
+  EXPECT_NEAR(radii.front() / radii.back(), 10.0, 1e-4);
+  EXPECT_EQ(radii[3 * 64 - 1], radii.front());
+  EXPECT_EQ(radii[3 * 64], radii.back());
+}
+
+// One density may change within a resolution, but a stray run does not become a balloon, nor does
+// one whose points coincide vanish.
+TEST(SplatRadii, HoldStrayPointsBack)
+{
+  Surface cloud;
+  AddSquares(cloud, 5, 1.0, 0, Resolution::Original());
+  AddSquares(cloud, 1, 3.0, 100, Resolution::Original());
+  AddSquares(cloud, 1, 1000.0, 200, Resolution::Original());
+  for (int i = 0; i < 64; ++i)
+  {
+    Add(cloud, { 5, 5, 5 });
+  }
+  Add(cloud, { 1e6, 1e6, 1e6 });
+  const std::vector<float> radii = SplatRadii(cloud);
+  const float usual = radii.front();
+  EXPECT_NEAR(radii[5 * 64], 3 * usual, 1e-4);
+  EXPECT_NEAR(radii[6 * 64], 4 * usual, 1e-4);
+  EXPECT_NEAR(radii[7 * 64], usual / 4, 1e-4);
+  EXPECT_NEAR(radii[8 * 64], usual / 4, 1e-4);
+}
+
+TEST(SplatRadii, AreFiniteForAnyCloud)
+{
+  EXPECT_TRUE(SplatRadii(Surface{}).empty());
+  Surface cloud;
+  Add(cloud, { 4e6, 5e6, 6e6 });
+  EXPECT_EQ(SplatRadii(cloud), std::vector<float>{ 0 });
+  Add(cloud, { 4e6, 5e6, 6e6 });
+  EXPECT_EQ(SplatRadii(cloud), (std::vector<float>{ 0, 0 }));
+  Add(cloud, { 4e6, 5e6, 6e6 + 2 });
+  Add(cloud, { 4e6, 5e6, 6e6 - 1 }, Resolution::Level(3));
+  for (const float radius : SplatRadii(cloud))
+  {
+    EXPECT_GE(radius, 0);
+    EXPECT_TRUE(std::isfinite(radius));
+  }
+}
+
+}
+}
