@@ -319,6 +319,27 @@ TEST_F(Programs, RefusesWhatDoesNotFitTheMemory)
   EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply" }));
 }
 
+// With that many floats for each point and for each triangle, in arrays of four at most.
+Mesh WithManyBytes(Mesh mesh, std::size_t forPoints, std::size_t forCells)
+{
+  for (const auto association : { AttributeAssociation::Point, AttributeAssociation::Cell })
+  {
+    const bool points = association == AttributeAssociation::Point;
+    for (std::size_t left = points ? forPoints : forCells; left > 0;)
+    {
+      const std::size_t components = std::min<std::size_t>(left, 4);
+      Attribute attribute{ { "a" + std::to_string(left), AttributeType::Float32, association,
+                             static_cast<std::uint8_t>(components) },
+        {} };
+      attribute.values.resize(
+        attribute.TupleSize() * (points ? mesh.points.size() : mesh.triangles.size()));
+      mesh.attributes.push_back(std::move(attribute));
+      left -= components;
+    }
+  }
+  return mesh;
+}
+
 TEST_F(Programs, StaysBelowTheMemoryLimit)
 {
   // A build that accepts a limit keeps it (64 MiB are the programs' own), measured from outside.
@@ -343,7 +364,10 @@ TEST_F(Programs, StaysBelowTheMemoryLimit)
   const std::pair<const char*, std::function<Mesh()>> meshes[] = { { "torus", []
                                                                      { return Torus(1000, 600); } },
     { "shuffled torus", [] { return Shuffled(Torus(1000, 600), 1); } }, { "cloud", cloud },
-    { "soup", [] { return Soup(200000, 1); } }, { "each face six times", dense } };
+    { "soup", [] { return Soup(200000, 1); } },
+    { "attributes", [] { return WithManyBytes(Torus(500, 300), 6, 3); } },
+    { "wide attributes", [] { return WithManyBytes(Torus(150, 100), 500, 100); } },
+    { "each face six times", dense } };
   for (const auto& [name, make] : meshes)
   {
     this->Write("in.ply", make());
@@ -387,19 +411,6 @@ TEST_F(Programs, UnwritableOutputIsNamed)
   EXPECT_EQ(outcome.exitCode, 1);
   EXPECT_EQ(outcome.err.rfind("kdstream-store: error: no/x.ply: ", 0), 0U) << outcome.err;
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.doc" }).exitCode, 1);
-}
-
-TEST_F(Programs, NamesAttributesThatAreNotCarried)
-{
-  this->WriteText("in.ply",
-    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
-    "z\n"
-    "property uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-    "0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n");
-  const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds" });
-  EXPECT_EQ(outcome.exitCode, 0);
-  EXPECT_EQ(
-    outcome.err, "kdstream-build: warning: in.ply: not carried by this version: vertex.red\n");
 }
 
 TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
