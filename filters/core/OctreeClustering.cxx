@@ -96,8 +96,8 @@ public:
     {
       this->Scratch[next[childOf(this->Records[i])]++] = this->Records[i];
     }
-    std::copy(this->Scratch.begin() + cell.begin, this->Scratch.begin() + cell.end,
-      this->Records.begin() + cell.begin);
+    std::copy(this->Scratch.data() + cell.begin, this->Scratch.data() + cell.end,
+      this->Records.data() + cell.begin);
     for (std::size_t child = 0; child < 8; ++child)
     {
       if (begin[child + 1] > begin[child])
