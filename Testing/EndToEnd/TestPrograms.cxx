@@ -82,6 +82,11 @@ protected:
   TemporaryFolder Folder;
 };
 
+bool HasTool(const std::string& name)
+{
+  return std::filesystem::exists(std::string(KDSTREAM_PROGRAMS "/kdstream-") + name);
+}
+
 std::string Ply(const std::string& vertices, const std::string& faces, const std::string& body)
 {
   return "ply\nformat ascii 1.0\nelement vertex " + vertices +
@@ -224,6 +229,51 @@ TEST_F(Programs, BaselinesHavePartitionsAndNoLevels)
         << outcome.err;
     }
   }
+}
+
+TEST_F(Programs, DistanceOfALevel)
+{
+  this->Write("in.ply", Torus(60, 30));
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless" }).exitCode, 0);
+  const auto distance = [&](const std::string& level, const std::string& against)
+  {
+    const Outcome outcome =
+      this->Store({ "distance", "m.kds", "--level", level, "--against", against, "--json" });
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return Json::parse(outcome.out);
+  };
+  // A level is at no distance from itself, as a file of any format.
+  for (const std::string file : { "level.ply", "level.vtp" })
+  {
+    SCOPED_TRACE(file);
+    if (file == "level.vtp" && !HasTool("convert"))
+    {
+      continue; // built without VTK
+    }
+    ASSERT_EQ(this->Store({ "extract", "m.kds", "--level", "7", "-o", file }).exitCode, 0);
+    const Json same = distance("7", file);
+    EXPECT_LT(same["rms_forward"], 1e-9);
+    EXPECT_LT(same["rms_backward"], 1e-9);
+    EXPECT_LT(same["hausdorff"], 1e-9);
+  }
+  // The coarser, the farther, both ways; never farther than the largest distance.
+  Json finer = distance("9", "in.ply");
+  for (const std::string level : { "7", "5" })
+  {
+    const Json coarser = distance(level, "in.ply");
+    EXPECT_GT(coarser["rms_forward"], finer["rms_forward"]);
+    EXPECT_GT(coarser["rms_backward"], finer["rms_backward"]);
+    EXPECT_GT(coarser["hausdorff"], coarser["rms_forward"]);
+    EXPECT_EQ(coarser["diagonal"], finer["diagonal"]);
+    finer = coarser;
+  }
+  const Outcome text = this->Store({ "distance", "m.kds", "--level", "5", "--against", "in.ply" });
+  EXPECT_NE(text.out.find("% of the diagonal"), std::string::npos) << text.out;
+  this->ExpectError(
+    this->Store({ "distance", "m.kds", "--level", "5", "--against", "nothing.ply" }), 1,
+    "kdstream-store: error: nothing.ply: no such file");
+  this->ExpectError(this->Store({ "distance", "m.kds", "--level", "99", "--against", "in.ply" }), 2,
+    "kdstream-store: error: m.kds: --level 99: the finest level is 10");
 }
 
 TEST_F(Programs, WrongUsageExitsWith2)
