@@ -1,13 +1,11 @@
 // Binary PLY records of either byte order. Records of fixed size are decoded a batch at a time,
 // column by column; a run of triangles goes through a loop of its own; everything else is read
 // value by value. Part of step "read".
-#include "filters/meshio/PlyBody.h"
+#include "filters/meshio/PlyBinaryRecord.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
 
 namespace kdstream
 {
@@ -17,97 +15,6 @@ namespace
 
 // Records decoded together: their bytes and their points stay in the nearest caches.
 constexpr std::size_t batchSize = 1024;
-
-template <class T, bool Swap>
-T Load(const char* bytes)
-{
-  if constexpr (!Swap || sizeof(T) == 1)
-  {
-    T value;
-    std::memcpy(&value, bytes, sizeof(T));
-    return value;
-  }
-  else
-  {
-    using Bits = std::conditional_t<sizeof(T) == 2, std::uint16_t,
-      std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>;
-    Bits bits;
-    std::memcpy(&bits, bytes, sizeof(T));
-    if constexpr (sizeof(T) == 2)
-    {
-      bits = __builtin_bswap16(bits);
-    }
-    else if constexpr (sizeof(T) == 4)
-    {
-      bits = __builtin_bswap32(bits);
-    }
-    else
-    {
-      bits = __builtin_bswap64(bits);
-    }
-    return std::bit_cast<T>(bits);
-  }
-}
-
-// Bytes of a record, or of some of its properties, if none of them is a list.
-struct RecordSize
-{
-  bool fixed = true;
-  std::size_t bytes = 0;
-};
-
-RecordSize SizeOfProperties(const PlyElement& element, std::size_t begin, std::size_t end)
-{
-  RecordSize size;
-  for (std::size_t k = begin; k < end; ++k)
-  {
-    size.fixed = size.fixed && !element.properties[k].isList;
-    size.bytes += SizeOf(element.properties[k].type);
-  }
-  return size;
-}
-
-// Polygons of more corners than this take the slow path.
-constexpr std::int64_t mostFastCorners = 64;
-
-// Where the corners lie in a face's record, if nothing else in it is a list and indices have four
-// bytes (as in nearly all files).
-struct FaceLayout
-{
-  bool applies = false;
-  std::size_t cornerList = 0;       // the property with the corners
-  std::vector<std::size_t> offsets; // of each property, as if the list had no bytes
-  std::size_t listOffset = 0;
-  std::size_t countSize = 0;
-  std::size_t triangleSize = 0; // bytes of a record with three corners
-  std::uint64_t indexLimit = 0; // an index below zero, read as unsigned, must not be below it
-  PlyType countType = PlyType::UInt8;
-
-  FaceLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)
-  {
-    const PlyProperty& property = element.properties[list];
-    const RecordSize before = SizeOfProperties(element, 0, list);
-    const RecordSize after = SizeOfProperties(element, list + 1, element.properties.size());
-    this->countType = property.countType;
-    this->listOffset = before.bytes;
-    this->cornerList = list;
-    std::size_t bytes = 0;
-    for (const PlyProperty& each : element.properties)
-    {
-      this->offsets.push_back(bytes);
-      bytes += each.isList ? 0 : SizeOf(each.type);
-    }
-    this->offsets.push_back(bytes);
-    this->countSize = SizeOf(property.countType);
-    this->triangleSize = before.bytes + this->countSize + 3 * sizeof(VertexId) + after.bytes;
-    this->applies = sink.GetKind() == PlyFaceSink::Kind::Polygon && before.fixed && after.fixed &&
-                    SizeOf(property.type) == sizeof(VertexId) &&
-                    this->triangleSize <= ByteSource::blockSize;
-    const std::uint64_t typeLimit = std::uint64_t{ 1 }
-                                    << (property.type == PlyType::Int32 ? 31 : 32);
-    this->indexLimit = std::min(sink.GetVertexCount(), typeLimit);
-  }
-};
 
 // Makes room for what is about to be read in one go, without giving up growth by doubling.
 // REQUIRES: the file still has bytes for `count` records.
@@ -119,19 +26,6 @@ void MakeRoom(std::vector<T>& items, std::uint64_t count)
   {
     items.reserve(std::max(wanted, 2 * items.capacity()));
   }
-}
-
-// Where each property lies in a record without lists.
-std::vector<std::size_t> OffsetsOf(const PlyElement& element)
-{
-  std::vector<std::size_t> offsets;
-  std::size_t bytes = 0;
-  for (const PlyProperty& property : element.properties)
-  {
-    offsets.push_back(bytes);
-    bytes += SizeOf(property.type);
-  }
-  return offsets;
 }
 
 template <bool Swap>
@@ -162,6 +56,7 @@ private:
   Status ReadPoint(const PlyPlace& place, const std::array<std::size_t, 3>& coordinates,
     Vec3& point, PlyArraySink& arrays);
   Status ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink, PlyArraySink& arrays);
+  template <bool Keeps>
   Result<std::size_t> ReadFaceRun(const FaceLayout& layout, const PlyPlace& first,
     std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays);
   static void KeepRecord(
@@ -462,8 +357,9 @@ Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
 
 // The fast path: reads faces as long as they lie in memory whole, have few corners and good
 // indices, and returns how many. What stops it is left to ReadFace, which goes on or says what is
-// wrong.
+// wrong. Keeps: whether there are arrays.
 template <bool Swap>
+template <bool Keeps>
 Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, const PlyPlace& first,
   std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays)
 {
@@ -505,7 +401,7 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, cons
     {
       break;
     }
-    if (!arrays.Empty())
+    if constexpr (Keeps)
     {
       KeepRecord(
         layout, list, index + static_cast<std::size_t>(corners) * sizeof(VertexId), arrays);
@@ -602,8 +498,11 @@ Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, 
   {
     if (layout.applies)
     {
+      const PlyPlace place{ element, first + done };
       const Result<std::size_t> run =
-        this->ReadFaceRun(layout, PlyPlace{ element, first + done }, count - done, sink, arrays);
+        arrays.Empty()
+          ? this->template ReadFaceRun<false>(layout, place, count - done, sink, arrays)
+          : this->template ReadFaceRun<true>(layout, place, count - done, sink, arrays);
       if (!run)
       {
         return run.GetError();
