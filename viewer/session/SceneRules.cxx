@@ -1,6 +1,7 @@
 // What every renderer decides alike about a scene: see SceneRules.h.
 #include "viewer/session/SceneRules.h"
 
+#include "viewer/session/CloudNormals.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/JsonText.h"
 #include "viewer/session/VertexNormals.h"
@@ -169,14 +170,16 @@ std::vector<std::array<float, 3>> NormalsOf(const Surface& surface)
   {
     return ComputeVertexNormals(surface.points, surface.triangles);
   }
-  std::vector<std::array<float, 3>> normals;
-  if (const Attribute* own = FirstWithRole(surface, AttributeRole::Normals))
+  const Attribute* own = FirstWithRole(surface, AttributeRole::Normals);
+  if (!own)
   {
-    normals.reserve(surface.points.size());
-    for (std::size_t i = 0; i < surface.points.size(); ++i)
-    {
-      normals.push_back(UnitNormal({ own->Get(i, 0), own->Get(i, 1), own->Get(i, 2) }));
-    }
+    return EstimateNormals(surface);
+  }
+  std::vector<std::array<float, 3>> normals;
+  normals.reserve(surface.points.size());
+  for (std::size_t i = 0; i < surface.points.size(); ++i)
+  {
+    normals.push_back(UnitNormal({ own->Get(i, 0), own->Get(i, 1), own->Get(i, 2) }));
   }
   return normals;
 }

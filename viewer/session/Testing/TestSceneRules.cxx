@@ -1,5 +1,6 @@
 #include "viewer/session/SceneRules.h"
 
+#include "viewer/session/CloudNormals.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/VertexNormals.h"
 
@@ -158,7 +159,7 @@ TEST(SceneRules, TakeTheColorsThatAModelCameWith)
 TEST(SceneRules, LightCloudsByTheirOwnNormalsAndSurfacesByTheirTriangles)
 {
   Surface surface = Plain(4);
-  EXPECT_TRUE(NormalsOf(surface).empty());
+  EXPECT_EQ(NormalsOf(surface), EstimateNormals(surface));
   const double none = std::numeric_limits<double>::quiet_NaN();
   surface.attributes.push_back(
     Array({ "Normals", AttributeType::Float64, AttributeAssociation::Point, 3 },
