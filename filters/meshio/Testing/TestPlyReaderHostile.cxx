@@ -90,7 +90,9 @@ const std::vector<std::string> numbers{ "0", "-1", "1", "255", "256", "65536", "
 const std::vector<std::string> lines{ "element vertex 4294967294\n",
   "element face 18446744073709551615\n", "property list uint uint vertex_indices\n",
   "property list int char vertex_index\n", "property double x\n", "property list uchar double y\n",
-  "element void 18446744073709551615\n", "element tristrips 3\n", "end_header\n",
+  "element void 18446744073709551615\n", "property float nx\n", "property uchar red\n",
+  "property double wide_0\n", "property uint id_int64_0\nproperty uint id_int64_1\n",
+  "comment TextureFile a\n", "element tristrips 3\n", "end_header\n",
   "format binary_big_endian 1.0\n", "comment\n" };
 
 void Mutate(std::string& bytes, RandomPlyMaker& maker)
