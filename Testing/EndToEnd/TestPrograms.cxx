@@ -331,7 +331,7 @@ TEST_F(Programs, BadInputIsNamedWithItsPlace)
   this->WriteText("range.ply", Ply("4", "2", cube + "3 0 1 2\n3 1 2 99\n"));
   this->WriteText("nan.ply", Ply("4", "1", "0 0 0\n1 0 nan\n0 1 0\n1 1 0\n3 0 1 2\n"));
   this->WriteText("none.ply", Ply("0", "0", ""));
-  this->WriteText("model.xyz", "1 2 3\n");
+  this->WriteText("model.ifc", "1 2 3\n");
   this->Write("whole.ply", Torus(40, 20));
   const std::string whole = ReadWhole(this->Folder / "whole.ply");
   std::ofstream(this->Folder / "cut.ply", std::ios::binary) << whole.substr(0, whole.size() - 5);
@@ -354,7 +354,7 @@ TEST_F(Programs, BadInputIsNamedWithItsPlace)
   expect("range.ply", "face 1: index 99 out of range (4 vertices)");
   expect("nan.ply", "vertex 1: z is not finite");
   expect("none.ply", "the mesh has no vertices");
-  expect("model.xyz", ".xyz");
+  expect("model.ifc", ".ifc");
   expect("cut.ply", "face 1599");
   expect("cut2.ply", "vertex ");
 }

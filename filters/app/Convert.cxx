@@ -4,6 +4,7 @@
 #include "filters/app/Program.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
+#include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 
 #include <sys/resource.h>
@@ -14,6 +15,8 @@
 #include <csignal>
 #include <cstring>
 #include <iostream>
+#include <limits>
+#include <new>
 
 namespace
 {
@@ -82,13 +85,54 @@ void CatchCrashes(const std::string& program, const std::string& file)
   }
 }
 
-// What a file claims must not bring the machine down: memory beyond what is free is an error.
-void LimitMemory()
+// What a file claims must not bring the machine down: more memory than this, or than is free, is an
+// error.
+constexpr std::uint64_t leastMemory = std::uint64_t{ 1 } << 30;
+constexpr std::uint64_t memoryPerByte = 100; // of the file: compressed ones grow, pictures too
+
+void LimitMemory(std::uint64_t most)
 {
   if (!sanitized)
   {
-    const rlimit limit{ FreeMemory(), FreeMemory() };
+    rlimit limit{};
+    ::getrlimit(RLIMIT_DATA, &limit);
+    limit.rlim_cur = std::min<rlim_t>(std::min(most, FreeMemory()), limit.rlim_max);
     ::setrlimit(RLIMIT_DATA, &limit);
+  }
+}
+
+std::uint64_t MostMemory(const std::filesystem::path& input)
+{
+  std::error_code status;
+  const std::uintmax_t bytes = std::filesystem::file_size(input, status);
+  // A .gltf's bytes lie in other files.
+  const bool alone = !status && FileEnding(input) != ".gltf" && bytes < (std::uint64_t{ 1 } << 50);
+  return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
+}
+
+Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
+{
+  try
+  {
+    LimitMemory(MostMemory(line.input));
+    Result<ForeignMesh> read = ReadForeignMesh(line.input, execution);
+    if (read && !line.reconstruct.empty())
+    {
+      LimitMemory(std::numeric_limits<std::uint64_t>::max());
+      read = ReconstructMesh(std::move(*read),
+        line.reconstruct == "greedy" ? Reconstruct::Greedy : Reconstruct::Poisson, execution);
+    }
+    return read;
+  }
+  catch (const std::bad_alloc&)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "asks for far more memory than its size or this machine allows: it is damaged or too large" };
+  }
+  catch (const std::exception& failure) // of the libraries
+  {
+    return Error{ ErrorCode::InvalidInput,
+      std::string("the reader of this format failed on it: ") + failure.what() };
   }
 }
 
@@ -100,19 +144,13 @@ int Convert(const std::string& program, const CommandLine& line)
   {
     return PrintError(program, line.output, output.GetError());
   }
-  LimitMemory();
   CatchCrashes(program, line.input);
   Result<ForeignMesh> read = Error{};
   {
     ProgressReporter progress(program, line.quiet);
     Execution execution;
     execution.progress = std::ref(progress);
-    read = ReadForeignMesh(line.input, execution);
-    if (read && !line.reconstruct.empty())
-    {
-      read = ReconstructMesh(std::move(*read),
-        line.reconstruct == "greedy" ? Reconstruct::Greedy : Reconstruct::Poisson, execution);
-    }
+    read = Read(line, execution);
   }
   if (!read)
   {

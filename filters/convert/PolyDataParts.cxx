@@ -17,24 +17,25 @@ bool IsColor(const Attribute& attribute)
   return RoleOf(attribute) == AttributeRole::Colors;
 }
 
-// Colours of three components become ones of four; none become white.
-void GiveColors(Mesh& mesh)
+// Colours of three components become ones of four, if they are to have `alpha`; none become white.
+void GiveColors(Mesh& mesh, bool alpha)
 {
   auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(), IsColor);
-  Attribute rgba = MakeColors(mesh.points.size(), true);
+  Attribute colors = MakeColors(mesh.points.size(), alpha);
   for (std::size_t i = 0; i < mesh.points.size(); ++i)
   {
-    for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t k = 0; k < colors.components; ++k)
     {
       const bool known = found != mesh.attributes.end() && k < found->components;
-      rgba.values[i * 4 + k] = known ? found->values[i * found->components + k] : 255;
+      colors.values[i * colors.components + k] =
+        known ? found->values[i * found->components + k] : 255;
     }
   }
   if (found != mesh.attributes.end())
   {
     mesh.attributes.erase(found);
   }
-  mesh.attributes.push_back(std::move(rgba));
+  mesh.attributes.push_back(std::move(colors));
 }
 
 void AddWarning(std::vector<std::string>& warnings, const std::string& warning)
@@ -55,22 +56,19 @@ bool InAll(const AttributeInfo& info, std::span<const ForeignMesh> parts)
 
 void UnifyColors(std::span<ForeignMesh> parts)
 {
-  const AttributeInfo* first = nullptr;
-  bool some = false, all = true;
+  std::size_t with = 0, withAlpha = 0;
   for (const ForeignMesh& part : parts)
   {
     const auto& attributes = part.mesh.attributes;
     const auto found = std::find_if(attributes.begin(), attributes.end(), IsColor);
-    const bool here = found != attributes.end();
-    all &= here && (!first || *first == found->Info());
-    first = here && !first ? &found->Info() : first;
-    some |= here;
+    with += found != attributes.end();
+    withAlpha += found != attributes.end() && found->components == 4;
   }
-  if (some && !all)
+  if (with > 0 && (with < parts.size() || (withAlpha > 0 && withAlpha < with)))
   {
     for (ForeignMesh& part : parts)
     {
-      GiveColors(part.mesh);
+      GiveColors(part.mesh, withAlpha > 0);
     }
   }
 }

@@ -179,7 +179,10 @@ private:
       }
     }
     this->Places.push_back({ value[0], value[1], value[2] });
-    std::for_each(value.begin(), value.begin() + 3, [&](double v) { this->Precision.Add(v); });
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Precision.Add(this->Words[k + 1], value[k]);
+    }
     const bool colored = numbers >= 6;
     if (colored && this->Colors.size() + 3 == this->Places.size() * 3)
     {

@@ -154,7 +154,10 @@ private:
       return Error{ ErrorCode::LimitExceeded, "more than 4294967294 points" };
     }
     this->Points.push_back(point);
-    std::for_each(point.begin(), point.end(), [&](double v) { this->Precision.Add(v); });
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Precision.Add(this->Words[k], point[k]);
+    }
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
     if (extra >= 3)
     {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 namespace kdstream
 {
@@ -65,18 +66,22 @@ void SplitWords(
   }
 }
 
-void DecimalPrecision::Add(double value)
+void DecimalPrecision::Add(std::string_view word, double value)
 {
   if (!this->Suffice)
   {
     return;
   }
-  // The shortest decimals of the float must be those of the value.
-  char text[32];
-  const auto written = std::to_chars(text, text + sizeof(text), static_cast<float>(value));
-  double back = 0;
-  const auto read = std::from_chars(text, written.ptr, back);
-  this->Suffice = read.ec == std::errc() && back == value;
+  const std::size_t exponentAt = std::min(word.find_first_of("eE"), word.size());
+  const std::size_t point = std::min(word.find('.'), exponentAt);
+  int exponent = 0;
+  std::string_view digits = word.substr(std::min(exponentAt + 1, word.size()));
+  digits.remove_prefix(!digits.empty() && digits[0] == '+' ? 1 : 0);
+  std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
+  const auto decimals =
+    static_cast<double>(exponentAt - point) - (point < exponentAt ? 1 : 0) - exponent;
+  const double lastDecimal = std::pow(10.0, -decimals);
+  this->Suffice = std::abs(double(static_cast<float>(value)) - value) < 0.5 * lastDecimal;
 }
 
 }

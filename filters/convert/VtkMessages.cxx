@@ -77,6 +77,11 @@ std::vector<std::string> VtkMessages::TakeWarnings()
 
 std::string PlainVtkMessage(const std::string& text)
 {
+  // Of a pipeline: it prints the whole request.
+  if (text.find("returned failure for request") != std::string::npos)
+  {
+    return "VTK's reader of this format failed on it";
+  }
   // ERROR: In SOURCE, line 12\nvtkSTLReader (0x55d0): What it is\n\n
   std::string plain = text;
   if (const std::size_t line = plain.find(", line "); line != std::string::npos)

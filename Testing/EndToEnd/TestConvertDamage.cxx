@@ -1,0 +1,218 @@
+// kdstream-convert on files that were cut, or of which bytes were changed: never a crash that
+// shows, never memory for what a header claims, never anything left behind.
+#include "Testing/EndToEnd/ConvertTools.h"
+#include "Testing/EndToEnd/GltfFile.h"
+#include "Testing/Fixtures/Meshes.h"
+
+#include <vtkPolyDataWriter.h>
+#include <vtkSTLWriter.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <map>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+constexpr std::uint64_t mostMemory = std::uint64_t{ 1200 } << 20; // of a process on a small file
+
+class TestConvertDamage : public ConvertTest
+{
+protected:
+  // A small mesh with normals in every format; the second: whether every cut shows.
+  std::map<std::string, bool> WriteAll()
+  {
+    Mesh mesh = AsFloats(DisplacedSphere(2));
+    Attribute normals;
+    normals.name = "Normals";
+    normals.type = AttributeType::Float32;
+    normals.components = 3;
+    for (const Vec3& p : mesh.points)
+    {
+      for (const double v : p)
+      {
+        const auto value = static_cast<float>(v);
+        const auto* const bytes = reinterpret_cast<const std::uint8_t*>(&value);
+        normals.values.insert(normals.values.end(), bytes, bytes + 4);
+      }
+    }
+    mesh.attributes.push_back(normals);
+    const auto data = ToPolyData(mesh);
+    for (const bool ascii : { false, true })
+    {
+      const std::string kind = ascii ? "ascii" : "binary";
+      vtkNew<vtkPolyDataWriter> legacy;
+      legacy->SetInputData(data);
+      legacy->SetFileName((this->Folder / (kind + ".vtk")).c_str());
+      legacy->SetFileType(ascii ? VTK_ASCII : VTK_BINARY);
+      legacy->Write();
+      vtkNew<vtkSTLWriter> stl;
+      stl->SetInputData(data);
+      stl->SetFileName((this->Folder / (kind + ".stl")).c_str());
+      stl->SetFileType(ascii ? VTK_ASCII : VTK_BINARY);
+      stl->Write();
+      vtkNew<vtkXMLPolyDataWriter> xml;
+      xml->SetInputData(data);
+      xml->SetFileName((this->Folder / (kind + ".vtp")).c_str());
+      xml->SetDataMode(ascii ? vtkXMLWriter::Ascii : vtkXMLWriter::Appended);
+      xml->Write();
+    }
+    EXPECT_TRUE(WriteMesh(this->Folder / "text.obj", mesh));
+    EXPECT_TRUE(WriteMesh(this->Folder / "text.wrl", mesh));
+    this->WriteGltf(mesh);
+    std::string xyz;
+    for (const Vec3& p : mesh.points)
+    {
+      xyz += std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+    }
+    this->WriteText("text.xyz", xyz);
+    return { { "binary.vtk", false }, { "ascii.vtk", false }, { "binary.stl", true },
+      { "ascii.stl", false }, { "binary.vtp", true }, { "ascii.vtp", true }, { "text.obj", false },
+      { "text.wrl", true }, { "whole.glb", true }, { "text.gltf", true }, { "text.xyz", false } };
+  }
+
+  void WriteGltf(const Mesh& mesh)
+  {
+    GltfBuffer buffer;
+    std::vector<float> places;
+    for (const Vec3& p : mesh.points)
+    {
+      places.insert(places.end(), { float(p[0]), float(p[1]), float(p[2]) });
+    }
+    std::vector<std::uint16_t> corners;
+    for (const Triangle& t : mesh.triangles)
+    {
+      for (const VertexId corner : t)
+      {
+        corners.push_back(static_cast<std::uint16_t>(corner));
+      }
+    }
+    const int position =
+      buffer.Add(places, "VEC3", gltfFloat, ",\"min\":[-2,-2,-2],\"max\":[2,2,2]");
+    const int indices = buffer.Add(corners, "SCALAR", gltfUnsignedShort);
+    const std::string scene =
+      "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{"
+      "\"primitives\":[{\"attributes\":{\"POSITION\":" +
+      std::to_string(position) + "},\"indices\":" + std::to_string(indices) + "}]}]";
+    this->WriteText("whole.glb", buffer.Glb(scene));
+    this->WriteText("text.gltf", buffer.Json(scene, "buffer.bin"));
+    this->WriteText("buffer.bin", buffer.Bytes);
+  }
+
+  // Converts it; whatever comes of it must be told cleanly. Whether it was refused.
+  bool Refused(const std::string& file, const std::string& how)
+  {
+    std::filesystem::remove(this->Folder / "out.ply");
+    const Outcome outcome = this->Convert(file);
+    EXPECT_LE(outcome.peakBytes, mostMemory) << file << " " << how;
+    const bool refused = outcome.exitCode == 1;
+    EXPECT_TRUE(refused || outcome.exitCode == 0)
+      << file << " " << how << ": " << outcome.exitCode << " " << outcome.err;
+    if (refused)
+    {
+      EXPECT_EQ(outcome.err.rfind("kdstream-convert: error: " + file + ": ", 0), 0U)
+        << how << ": " << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
+        << how << ": " << outcome.err;
+    }
+    EXPECT_EQ(std::filesystem::exists(this->Folder / "out.ply"), !refused) << file << " " << how;
+    return refused;
+  }
+};
+
+}
+
+TEST_F(TestConvertDamage, CutFiles)
+{
+  for (const auto& [name, everyCutShows] : this->WriteAll())
+  {
+    ASSERT_FALSE(this->Refused(name, "whole"));
+    const std::string whole = ReadWhole(this->Folder / name);
+    const std::string file = "cut" + std::filesystem::path(name).extension().string();
+    constexpr std::size_t cuts = 16;
+    std::set<std::size_t> sizes{ 0, 1, whole.size() - 1, whole.size() - 20 };
+    for (std::size_t i = 1; i < cuts; ++i)
+    {
+      sizes.insert(whole.size() * i / cuts);
+    }
+    for (const std::size_t size : sizes)
+    {
+      this->WriteText(file, whole.substr(0, size));
+      const bool refused = this->Refused(file, "cut to " + std::to_string(size));
+      // The last byte of a text may be no more than the end of its last line.
+      EXPECT_TRUE(refused || !everyCutShows || size + 20 >= whole.size())
+        << name << " cut to " << size << " of " << whole.size();
+      EXPECT_TRUE(refused || size > 1) << name << " cut to " << size;
+    }
+  }
+}
+
+TEST_F(TestConvertDamage, ChangedBytes)
+{
+  std::mt19937 random(6);
+  for (const auto& [name, everyCutShows] : this->WriteAll())
+  {
+    const std::string whole = ReadWhole(this->Folder / name);
+    const std::string file = "bad" + std::filesystem::path(name).extension().string();
+    for (unsigned draw = 0; draw < 24; ++draw)
+    {
+      std::string bad = whole;
+      // Half of the changes go to the first bytes, where the claims are.
+      const std::size_t range = draw % 2 == 0 ? std::min<std::size_t>(400, bad.size()) : bad.size();
+      for (unsigned change = 0; change <= draw / 8; ++change)
+      {
+        bad[random() % range] = static_cast<char>(draw % 3 == 0 ? '9' : char(random() % 256));
+      }
+      this->WriteText(file, bad);
+      this->Refused(file, "draw " + std::to_string(draw));
+    }
+  }
+}
+
+TEST_F(TestConvertDamage, LiesAboutSizesTakeNoMemory)
+{
+  const auto number = [](std::uint32_t value)
+  { return std::string(reinterpret_cast<const char*>(&value), 4); };
+  this->WriteText("lie.stl", std::string(80, 'x') + number(0xFFFFFFFF) + std::string(500, '\0'));
+  this->ExpectError("lie.stl", "the header claims 4294967295 triangles, 214748364834 bytes with "
+                               "it; the file has 584");
+  const std::string vtk = "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\n";
+  this->WriteText("points.vtk", vtk + "POINTS 100000000000 float\n");
+  this->WriteText("cells.vtk",
+    vtk + "POINTS 1 float\n" + std::string(12, '\0') + "\nPOLYGONS 1000000000 4000000000\n");
+  this->WriteText("huge.vtp",
+    "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\" version=\"1.0\" "
+    "byte_order=\"LittleEndian\"><PolyData><Piece NumberOfPoints=\"900000000000\"><Points>"
+    "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray>"
+    "</Points></Piece></PolyData></VTKFile>");
+  GltfBuffer buffer;
+  buffer.Add(std::vector<float>(9, 1.0F), "VEC3", gltfFloat);
+  std::string gltf =
+    buffer.Glb("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
+               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]");
+  const std::size_t count = gltf.find("\"count\":3,");
+  ASSERT_NE(count, std::string::npos);
+  gltf.replace(count, 10, "\"count\":2e9,").erase(gltf.find("\"version\":\"2.0\"") - 2, 0);
+  this->WriteText("count.glb", gltf);
+  for (const char* file : { "points.vtk", "cells.vtk", "huge.vtp", "count.glb" })
+  {
+    EXPECT_TRUE(this->Refused(file, "lies"));
+  }
+}
+
+TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)
+{
+  std::string json = "{\"asset\":{\"version\":\"2.0\"},\"x\":" + std::string(2000000, '[');
+  this->WriteText("deep.gltf", json);
+  EXPECT_TRUE(this->Refused("deep.gltf", "deep"));
+  // A node that is its own child.
+  GltfBuffer buffer;
+  buffer.Add(std::vector<float>(9, 1.0F), "VEC3", gltfFloat);
+  this->WriteText("loop.glb",
+    buffer.Glb("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"children\":[0]}],"
+               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]"));
+  EXPECT_TRUE(this->Refused("loop.glb", "loop"));
+}

@@ -1,0 +1,234 @@
+// kdstream-build on formats that kdstream-convert reads for it, and on point clouds.
+#include "Testing/EndToEnd/ConvertTools.h"
+#include "Testing/Fixtures/Meshes.h"
+
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+using Json = nlohmann::json;
+
+namespace
+{
+
+class TestForeignInput : public ConvertTest
+{
+protected:
+  Json Stats() { return Json::parse(ReadWhole(this->Folder / "s.json")); }
+
+  std::string CloudText(const Mesh& cloud)
+  {
+    std::string text;
+    for (const Vec3& p : cloud.points)
+    {
+      char line[100];
+      std::snprintf(line, sizeof(line), "%.9g %.9g %.9g\n", p[0], p[1], p[2]);
+      text += line;
+    }
+    return text;
+  }
+};
+
+}
+
+TEST_F(TestForeignInput, StoresAreThoseOfThePly)
+{
+  const Mesh mesh = AsFloats(Shuffled(DisplacedSphere(5), 3));
+  std::string digest;
+  for (const char* file : { "in.ply", "in.vtp", "in.obj", "in.wrl" })
+  {
+    ASSERT_TRUE(WriteMesh(this->Folder / file, mesh));
+    const Outcome built = this->Build({ file, "-o", "m.kds", "--stats", "s.json", "--quiet" });
+    ASSERT_EQ(built.exitCode, 0) << built.err;
+    EXPECT_EQ(built.out + built.err, "");
+    const Json stats = this->Stats();
+    EXPECT_EQ(stats["input"], file);
+    EXPECT_EQ(stats["triangles"], mesh.triangles.size());
+    EXPECT_EQ(stats["seconds"].contains("convert"), std::string(file) != "in.ply");
+    digest = digest.empty() ? stats["digest"].get<std::string>() : digest;
+    if (std::string(file) != "in.wrl") // VTK's parser of VRML knows no -0
+    {
+      EXPECT_EQ(stats["digest"], digest) << file;
+    }
+    const Json info =
+      Json::parse(RunTool(this->Folder, "store", { "info", "m.kds", "--json" }).out);
+    EXPECT_EQ(info["input"], file) << "the store must name the file that the user named";
+  }
+  ASSERT_TRUE(WriteMesh(this->Folder / "in.stl", mesh));
+  ASSERT_EQ(this->Build({ "in.stl", "-o", "m.kds", "--stats", "s.json" }).exitCode, 0);
+  EXPECT_EQ(this->Stats()["vertices"], mesh.points.size());
+  EXPECT_EQ(this->Files(),
+    (std::set<std::string>{ "in.ply", "in.vtp", "in.obj", "in.wrl", "in.stl", "m.kds", "s.json" }))
+    << "nothing else is left";
+}
+
+TEST_F(TestForeignInput, ErrorsNameTheInputAndLeaveNothing)
+{
+  this->WriteText("bad.obj", "v 1 2 3\nf 1 2 3\n");
+  const Outcome bad = this->Build({ "bad.obj", "-o", "m.kds" });
+  EXPECT_EQ(bad.exitCode, 1);
+  EXPECT_EQ(bad.err,
+    "kdstream-build: error: bad.obj: line 2: vertex 2 is not there: there are 1 so "
+    "far\n");
+  const Outcome missing = this->Build({ "missing.stl", "-o", "m.kds" });
+  EXPECT_EQ(missing.exitCode, 1);
+  EXPECT_EQ(missing.err.rfind("kdstream-build: error: missing.stl: no such file", 0), 0U)
+    << missing.err;
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "bad.obj" }));
+}
+
+TEST_F(TestForeignInput, WarningsArePassedOn)
+{
+  this->WriteText("in.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Outcome built = this->Build({ "in.obj", "-o", "m.kds" });
+  EXPECT_EQ(built.exitCode, 0);
+  EXPECT_EQ(
+    built.err, "kdstream-build: warning: in.obj: materials and their textures are dropped\n");
+}
+
+TEST_F(TestForeignInput, NamesAreNeverOptions)
+{
+  const Mesh mesh = AsFloats(Torus(20, 10));
+  std::filesystem::create_directory(this->Folder / "-folder with blanks");
+  for (const char* name : { "-o.vtp", "--reconstruct.vtp", "a b;c'\"$(x).vtp",
+         "-folder with "
+         "blanks/in.vtp" })
+  {
+    ASSERT_TRUE(WriteMesh(this->Folder / name, mesh));
+    const Outcome built = this->Build({ "-o", "./-folder with blanks/m.kds", "--", name });
+    EXPECT_EQ(built.exitCode, 0) << name << ": " << built.err;
+  }
+}
+
+TEST_F(TestForeignInput, WithoutKdstreamConvert)
+{
+  std::filesystem::copy(std::string(KDSTREAM_PROGRAMS) + "/kdstream-build", this->Folder / "build");
+  this->WriteText("in.obj", "v 0 0 0\n");
+  const std::string command =
+    "cd '" + this->Folder.Path.string() + "' && ./build in.obj -o m.kds 2>err";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
+  EXPECT_EQ(ReadWhole(this->Folder / "err")
+              .rfind("kdstream-build: error: in.obj: this format is "
+                     "read by kdstream-convert, which is not",
+                0),
+    0U);
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "build", "in.obj", "err" }));
+}
+
+TEST_F(TestForeignInput, AnInterruptLeavesNothing)
+{
+  Mesh cloud = DisplacedSphere(8);
+  cloud.triangles.clear();
+  this->WriteText("in.xyz", this->CloudText(cloud));
+  const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build";
+  for (const int signal : { SIGINT, SIGTERM })
+  {
+    unsigned interrupted = 0;
+    for (unsigned milliseconds = 5; milliseconds < 1500; milliseconds = milliseconds * 2)
+    {
+      const pid_t child = ::fork();
+      if (child == 0)
+      {
+        const bool ready =
+          ::chdir(this->Folder.Path.c_str()) == 0 && std::freopen("/dev/null", "w", stderr);
+        if (ready)
+        {
+          ::execl(program.c_str(), program.c_str(), "in.xyz", "-o", "m.kds", nullptr);
+        }
+        ::_exit(127);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+      ::kill(child, signal);
+      int status = 0;
+      ::waitpid(child, &status, 0);
+      interrupted += std::filesystem::remove(this->Folder / "m.kds") ? 0 : 1;
+      // Before a signal is caught nothing has been made yet.
+      EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.xyz" }))
+        << "after " << milliseconds << " ms";
+    }
+    EXPECT_GT(interrupted, 0U);
+  }
+}
+
+TEST_F(TestForeignInput, CloudsAreStoresOfPoints)
+{
+  Mesh cloud = AsFloats(Cloud(5));
+  ASSERT_TRUE(WriteMesh(this->Folder / "in.ply", cloud));
+  this->WriteText("in.xyz", this->CloudText(cloud));
+  this->WriteText("in.pcd",
+    "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+      std::to_string(cloud.points.size()) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+      std::to_string(cloud.points.size()) + "\nDATA ascii\n" + this->CloudText(cloud));
+  for (const char* file : { "in.ply", "in.xyz", "in.pcd" })
+  {
+    SCOPED_TRACE(file);
+    if (std::string(file) == "in.pcd" &&
+        this->Convert(file).err.find("needs PCL") != std::string::npos)
+    {
+      continue;
+    }
+    const Outcome built = this->Build({ file, "-o", "m.kds", "--precision", "lossless",
+      "--vertices-per-partition", "150", "--stats", "s.json" });
+    ASSERT_EQ(built.exitCode, 0) << built.err;
+    const Json stats = this->Stats();
+    EXPECT_EQ(stats["primitive"], "points");
+    EXPECT_EQ(stats["vertices"], cloud.points.size());
+    EXPECT_EQ(stats["triangles"], 0);
+    EXPECT_LE(
+      stats["partition_vertices"]["max"].get<int>() - stats["partition_vertices"]["min"].get<int>(),
+      1);
+    EXPECT_GE(stats["levels"].size(), 10U);
+    const std::size_t finest = stats["levels"].size() - 1;
+    for (const std::size_t d : { std::size_t{ 4 }, finest })
+    {
+      const Json& level = stats["levels"][d];
+      EXPECT_GT(level["vertices"], std::size_t{ 1 } << (d - 1));
+      EXPECT_LE(level["vertices"], cloud.points.size());
+    }
+    ASSERT_EQ(
+      RunTool(this->Folder, "store", { "extract", "m.kds", "--all", "-o", "all.ply" }).exitCode, 0);
+    EXPECT_EQ(PointMultiset(this->Read("all.ply")), PointMultiset(cloud));
+  }
+}
+
+TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
+{
+  Mesh mesh = AsFloats(DisplacedSphere(4));
+  Mesh cloud = mesh;
+  cloud.triangles.clear();
+  ASSERT_TRUE(WriteMesh(this->Folder / "mesh.ply", mesh));
+  ASSERT_TRUE(WriteMesh(this->Folder / "cloud.ply", cloud));
+  this->WriteText("cloud.xyz", this->CloudText(cloud));
+  for (const char* method : { "greedy", "poisson" })
+  {
+    for (const char* file : { "cloud.ply", "cloud.xyz" })
+    {
+      SCOPED_TRACE(std::string(file) + " " + method);
+      const Outcome built =
+        this->Build({ file, "-o", "m.kds", "--reconstruct", method, "--stats", "s.json" });
+      if (built.err.find("needs PCL") != std::string::npos)
+      {
+        EXPECT_EQ(built.exitCode, 1);
+        GTEST_SKIP() << "built without PCL";
+      }
+      ASSERT_EQ(built.exitCode, 0) << built.err;
+      const Json stats = this->Stats();
+      EXPECT_EQ(stats["primitive"], "triangles");
+      EXPECT_EQ(stats["input"], file);
+      EXPECT_GT(stats["triangles"], mesh.triangles.size() * 3 / 4);
+      if (std::string(method) == "greedy")
+      {
+        EXPECT_EQ(stats["vertices"], mesh.points.size()) << "greedy keeps the points";
+      }
+    }
+  }
+  EXPECT_EQ(this->Build({ "mesh.ply", "-o", "m.kds", "--reconstruct", "greedy" }).err,
+    "kdstream-build: error: mesh.ply: has " + std::to_string(mesh.triangles.size()) +
+      " triangles; --reconstruct is for point clouds\n");
+  this->WriteText("line.xyz", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n");
+  EXPECT_EQ(this->Build({ "line.xyz", "-o", "m.kds", "--reconstruct", "poisson" }).err,
+    "kdstream-build: error: line.xyz: all points lie on one line: there is no surface\n");
+}
