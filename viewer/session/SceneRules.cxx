@@ -1,7 +1,6 @@
 // What every renderer decides alike about a scene: see SceneRules.h.
 #include "viewer/session/SceneRules.h"
 
-#include "viewer/session/CloudNormals.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/JsonText.h"
 #include "viewer/session/VertexNormals.h"
@@ -170,16 +169,14 @@ std::vector<std::array<float, 3>> NormalsOf(const Surface& surface)
   {
     return ComputeVertexNormals(surface.points, surface.triangles);
   }
-  const Attribute* own = FirstWithRole(surface, AttributeRole::Normals);
-  if (!own)
-  {
-    return EstimateNormals(surface);
-  }
   std::vector<std::array<float, 3>> normals;
-  normals.reserve(surface.points.size());
-  for (std::size_t i = 0; i < surface.points.size(); ++i)
+  if (const Attribute* own = FirstWithRole(surface, AttributeRole::Normals))
   {
-    normals.push_back(UnitNormal({ own->Get(i, 0), own->Get(i, 1), own->Get(i, 2) }));
+    normals.reserve(surface.points.size());
+    for (std::size_t i = 0; i < surface.points.size(); ++i)
+    {
+      normals.push_back(UnitNormal({ own->Get(i, 0), own->Get(i, 1), own->Get(i, 2) }));
+    }
   }
   return normals;
 }

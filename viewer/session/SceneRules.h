@@ -59,8 +59,8 @@ const Attribute* OwnColors(const Surface& surface);
 Color OwnColor(const Attribute& colors, std::size_t point);
 
 // The unit normals to light the points by. Of a surface with triangles: ComputeVertexNormals. Of a
-// cloud, where they may face either side: those that it came with, else EstimateNormals; (0, 0, 0)
-// where there is none.
+// cloud: those that it came with, which may face either side; (0, 0, 0) where one is none; empty
+// where it has none at all.
 std::vector<std::array<float, 3>> NormalsOf(const Surface& surface);
 
 // What the colour of a vertex or of a triangle follows from.

@@ -14,17 +14,19 @@ namespace kdstream
 namespace
 {
 
+constexpr std::size_t longestRun = 64;
 constexpr std::size_t asked = 4;     // every so many points of a run are asked for their neighbours
 constexpr std::size_t neighbour = 4; // which is the fourth nearest
 
-struct Run : PointRun
+struct Run
 {
+  std::size_t begin = 0, end = 0;
   double spacing = 0.0;
 };
 
 // The distance from point `from` to the fourth nearest of the run; to the farthest where there are
 // fewer.
-double DistanceToNeighbour(const Surface& cloud, const PointRun& run, std::size_t from)
+double DistanceToNeighbour(const Surface& cloud, const Run& run, std::size_t from)
 {
   std::array<double, neighbour> nearest;
   nearest.fill(std::numeric_limits<double>::infinity());
@@ -47,7 +49,7 @@ double DistanceToNeighbour(const Surface& cloud, const PointRun& run, std::size_
   return others == 0 ? 0.0 : nearest[std::min(neighbour, others) - 1];
 }
 
-double SpacingOf(const Surface& cloud, const PointRun& run)
+double SpacingOf(const Surface& cloud, const Run& run)
 {
   double sum = 0.0;
   std::size_t count = 0;
@@ -58,12 +60,22 @@ double SpacingOf(const Surface& cloud, const PointRun& run)
   return sum / static_cast<double>(count);
 }
 
-std::vector<Run> SpacedRunsOf(const Surface& cloud)
+std::vector<Run> RunsOf(const Surface& cloud)
 {
   std::vector<Run> runs;
-  for (const PointRun& run : RunsOf(cloud))
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
   {
-    runs.push_back({ run, SpacingOf(cloud, run) });
+    const bool same = !runs.empty() && runs.back().end - runs.back().begin < longestRun &&
+                      cloud.sources[i].resolution == cloud.sources[i - 1].resolution;
+    if (!same)
+    {
+      runs.push_back({ i, i, 0.0 });
+    }
+    runs.back().end = i + 1;
+  }
+  for (Run& run : runs)
+  {
+    run.spacing = SpacingOf(cloud, run);
   }
   return runs;
 }
@@ -94,26 +106,10 @@ double MedianSpacing(const std::vector<Run>& runs, const Surface& cloud, Resolut
 
 }
 
-std::vector<PointRun> RunsOf(const Surface& cloud)
-{
-  std::vector<PointRun> runs;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i)
-  {
-    const bool same = !runs.empty() && runs.back().end - runs.back().begin < longestRun &&
-                      cloud.sources[i].resolution == cloud.sources[i - 1].resolution;
-    if (!same)
-    {
-      runs.push_back({ i, i });
-    }
-    runs.back().end = i + 1;
-  }
-  return runs;
-}
-
 std::vector<float> SplatRadii(const Surface& cloud)
 {
   std::vector<float> radii(cloud.points.size());
-  const std::vector<Run> runs = SpacedRunsOf(cloud);
+  const std::vector<Run> runs = RunsOf(cloud);
   // A surface has three resolutions at most: few medians are looked for.
   std::vector<std::pair<Resolution, double>> medians;
   for (const Run& run : runs)

@@ -3,25 +3,16 @@
 
 #include "filters/core/Surface.h"
 
-#include <cstddef>
 #include <vector>
 
 namespace kdstream
 {
 
-// A drawn surface has its points in the order of the k-d tree, so those that follow each other lie
-// together: runs of at most 64 of one resolution.
-struct PointRun
-{
-  std::size_t begin = 0, end = 0;
-};
-inline constexpr std::size_t longestRun = 64;
-std::vector<PointRun> RunsOf(const Surface& cloud);
-
 // The radii of the round splats that a cloud is drawn with, one a point, in the model's unit: large
 // enough to close up with their neighbours' at the resolution that is shown there.
 //
-// The spacing of a run is the mean distance from a point to the fourth
+// A drawn surface has its points in the order of the k-d tree, so a run of them lies together: the
+// spacing of a run of 64 points of one resolution is the mean distance from a point to the fourth
 // nearest of the run (about that of neighbours on a square grid, and a little more than it where
 // points are scattered), and a radius is three quarters of it. Runs that are spaced far more or
 // less than half of the others of their resolution (stray points, points on top of each other) are
