@@ -18,7 +18,8 @@ void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& 
   if (const Result<Piece> piece = DecodePiece(blob, id, context))
   {
     const Result<Piece> again = DecodePiece(EncodePiece(*piece, context), id, context);
-    if (!again || again->triangles != piece->triangles || again->keys != piece->keys)
+    if (!again || again->triangles != piece->triangles || again->keys != piece->keys ||
+        again->attributes != piece->attributes)
     {
       std::abort();
     }

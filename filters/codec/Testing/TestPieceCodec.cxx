@@ -144,6 +144,30 @@ TEST(PieceCodec, AttributesComeBack)
   }
 }
 
+TEST(PieceCodec, AttributesThatNoBuilderWritesAreRefused)
+{
+  const auto model = MakeModel(Torus(20, 10), { 60, {}, 8 });
+  const CodecContext context = ContextsOf(*model)[0];
+  const auto& [id, plain] = *model->pieces.rbegin();
+  const auto expectRefused = [&, &id = id, &plain = plain](const auto& change)
+  {
+    Piece piece = WithAttributes(plain);
+    change(piece.attributes);
+    const Result<Piece> decoded = DecodePiece(EncodePiece(piece, context), id, context);
+    ASSERT_FALSE(decoded);
+    EXPECT_EQ(decoded.GetError().code, ErrorCode::InvalidInput);
+    EXPECT_NE(decoded.GetError().message.find("attribute"), std::string::npos)
+      << decoded.GetError().message;
+  };
+  using Attributes = std::vector<Attribute>;
+  expectRefused([](Attributes& a) { a[0].name.clear(); });
+  expectRefused([](Attributes& a) { a[0].components = 0; });
+  expectRefused([](Attributes& a) { a[0].components = 4; });
+  expectRefused([](Attributes& a) { a[0].values.pop_back(); });
+  expectRefused([](Attributes& a) { a[1].association = AttributeAssociation::Point; });
+  expectRefused([](Attributes& a) { a.push_back(a[0]); });
+}
+
 TEST(PieceCodec, EveryTruncationThatIsSealedAgainIsAnError)
 {
   const auto model = MakeModel(Torus(20, 10), { 60, {}, 8 });
