@@ -124,6 +124,44 @@ TEST_F(Folder, DescribesAndReadsAStore)
   EXPECT_EQ((*boxes)[1], info.box);
 }
 
+// As many and as long as a store can hold: the description must still be one that clients take.
+TEST_F(Folder, TellsEveryAttribute)
+{
+  Mesh mesh = Sheet(30);
+  for (std::size_t i = 0; i < mostAttributes; ++i)
+  {
+    const std::string number = std::to_string(i);
+    Attribute attribute;
+    attribute.name = std::string(longestAttributeName - number.size(), '"') + number;
+    attribute.type = static_cast<AttributeType>(i % 10);
+    attribute.components = static_cast<std::uint8_t>(1 + i % 3);
+    const bool points = i % 2 == 0;
+    attribute.association = points ? AttributeAssociation::Point : AttributeAssociation::Cell;
+    attribute.values.resize(
+      attribute.TupleSize() * (points ? mesh.points.size() : mesh.triangles.size()));
+    mesh.attributes.push_back(attribute);
+  }
+  const auto report = BuildStore(mesh, "sheet.ply", this->folder / "many.kds", {});
+  ASSERT_TRUE(report) << report.GetError().message;
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("many");
+  ASSERT_TRUE(model);
+  const std::string json = WriteModel(model->Description());
+  const auto told = ParseModel(json);
+  ASSERT_TRUE(told) << told.GetError().message;
+  ASSERT_EQ(told->attributes.size(), mostAttributes);
+  for (std::size_t i = 0; i < mostAttributes; ++i)
+  {
+    const AttributeInfo& info = report->info.attributes[i];
+    const auto& attribute = told->attributes[i];
+    EXPECT_EQ(attribute.name, info.name);
+    EXPECT_EQ(attribute.type, NameOf(info.type));
+    EXPECT_EQ(
+      attribute.association, info.association == AttributeAssociation::Point ? "point" : "cell");
+    EXPECT_EQ(attribute.components, info.components);
+  }
+}
+
 TEST_F(Folder, WhatAModelDoesNotHaveIsNotFound)
 {
   const auto info = this->Build("sheet.kds", 60);
