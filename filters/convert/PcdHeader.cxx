@@ -81,6 +81,7 @@ public:
     {
       return status.GetError();
     }
+    header.values = values;
     const std::uint64_t body = fileSize > this->BodyBegin ? fileSize - this->BodyBegin : 0;
     const std::string& data = this->Values.at("DATA")[0];
     // The least that so many points take: a digit and a separator a value.
@@ -92,6 +93,48 @@ public:
           std::to_string(header.points * least) + " bytes; there are " + std::to_string(body) };
     }
     return header;
+  }
+
+  // PCL takes what is no number for zero, and passes over lines that are too short: goes through
+  // the lines of an ascii body. To be called after Read.
+  Status CheckAsciiBody(const PcdHeader& header)
+  {
+    std::vector<std::string_view> words;
+    std::uint64_t points = 0;
+    while (points < header.points)
+    {
+      const Result<bool> more = this->Lines.Next();
+      if (!more)
+      {
+        return more.GetError();
+      }
+      if (!*more)
+      {
+        return Error{ ErrorCode::InvalidInput, "the header claims " +
+                                                 std::to_string(header.points) +
+                                                 " points; there are " + std::to_string(points) };
+      }
+      SplitWords(this->Lines.Line(), " \t\r", words);
+      if (words.empty())
+      {
+        continue;
+      }
+      if (words.size() != header.values)
+      {
+        return this->Lines.Wrong("has " + std::to_string(words.size()) + " numbers; a point has " +
+                                 std::to_string(header.values));
+      }
+      for (const std::string_view word : words)
+      {
+        double value = 0;
+        if (ParseNumber(word, value) != NumberTextError::None)
+        {
+          return this->Lines.Wrong(QuotedText(word) + " is no number");
+        }
+      }
+      ++points;
+    }
+    return {};
   }
 
   PcdData Data() const
@@ -297,6 +340,13 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
     const Status status = body ? CheckCompressedBody(std::move(*body), reader.Body(), *header)
                                : Status(body.GetError());
     if (!status)
+    {
+      return status.GetError();
+    }
+  }
+  if (header && reader.Data() == PcdData::Ascii)
+  {
+    if (Status status = reader.CheckAsciiBody(*header); !status)
     {
       return status.GetError();
     }

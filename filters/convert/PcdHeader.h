@@ -14,8 +14,10 @@ struct PcdHeader
 {
   std::uint64_t points = 0;
   std::uint64_t pointBytes = 0; // of one point in memory
+  std::uint64_t values = 0;     // of one point
 };
 
+// Also goes through an ascii body, of which every line must be a point's numbers.
 // Errors: InvalidInput saying which line is wrong, or that the file is too short for its claims.
 Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file);
 
