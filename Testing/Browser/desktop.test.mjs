@@ -7,7 +7,7 @@ import { Pixels, Server, Visit, launchBrowser, makeModels } from "./harness.mjs"
 let server, browser, pixels;
 
 before(async () => {
-  server = await Server.start(makeModels());
+  server = await Server.start(makeModels({ vase: true }));
   browser = await launchBrowser();
   pixels = await Pixels.make(browser);
 });
@@ -65,6 +65,46 @@ test("mouse, wheel, double click and keys", async () => {
   assert.equal(status.shownLevel, full.shownLevel, "and out again");
   await page.keyboard.press("Escape");
   await visit.until("back to the list", ({ mode }) => mode === "browsing");
+  assert.deepEqual(await visit.messages(), []);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+// The colours that a model came with, stone, and the colours of partitions: the menu offers what there is.
+test("a coloured model", async () => {
+  const visit = await Visit.desktop(browser);
+  const { page } = visit;
+  await visit.open(server.url);
+  const plain = await visit.untilIdle();
+  assert.equal(plain.colored, false);
+  await visit.choose("vase");
+  await visit.choose("vase");
+  await visit.until("the vase", ({ model, mode, idle }) => model === "vase" && mode === "full screen" && idle);
+  assert.equal((await visit.status()).colored, true);
+  await visit.picture("desktop-4-colours");
+  const middle = await visit.centre();
+  const coloured = await visit.around(middle);
+
+  const show = async (label) => {
+    await page.click("#menu-button");
+    const shown = await page.locator("#menu label:has([name=coloring])").filter({ visible: true }).allInnerTexts();
+    await page.getByText(label, { exact: true }).filter({ visible: true }).click();
+    await page.keyboard.press("Escape");
+    await visit.untilQuiet();
+    return shown;
+  };
+  assert.deepEqual(await show("Stone"), ["Colours", "Stone", "Partitions", "Detail"]);
+  const stone = await visit.around(middle);
+  assert.ok(await pixels.difference(coloured, stone) > 0.3, "stone is not the colours");
+  await visit.picture("desktop-5-stone");
+  await show("Colours");
+  assert.ok(await pixels.difference(coloured, await visit.around(middle)) < 0.01, "and back");
+
+  await visit.back();
+  await visit.choose("pebble");
+  await visit.choose("pebble");
+  await visit.until("the pebble", ({ model, mode, idle }) => model === "pebble" && mode === "full screen" && idle);
+  assert.deepEqual(await show("Stone"), ["Stone", "Partitions", "Detail"]);
   assert.deepEqual(await visit.messages(), []);
   visit.assertClean(server.url);
   await visit.close();

@@ -93,8 +93,8 @@ export function buildStore(mesh, store, ...options) {
   runProgram("kdstream-build", mesh, "-o", store, "--quiet", ...options);
 }
 
-// A folder of stores: pebble.kds, and dragon.kds or a small shell.kds.
-export function makeModels({ dragon = true } = {}) {
+// A folder of stores: pebble.kds, dragon.kds or a small shell.kds, and, where asked for, a coloured vase.kds.
+export function makeModels({ dragon = true, vase = false } = {}) {
   const folder = temporaryFolder();
   const meshes = temporaryFolder();
   const build = (name, title, vertices, ...size) => {
@@ -107,6 +107,10 @@ export function makeModels({ dragon = true } = {}) {
       "--credit", "Stanford Computer Graphics Laboratory");
   } else {
     build("shell", "A shell", "50", 24, 12);
+  }
+  if (vase) {
+    runProgram("kdstream-generate", "vase", join(meshes, "vase.ply"), "--vertices", "60000");
+    buildStore(join(meshes, "vase.ply"), join(folder, "vase.kds"), "--title", "A painted vase");
   }
   return folder;
 }

@@ -17,12 +17,29 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
+bool HasColors(const protocol::ModelDescription& model)
+{
+  return std::any_of(model.attributes.begin(), model.attributes.end(),
+    [](const protocol::AttributeDescription& array)
+    {
+      return array.association == "point" && array.type == "uint8" &&
+             (array.name == "RGB" || array.name == "RGBA");
+    });
+}
+
+// Of a painted model, paint is spoilt before the shape is: a level is no better for it than a third
+// of the distance between its vertices, as if these lay spread over half the surface of the box.
 std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
 {
+  const Vec3 s{ model.boxHi[0] - model.boxLo[0], model.boxHi[1] - model.boxLo[1],
+    model.boxHi[2] - model.boxLo[2] };
+  const double area = HasColors(model) ? s[0] * s[1] + s[1] * s[2] + s[2] * s[0] : 0;
   std::vector<LevelFacts> facts;
   for (const auto& level : model.levels)
   {
-    facts.push_back({ level.deviation99, level.triangles });
+    const double spacing =
+      std::sqrt(area / static_cast<double>(std::max<std::uint64_t>(level.vertices, 1)));
+    facts.push_back({ std::max(level.deviation99, spacing / 3), level.triangles });
   }
   return facts;
 }

@@ -107,6 +107,11 @@ MemoryServer::MemoryServer(
   this->Model.finestDepth = static_cast<std::uint8_t>(tree.depths.finest);
   this->Model.gridOrigin = this->Context.grid.origin;
   this->Model.gridStep = this->Context.grid.step;
+  for (const Attribute& array : mesh.attributes)
+  {
+    this->Model.attributes.push_back({ array.name, std::string(NameOf(array.type)),
+      array.association == AttributeAssociation::Point ? "point" : "cell", array.components });
+  }
 
   for (unsigned d = 0; d <= tree.depths.finest + 1; ++d)
   {

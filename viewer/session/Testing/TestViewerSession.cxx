@@ -239,6 +239,31 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   EXPECT_TRUE(server.log.empty()); // the preview was kept
 }
 
+// Where the shape alone would do with the preview, paint does not.
+TEST(TestViewerSession, APaintedModelIsShownFiner)
+{
+  Mesh torus = MakeTorus(200, 80);
+  const auto levelOf = [&torus]()
+  {
+    MemoryServer server(torus, 128, 2);
+    SessionOptions options;
+    options.policy.tolerance = 3;
+    options.policy.hysteresis = 1;
+    ViewerSession session(options);
+    Open(session);
+    server.Serve(session);
+    session.EnterFullScreen();
+    server.Serve(session);
+    EXPECT_EQ(session.Scene().surface->attributes.size(), torus.attributes.size());
+    return *session.GetStatus().shownLevel;
+  };
+  EXPECT_EQ(levelOf(), 11u);
+  kdstream::testing::Paint(torus);
+  EXPECT_GT(levelOf(), 11u);
+  torus.attributes.erase(torus.attributes.begin()); // normals alone
+  EXPECT_EQ(levelOf(), 11u);
+}
+
 TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
 {
   MemoryServer server = Torus();

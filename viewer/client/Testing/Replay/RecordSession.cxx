@@ -74,6 +74,8 @@ public:
     , Facts(this->Server.Description())
   {
     this->Facts.id = std::move(id);
+    // Levels follow the shape alone: a painted model would be shown in the finest at once.
+    this->Facts.attributes.clear();
   }
   const protocol::ModelDescription& Description() const override { return this->Facts; }
   Result<std::span<const Box>> Boxes() const override
