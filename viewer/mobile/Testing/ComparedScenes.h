@@ -19,7 +19,8 @@ struct ComparedScene
 };
 
 // A torus from a session that has walked to a region, in three colourings; the same cut open,
-// under a wide angle, painted, and as clouds with colours and normals and with neither; the Stanford dragon where its file is there.
+// under a wide angle, painted, and as clouds with colours and normals and with neither; the
+// Stanford dragon where its file is there.
 std::vector<ComparedScene> MakeComparedScenes();
 
 // Whether the dragon is there.
