@@ -410,7 +410,7 @@ private:
     {
       return this->Options.depth;
     }
-    std::uint32_t depth = 4;
+    std::uint32_t depth = 6;
     while (depth < 10 && std::ldexp(this->Output.spacing, int(depth)) < this->Extent)
     {
       ++depth;

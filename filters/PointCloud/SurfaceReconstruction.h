@@ -36,7 +36,7 @@ struct ReconstructionOptions
   double minimumAngle = 10, maximumAngle = 120; // of a triangle, degrees; the minimum is a wish
 
   // Poisson.
-  std::uint32_t depth = 0;   // of the octree, 2^depth cells along a side; 0: by the spacing, 4-10
+  std::uint32_t depth = 0;   // of the octree, 2^depth cells along a side; 0: by the spacing, 6-10
   double samplesPerNode = 1; // more for noisy points
   double pointWeight = 4;    // how much the surface keeps to the points
   double trimDistance = 0; // drops triangles farther than so many spacings from all points; 0: none

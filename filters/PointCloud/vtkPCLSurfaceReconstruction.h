@@ -9,9 +9,9 @@
  * where points are too far apart it has holes, and points that fit nowhere are in no triangle.
  * It suits scans of even density.
  *
- * Poisson (pcl::Poisson) gives a closed surface near the points, of points of its own, with the
- * point data of the nearest input point each. It suits noisy clouds that surround what they show;
- * TrimDistance takes away what it adds where there are no points.
+ * Poisson (pcl::Poisson) gives a surface near the points, closed where they surround what they
+ * show, of points of its own, with the point data of the nearest input point each. It suits noisy
+ * clouds; TrimDistance takes away what it adds where there are no points.
  *
  * Both outputs have the point array "Normals" (3 floats, unit length, the active normals): for
  * greedy those that were used, for Poisson those of the surface. Triangles are counter-clockwise
@@ -160,7 +160,7 @@ public:
   ///@{
   /**
    * Poisson: depth of the octree, which has 2^Depth cells along a side. 0, the default: as deep as
-   * the points are dense, 4 to 10. At most 12: each step more takes four times the memory and time.
+   * the points are dense, 6 to 10. At most 12: each step more takes four times the memory and time.
    */
   vtkSetClampMacro(Depth, int, 0, 12);
   vtkGetMacro(Depth, int);
