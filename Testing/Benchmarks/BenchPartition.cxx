@@ -473,6 +473,10 @@ int RunFig5(const std::filesystem::path& folder, const std::vector<NamedMesh>& m
     }
     all.back().push_back(MakeCell(named, named.name, Methods()[0].cluster(named.mesh, partitions)));
   }
+  while (all.size() > 1 && all.back().size() < all.front().size())
+  {
+    all.back().emplace_back(); // an empty place
+  }
   look.zoom = 1.1;
   const std::string file = (folder / "fig6.png").string();
   if (const Status status = WriteMeshPicture(all, look, file); !status)

@@ -88,7 +88,7 @@ vtkSmartPointer<vtkDataArray> Plain(vtkDataArray& array)
 // The name that RoleOf knows it by, if it is what its place among the active arrays promises.
 std::string NameFor(vtkDataSetAttributes& data, vtkDataArray& array, AttributeInfo info)
 {
-  const std::string own = array.GetName() ? array.GetName() : "";
+  std::string own = array.GetName() ? array.GetName() : "";
   const auto fits = [&](const char* name, AttributeRole role)
   {
     info.name = name;

@@ -87,7 +87,11 @@ std::vector<Link> LinksOf(std::span<const Vec3> points, std::span<const Triangle
   {
     VertexId a, b;
     std::uint32_t triangle;
-    auto operator<=>(const Edge&) const = default;
+    bool operator<(const Edge& other) const
+    {
+      return std::tie(this->a, this->b, this->triangle) <
+             std::tie(other.a, other.b, other.triangle);
+    }
   };
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());

@@ -458,7 +458,11 @@ private:
     std::uint32_t cluster;
     double squared;
     VertexId vertex;
-    auto operator<=>(const Corner&) const = default;
+    bool operator<(const Corner& other) const
+    {
+      return std::tie(this->cluster, this->squared, this->vertex) <
+             std::tie(other.cluster, other.squared, other.vertex);
+    }
   };
 
   // Of all clusters, nearest first.

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 namespace kdstream
 {
@@ -21,7 +22,12 @@ struct PartitionEdge
 {
   VertexId a, b; // a < b
   std::uint32_t partition;
-  auto operator<=>(const PartitionEdge&) const = default;
+  bool operator==(const PartitionEdge&) const = default;
+  bool operator<(const PartitionEdge& other) const
+  {
+    return std::tie(this->a, this->b, this->partition) <
+           std::tie(other.a, other.b, other.partition);
+  }
 };
 
 Vec3 Difference(const Vec3& a, const Vec3& b)
