@@ -344,6 +344,39 @@ TEST(Attributes, NormalsThatAreNoneOrCancelHaveADocumentedMean)
   }
 }
 
+// Two clusters whose order in their level is not that of their lowest vertices.
+TEST(Attributes, NormalsThatCancelAcrossLevelsAreThatOfTheLowestVertex)
+{
+  Mesh mesh;
+  mesh.points.resize(4);
+  mesh.attributes = { PointArray(
+    "Normals", AttributeType::Float32, 3, { notANumber, 0, 0, 0, 2, 0, 0, -1, 0, 0, 0, 0 }) };
+  ClusterLevels levels;
+  levels.finest = { 1, 1, 0, 0 };
+  levels.levels.resize(2);
+  levels.levels[0].lowest = { 0 };
+  levels.levels[1].lowest = { 2, 0 };
+  levels.levels[1].parents = { 0, 0 };
+  AddLevelAttributes(mesh, levels);
+  EXPECT_EQ(levels.levels[0].attributes.at(0).Get(0, 1), 1);
+  EXPECT_EQ(levels.levels[1].attributes.at(0).Get(0, 1), -1);
+  EXPECT_EQ(levels.levels[1].attributes.at(0).Get(1, 1), 1);
+}
+
+TEST(Attributes, SurfacesHaveOnlyWhatAllPiecesHave)
+{
+  const auto model = MakeModel(WithAttributes(Torus(40, 20), 3), { 90, {}, 5 });
+  const Cut cut{ model->tree.depths, Resolution::Original(), {} };
+  const std::size_t all = DrawSurface(cut, model->Lookup())->attributes.size();
+  std::vector<Attribute>& last = model->pieces.rbegin()->second.attributes;
+  last[0].name = "another name";
+  last[2].type = AttributeType::Int8;
+  const auto surface = DrawSurface(cut, model->Lookup());
+  ASSERT_TRUE(surface);
+  EXPECT_EQ(surface->attributes.size(), all - 2);
+  EXPECT_TRUE(CheckAttributes(surface->attributes, surface->points.size(), 0));
+}
+
 TEST(Attributes, ColoursRoundToTheNearest)
 {
   Mesh mesh;
