@@ -1,6 +1,7 @@
 // kdstream-build on formats that kdstream-convert reads for it, and on point clouds.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/core/MeshDistance.h"
 
 #include <nlohmann/json.hpp>
 
@@ -231,4 +232,50 @@ TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
   this->WriteText("line.xyz", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n");
   EXPECT_EQ(this->Build({ "line.xyz", "-o", "m.kds", "--reconstruct", "poisson" }).err,
     "kdstream-build: error: line.xyz: all points lie on one line: there is no surface\n");
+}
+
+TEST_F(TestForeignInput, TheDragonsPointsBecomeTheDragon)
+{
+  ASSERT_TRUE(std::filesystem::exists(KDSTREAM_DRAGON))
+    << KDSTREAM_DRAGON << " is missing; Data/fetch-dragon fetches it";
+  // A level's vertices, about 16,000, without its triangles.
+  ASSERT_EQ(this->Build({ KDSTREAM_DRAGON, "-o", "d.kds", "--quiet" }).exitCode, 0);
+  ASSERT_EQ(
+    RunTool(this->Folder, "store", { "extract", "d.kds", "--level", "14", "-o", "level.ply" })
+      .exitCode,
+    0);
+  const Mesh level = this->Read("level.ply");
+  Mesh cloud = level;
+  cloud.triangles.clear();
+  ASSERT_TRUE(WriteMesh(this->Folder / "cloud.ply", cloud));
+  for (const char* method : { "greedy", "poisson" })
+  {
+    const Outcome converted =
+      RunTool(this->Folder, "convert", { "cloud.ply", "-o", "out.ply", "--reconstruct", method });
+    if (converted.err.find("needs PCL") != std::string::npos)
+    {
+      GTEST_SKIP() << "built without PCL";
+    }
+    ASSERT_EQ(converted.exitCode, 0) << converted.err;
+    const Mesh surface = this->Read("out.ply");
+    const std::size_t edges = surface.triangles.size() * 3 / 2;
+    const std::size_t boundary = BoundaryEdges(surface.triangles).size();
+    const Result<MeshDistance> distance = MeasureDistance(level, surface);
+    ASSERT_TRUE(distance);
+    const double percent = 100 / distance->diagonal;
+    SCOPED_TRACE(std::string(method) + ": " + std::to_string(surface.triangles.size()) +
+                 " triangles, " + std::to_string(boundary) + " boundary edges, RMS to " +
+                 std::to_string(distance->rmsForward * percent) + " %, from " +
+                 std::to_string(distance->rmsBackward * percent) + " %, Hausdorff " +
+                 std::to_string(distance->hausdorff * percent) + " %");
+    const bool greedy = std::string(method) == "greedy";
+    EXPECT_LE(boundary, greedy ? edges / 25 : edges / 1000);
+    EXPECT_LT(distance->rmsForward * percent, greedy ? 0.15 : 0.2);
+    EXPECT_LT(distance->rmsBackward * percent, greedy ? 0.15 : 0.4);
+    EXPECT_GT(surface.triangles.size(), level.triangles.size() * 9 / 10);
+    if (greedy)
+    {
+      EXPECT_EQ(PointMultiset(surface), PointMultiset(cloud));
+    }
+  }
 }
