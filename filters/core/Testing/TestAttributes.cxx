@@ -486,6 +486,13 @@ TEST(Attributes, HaveSaneNumbersAndNames)
     changed([](Attribute& a) { a.values.pop_back(); }), "attribute 0, \"good\", has 15 bytes");
   EXPECT_EQ(changed([](Attribute& a) { a.association = AttributeAssociation::Cell; }),
     "attribute 0, \"good\", has 16 bytes");
+  EXPECT_EQ(changed(
+              [](Attribute& a)
+              {
+                a.components = 0;
+                a.values.clear();
+              }),
+    "attribute 0, \"good\", has 0 bytes");
   Attribute cell = PointArray("good", AttributeType::Int8, 1, { 1, 2, 3, 4, 5 });
   cell.association = AttributeAssociation::Cell;
   EXPECT_EQ(problem({ good, cell }), "");

@@ -13,6 +13,7 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -62,7 +63,7 @@ Mesh GlueAll(const Store& store)
   std::iota(partitions.begin(), partitions.end(), 0U);
   const Result<Mesh> mesh = GlueStoreMesh(store, partitions);
   EXPECT_TRUE(mesh) << mesh.GetError().message;
-  return *mesh;
+  return mesh ? *mesh : Mesh{};
 }
 
 std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes)
@@ -111,6 +112,21 @@ TEST_F(StoreAttributes, LosslessStoresGiveEveryArrayBack)
         EXPECT_TRUE(store->Verify().empty());
       }
     });
+}
+
+TEST_F(StoreAttributes, ArraysOfVerticesComeFirst)
+{
+  Mesh mesh = WithAttributes(Torus(40, 20), 3);
+  const std::vector<AttributeInfo> inOrder = InfosOf(mesh.attributes);
+  const std::vector<Attribute> sorted = mesh.attributes;
+  const auto firstCell = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+    [](const Attribute& a) { return a.association == AttributeAssociation::Cell; });
+  std::rotate(mesh.attributes.begin(), firstCell, mesh.attributes.end());
+  const auto store = this->Build(mesh, Options(0, false));
+  EXPECT_EQ(store->Info().attributes, inOrder);
+  EXPECT_TRUE(store->Verify().empty());
+  mesh.attributes = sorted;
+  EXPECT_TRUE(ContentOf(GlueAll(*store)) == ContentOf(mesh));
 }
 
 TEST_F(StoreAttributes, AGridMovesPointsAndNothingElse)
