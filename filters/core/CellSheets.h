@@ -24,9 +24,10 @@ struct Sheet
   std::size_t joined = 0; // the sheet that it becomes part of
 };
 
-// Decides the sheets of one cell: components without triangles join first, then all beyond the four
-// largest join the nearest of these (distance of means; of equals the one with the lowest vertex).
-// `sheets` are ordered by lowest vertex.
+// Decides the sheets of one cell: components without triangles join first; then, while there are
+// more than four, of the smallest the one that is nearest to another joins it (distance of means;
+// of equals the one with the lowest vertex). Beyond 16 the smallest join the nearest of the 16
+// largest. `sheets` are ordered by lowest vertex.
 void LimitSheets(std::vector<Sheet>& sheets);
 
 // Groups the members of one cell into clusters.

@@ -33,11 +33,23 @@ void AppendCluster(
     values + static_cast<std::ptrdiff_t>(state.attributes.components));
 }
 
+// Area that a cluster's triangles have on average.
+double AreaPerCluster(const CollapseState& state)
+{
+  double area = 0;
+  for (const ClusterSum& cluster : state.clusters)
+  {
+    area += cluster.quadric.Trace();
+  }
+  return area / double(state.clusters.size());
+}
+
 CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
 {
   CollapsePart part;
   part.components = state.attributes.components;
   part.bounds = RelativeBox(space);
+  part.keepTopology = false; // handles would take what few vertices there are
   part.positions.reserve(state.clusters.size());
   part.quadrics.reserve(state.clusters.size());
   for (VertexId c = 0; c < state.clusters.size(); ++c)
@@ -45,6 +57,7 @@ CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
     AppendCluster(state, space, c, part);
   }
   part.triangles = state.level.triangles;
+  part.areaPerVertex = AreaPerCluster(state);
   return part;
 }
 
@@ -62,7 +75,8 @@ Vec3 CollapseSpace::Absolute(const Vec3& relative) const
 
 PartitionCollapse::PartitionCollapse(const CollapseState& state, const CollapseSpace& space,
   std::span<const std::uint32_t> partitionOf, std::size_t partitions, const Execution& execution)
-  : Lists(partitions)
+  : AreaPerVertex(AreaPerCluster(state))
+  , Lists(partitions)
 {
   const TriangleBuckets buckets =
     BucketTriangles(state.level.triangles, partitions, [&](VertexId v) { return partitionOf[v]; });
@@ -102,6 +116,7 @@ void PartitionCollapse::CollapsePartition(std::size_t partition, const CollapseS
   CollapsePart part;
   part.components = state.attributes.components;
   part.bounds = RelativeBox(space);
+  part.areaPerVertex = this->AreaPerVertex;
   part.positions.reserve(own + ghosts.size());
   part.quadrics.reserve(own + ghosts.size());
   for (VertexId c = ownBegin; c < ownEnd; ++c)

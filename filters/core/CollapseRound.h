@@ -58,6 +58,7 @@ private:
     const CollapseSpace& space, std::span<const std::uint32_t> triangles, VertexId ownBegin,
     VertexId ownEnd);
 
+  double AreaPerVertex;
   std::vector<List> Lists;
 };
 

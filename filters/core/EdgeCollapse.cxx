@@ -1,10 +1,13 @@
 // Edge collapse: see EdgeCollapse.h.
 //   1. The corners of each vertex in a list; edges, boundary, the first candidates.
 //   2. Take the cheapest candidate; skip it where an end has changed since.
-//   3. Leave it where topology or normals forbid it.
-//   4. Else merge: triangles on the edge go, the others move over to the vertex that stays.
-//   5. Candidates anew around it; what neighbours had left is tried again.
+//   3. Measure how far the surface goes back: where that is dearer put it back at that cost.
+//   4. Leave it where topology or normals forbid it.
+//   5. Else merge: triangles on the edge go, the others move over to the vertex that stays.
+//   6. Candidates anew around it; what neighbours had left is tried again.
 #include "filters/core/EdgeCollapse.h"
+
+#include "filters/core/TriangleDistance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,18 +20,9 @@ namespace
 constexpr double regularisation = 1e-3; // of the quadric's trace; measured in the prototype
 constexpr double flipCosine = 0.2;      // a normal may turn by 78°
 constexpr double reach = 2; // how many lengths of the edge the vertex may go from its middle
-constexpr double lengthCost = 1e-9; // × length^4: of edges that cost nothing the shortest first
+constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
+constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
 constexpr std::uint8_t mostRetries = 64; // of the edges that a vertex could not collapse
-
-Vec3 Minus(const Vec3& a, const Vec3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-double Dot(const Vec3& a, const Vec3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
@@ -64,6 +58,8 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   , Components(part.components)
   , Attributes(std::move(part.attributes))
   , Bounds(part.bounds)
+  , KeepTopology(part.keepTopology)
+  , AreaPerVertex(part.areaPerVertex)
 {
   const std::size_t n = this->Positions.size();
   this->Fixed.resize(n, 0);
@@ -195,6 +191,21 @@ double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
   return wu * wv / (wu + wv) * squares;
 }
 
+// The best place on the edge itself.
+Vec3 EdgeCollapse::LeastOnEdge(const Quadric& quadric, const Vec3& a, const Vec3& b) const
+{
+  const Vec3 middle{ (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2 };
+  // A parabola through the errors at the ends and in the middle.
+  const double atA = quadric.At(a), atB = quadric.At(b), atMiddle = quadric.At(middle);
+  const double curvature = atA + atB - 2 * atMiddle;
+  const double t = curvature > 0 ? 0.5 + (atA - atB) / (4 * curvature) : 0.5;
+  const Vec3 best = t > 0 && t < 1 ? Vec3{ a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]),
+    a[2] + t * (b[2] - a[2]) }
+                                   : middle;
+  const double least = quadric.At(best);
+  return least < atA && least < atB ? best : atA <= atB ? a : b;
+}
+
 // Where the merged vertex goes, and what that costs. False where no number comes out.
 bool EdgeCollapse::Evaluate(VertexId u, VertexId v, double& cost, Vec3& position) const
 {
@@ -210,30 +221,23 @@ bool EdgeCollapse::Evaluate(VertexId u, VertexId v, double& cost, Vec3& position
   }
   else
   {
+    position = this->LeastOnEdge(quadric, a, b);
+    cost = quadric.At(position);
     const Vec3 middle{ (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2 };
-    position = middle;
-    cost = quadric.At(middle);
-    const auto consider = [&](const Vec3& x)
-    {
-      const double error = quadric.At(x);
-      if (error < cost)
-      {
-        cost = error;
-        position = x;
-      }
-    };
     Vec3 least = quadric.Minimum(middle, regularisation);
     for (std::size_t k = 0; k < 3; ++k)
     {
       least[k] = std::clamp(least[k], this->Bounds.lo[k], this->Bounds.hi[k]);
     }
     const Vec3 moved = Minus(least, middle);
-    if (Dot(moved, moved) <= reach * reach * squaredLength)
+    const double error = quadric.At(least);
+    // A straight boundary is left only for much less error: what lies inside must not pull at it.
+    if (Dot(moved, moved) <= reach * reach * squaredLength &&
+        error < (this->Boundary[u] ? offBoundary * cost : cost))
     {
-      consider(least);
+      position = least;
+      cost = error;
     }
-    consider(a);
-    consider(b);
   }
   cost += this->AttributeCost(u, v) + lengthCost * squaredLength * squaredLength;
   return cost <= std::numeric_limits<double>::max();
@@ -253,7 +257,7 @@ void EdgeCollapse::Push(VertexId u, VertexId v)
   Vec3 position;
   if (this->Evaluate(u, v, cost, position))
   {
-    this->Heap.push_back({ cost, u, v, this->Stamp[u] + this->Stamp[v] });
+    this->Heap.push_back({ cost, u, v, this->Stamp[u] + this->Stamp[v], false });
   }
 }
 
@@ -277,10 +281,21 @@ bool EdgeCollapse::Run(std::size_t vertices, std::size_t triangles)
     double cost = 0;
     Vec3 position;
     this->Evaluate(edge.u, edge.v, cost, position);
-    if (this->KeepsNormals(edge.u, edge.v, position) &&
-        this->KeepsNormals(edge.v, edge.u, position) && this->KeepsTopology(edge.u, edge.v))
+    if (!edge.measured && this->AreaPerVertex > 0)
     {
-      this->Collapse(edge.u, edge.v, position, cost);
+      const double retreat = this->AreaPerVertex * this->SquaredRetreat(edge.u, edge.v, position);
+      if (retreat > edge.cost)
+      {
+        this->Heap.push_back({ retreat, edge.u, edge.v, edge.stamp, true });
+        std::push_heap(this->Heap.begin(), this->Heap.end(), Later);
+        continue;
+      }
+    }
+    if (this->KeepsNormals(edge.u, edge.v, position) &&
+        this->KeepsNormals(edge.v, edge.u, position) &&
+        (!this->KeepTopology || this->KeepsTopology(edge.u, edge.v)))
+    {
+      this->Collapse(edge.u, edge.v, position, edge.cost);
     }
     else
     {
@@ -403,6 +418,50 @@ bool EdgeCollapse::KeepsNormals(VertexId v, VertexId other, const Vec3& position
     }
   }
   return true;
+}
+
+// How far the ends of an edge, and the vertices that face it, are from the triangles that will be
+// around the merged vertex: what planes do not see when the tip of a limb goes back along it. Where
+// no triangle is left it is the longest side of those that go.
+double EdgeCollapse::SquaredRetreat(VertexId u, VertexId v, const Vec3& position)
+{
+  this->Scratch.assign({ u, v });
+  double longest = 0;
+  this->ForEachTriangle(u,
+    [&](std::uint32_t t)
+    {
+      const Triangle& triangle = this->Triangles[t];
+      for (std::size_t k = 0; k < 3 && Has(triangle, v); ++k)
+      {
+        const Vec3 side =
+          Minus(this->Positions[triangle[k]], this->Positions[triangle[(k + 1) % 3]]);
+        longest = std::max(longest, Dot(side, side));
+        if (triangle[k] != u && triangle[k] != v)
+        {
+          this->Scratch.push_back(triangle[k]);
+        }
+      }
+    });
+  double farthest = 0;
+  for (const VertexId from : this->Scratch)
+  {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [own, other] : { std::pair(u, v), std::pair(v, u) })
+    {
+      for (Corner c = this->FirstCorner[own]; c != none; c = this->NextCorner[c])
+      {
+        const Triangle& t = this->Triangles[c / 3];
+        if (!this->DeadTriangle[c / 3] && !Has(t, other))
+        {
+          nearest = std::min(
+            nearest, SquaredToTriangle(this->Positions[from], position,
+                       this->Positions[t[(c % 3 + 1) % 3]], this->Positions[t[(c % 3 + 2) % 3]]));
+        }
+      }
+    }
+    farthest = std::max(farthest, std::min(nearest, longest));
+  }
+  return farthest;
 }
 
 void EdgeCollapse::Reject(const Candidate& edge)

@@ -32,6 +32,10 @@ struct CollapsePart
   std::size_t components = 0;
   std::vector<float> attributes;
   Box bounds; // no vertex is moved out of it
+  // An edge also costs at least so much × the squared distance by which the surface goes back
+  // there.
+  double areaPerVertex = 0;
+  bool keepTopology = true; // false: collapse whatever the link condition says
 };
 
 // Vertex `from` has become part of `to`, which lies at `position` from now on.
@@ -47,13 +51,14 @@ struct Merge
 
 // Merges the ends of edges, the cheapest edge first, of equal ones that of the lowest vertices.
 //
-// The vertex goes where the sum of both quadrics is least, or to the middle or an end where that is
-// better; an edge between the boundary and the rest goes to its end on the boundary. An edge is
-// left alone while its merge would turn the normal of a triangle by more than about 80°, would
-// change the topology (link condition), or would pinch the boundary; it is tried again when a
-// neighbour has changed, a bounded number of times. Boundary edges are those of a single triangle,
-// unless both ends are fixed. Any triangles will do: duplicates, folds and edges of many triangles
-// only keep their neighbourhood from collapsing.
+// The vertex goes where the sum of both quadrics is least, or to the best place on the edge; an
+// edge between the boundary and the rest goes to its end on the boundary. Planes do not see when
+// the tip of a limb goes back along it: so the distance of the old vertices from the new triangles
+// has a price too (areaPerVertex). An edge is left alone while its merge would turn the normal of a
+// triangle by more than about 80°, or would change the topology (link condition) or pinch the
+// boundary; it is tried again when a neighbour has changed, a bounded number of times. Boundary
+// edges are those of a single triangle, unless both ends are fixed. Any triangles will do:
+// duplicates, folds and edges of many triangles only keep their neighbourhood from collapsing.
 // Complexity: O(m log m) for m merges and edges; memory about 350 bytes a vertex. The same bits on
 // every machine.
 class EdgeCollapse
@@ -82,6 +87,7 @@ private:
     double cost;
     VertexId u, v; // u < v
     std::uint32_t stamp;
+    bool measured; // whether the cost knows how far the surface goes back
   };
   // An edge that could not collapse, in the list of one of its ends.
   struct Rejection
@@ -94,10 +100,12 @@ private:
   static bool Later(const Candidate& a, const Candidate& b);
   void LinkCorners();
   void FindEdges();
+  Vec3 LeastOnEdge(const Quadric& quadric, const Vec3& a, const Vec3& b) const;
   bool Evaluate(VertexId u, VertexId v, double& cost, Vec3& position) const;
   double AttributeCost(VertexId u, VertexId v) const;
   void Push(VertexId u, VertexId v);
   void CollectEdges(VertexId u);
+  double SquaredRetreat(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
   bool KeepsNormals(VertexId v, VertexId other, const Vec3& position) const;
   bool ShareAnEdgeOpposite(VertexId u, VertexId v);
@@ -117,6 +125,8 @@ private:
   std::size_t Components;
   std::vector<float> Attributes;
   Box Bounds;
+  bool KeepTopology;
+  double AreaPerVertex;
 
   std::vector<std::uint8_t> DeadTriangle;
   std::vector<Corner> FirstCorner; // of each vertex

@@ -15,7 +15,7 @@ enum class LevelMaker
 
 struct LevelOptions : ClusterOptions
 {
-  LevelMaker maker = LevelMaker::Cluster;
+  LevelMaker maker = LevelMaker::Collapse;
 };
 
 // Builds the levels L … options.coarsestDepth of a mesh by the maker asked for; a mesh without

@@ -22,7 +22,6 @@ Merging::Merging(const CollapseState& below, const TreeDepths& depths, unsigned 
   , Cell(below.cellOf)
 {
   std::iota(this->Into.begin(), this->Into.end(), VertexId{ 0 });
-  this->FindTouched();
 }
 
 void Merging::Apply(std::span<const Merge> merges)
@@ -37,8 +36,6 @@ void Merging::Apply(std::span<const Merge> merges)
       this->How[to] = Position::Moved;
     }
   }
-  this->FindHomes();
-  this->FindTouched();
 }
 
 void Merging::FindHomes()
@@ -130,6 +127,8 @@ void Merging::ForEachCell(std::span<const VertexId> sorted, const Visit& visit) 
 
 void Merging::GroupLoose()
 {
+  this->FindHomes();
+  this->FindTouched();
   std::vector<VertexId> loose;
   for (VertexId c = 0; c < this->Into.size(); ++c)
   {

@@ -37,9 +37,10 @@ public:
   // below: the level; depth: of the next coarser one. Keeps references to both.
   Merging(const CollapseState& below, const TreeDepths& depths, unsigned depth);
 
-  // Applies merges that were made one after the other.
+  // Applies merges that were made one after the other. Homes are known after GroupLoose.
   void Apply(std::span<const Merge> merges);
-  // Groups the clusters that no triangle touches, one a cell of this depth.
+  // Groups the clusters that no triangle touches, one a cell of this depth. REQUIRED before
+  // anything below is asked for.
   void GroupLoose();
   // Groups all clusters at home in the nodes for which full[node] is not 0 by cells of this depth,
   // or by the sheets of cells. Nodes are those that pieces of this depth are made of.

@@ -68,8 +68,7 @@ TEST(VertexTree, ClustersFromTheStitchDepthOnAreIntervalsOfOnePartition)
       const auto partition = CellOfVertex(model.tree, tree.depths.partition);
       const auto buckets = BucketTriangles(model.mesh.triangles,
         std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
-      const ClusterLevels levels =
-        *BuildClusterLevels(model.mesh.points, model.mesh.triangles, model.tree, buckets, {});
+      const ClusterLevels levels = *BuildLevels(model.mesh, model.tree, buckets, LevelOptions{});
       std::vector<VertexId> cluster = levels.finest;
       for (unsigned d = tree.depths.finest; d >= tree.depths.stitch; --d)
       {

@@ -133,8 +133,8 @@ TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
   // 200 seeded draws on each closed mesh: half mixes from S on, half regions in a coarser level.
   for (const NamedMesh& named : ClosedMeshes())
   {
-    for (const LevelOptions& options :
-      { LevelOptions{}, LevelOptions{ { Representative::Mean, false, 0 } } })
+    for (const LevelOptions& options : { LevelOptions{}, LevelOptions{ {}, LevelMaker::Cluster },
+           LevelOptions{ { Representative::Mean, false, 0 }, LevelMaker::Cluster } })
     {
       const auto model = MakeModel(named.mesh, { 100, {}, 8 }, options);
       std::mt19937 random(42);

@@ -1,0 +1,52 @@
+// Distances of a point to a segment and to a triangle.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+
+inline Vec3 Minus(const Vec3& a, const Vec3& b)
+{
+  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+}
+
+inline double Dot(const Vec3& a, const Vec3& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+inline double SquaredToSegment(const Vec3& p, const Vec3& a, const Vec3& b)
+{
+  const Vec3 edge = Minus(b, a), from = Minus(p, a);
+  const double squares = Dot(edge, edge);
+  const double t = squares > 0 ? std::clamp(Dot(from, edge) / squares, 0.0, 1.0) : 0;
+  const Vec3 d{ from[0] - t * edge[0], from[1] - t * edge[1], from[2] - t * edge[2] };
+  return Dot(d, d);
+}
+
+// Over the inside of the triangle the distance is that to its plane, elsewhere that to an edge. A
+// triangle without area is its edges.
+inline double SquaredToTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const Vec3 u = Minus(b, a), v = Minus(c, a), w = Minus(p, a);
+  const double uu = Dot(u, u), uv = Dot(u, v), vv = Dot(v, v);
+  const double determinant = uu * vv - uv * uv;
+  if (determinant > 0)
+  {
+    const double wu = Dot(w, u), wv = Dot(w, v);
+    const double s = (vv * wu - uv * wv) / determinant, t = (uu * wv - uv * wu) / determinant;
+    if (s >= 0 && t >= 0 && s + t <= 1)
+    {
+      const Vec3 d{ w[0] - s * u[0] - t * v[0], w[1] - s * u[1] - t * v[1],
+        w[2] - s * u[2] - t * v[2] };
+      return Dot(d, d);
+    }
+  }
+  return std::min(
+    { SquaredToSegment(p, a, b), SquaredToSegment(p, b, c), SquaredToSegment(p, c, a) });
+}
+
+}
