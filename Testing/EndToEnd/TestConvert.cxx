@@ -439,6 +439,13 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     { "a.wrl", "#VRML V1.0 ascii\n", "is of another version than VRML 2" },
     { "b.wrl", "Shape { }\n", "is not a VRML 2 file" },
     { "c.wrl", "#VRML V2.0 utf8\n", "holds no points" },
+    { "d.wrl",
+      "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [0 0 0, 1 0 0, "
+      "0 "
+      "1 0] } coordIndex [0 1 2 -1] } }\nShape { geometry IndexedFaceSet { coord Coordinate { "
+      "point "
+      "[0 0 0, 1 0",
+      "Error near line" },
     { "a.stl", "solid nothing\nendsolid nothing\n", "holds no points" },
     { "a.gltf", "{\"asset\":{\"version\":\"2.0\"}}", "" },
     { "a.vtp", "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData/></VTKFile>",

@@ -460,24 +460,19 @@ private:
           distances[i] = any ? double(std::sqrt(squares[0])) * this->Unit : 0;
         }
       });
-    this->OrientTriangles();
+    this->FindSurfaceNormals();
     if (this->Options.trimDistance > 0)
     {
       this->Trim(distances);
     }
   }
 
-  // Outside is where the points' normals show.
-  void OrientTriangles()
+  // Those of the triangles, weighed by their areas. PCL's triangles show where the points' normals
+  // do.
+  void FindSurfaceNormals()
   {
     std::vector<Vec3>& normals = this->Output.normals;
     normals.assign(this->Output.points.size(), Vec3{});
-    std::vector<std::size_t> placeOf(this->Points.size(), 0);
-    for (std::size_t i = 0; i < this->PointOfPlace.size(); ++i)
-    {
-      placeOf[this->PointOfPlace[i]] = i;
-    }
-    double agreement = 0;
     for (const Triangle& t : this->Output.triangles)
     {
       const Vec3 area =
@@ -488,24 +483,9 @@ private:
         {
           normals[corner][k] += area[k];
         }
-        agreement += Dot(area, this->NormalOf(placeOf[this->Output.nearest[corner]]));
       }
     }
-    for (Triangle& t : this->Output.triangles)
-    {
-      if (agreement < 0)
-      {
-        std::swap(t[1], t[2]);
-      }
-    }
-    for (Vec3& normal : normals)
-    {
-      normal = Normalized(normal);
-      if (agreement < 0)
-      {
-        normal = { -normal[0], -normal[1], -normal[2] };
-      }
-    }
+    std::transform(normals.begin(), normals.end(), normals.begin(), Normalized);
   }
 
   // Drops triangles that no point is near to, and the points that are only theirs.
