@@ -172,7 +172,12 @@ TEST_F(Programs, EveryOptionChangesSomething)
   EXPECT_EQ(stats({ "--vertices-per-partition", "100" })["partitions"], 64);
   EXPECT_EQ(stats({ "--partitions", "16" })["partitions"], 16);
   EXPECT_EQ(stats({ "--cell-vertices", "1" })["levels"].size(), 14U);
-  EXPECT_EQ(stats({ "--sheets", "off" })["levels"][8]["vertices"], 256);
+  const Json cluster = stats({ "--levels", "cluster" });
+  EXPECT_NE(cluster["digest"], plain["digest"]);
+  EXPECT_EQ(cluster["level_maker"], "cluster");
+  EXPECT_EQ(plain["level_maker"], "collapse");
+  EXPECT_EQ(stats({ "--levels", "cluster", "--sheets", "off" })["levels"][8]["vertices"], 256);
+  EXPECT_NE(stats({ "--sheets", "off" })["digest"], plain["digest"]);
   EXPECT_NE(stats({ "--representative", "mean" })["digest"], plain["digest"]);
   EXPECT_EQ(stats({ "--precision", "8" })["precision"], 8);
   EXPECT_EQ(stats({ "--precision", "lossless" })["precision"], "lossless");
@@ -183,7 +188,7 @@ TEST_F(Programs, EveryOptionChangesSomething)
   EXPECT_EQ(named["unit"], "mm");
   for (const char* threads : { "1", "2", "8" })
   {
-    EXPECT_EQ(stats({ "--threads", threads, "--partitioner", "kdtree", "--levels", "cluster",
+    EXPECT_EQ(stats({ "--threads", threads, "--partitioner", "kdtree", "--levels", "collapse",
                 "--memory", "1G" })["digest"],
       plain["digest"]);
   }

@@ -36,7 +36,7 @@ struct CommandLine
   std::string input, output, stats, reconstruct;
   BuildOptions build;
   std::uint32_t partitions = 0;
-  std::string partitioner = "kdtree", maker = "cluster", representative = "quadric", sheets = "on",
+  std::string partitioner = "kdtree", maker = "collapse", representative = "quadric", sheets = "on",
               weld = "on";
   std::string precision = "20";
   unsigned threads = 0;
