@@ -1,5 +1,6 @@
 #include "filters/core/CollapseAttributes.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kdstream
@@ -55,6 +56,7 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
     const Attribute* attribute;
     std::size_t component;
     double scale;
+    double most; // of a value's magnitude
   };
   std::vector<Column> columns;
   for (const Attribute& attribute : mesh.attributes)
@@ -66,7 +68,7 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
       const double scale = diagonal * (colors ? colorScale / 255 : normalScale);
       for (std::size_t k = 0; k < attribute.components; ++k)
       {
-        columns.push_back({ &attribute, k, scale });
+        columns.push_back({ &attribute, k, scale, colors ? 255.0 : 1.0 });
       }
     }
   }
@@ -77,7 +79,9 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
       [&](std::size_t k)
       {
         const double value = columns[k].attribute->Get(v, columns[k].component);
-        return std::isfinite(value) ? columns[k].scale * value : 0;
+        return std::isnan(value)
+                 ? 0
+                 : columns[k].scale * std::clamp(value, -columns[k].most, columns[k].most);
       });
   }
   return means.Divide();

@@ -24,7 +24,7 @@ inline constexpr double colorScale = 1.0 / 512;
 inline constexpr double normalScale = 1.0 / 4096;
 
 // The means of the mesh's colours and normals over the original vertices of each finest cluster.
-// Values that are not finite count as 0. Arrays of any other role have no part. O(n).
+// NaN counts as 0, a normal's component beyond 1 as 1. Arrays of any other role have no part. O(n).
 CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,
   std::span<const ClusterSum> clusters, double diagonal);
 
