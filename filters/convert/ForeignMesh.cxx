@@ -46,6 +46,10 @@ Result<ForeignMesh> ReadPly(const std::filesystem::path& file, const Execution& 
       }
     }
   }
+  for (const std::string& name : input.Info().ignoredAttributes)
+  {
+    result.warnings.push_back("not carried: " + name);
+  }
   return result;
 }
 
