@@ -198,7 +198,7 @@ TEST_F(TestView, TellsItsOptionsAndVersion)
 {
   EXPECT_EQ(this->Run("--help"), 0);
   for (const char* word : { "--replay", "--offscreen", "--rings", "--stats", "--size", "--record",
-         "--colour-by", "optional", "Example", "WxH" })
+         "--colour-by", "own (the model", "Example", "WxH" })
   {
     EXPECT_NE(this->Out.find(word), std::string::npos) << word;
   }

@@ -102,7 +102,7 @@ TEST(GlesRenderer, FreesWhatItReplaces)
   Surface cloud = BumpySphere(20);
   cloud.triangles.clear();
   easel.Draw(SceneOf(cloud, 3));
-  EXPECT_EQ(CountBuffers(), 2);
+  EXPECT_EQ(CountBuffers(), 3); // vertices, colours, radii
   easel.Draw(SceneOf(Surface{}, 4));
   EXPECT_EQ(CountBuffers(), 0);
   easel.Draw(SceneOf(BumpySphere(20), 5));
