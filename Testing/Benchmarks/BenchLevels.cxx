@@ -1,0 +1,372 @@
+// Levels against triangles: how far each method's meshes are from the original (RMS both ways and
+// Hausdorff), and whether the bars that this project has set itself are met.
+//   BenchLevels OUTPUT_FOLDER MESH.ply …
+// Methods: ours (collapse; clusters with sheets + quadric; the paper's), an octree's cells (mean;
+// sheets + quadric) at equal numbers of clusters, and peers from VTK and meshoptimizer at equal
+// numbers of triangles. All of a row are run in one go on one machine, on one thread where times
+// are compared. Writes levels.csv and levels.png. Ends with 1 where a bar is missed.
+#include "Testing/Benchmarks/ErrorChart.h"
+#include "Testing/Benchmarks/LevelPeers.h"
+#include "filters/app/TbbExecution.h"
+#include "filters/core/Clustering.h"
+#include "filters/core/Levels.h"
+#include "filters/core/MeshDistance.h"
+#include "filters/core/OctreeClustering.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/MeshReader.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::bench;
+
+constexpr std::size_t samples = 100000;
+constexpr const char* collapseName = "collapse (ours)";
+constexpr const char* sheetsName = "cluster, sheets + quadric (ours)";
+constexpr const char* paperName = "cluster, mean (the paper's)";
+
+// A failed step ends the program: there is nothing to measure then.
+template <class T>
+T Need(Result<T> result)
+{
+  if (!result)
+  {
+    std::cerr << "BenchLevels: error: " << result.GetError().message << "\n";
+    std::exit(2);
+  }
+  return std::move(*result);
+}
+
+double Now()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Mesh ReadWelded(const std::string& file)
+{
+  Mesh mesh;
+  const std::unique_ptr<MeshReader> reader = Need(MeshReader::Open(file));
+  Need(reader->ReadVertices(mesh, std::numeric_limits<std::size_t>::max()));
+  Need(reader->ReadTriangles(mesh, std::numeric_limits<std::size_t>::max()));
+  mesh.attributes.clear(); // peers know none
+  WeldVertices(mesh);
+  return mesh;
+}
+
+// One measured mesh. Distances in % of the diagonal.
+struct Figure
+{
+  std::string method;
+  unsigned level = 0; // of ours that it stands beside
+  std::size_t vertices = 0, triangles = 0;
+  double rmsTo = 0, rmsFrom = 0, hausdorff = 0;
+  double seconds = 0; // 0 = not measured alone
+};
+
+struct Bar
+{
+  std::string what;
+  double measured = 0, most = 0;
+  bool Met() const { return this->measured <= this->most; }
+};
+
+class MeshBenchmark
+{
+public:
+  MeshBenchmark(const std::string& file, const Execution& execution)
+    : Name(std::filesystem::path(file).stem().string())
+    , Exec(execution)
+    , Input(ReadWelded(file))
+    , Peers(this->Input)
+  {
+  }
+
+  void Run()
+  {
+    std::printf("\n%s: %zu vertices, %zu triangles; distances in %% of the diagonal\n",
+      this->Name.c_str(), this->Input.points.size(), this->Input.triangles.size());
+    std::printf("%-34s %5s %9s %9s %9s %9s %9s %9s\n", "method", "level", "vertices", "triangles",
+      "rms to", "rms from", "hausdorff", "seconds");
+    this->Depths = Need(ComputeDepths(this->Input.points.size(), {}));
+    this->MeasureLevels(collapseName, LevelOptions{});
+    this->MeasureLevels(sheetsName, LevelOptions{ {}, LevelMaker::Cluster });
+    this->MeasureLevels(
+      paperName, LevelOptions{ { Representative::Mean, false, 0 }, LevelMaker::Cluster });
+    this->MeasureOctrees();
+    this->MeasurePeers();
+  }
+
+  // The bars of the dragon, where every figure is known.
+  void AddPeerBars(std::vector<Bar>& bars) const
+  {
+    const Figure &fine = this->Nearest(collapseName, 18500),
+                 &coarse = this->Nearest(collapseName, 2700);
+    const Figure &fineVtk = this->Beside("vtkQuadricDecimation", fine.level),
+                 &coarseVtk = this->Beside("vtkQuadricDecimation", coarse.level);
+    const std::string at = " at " + std::to_string(fine.triangles) + " triangles",
+                      atCoarse = " at " + std::to_string(coarse.triangles) + " triangles";
+    bars.push_back({ "RMS to, of vtkQuadricDecimation's," + at, fine.rmsTo / fineVtk.rmsTo, 1.10 });
+    bars.push_back(
+      { "RMS from, of vtkQuadricDecimation's," + at, fine.rmsFrom / fineVtk.rmsFrom, 1.15 });
+    bars.push_back(
+      { "RMS to, of vtkQuadricDecimation's," + atCoarse, coarse.rmsTo / coarseVtk.rmsTo, 1.20 });
+    bars.push_back({ "RMS from, of vtkQuadricDecimation's," + atCoarse,
+      coarse.rmsFrom / coarseVtk.rmsFrom, 1.20 });
+    bars.push_back({ "Hausdorff, % of the diagonal," + at, fine.hausdorff, 0.8 });
+    bars.push_back({ "seconds of tree and all levels, of that decimation's, one thread",
+      fine.seconds / fineVtk.seconds, 0.2 });
+    const Figure& sheets = this->Nearest(sheetsName, 18500);
+    const Figure& grid = this->Beside("vtkQuadricClustering", sheets.level);
+    const std::string beside = " at " + std::to_string(sheets.triangles) + " against " +
+                               std::to_string(grid.triangles) + " triangles";
+    bars.push_back(
+      { "cluster, RMS to, of vtkQuadricClustering's," + beside, sheets.rmsTo / grid.rmsTo, 0.95 });
+    bars.push_back({ "cluster, RMS from, of vtkQuadricClustering's," + beside,
+      sheets.rmsFrom / grid.rmsFrom, 0.95 });
+  }
+
+  // The bars that hold at every level: the worst of all.
+  void AddLevelBars(std::vector<Bar>& bars) const
+  {
+    Bar octree{ this->Name + ": RMS, of an octree's with as many clusters, the largest", 0, 1 };
+    Bar paper{ this->Name + ": Hausdorff, of the paper's method's, the largest", 0, 1.05 };
+    std::string octreeAt, paperAt;
+    const auto worse = [](Bar& bar, std::string& at, double ratio, unsigned level)
+    {
+      if (ratio > bar.measured)
+      {
+        bar.measured = ratio;
+        at = ", level " + std::to_string(level);
+      }
+    };
+    for (const Figure& other : this->Figures)
+    {
+      const Figure* const ours = this->Find(collapseName, other.level);
+      if (ours && other.method.starts_with("octree"))
+      {
+        worse(octree, octreeAt, std::max(ours->rmsTo / other.rmsTo, ours->rmsFrom / other.rmsFrom),
+          other.level);
+      }
+      if (ours && other.method == paperName)
+      {
+        worse(paper, paperAt, ours->hausdorff / other.hausdorff, other.level);
+      }
+    }
+    octree.what += octreeAt;
+    paper.what += paperAt;
+    bars.push_back(octree);
+    bars.push_back(paper);
+  }
+
+  void WriteRows(std::ostream& csv) const
+  {
+    for (const Figure& f : this->Figures)
+    {
+      csv << this->Name << ",\"" << f.method << "\"," << f.level << ',' << f.vertices << ','
+          << f.triangles << ',' << f.rmsTo << ',' << f.rmsFrom << ',' << f.hausdorff << ','
+          << f.seconds << '\n';
+    }
+  }
+
+  // RMS (the larger way) and Hausdorff, a curve a method.
+  std::vector<ErrorPanel> Panels() const
+  {
+    std::vector<ErrorPanel> panels(2);
+    panels[0].title = this->Name + ": RMS distance";
+    panels[1].title = this->Name + ": Hausdorff distance";
+    for (ErrorPanel& panel : panels)
+    {
+      panel.yTitle = "% of the diagonal";
+      for (const Figure& f : this->Figures)
+      {
+        const double error = &panel == panels.data() ? std::max(f.rmsTo, f.rmsFrom) : f.hausdorff;
+        auto curve = std::find_if(panel.curves.begin(), panel.curves.end(),
+          [&](const ErrorCurve& c) { return c.name == f.method; });
+        if (curve == panel.curves.end())
+        {
+          curve = panel.curves.insert(curve, { f.method, {}, {} });
+        }
+        if (error > 0)
+        {
+          curve->triangles.push_back(double(f.triangles));
+          curve->errors.push_back(error);
+        }
+      }
+    }
+    return panels;
+  }
+
+private:
+  void Measure(const std::string& method, unsigned level, const Mesh& mesh, double seconds)
+  {
+    if (mesh.triangles.empty())
+    {
+      return;
+    }
+    const MeshDistance d = Need(MeasureDistance(this->Input, mesh, { samples, 1 }, this->Exec));
+    const double percent = 100 / d.diagonal;
+    const Figure f{ method, level, mesh.points.size(), mesh.triangles.size(),
+      d.rmsForward * percent, d.rmsBackward * percent, d.hausdorff * percent, seconds };
+    std::printf("%-34s %5u %9zu %9zu %9.4f %9.4f %9.3f %9.3f\n", f.method.c_str(), f.level,
+      f.vertices, f.triangles, f.rmsTo, f.rmsFrom, f.hausdorff, f.seconds);
+    std::fflush(stdout);
+    this->Figures.push_back(f);
+  }
+
+  // Tree and all levels, timed on one thread.
+  void MeasureLevels(const std::string& method, const LevelOptions& options)
+  {
+    const Execution serial;
+    const double start = Now();
+    const KdTree tree = Need(BuildKdTree(this->Input.points, {}, serial));
+    const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+    const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
+      std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
+    const ClusterLevels levels = Need(BuildLevels(this->Input, tree, buckets, options, serial));
+    const double seconds = Now() - start;
+    for (unsigned depth = this->Depths.finest + 1; depth-- > 0;)
+    {
+      const ClusterLevel& level = levels.levels[depth];
+      this->Measure(method, depth, { level.positions, level.triangles }, seconds);
+    }
+  }
+
+  // As many clusters as the levels have cells.
+  void MeasureOctrees()
+  {
+    for (unsigned depth = this->Depths.finest + 1; depth-- > 0;)
+    {
+      const OctreeClustering cells =
+        Need(ClusterByOctree(this->Input.points, { 0, std::uint32_t{ 1 } << depth }, this->Exec));
+      for (const ClusterOptions& options :
+        { ClusterOptions{ Representative::Mean, false, 0 }, ClusterOptions{} })
+      {
+        const ClusterLevel level =
+          Need(SimplifyByClusters(this->Input, cells, options, this->Exec));
+        this->Measure(options.sheets ? "octree, sheets + quadric" : "octree, mean", depth,
+          { level.positions, level.triangles }, 0);
+      }
+    }
+  }
+
+  void MeasurePeers()
+  {
+    const std::vector<Figure> ours = this->Figures;
+    for (const Figure& f : ours)
+    {
+      if (f.level < 6 || f.level == this->Depths.finest)
+      {
+        continue; // one cannot ask a mesh of fewer than a hundred triangles for much
+      }
+      if (f.method == collapseName)
+      {
+        for (const PeerMesh& peer : this->Peers.ByTarget(f.triangles))
+        {
+          this->Measure(peer.method, f.level, peer.mesh, peer.seconds);
+        }
+      }
+      else if (f.method == sheetsName)
+      {
+        for (const PeerMesh& peer : this->Peers.ByGrid(f.triangles))
+        {
+          this->Measure(peer.method, f.level, peer.mesh, peer.seconds);
+        }
+      }
+    }
+  }
+
+  const Figure* Find(const std::string& method, unsigned level) const
+  {
+    const auto found = std::find_if(this->Figures.begin(), this->Figures.end(),
+      [&](const Figure& f) { return f.method == method && f.level == level; });
+    return found == this->Figures.end() ? nullptr : &*found;
+  }
+
+  const Figure& Beside(const std::string& method, unsigned level) const
+  {
+    return *this->Find(method, level);
+  }
+
+  const Figure& Nearest(const std::string& method, double triangles) const
+  {
+    const Figure* nearest = nullptr;
+    for (const Figure& f : this->Figures)
+    {
+      if (f.method == method && (!nearest || std::abs(double(f.triangles) - triangles) <
+                                               std::abs(double(nearest->triangles) - triangles)))
+      {
+        nearest = &f;
+      }
+    }
+    return *nearest;
+  }
+
+  std::string Name;
+  const Execution& Exec;
+  Mesh Input;
+  LevelPeers Peers;
+  TreeDepths Depths;
+  std::vector<Figure> Figures;
+};
+
+bool PrintBars(const std::vector<Bar>& bars)
+{
+  std::printf("\nbars\n");
+  bool met = true;
+  for (const Bar& bar : bars)
+  {
+    std::printf("%-6s %8.3f of at most %.3f  %s\n", bar.Met() ? "met" : "MISSED", bar.measured,
+      bar.most, bar.what.c_str());
+    met = met && bar.Met();
+  }
+  return met;
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  if (argc < 3)
+  {
+    std::cerr << "usage: BenchLevels OUTPUT_FOLDER MESH.ply …\n";
+    return 2;
+  }
+  const std::filesystem::path folder = argv[1];
+  std::filesystem::create_directories(folder);
+  std::ofstream csv(folder / "levels.csv");
+  csv << "mesh,method,level,vertices,triangles,rms to %,rms from %,hausdorff %,seconds\n";
+  const Execution execution = MakeTbbExecution(0);
+  std::vector<Bar> bars;
+  std::vector<std::vector<ErrorPanel>> rows;
+  for (int i = 2; i < argc; ++i)
+  {
+    MeshBenchmark benchmark(argv[i], execution);
+    benchmark.Run();
+    benchmark.WriteRows(csv);
+    rows.push_back(benchmark.Panels());
+    if (std::filesystem::path(argv[i]).stem() == "dragon")
+    {
+      benchmark.AddPeerBars(bars);
+    }
+    benchmark.AddLevelBars(bars);
+  }
+  const Status drawn = WriteErrorCharts(rows, (folder / "levels.png").string());
+  if (!drawn || !csv.flush())
+  {
+    std::cerr << "BenchLevels: error: "
+              << (drawn ? "levels.csv cannot be written" : drawn.GetError().message) << "\n";
+    return 2;
+  }
+  return PrintBars(bars) ? 0 : 1;
+}

@@ -1,0 +1,31 @@
+// Curves of errors against triangles as a PNG: the picture of BenchLevels.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <string>
+#include <vector>
+
+namespace kdstream::bench
+{
+
+struct ErrorCurve
+{
+  std::string name;
+  std::vector<double> triangles; // x
+  std::vector<double> errors;    // y, one an x; none of them 0
+};
+
+struct ErrorPanel
+{
+  std::string title;
+  std::string yTitle;
+  std::vector<ErrorCurve> curves;
+};
+
+// Draws panels beside each other, rows below each other, on logarithmic axes, off screen into a PNG
+// file. Curves of one name have one colour in all panels; the last panel of a row has the legend.
+// Errors: those of MakeOffscreenWindow and WritePng.
+Status WriteErrorCharts(const std::vector<std::vector<ErrorPanel>>& rows, const std::string& file);
+
+}

@@ -1,0 +1,41 @@
+// What others make of a mesh at a number of triangles: the peers of BenchLevels.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace kdstream::bench
+{
+
+struct PeerMesh
+{
+  std::string method;
+  Mesh mesh;
+  double seconds = 0; // of the simplification that made it, alone
+};
+
+// Simplifies one mesh by the peers.
+class LevelPeers
+{
+public:
+  explicit LevelPeers(const Mesh& mesh);
+
+  // To `triangles`, or as near as the method comes: vtkQuadricDecimation, vtkDecimatePro
+  // (PreserveTopology off), meshopt_simplify where it was found.
+  std::vector<PeerMesh> ByTarget(std::size_t triangles) const;
+  // By a grid of n³ bins, n the smallest that gives at least so many triangles:
+  // vtkQuadricClustering, vtkBinnedDecimation (its best, bin averages).
+  std::vector<PeerMesh> ByGrid(std::size_t triangles) const;
+
+private:
+  const Mesh& Input;
+  vtkSmartPointer<vtkPolyData> Data;
+};
+
+}
