@@ -23,11 +23,12 @@ constexpr const char* description = "Cuts a mesh into uniform k-d partitions and
                                     "simplified meshes, and writes them to a store\n"
                                     "that kdstream-serve streams from.\n\n"
                                     "INPUT is a .ply file (ascii, little or big endian; polygons "
-                                    "and strips are triangulated), or a .stl, .obj,\n"
-                                    ".vtp, .vtk, .wrl, .glb, .gltf, .pcd or .xyz file. Those are "
-                                    "read whole by kdstream-convert, a process of its\n"
-                                    "own with memory of its own; its --help tells what is read of "
-                                    "them. A file without faces is a point cloud.\n\n"
+                                    "become fans, right for convex\n"
+                                    "ones, and strips triangles), or a .stl, .obj, .vtp, .vtk, "
+                                    ".wrl, .glb, .gltf, .pcd or .xyz file. Those are read\n"
+                                    "whole by kdstream-convert, a process of its own with memory "
+                                    "of its own; its --help tells what is read of them.\n"
+                                    "A file without faces is a point cloud.\n\n"
                                     "Example: kdstream-build dragon.ply -o dragon.kds --title "
                                     "\"Stanford dragon\" --stats dragon.json";
 
@@ -51,14 +52,14 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app.add_option("-o,--output", line.output, "the store to write (NAME.kds)")->required();
   auto* size = app
                  .add_option("--vertices-per-partition", line.build.tree.verticesPerPartition,
-                   "most vertices of a partition")
+                   "most vertices of a partition (kmeans: on average)")
                  ->check(CLI::Range(1U, 1U << 20))
                  ->capture_default_str();
   app
     .add_option("--partitions", line.partitions,
-      "number of partitions instead, at most the vertices: a power of two for kdtree, "
-      "about so many for octree")
-    ->check(CLI::PositiveNumber)
+      "number of partitions instead, at most the vertices: a power of two for kdtree, any for "
+      "kmeans, about so many for octree")
+    ->check(CLI::Range(1U, 1U << 30))
     ->excludes(size);
   app
     .add_option("--partitioner", line.partitioner,
@@ -86,7 +87,10 @@ void AddOptions(CLI::App& app, CommandLine& line)
       "most vertices of a cell at the finest level")
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str();
-  app.add_option("--weld", line.weld, "join vertices with bit-equal coordinates: on or off")
+  app
+    .add_option("--weld", line.weld,
+      "join vertices with bit-equal coordinates and equal attributes: on or off; corners of .stl "
+      "are always joined")
     ->check(onOff)
     ->capture_default_str();
   app

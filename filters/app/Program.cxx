@@ -263,18 +263,21 @@ bool ProgressReporter::operator()(std::string_view step, double fraction)
 void ProgressReporter::Show(double fraction, double seconds)
 {
   const double rate = seconds > 0 ? 100 * fraction / seconds : 0;
-  const double left = fraction > 0 ? seconds * (1 - fraction) / fraction : 0;
+  // Nothing done yet says nothing of what is left.
+  const std::string left =
+    fraction > 0
+      ? std::to_string(static_cast<long long>(std::ceil(seconds * (1 - fraction) / fraction)))
+      : "?";
   if (!this->Terminal)
   {
-    std::fprintf(stderr, "%s: %s %.0f %%, %.1f %%/s, %.0f s left\n", this->Program.c_str(),
-      this->Step.c_str(), 100 * fraction, rate, std::ceil(left));
+    std::fprintf(stderr, "%s: %s %.0f %%, %.1f %%/s, %s s left\n", this->Program.c_str(),
+      this->Step.c_str(), 100 * fraction, rate, left.c_str());
     return;
   }
   constexpr int width = 30;
   const int done = static_cast<int>(fraction * width);
-  std::fprintf(stderr, "\r\033[K%-8s [%.*s%*s] %3.0f %%  %.1f %%/s  %.0f s left",
-    this->Step.c_str(), done, "##############################", width - done, "", 100 * fraction,
-    rate, std::ceil(left));
+  std::fprintf(stderr, "\r\033[K%-8s [%.*s%*s] %3.0f %%  %.1f %%/s  %s s left", this->Step.c_str(),
+    done, "##############################", width - done, "", 100 * fraction, rate, left.c_str());
   this->LineOpen = true;
 }
 
