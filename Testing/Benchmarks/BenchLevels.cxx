@@ -242,19 +242,24 @@ private:
     }
   }
 
-  // As many clusters as the levels have cells.
+  // As many clusters as our levels have.
   void MeasureOctrees()
   {
-    for (unsigned depth = this->Depths.finest + 1; depth-- > 0;)
+    const std::vector<Figure> ours = this->Figures;
+    for (const Figure& f : ours)
     {
-      const OctreeClustering cells =
-        Need(ClusterByOctree(this->Input.points, { 0, std::uint32_t{ 1 } << depth }, this->Exec));
+      if (f.method != collapseName)
+      {
+        continue;
+      }
+      const OctreeClustering cells = Need(ClusterByOctree(
+        this->Input.points, { 0, static_cast<std::uint32_t>(f.vertices) }, this->Exec));
       for (const ClusterOptions& options :
         { ClusterOptions{ Representative::Mean, false, 0 }, ClusterOptions{} })
       {
         const ClusterLevel level =
           Need(SimplifyByClusters(this->Input, cells, options, this->Exec));
-        this->Measure(options.sheets ? "octree, sheets + quadric" : "octree, mean", depth,
+        this->Measure(options.sheets ? "octree, sheets + quadric" : "octree, mean", f.level,
           { level.positions, level.triangles }, 0);
       }
     }

@@ -18,6 +18,7 @@ namespace
 {
 
 constexpr std::size_t grain = 1 << 14;
+constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
 
 // Makes levels one after the other, each from the state of the one below.
 class CollapseBuilder
@@ -99,7 +100,7 @@ private:
       [&](std::uint32_t cell) { return cell >> (this->Depths.finest - this->Depths.partition); });
     PartitionCollapse collapse(
       below, this->Space, partitionOf, std::size_t{ 1 } << this->Depths.partition, this->Exec);
-    collapse.TakeUntil(this->SurfaceWanted(below, depth));
+    collapse.TakeUntil(SurfaceWanted(depth));
     const auto merge = [&]
     {
       Merging merging(below, this->Depths, depth);
@@ -123,7 +124,7 @@ private:
   Merging CollapseFreely(const CollapseState& below, unsigned depth) const
   {
     FreeCollapse collapse(below, this->Space);
-    bool more = collapse.Run(this->SurfaceWanted(below, depth), EdgeCollapse::any);
+    bool more = collapse.Run(SurfaceWanted(depth), EdgeCollapse::any);
     for (;;)
     {
       Merging merging(below, this->Depths, depth);
@@ -163,12 +164,12 @@ private:
     return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
   }
 
-  // Clusters with triangles that level `depth` is to have. Those without take their places too, but
-  // never more than half.
-  std::size_t SurfaceWanted(const CollapseState& below, unsigned depth) const
+  // Clusters with triangles that level `depth` is to have: some more where they are few, or limbs
+  // are lost. Those without triangles come on top of them.
+  static std::size_t SurfaceWanted(unsigned depth)
   {
     const std::size_t all = std::size_t{ 1 } << depth;
-    return std::max(all - std::min(all, this->LooseCells(below, depth)), all / 2);
+    return all + std::min(all, mostExtra);
   }
 
   CollapseState Finish(CollapseState& below, const Merging& merging) const
