@@ -69,7 +69,7 @@ protected:
       xyz += std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
     }
     this->WriteText("text.xyz", xyz);
-    return { { "binary.vtk", false }, { "ascii.vtk", false }, { "binary.stl", true },
+    return { { "binary.vtk", true }, { "ascii.vtk", true }, { "binary.stl", true },
       { "ascii.stl", false }, { "binary.vtp", true }, { "ascii.vtp", true }, { "text.obj", false },
       { "text.wrl", true }, { "whole.glb", true }, { "text.gltf", true }, { "text.xyz", false } };
   }

@@ -165,6 +165,14 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     { this->Header("3", "ascii") + "0.00000000 0 0\n1 1.0000000 1\n",
       "the header claims 3 points; there are 2" },
     { this->Header("1", "ascii") + "nan nan nan\n", "holds no points; 1 of 1 points" },
+    // More than is claimed.
+    { this->Header("15000", "binary") + std::string(30000 * 12, '\0'),
+      "the header claims 15000 points, but the body holds 30000" },
+    { this->Header("2", "binary") + bytes, "the header claims 2 points, but the body holds 3" },
+    { this->Header("2", "ascii") + three + "\n \n",
+      "the header claims 2 points, but the body holds 3" },
+    { this->Header("2", "binary_compressed") + sizes(36, 36) + bytes,
+      "the header claims 2 points, but the body holds 3" },
   };
   for (const auto& c : cases)
   {
@@ -174,6 +182,25 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     const Outcome outcome = this->Convert("in.pcd");
     EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
   }
+}
+
+TEST_F(TestConvertPcd, WhatFollowsThePointsAndIsNoneIsPadding)
+{
+  const std::vector<Vec3> points{ { 0, 0, 0 }, { 1, 1, 1 } };
+  this->WriteText("in.pcd", this->Header("2", "ascii") + "0 0 0\n1 1.00 1\n\n \t\n\r\n");
+  EXPECT_EQ(this->Converted("in.pcd").points, points);
+  this->WriteText("in.pcd", this->Header("2", "binary") + std::string(24 + 11, '\0'));
+  EXPECT_EQ(this->Converted("in.pcd").points.size(), 2U);
+}
+
+TEST_F(TestConvertPcd, DecimalsThatBecomeCoarseFloatsAreSaid)
+{
+  const std::string body = "500000.25 4000000.4565 1\n500010 4000010 2\n";
+  this->WriteText("in.pcd", this->Header("2", "ascii") + body);
+  this->Converted("in.pcd", "kdstream-convert: warning: in.pcd: coordinates are read as floats: at "
+                            "4000010 they are 0.25 apart\n");
+  this->WriteText("in.pcd", this->Header("2", "ascii", "", "x y z", "8 8 8") + body);
+  EXPECT_EQ(this->Converted("in.pcd").points[0], (Vec3{ 500000.25, 4000000.4565, 1 }));
 }
 
 TEST_F(TestConvertPcd, CutAndChangedFiles)

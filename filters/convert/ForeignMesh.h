@@ -22,8 +22,10 @@ struct ForeignMesh
 };
 
 // Reads a file by its ending. Polygons become fans and strips triangles as kdstream-build reads
-// them, degenerate triangles stay; lines and vertex cells are left out. Coordinates keep their
-// type; text is read as floats where these tell its decimals apart, else as doubles.
+// them, degenerate triangles stay; lines and vertex cells are left out, with a warning unless they
+// are those of a plain cloud. Coordinates keep their type, but those of .stl and .wrl, and of a
+// .pcd as text with SIZE 4, are floats, with a warning where these are coarse; other text is read
+// as floats where these tell its decimals apart, else as doubles.
 //   .stl          ascii, binary; corners in the same place are joined
 //   .obj          with colours after the coordinates; a vertex for each combination of place,
 //                 texture coordinate and normal
@@ -49,10 +51,11 @@ Result<ForeignMesh> ReadObj(const std::filesystem::path& file, const Execution& 
 
 // Text, a point a line, its numbers apart by blanks, commas or semicolons. Columns: x y z, then
 // nothing; an intensity; r g b or nx ny nz; intensity r g b; or r g b nx ny nz. Three further
-// columns are a normal if all of them are of length one, colours if all of them are whole numbers
-// from 0 to 255, else a normal. Every line has as many columns as the first. Passed over: empty
-// lines, lines that begin with # or //, and a first line with only the number of points. Points
-// that are not finite are dropped.
+// columns are a normal if all of them are of length one (or zero: no normal), colours if all of
+// them are whole numbers from 0 to 255, else plain numbers, "column4" and so on; a warning tells
+// where that is not obvious. Every line has as many columns as the first. Passed over: empty lines,
+// lines that begin with # or //, and a first line with only the number of points. Points that are
+// not finite are dropped.
 Result<ForeignMesh> ReadXyz(const std::filesystem::path& file, const Execution& execution);
 
 // Through PCL. What the header claims is checked against the file's size before PCL takes memory

@@ -28,6 +28,19 @@ enum class PcdData
   Compressed
 };
 
+Error MorePoints(const PcdHeader& header, std::uint64_t points)
+{
+  return { ErrorCode::InvalidInput, "the header claims " + std::to_string(header.points) +
+                                      " points, but the body holds " + std::to_string(points) };
+}
+
+// PCL reads what the header claims, whatever follows. Less than a point may be padding.
+Status CheckNoMore(const PcdHeader& header, std::uint64_t bytes)
+{
+  const std::uint64_t points = header.pointBytes > 0 ? bytes / header.pointBytes : header.points;
+  return points > header.points ? Status(MorePoints(header, points)) : Status();
+}
+
 class HeaderReader
 {
 public:
@@ -92,11 +105,19 @@ public:
         "the header claims " + std::to_string(header.points) + " points, at least " +
           std::to_string(header.points * least) + " bytes; there are " + std::to_string(body) };
     }
+    if (data == "binary")
+    {
+      if (Status status = CheckNoMore(header, body); !status)
+      {
+        return status.GetError();
+      }
+    }
+    header.textOfFloats = data == "ascii" && this->HasFloatPlaces();
     return header;
   }
 
-  // PCL takes what is no number for zero, and passes over lines that are too short: goes through
-  // the lines of an ascii body. To be called after Read.
+  // PCL takes what is no number for zero, passes over lines that are too short, and does not look
+  // behind the claimed points: goes through the lines of an ascii body. To be called after Read.
   Status CheckAsciiBody(const PcdHeader& header)
   {
     std::vector<std::string_view> words;
@@ -134,7 +155,7 @@ public:
       }
       ++points;
     }
-    return {};
+    return this->CheckNoMoreLines(header);
   }
 
   PcdData Data() const
@@ -147,6 +168,42 @@ public:
   std::uint64_t Body() const { return this->BodyBegin; }
 
 private:
+  // Behind the claimed points.
+  Status CheckNoMoreLines(const PcdHeader& header)
+  {
+    std::uint64_t points = header.points;
+    for (;;)
+    {
+      const Result<bool> more = this->Lines.Next();
+      if (!more)
+      {
+        return more.GetError();
+      }
+      if (!*more)
+      {
+        return points == header.points ? Status() : Status(MorePoints(header, points));
+      }
+      points += this->Lines.Line().find_first_not_of(" \t\r") != std::string_view::npos ? 1 : 0;
+    }
+  }
+
+  // Whether x, y and z are floats of four bytes.
+  bool HasFloatPlaces() const
+  {
+    const auto& fields = this->Values.at("FIELDS");
+    const auto &sizes = this->Values.at("SIZE"), &types = this->Values.at("TYPE");
+    for (const char* const axis : { "x", "y", "z" })
+    {
+      const auto found = std::find(fields.begin(), fields.end(), axis);
+      const auto i = static_cast<std::size_t>(found - fields.begin());
+      if (found == fields.end() || types[i] != "F" || sizes[i] != "4")
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+
   Status AddLine(const std::vector<std::string_view>& words)
   {
     static constexpr std::string_view known[] = { "VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE",
@@ -308,6 +365,10 @@ Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHead
                                              std::to_string(room) };
   }
   const std::uint64_t expected = header.points * header.pointBytes;
+  if (Status status = CheckNoMore(header, sizes[1]); !status)
+  {
+    return status;
+  }
   if (sizes[1] != expected || expected > std::uint64_t{ sizes[0] } * mostExpansion)
   {
     return Error{ ErrorCode::InvalidInput,

@@ -15,10 +15,12 @@ struct PcdHeader
   std::uint64_t points = 0;
   std::uint64_t pointBytes = 0; // of one point in memory
   std::uint64_t values = 0;     // of one point
+  bool textOfFloats = false;    // decimals of which PCL makes floats: those of x, y and z
 };
 
 // Also goes through an ascii body, of which every line must be a point's numbers.
-// Errors: InvalidInput saying which line is wrong, or that the file is too short for its claims.
+// Errors: InvalidInput saying which line is wrong, or that the file has fewer or more
+// points than it claims.
 Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file);
 
 }

@@ -38,11 +38,37 @@ void GiveColors(Mesh& mesh, bool alpha)
   mesh.attributes.push_back(std::move(colors));
 }
 
+// "1 line cell", "2 line cells".
+std::string CellsText(vtkIdType count, const std::string& kind)
+{
+  return std::to_string(count) + " " + kind + (count == 1 ? " cell" : " cells");
+}
+
 void AddWarning(std::vector<std::string>& warnings, const std::string& warning)
 {
   if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
   {
     warnings.push_back(warning);
+  }
+}
+
+// Of the cells that a mesh has not: all but triangles. A cloud needs none, so its vertices are no
+// loss.
+void WarnOfCells(const PolyDataElements& elements, bool triangles, vtkPolyData& input,
+  std::vector<std::string>& warnings)
+{
+  std::string cells;
+  if (elements.segments > 0)
+  {
+    cells = CellsText(input.GetNumberOfLines(), "line");
+  }
+  if (elements.vertices > 0 && triangles)
+  {
+    cells += (cells.empty() ? "" : " and ") + CellsText(input.GetNumberOfVerts(), "vertex");
+  }
+  if (!cells.empty())
+  {
+    warnings.push_back("left out: " + cells + "; their points stay");
   }
 }
 
@@ -91,6 +117,7 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& input, const Execution& execution)
   {
     result.warnings.push_back("dropped: " + skipped);
   }
+  WarnOfCells(*elements, !result.mesh.triangles.empty(), input, result.warnings);
   return result;
 }
 

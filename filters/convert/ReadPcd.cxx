@@ -1,5 +1,6 @@
 // PCL's point clouds. Steps: 1. the header against the file's size  2. PCL reads  3. points,
 // attributes.
+#include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PcdHeader.h"
 #include "filters/convert/PointAttributes.h"
@@ -256,7 +257,16 @@ Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& 
     return status.GetError();
   }
   const Result<Cloud> cloud = ReadCloud(file, *header);
-  return cloud ? CloudReader(*cloud).Read() : Result<ForeignMesh>(cloud.GetError());
+  if (!cloud)
+  {
+    return cloud.GetError();
+  }
+  Result<ForeignMesh> read = CloudReader(*cloud).Read();
+  if (read && header->textOfFloats)
+  {
+    WarnOfFloats(*read);
+  }
+  return read;
 }
 
 }

@@ -1,9 +1,12 @@
 // VRML and glTF: scenes of many parts, read by VTK and joined to one mesh.
+#include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
+#include "filters/convert/GltfBuffers.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/meshio/ByteSource.h"
+#include "filters/meshio/FileEnding.h"
 
 #include <vtkActor.h>
 #include <vtkActorCollection.h>
@@ -118,7 +121,7 @@ private:
   std::streambuf* Before;
 };
 
-// The colour that a shape without a material has.
+// The colour that a material has which names none. A shape without a material is white.
 constexpr double vrmlGrey = 0.8;
 
 Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
@@ -142,7 +145,11 @@ Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
     return part;
   }
   Mesh& mesh = part->mesh;
-  part->warnings.clear(); // of arrays that the importer itself needs
+  // Of arrays that the importer itself needs.
+  part->warnings.erase(
+    std::remove_if(part->warnings.begin(), part->warnings.end(),
+      [](const std::string& warning) { return warning.rfind("dropped: ", 0) == 0; }),
+    part->warnings.end());
   mesh.attributes.erase(
     std::remove_if(mesh.attributes.begin(), mesh.attributes.end(),
       [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Other; }),
@@ -171,7 +178,8 @@ Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
     AddColors(mesh, colors);
   }
   else if (std::any_of(
-             diffuse, diffuse + 3, [](double v) { return std::abs(v - vrmlGrey) > 0.01; }))
+             diffuse, diffuse + 3, [](double v) { return std::abs(v - vrmlGrey) > 0.01; }) &&
+           std::any_of(diffuse, diffuse + 3, [](double v) { return v < 1; }))
   {
     AddColors(
       mesh, std::vector<Color>(mesh.points.size(), Color{ diffuse[0], diffuse[1], diffuse[2], 1 }));
@@ -408,11 +416,23 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
     }
     parts.push_back(std::move(*part));
   }
-  return Join(parts, messages);
+  Result<ForeignMesh> joined = Join(parts, messages);
+  if (joined)
+  {
+    WarnOfFloats(*joined);
+  }
+  return joined;
 }
 
 Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution& execution)
 {
+  if (FileEnding(file) == ".gltf")
+  {
+    if (Status status = CheckGltfBuffers(file); !status)
+    {
+      return status.GetError();
+    }
+  }
   VtkMessages messages;
   vtkNew<vtkGLTFReader> reader;
   reader->SetFileName(file.c_str());

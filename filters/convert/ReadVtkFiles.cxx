@@ -1,4 +1,5 @@
 // STL, and VTK's own formats: read by VTK.
+#include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
@@ -125,6 +126,7 @@ Result<ForeignMesh> ReadStl(const std::filesystem::path& file, const Execution& 
                                              " triangles, VTK found " +
                                              std::to_string(mesh.triangles.size()) };
   }
+  WarnOfFloats(*result);
   WeldVertices(mesh);
   return result;
 }

@@ -32,8 +32,11 @@ bool IsCount(const std::vector<std::string_view>& words)
 // What three columns after the coordinates can be.
 struct TripleKind
 {
-  bool unit = true;   // every one is of length one
-  bool colors = true; // every one is of whole numbers from 0 to 255
+  bool unit = true;      // every one is of length one, or none: zero or not finite
+  bool someUnit = false; // one is of length one
+  bool colors = true;    // every one is of whole numbers from 0 to 255
+
+  bool Normals() const { return this->unit && this->someUnit; }
 
   void Add(const float* value)
   {
@@ -44,7 +47,9 @@ struct TripleKind
       square += v * v;
       this->colors &= v >= 0 && v <= 255 && v == std::floor(v);
     }
-    this->unit &= std::abs(square - 1) < 0.02;
+    const bool one = std::abs(square - 1) < 0.02;
+    this->someUnit |= one;
+    this->unit &= one || square == 0 || !std::isfinite(square);
   }
 };
 
@@ -161,7 +166,11 @@ private:
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
     if (extra >= 3)
     {
-      this->Kind.Add(rest.data() + extra % 3);
+      this->First.Add(rest.data() + extra % 3);
+    }
+    if (extra == 6)
+    {
+      this->Second.Add(rest.data() + 3);
     }
     return {};
   }
@@ -178,23 +187,24 @@ private:
       mesh.attributes.push_back(this->Column(
         MakePointAttribute("Intensity", AttributeType::Float32, 1, mesh.points.size()), 0));
     }
-    if (extra >= 3)
+    if (extra == 3)
+    {
+      this->AddTriple(result, this->First, this->First.colors, 0);
+    }
+    else if (extra > 3)
     {
       // Beside an intensity or a normal, three numbers are a colour.
-      const bool normals = extra == 3 && (this->Kind.unit || !this->Kind.colors);
-      if (!normals && !this->Kind.colors)
+      if (!this->First.colors)
       {
         return Error{ ErrorCode::InvalidInput,
           "columns " + std::to_string(4 + extra % 3) + " to " + std::to_string(6 + extra % 3) +
             " should be colours, whole numbers from 0 to 255" };
       }
-      const std::size_t tuples = mesh.points.size();
-      mesh.attributes.push_back(
-        this->Column(normals ? MakeNormals(tuples) : MakeColors(tuples), extra % 3));
+      mesh.attributes.push_back(this->Column(MakeColors(mesh.points.size()), extra % 3));
     }
     if (extra == 6)
     {
-      mesh.attributes.push_back(this->Column(MakeNormals(mesh.points.size()), 3));
+      this->AddTriple(result, this->Second, false, 3);
     }
     if (this->Dropped > 0)
     {
@@ -202,6 +212,41 @@ private:
         std::to_string(this->Dropped) + " points are not finite and were dropped");
     }
     return result;
+  }
+
+  // Three columns from `first` as normals, as colours if they may be, or as what they are: numbers.
+  void AddTriple(
+    ForeignMesh& result, const TripleKind& kind, bool maybeColors, std::size_t first) const
+  {
+    const std::size_t tuples = result.mesh.points.size();
+    std::vector<Attribute>& attributes = result.mesh.attributes;
+    const std::string columns =
+      "columns " + std::to_string(4 + first) + " to " + std::to_string(6 + first);
+    if (kind.Normals())
+    {
+      attributes.push_back(this->Column(MakeNormals(tuples), first));
+      if (maybeColors)
+      {
+        result.warnings.push_back(columns + " are taken as normals; they could be colours too");
+      }
+    }
+    else if (maybeColors)
+    {
+      attributes.push_back(this->Column(MakeColors(tuples), first));
+    }
+    else
+    {
+      std::string names;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const std::string name = "column" + std::to_string(4 + first + k);
+        names += (k == 0 ? "" : ", ") + name;
+        attributes.push_back(
+          this->Column(MakePointAttribute(name, AttributeType::Float32, 1, tuples), first + k));
+      }
+      result.warnings.push_back(columns + " are neither normals of length one nor whole numbers " +
+                                "from 0 to 255: kept as " + names);
+    }
   }
 
   // Fills an attribute with columns from `first`, counted from the one after z.
@@ -224,7 +269,8 @@ private:
   bool CountSeen = false;
   std::vector<Vec3> Points;
   std::vector<float> Extra; // the columns after z
-  TripleKind Kind;          // of the first three of them, or of those after an intensity
+  TripleKind First;         // of the first three of them, or of those after an intensity
+  TripleKind Second;        // of the last three of six
   DecimalPrecision Precision;
   std::uint64_t Dropped = 0;
 };

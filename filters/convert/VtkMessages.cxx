@@ -5,6 +5,8 @@
 #include <vtkOutputWindow.h>
 
 #include <algorithm>
+#include <iterator>
+#include <string_view>
 
 namespace kdstream
 {
@@ -12,6 +14,20 @@ namespace
 {
 
 constexpr std::size_t mostMessages = 20; // of each kind; a bad file can give one a line
+
+// Some readers only warn that data could not be read, and go on with what memory held: such a
+// warning is an error. All other warnings stay what they are.
+bool TellsOfLostData(std::string text)
+{
+  std::transform(text.begin(), text.end(), text.begin(),
+    [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  constexpr std::string_view words[] = { "error reading", "error while reading", "cannot read",
+    "can't read", "could not read", "couldn't read", "unable to read", "failed to read",
+    "read failed", "premature", "unexpected eof", "unexpected end", "mismatch of datasize",
+    "truncated" };
+  return std::any_of(std::begin(words), std::end(words),
+    [&](std::string_view word) { return text.find(word) != std::string::npos; });
+}
 
 class Collector : public vtkOutputWindow
 {
@@ -21,13 +37,18 @@ public:
 
   void DisplayText(const char*) override {}
   void DisplayErrorText(const char* text) override { Keep(this->Errors, text); }
-  void DisplayWarningText(const char* text) override { Keep(this->Warnings, text); }
-  void DisplayGenericWarningText(const char* text) override { Keep(this->Warnings, text); }
+  void DisplayWarningText(const char* text) override { this->KeepWarning(text); }
+  void DisplayGenericWarningText(const char* text) override { this->KeepWarning(text); }
   void DisplayDebugText(const char*) override {}
 
   std::vector<std::string> Errors, Warnings;
 
 private:
+  void KeepWarning(const char* text)
+  {
+    Keep(TellsOfLostData(PlainVtkMessage(text)) ? this->Errors : this->Warnings, text);
+  }
+
   static void Keep(std::vector<std::string>& messages, const char* text)
   {
     const std::string plain = PlainVtkMessage(text);

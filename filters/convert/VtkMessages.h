@@ -24,7 +24,8 @@ public:
   VtkMessages(const VtkMessages&) = delete;
   VtkMessages& operator=(const VtkMessages&) = delete;
 
-  // InvalidInput with the first error's text, if there was one.
+  // InvalidInput with the first error's text, if there was one. A warning that data could not be
+  // read is an error.
   Status FirstError() const;
   // The warnings so far, each once.
   std::vector<std::string> TakeWarnings();

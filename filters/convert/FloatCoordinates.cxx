@@ -1,0 +1,50 @@
+#include "filters/convert/FloatCoordinates.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double coarsest = 1e-6; // of the longest side
+
+}
+
+void WarnOfFloats(ForeignMesh& read)
+{
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::array<double, 3> least{ infinity, infinity, infinity };
+  std::array<double, 3> most{ -infinity, -infinity, -infinity };
+  for (const Vec3& point : read.mesh.points)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      least[k] = std::min(least[k], point[k]);
+      most[k] = std::max(most[k], point[k]);
+    }
+  }
+  double largest = 0, side = 0;
+  for (std::size_t k = 0; k < 3 && !read.mesh.points.empty(); ++k)
+  {
+    largest = std::max({ largest, std::abs(least[k]), std::abs(most[k]) });
+    side = std::max(side, most[k] - least[k]);
+  }
+  // At zero floats are as near to each other as they can be.
+  const auto at = static_cast<float>(largest);
+  const double spacing =
+    double(std::nextafter(at, std::numeric_limits<float>::infinity())) - double(at);
+  if (largest > 0 && spacing > coarsest * side)
+  {
+    std::array<char, 100> text{};
+    std::snprintf(text.data(), text.size(),
+      "coordinates are read as floats: at %.7g they are %.3g apart", largest, spacing);
+    read.warnings.emplace_back(text.data());
+  }
+}
+
+}
