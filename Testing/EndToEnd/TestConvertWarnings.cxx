@@ -143,6 +143,12 @@ TEST_F(TestConvertWarnings, MissingBuffersOfGltfAreNamed)
   this->WriteText("buffer.bin", buffer.Bytes);
   EXPECT_EQ(this->Converted("in.gltf").points.size(), 3U);
   this->ExpectError("sub/in.gltf", "is not there");
+  std::string escaped = scene;
+  escaped.replace(escaped.find("buffer.bin"), 10, "a%20b.bin");
+  this->WriteText("in.gltf", escaped);
+  this->ExpectError("in.gltf", "the file 'a%20b.bin', in which its geometry is, is not there\n");
+  this->WriteText("a b.bin", buffer.Bytes);
+  this->ExpectError("in.gltf", "is not there; 'a b.bin' is, but the reader does not understand");
 }
 
 TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)

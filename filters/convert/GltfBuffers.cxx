@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -19,6 +20,41 @@ using Json = nlohmann::json;
 bool IsData(const std::string& uri)
 {
   return uri.rfind("data:", 0) == 0;
+}
+
+// "a b.bin" for "a%20b.bin", as which many programs write such a name.
+std::string Unescaped(const std::string& uri)
+{
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i)
+  {
+    const char* const digits = uri.data() + i + 1;
+    std::uint8_t code = 0;
+    if (uri[i] == '%' && i + 2 < uri.size() &&
+        std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2)
+    {
+      name += static_cast<char>(code);
+      i += 2;
+    }
+    else
+    {
+      name += uri[i];
+    }
+  }
+  return name;
+}
+
+Error NotThere(const std::string& uri, const std::filesystem::path& folder)
+{
+  const std::string name = Unescaped(uri);
+  std::error_code failure;
+  const bool escaped = name != uri && std::filesystem::is_regular_file(folder / name, failure);
+  return { ErrorCode::InvalidInput,
+    "the file " + QuotedText(uri) + ", in which its geometry is, is not there" +
+      (escaped
+          ? "; " + QuotedText(name) + " is, but the reader does not understand the %: name it " +
+              "without blanks or signs"
+          : "") };
 }
 
 Status CheckBuffer(const Json& buffer, const std::filesystem::path& folder)
@@ -39,8 +75,7 @@ Status CheckBuffer(const Json& buffer, const std::filesystem::path& folder)
   const std::uintmax_t bytes = there ? std::filesystem::file_size(file, failure) : 0;
   if (!there || failure)
   {
-    return Error{ ErrorCode::InvalidInput,
-      "the file " + QuotedText(name) + ", in which its geometry is, is not there" };
+    return NotThere(name, folder);
   }
   const auto length = buffer.find("byteLength");
   if (length != buffer.end() && length->is_number_unsigned() &&
