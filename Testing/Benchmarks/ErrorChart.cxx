@@ -130,6 +130,8 @@ Status WriteErrorCharts(const std::vector<std::vector<ErrorPanel>>& rows, const 
       (*window)->AddRenderer(renderer);
     }
   }
+  // The first time the charts find their ranges, without which logarithms draw no lines.
+  (*window)->Render();
   return WritePng(**window, file);
 }
 

@@ -3,6 +3,7 @@
 #include <vtkBinnedDecimation.h>
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
+#include <vtkCleanPolyData.h>
 #include <vtkDecimatePro.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
@@ -39,7 +40,13 @@ vtkSmartPointer<vtkPolyData> ToPolyData(const Mesh& mesh)
   }
   data->SetPoints(points);
   data->SetPolys(cells);
-  return data;
+  // vtkQuadricDecimation does not take points that no triangle uses.
+  vtkNew<vtkCleanPolyData> clean;
+  clean->SetInputData(data);
+  clean->PointMergingOff();
+  clean->ConvertPolysToLinesOff();
+  clean->Update();
+  return clean->GetOutput();
 }
 
 Mesh FromPolyData(vtkPolyData* data)
