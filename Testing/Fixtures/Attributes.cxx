@@ -105,8 +105,8 @@ Mesh WithAttributes(Mesh mesh, std::uint32_t seed)
 namespace
 {
 
-void AddTuples(const Mesh& mesh, AttributeAssociation association, std::size_t tuple,
-  std::string& bytes)
+void AddTuples(
+  const Mesh& mesh, AttributeAssociation association, std::size_t tuple, std::string& bytes)
 {
   for (const Attribute& attribute : mesh.attributes)
   {

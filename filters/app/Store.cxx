@@ -71,9 +71,9 @@ void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
   for (const AttributeInfo& attribute : info.attributes)
   {
     const bool point = attribute.association == AttributeAssociation::Point;
-    line("attribute            ",
-      attribute.name + ": " + std::to_string(attribute.components) + " " +
-        std::string(NameOf(attribute.type)) + (point ? " a vertex" : " a triangle"));
+    line("attribute            ", attribute.name + ": " + std::to_string(attribute.components) +
+                                    " " + std::string(NameOf(attribute.type)) +
+                                    (point ? " a vertex" : " a triangle"));
   }
   line("partition bytes      ", info.original.bytes);
   line("store bytes          ", bytes);
