@@ -68,6 +68,7 @@ public:
     if (std::find(full.begin(), full.end(), 1) != full.end())
     {
       merging.GroupNodes(full, this->Options.sheets);
+      merging.GroupLoose(); // what has lost its last triangles by that
     }
     return this->Finish(below, merging);
   }
@@ -133,7 +134,7 @@ private:
       // Nodes that would hold too much go on alone.
       const std::vector<std::size_t> excess = merging.ExcessOfNodes();
       const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
-      if (total == 0 || !more)
+      if (total == 0 || !more || collapse.VertexCount() == 0)
       {
         return merging;
       }

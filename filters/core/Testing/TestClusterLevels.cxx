@@ -330,6 +330,31 @@ TEST(ClusterLevels, FinestSheetsAreTheComponentsOfACell)
   }
 }
 
+TEST(ClusterLevels, OfTooManySheetsTheNearestJoin)
+{
+  // One cell of six triangles, four of them near another.
+  Mesh mesh;
+  for (const double x : { 0.5, 10.5, 0.0, 10.0, 20.0, 30.0 })
+  {
+    const auto first = static_cast<VertexId>(mesh.points.size());
+    mesh.points.insert(mesh.points.end(), { { x, 0, 0 }, { x, 0.1, 0 }, { x, 0, 0.1 } });
+    mesh.triangles.push_back({ first, first + 1, first + 2 });
+  }
+  const Built built = Build(mesh, {}, { 200, {}, 64 });
+  for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
+  {
+    std::map<VertexId, std::set<std::uint32_t>> tens;
+    for (VertexId v = 0; v < mesh.points.size(); ++v)
+    {
+      tens[built.clusterAt[d][v]].insert(static_cast<std::uint32_t>(mesh.points[v][0]) / 10);
+    }
+    for (const auto& entry : tens)
+    {
+      EXPECT_EQ(entry.second.size(), 1U) << "level " << d;
+    }
+  }
+}
+
 TEST(ClusterLevels, SheetsKeepNestedSurfacesApart)
 {
   // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells tie them together, sheets
