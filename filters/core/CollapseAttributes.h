@@ -20,7 +20,10 @@ struct CollapseAttributes
 
 // The share of the model's diagonal that a full change of one colour component (from 0 to 1), or a
 // normal's turn by 60° (a difference of length 1), costs as a distance.
-inline constexpr double colorScale = 1.0 / 512;
+// Measured on a sphere painted as a checkerboard, at 1,024 clusters: 1/256 takes 18 % off the
+// colours' error and adds 16 % to the surface's (1/128: 22 and 30, 1/512: 13 and 6); smooth colours
+// cost nothing at any of these, and a flat board keeps every field whole.
+inline constexpr double colorScale = 1.0 / 256;
 inline constexpr double normalScale = 1.0 / 4096;
 
 // The means of the mesh's colours and normals over the original vertices of each finest cluster.
