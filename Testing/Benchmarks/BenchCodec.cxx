@@ -1,0 +1,270 @@
+// Bytes and speed of pieces of the original: our codec, and on positions and triangles alone peers
+// at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0 and 5.
+//   BenchCodec [--bits N] MESH.ply …
+// Every partition is coded by itself, all coders in one go on one thread. "Positions and triangles"
+// are those of the whole piece, ghosts included, as a mesh; what ghosts, clusters and ids add is
+// printed beside. Ends with 1 where a bar is missed.
+#include "Testing/Benchmarks/CodecPeers.h"
+#include "filters/codec/ByteStream.h"
+#include "filters/codec/PieceCodec.h"
+#include "filters/core/Levels.h"
+#include "filters/core/VertexTree.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/MeshReader.h"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::bench;
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr int zstdLevel = 19;
+constexpr std::size_t mostPieces = 512; // of a mesh: evenly spread where it has more
+
+template <class T>
+T Need(Result<T> result)
+{
+  if (!result)
+  {
+    std::cerr << "BenchCodec: error: " << result.GetError().message << "\n";
+    std::exit(1);
+  }
+  return std::move(*result);
+}
+
+Mesh ReadWelded(const std::filesystem::path& file)
+{
+  const auto reader = Need(MeshReader::Open(file));
+  Mesh mesh;
+  constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
+  while (Need(reader->ReadVertices(mesh, all)) > 0)
+  {
+  }
+  while (Need(reader->ReadTriangles(mesh, all)) > 0)
+  {
+  }
+  mesh.attributes.clear();
+  WeldVertices(mesh);
+  return mesh;
+}
+
+struct Pieces
+{
+  TreeDepths depths;
+  Box box;
+  ScalarType scalarType = ScalarType::Float32;
+  std::vector<Piece> pieces;
+};
+
+// The partitions of a mesh, about 1,800 vertices each, numbered as in a store.
+Pieces Cut(const Mesh& mesh)
+{
+  const KdTree tree = Need(BuildKdTree(mesh.points, {}));
+  const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+  const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
+    std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
+  const VertexTree numbered =
+    NumberVertices(tree, Need(BuildLevels(mesh, tree, buckets, LevelOptions{})));
+  Pieces cut{ tree.depths, {}, mesh.scalarType, {} };
+  for (const Vec3& point : mesh.points)
+  {
+    cut.box.Add(point);
+  }
+  const PieceCutter cutter(numbered, mesh, Resolution::Original());
+  const std::size_t every = (cutter.PieceCount() + mostPieces - 1) / mostPieces;
+  for (std::size_t i = 0; i < cutter.PieceCount(); i += every)
+  {
+    cut.pieces.push_back(cutter.Cut(i));
+  }
+  return cut;
+}
+
+GridMesh OnGrid(const Piece& piece, const CoordinateGrid& grid)
+{
+  GridMesh mesh{ {}, piece.triangles };
+  for (const Vec3& position : piece.positions)
+  {
+    mesh.points.push_back(grid.Quantize(position));
+  }
+  return mesh;
+}
+
+// Positions and triangles as the plain codec lays them out: differences as byte planes.
+Bytes Plain(const GridMesh& mesh)
+{
+  ByteWriter writer;
+  std::vector<std::uint64_t> values;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+  {
+    values.clear();
+    for (const auto& point : mesh.points)
+    {
+      values.push_back(point[axis]);
+    }
+    writer.Stream(values, 1);
+  }
+  for (std::size_t corner = 0; corner < 3; ++corner)
+  {
+    values.clear();
+    for (const Triangle& triangle : mesh.triangles)
+    {
+      values.push_back(triangle[corner]);
+    }
+    writer.Stream(values);
+  }
+  return writer.Take();
+}
+
+// Positions as floats or doubles and triangles as 32-bit indices, as they lie in memory.
+Bytes RawArrays(const Piece& piece, ScalarType type)
+{
+  Bytes raw;
+  const auto append = [&raw](const auto& value)
+  {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&value);
+    raw.insert(raw.end(), bytes, bytes + sizeof(value));
+  };
+  for (const Vec3& position : piece.positions)
+  {
+    for (const double value : position)
+    {
+      type == ScalarType::Float32 ? append(static_cast<float>(value)) : append(value);
+    }
+  }
+  for (const Triangle& triangle : piece.triangles)
+  {
+    append(triangle);
+  }
+  return raw;
+}
+
+Coded CodeByUs(const Piece& piece, const CodecContext& context)
+{
+  Coded coded;
+  const auto seconds = [start = std::chrono::steady_clock::now()]
+  { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const Bytes blob = EncodePiece(piece, context);
+  coded.encodeSeconds = seconds();
+  const Piece decoded = Need(DecodePiece(blob, piece.id, context));
+  coded.decodeSeconds = seconds() - coded.encodeSeconds;
+  coded.bytes = blob.size();
+  coded.vertices = decoded.VertexCount();
+  coded.triangles = decoded.triangles.size();
+  return coded;
+}
+
+// One coder over all pieces of a mesh.
+struct Row
+{
+  std::string name;
+  std::size_t bytes = 0, lostTriangles = 0;
+  double encodeSeconds = 0, decodeSeconds = 0;
+
+  void Add(const Coded& coded, std::size_t triangles)
+  {
+    this->bytes += coded.bytes;
+    this->lostTriangles += triangles - coded.triangles;
+    this->encodeSeconds += coded.encodeSeconds;
+    this->decodeSeconds += coded.decodeSeconds;
+  }
+};
+
+struct Sums
+{
+  std::size_t pieces = 0, vertices = 0, own = 0, triangles = 0;
+};
+
+void Print(const Row& row, const Sums& sums)
+{
+  const double bits = 8.0 * double(row.bytes);
+  std::printf("%-34s %11zu %10.0f %8.2f %8.2f", row.name.c_str(), row.bytes,
+    double(row.bytes) / double(sums.pieces), bits / double(sums.vertices),
+    bits / double(sums.triangles));
+  if (row.encodeSeconds > 0)
+  {
+    std::printf(" %9.1f %9.1f", double(sums.triangles) / row.encodeSeconds * 1e-6,
+      double(sums.triangles) / row.decodeSeconds * 1e-6);
+  }
+  std::printf(row.lostTriangles == 0 ? "\n" : "  (drops %zu triangles)\n", row.lostTriangles);
+}
+
+void Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
+{
+  const CodecContext grid{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType) };
+  const CodecContext lossless{ cut.depths, CoordinateGrid::Exact(cut.scalarType) };
+  Row whole{ "ours, whole pieces" }, plain{ "plain" }, plainZstd{ "plain + zstd -19" },
+    meshoptimizer{ "meshoptimizer" }, draco0{ "Draco, speed 0" }, draco5{ "Draco, speed 5" },
+    exact{ "ours, lossless, whole pieces" }, raw{ "raw arrays + zstd -19" };
+  Sums sums;
+  for (const Piece& piece : cut.pieces)
+  {
+    const GridMesh mesh = OnGrid(piece, grid.grid);
+    const std::size_t triangles = mesh.triangles.size();
+    ++sums.pieces;
+    sums.vertices += mesh.points.size();
+    sums.own += piece.ownVertices;
+    sums.triangles += triangles;
+    whole.Add(CodeByUs(piece, grid), triangles);
+    const Bytes planes = Plain(mesh);
+    plain.bytes += planes.size();
+    plainZstd.bytes += CodeByZstd(planes, zstdLevel).bytes;
+    meshoptimizer.Add(CodeByMeshoptimizer(mesh), triangles);
+    draco0.Add(CodeByDraco(mesh, 0), triangles);
+    draco5.Add(CodeByDraco(mesh, 5), triangles);
+    exact.Add(CodeByUs(piece, lossless), triangles);
+    raw.bytes += CodeByZstd(RawArrays(piece, cut.scalarType), zstdLevel).bytes;
+  }
+  std::printf(
+    "\n%s: %zu pieces, mean %.0f own vertices, %.0f with ghosts, %.0f triangles; %u bits\n",
+    name.c_str(), sums.pieces, double(sums.own) / double(sums.pieces),
+    double(sums.vertices) / double(sums.pieces), double(sums.triangles) / double(sums.pieces),
+    unsigned{ bits });
+  std::printf("%-34s %11s %10s %8s %8s %9s %9s\n", "", "bytes", "a piece", "b/vertex", "b/tri",
+    "enc Mt/s", "dec Mt/s");
+  for (const Row& row : { whole, plain, plainZstd, meshoptimizer, draco0, draco5, exact, raw })
+  {
+    Print(row, sums);
+  }
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  unsigned bits = 20;
+  std::vector<std::filesystem::path> meshes;
+  for (int i = 1; i < argc; ++i)
+  {
+    if (std::string_view(argv[i]) == "--bits" && i + 1 < argc)
+    {
+      bits = static_cast<unsigned>(std::atoi(argv[++i]));
+    }
+    else
+    {
+      meshes.emplace_back(argv[i]);
+    }
+  }
+  if (meshes.empty() || bits < 8 || bits > 24)
+  {
+    std::cerr << "usage: BenchCodec [--bits N] MESH.ply …\n";
+    return 2;
+  }
+  for (const std::filesystem::path& mesh : meshes)
+  {
+    Measure(mesh.stem().string(), Cut(ReadWelded(mesh)), static_cast<std::uint8_t>(bits));
+  }
+  return 0;
+}

@@ -1,0 +1,42 @@
+// Peers of the piece codec: what Draco, meshoptimizer and zstd make of a small mesh on an integer
+// grid.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream::bench
+{
+
+// Positions on the model's grid, and triangles: all that peers are given.
+struct GridMesh
+{
+  std::vector<std::array<std::uint32_t, 3>> points;
+  std::vector<Triangle> triangles;
+};
+
+// What a coder made of one mesh. Decoding gives so many vertices and triangles: peers may drop
+// some.
+struct Coded
+{
+  std::size_t bytes = 0;
+  double encodeSeconds = 0, decodeSeconds = 0;
+  std::size_t vertices = 0, triangles = 0;
+};
+
+// Edgebreaker and parallelograms; coordinates as integers, so that nothing is quantized again.
+// speed: 0 (smallest) to 10.
+Coded CodeByDraco(const GridMesh& mesh, int speed);
+
+// Vertex and index codecs after the reordering that they ask for.
+Coded CodeByMeshoptimizer(const GridMesh& mesh);
+
+// zstd at `level`; vertices and triangles of the result are 0.
+Coded CodeByZstd(std::span<const std::uint8_t> bytes, int level);
+
+}
