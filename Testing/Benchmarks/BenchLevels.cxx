@@ -246,7 +246,7 @@ private:
     }
   }
 
-  // As many clusters as our levels have.
+  // At most as many vertices as our levels have, as near to that as cells divide.
   void MeasureOctrees()
   {
     const std::vector<Figure> ours = this->Figures;
@@ -256,16 +256,30 @@ private:
       {
         continue;
       }
-      const OctreeClustering cells = Need(ClusterByOctree(
-        this->Input.points, { 0, static_cast<std::uint32_t>(f.vertices) }, this->Exec));
       for (const ClusterOptions& options :
         { ClusterOptions{ Representative::Mean, false, 0 }, ClusterOptions{} })
       {
-        const ClusterLevel level =
-          Need(SimplifyByClusters(this->Input, cells, options, this->Exec));
+        const ClusterLevel level = this->OctreeLevel(f.vertices, options);
         this->Measure(options.sheets ? "octree, sheets + quadric" : "octree, mean", f.level,
           { level.positions, level.triangles }, 0);
       }
+    }
+  }
+
+  // With sheets a cell has several vertices: so many fewer cells are asked for.
+  ClusterLevel OctreeLevel(std::size_t mostVertices, const ClusterOptions& options) const
+  {
+    std::size_t wanted = mostVertices;
+    for (;;)
+    {
+      const OctreeClustering cells = Need(ClusterByOctree(
+        this->Input.points, { 0, static_cast<std::uint32_t>(wanted) }, this->Exec));
+      ClusterLevel level = Need(SimplifyByClusters(this->Input, cells, options, this->Exec));
+      if (level.positions.size() <= mostVertices || wanted == 1)
+      {
+        return level;
+      }
+      wanted = std::min(wanted - 1, wanted * mostVertices / level.positions.size());
     }
   }
 

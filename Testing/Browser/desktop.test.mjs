@@ -43,12 +43,12 @@ test("mouse, wheel, double click and keys", async () => {
   await drag(0, -60, "right");
 
   let status = full;
-  for (let i = 0; i < 20 && status.shownLevel < full.shownLevel + 2; ++i) {
+  for (let i = 0; i < 20 && status.shownLevel < full.finestLevel; ++i) {
     await page.mouse.wheel(0, -100);
     status = await visit.untilIdle();
   }
-  // A level that is hardly closer than the next coarser one may be passed over.
-  assert.ok(status.shownLevel >= full.shownLevel + 2, "the wheel zooms in");
+  assert.ok(full.shownLevel < full.finestLevel, "the whole model does not need its finest level");
+  assert.equal(status.shownLevel, full.finestLevel, "the wheel zooms in");
   await visit.picture("desktop-2-wheel");
 
   await page.mouse.dblclick(middle.x, middle.y);
@@ -63,7 +63,7 @@ test("mouse, wheel, double click and keys", async () => {
     await page.mouse.wheel(0, 100);
     status = await visit.untilIdle();
   }
-  assert.equal(status.shownLevel, full.shownLevel, "and out again");
+  assert.ok(status.shownLevel <= full.shownLevel, "and out again"); // a turn of the wheel may pass a level over
   await page.keyboard.press("Escape");
   await visit.until("back to the list", ({ mode }) => mode === "browsing");
   assert.deepEqual(await visit.messages(), []);

@@ -27,19 +27,21 @@ bool HasColors(const protocol::ModelDescription& model)
     });
 }
 
-// Of a painted model, paint is spoilt before the shape is: a level is no better for it than a third
-// of the distance between its vertices, as if these lay spread over half the surface of the box.
+// Light and paint are spoilt before the shape is: both are drawn from values at the vertices. So a
+// level is no better than a part of the distance between its vertices, a sixth for the normals, a
+// third for colours; the vertices are taken to lie spread over half the surface of the box.
 std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
 {
   const Vec3 s{ model.boxHi[0] - model.boxLo[0], model.boxHi[1] - model.boxLo[1],
     model.boxHi[2] - model.boxLo[2] };
-  const double area = HasColors(model) ? s[0] * s[1] + s[1] * s[2] + s[2] * s[0] : 0;
+  const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
+  const double part = HasColors(model) ? 1.0 / 3 : 1.0 / 6;
   std::vector<LevelFacts> facts;
   for (const auto& level : model.levels)
   {
     const double spacing =
       std::sqrt(area / static_cast<double>(std::max<std::uint64_t>(level.vertices, 1)));
-    facts.push_back({ std::max(level.deviation99, spacing / 3), level.triangles });
+    facts.push_back({ std::max(level.deviation99, spacing * part), level.triangles });
   }
   return facts;
 }

@@ -196,7 +196,7 @@ void Walk::PinchThroughLevels()
   std::set<unsigned> inwards, outwards;
   for (int i = 0; i < 7; ++i)
   {
-    this->Phone.Pinch(585 + 20 * i, 1266, 240, 520);
+    this->Phone.Pinch(585 + 20 * i, 1266, 240, 350);
     this->Phone.Settle();
     inwards.insert(*this->Phone.Status().shownLevel);
   }
