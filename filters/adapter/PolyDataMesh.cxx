@@ -1,5 +1,7 @@
 #include "filters/adapter/PolyDataMesh.h"
 
+#include "filters/adapter/PolygonTriangles.h"
+
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
 #include <vtkPoints.h>
@@ -32,15 +34,6 @@ void AddSegments(Corners points, std::vector<Triangle>& elements)
   {
     const auto a = static_cast<VertexId>(points[i - 1]), b = static_cast<VertexId>(points[i]);
     elements.push_back({ a, b, b });
-  }
-}
-
-void AddFan(Corners points, std::vector<Triangle>& elements)
-{
-  for (std::size_t i = 2; i < points.size(); ++i)
-  {
-    elements.push_back({ static_cast<VertexId>(points[0]), static_cast<VertexId>(points[i - 1]),
-      static_cast<VertexId>(points[i]) });
   }
 }
 
@@ -135,7 +128,9 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
     const auto triangles = static_cast<std::size_t>(input.GetNumberOfPolys());
     elements.corners.reserve(elements.corners.size() + triangles);
     elements.cells.reserve(elements.cells.size() + triangles);
-    status = ReadCells(input.GetPolys(), polygons, points, AddFan, elements);
+    const auto addPolygon = [&](Corners corners, std::vector<Triangle>& added)
+    { AppendPolygon(corners, *input.GetPoints(), added); };
+    status = ReadCells(input.GetPolys(), polygons, points, addPolygon, elements);
   }
   if (status)
   {

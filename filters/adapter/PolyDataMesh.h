@@ -15,8 +15,8 @@ namespace kdstream
 {
 
 // The cells of a vtkPolyData, cut into single vertices, line segments and triangles, in this order.
-// Polygons become a fan around their first point and strips triangles of alternating orientation,
-// just as kdstream-build reads them; degenerate triangles stay. Cells of too few points have none.
+// Polygons are cut as PolygonTriangles.h says, strips become triangles of alternating orientation;
+// degenerate triangles stay. Cells of too few points have none.
 struct PolyDataElements
 {
   std::vector<Triangle> corners; // a vertex is {a, a, a}, a segment {a, b, b}

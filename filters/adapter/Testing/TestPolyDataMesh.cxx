@@ -7,8 +7,13 @@
 
 #include <gtest/gtest.h>
 
+#include <vtkMath.h>
+#include <vtkNew.h>
+
 #include <atomic>
+#include <cmath>
 #include <limits>
+#include <random>
 
 namespace kdstream
 {
@@ -31,6 +36,60 @@ TEST(PolyDataMesh, ElementsOfAllKindsInTheOrderOfCells)
   EXPECT_EQ(elements->cells, (Ids{ 0, 1, 1, 1, 2, 3, 3, 3, 4, 5, 5, 6, 6, 6, 8, 8, 8, 8 }));
   EXPECT_EQ(elements->Triangles().size(), 10U);
   EXPECT_EQ(elements->Triangles()[0], (Triangle{ 0, 1, 8 }));
+}
+
+// A seeded star around the origin, in a tilted plane: concave as a rule, its triangles' area
+// vectors add up to its own, and none turns against it.
+TEST(PolyDataMesh, ConcavePolygonsAreCutInside)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> radius(0.2, 1);
+  for (std::size_t corners = 4; corners < 40; ++corners)
+  {
+    std::vector<std::array<double, 3>> points(3, { 9, 9, 9 }); // ids are not places in the polygon
+    Ids polygon;
+    for (std::size_t i = 0; i < corners; ++i)
+    {
+      const double angle = 2 * vtkMath::Pi() * double(i) / double(corners), r = radius(random);
+      polygon.push_back(static_cast<vtkIdType>(points.size()));
+      points.push_back({ r * std::cos(angle), r * std::sin(angle), 0.5 * r * std::sin(angle) });
+    }
+    const PolyData mesh = MakePoints(points);
+    const vtkNew<vtkCellArray> cells;
+    cells->InsertNextCell(static_cast<vtkIdType>(corners), polygon.data());
+    mesh->SetPolys(cells);
+    const Result<PolyDataElements> elements = ReadElements(*mesh);
+    ASSERT_TRUE(elements);
+    ASSERT_EQ(elements->corners.size(), corners - 2);
+    double whole = 0, sum = 0;
+    const auto area = [&](vtkIdType a, vtkIdType b)
+    {
+      const auto &p = points[static_cast<std::size_t>(a)], &q = points[static_cast<std::size_t>(b)];
+      return (p[0] * q[1] - p[1] * q[0]) / 2;
+    };
+    for (std::size_t i = 0; i < corners; ++i)
+    {
+      whole += area(polygon[i], polygon[(i + 1) % corners]);
+    }
+    for (const Triangle& t : elements->corners)
+    {
+      const double one = area(t[0], t[1]) + area(t[1], t[2]) + area(t[2], t[0]);
+      EXPECT_GE(one, -1e-12) << corners;
+      sum += std::abs(one);
+    }
+    EXPECT_NEAR(sum, whole, 1e-9) << corners;
+  }
+}
+
+// No ear can be cut of a polygon without an inside: it becomes a fan, and loses no triangle.
+TEST(PolyDataMesh, PolygonsWithoutAnInsideAreFans)
+{
+  const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 3, 0, 0 }, { 2, 0, 0 } });
+  const Ids polygon{ 0, 1, 2, 3 };
+  const vtkNew<vtkCellArray> cells;
+  cells->InsertNextCell(4, polygon.data());
+  mesh->SetPolys(cells);
+  EXPECT_EQ(ReadElements(*mesh)->corners, (std::vector<Triangle>{ { 0, 1, 2 }, { 0, 2, 3 } }));
 }
 
 TEST(PolyDataMesh, PointsBitForBit)
