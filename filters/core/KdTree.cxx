@@ -1,11 +1,7 @@
-// The balanced k-d tree: see KdTree.h. Steps as in the paper's section 4.1:
-//   a. the box of the cell's vertices,  b. its longest axis,  c. the median on the total order
-//   (coordinate, id), d. two halves,  e. again for each half.
-// The upper depths are split one after the other, all nodes of a depth in parallel; below
-// `forkDepth` every subtree is finished on its own while it is in the cache.
+// The balanced k-d tree: see KdTree.h. Points become records, RecordTree orders them.
 #include "filters/core/KdTree.h"
 
-#include "filters/core/Weld.h"
+#include "filters/core/RecordTree.h"
 
 #include <algorithm>
 #include <bit>
@@ -17,210 +13,92 @@ namespace kdstream
 namespace
 {
 
-// What nth_element moves about: coordinates beside the id, so that comparing touches one record
-// only.
-template <class Scalar>
-struct Record
-{
-  std::array<Scalar, 3> p;
-  VertexId id;
-};
-
 constexpr unsigned deepestTree = 30; // heap ids of nodes stay below 2^31
-constexpr unsigned forkDepth = 8;
 constexpr std::uint32_t mostCellVertices = 1024;
 
-struct Range
+constexpr std::size_t blockItems = std::size_t{ 1 } << 16;
+
+std::size_t BlocksOf(std::size_t count)
 {
-  std::size_t begin = 0, end = 0;
-  std::size_t Size() const { return this->end - this->begin; }
-  // The lower half gets floor, the upper ceil.
-  std::size_t Middle() const { return this->begin + this->Size() / 2; }
+  return (count + blockItems - 1) / blockItems;
+}
+
+// Calls body(block, begin, end) for every block of [0, count), on any threads.
+template <class Body>
+void ForEachBlock(std::size_t count, const Execution& execution, const Body& body)
+{
+  execution.parallelFor(BlocksOf(count), 1,
+    [&](std::size_t first, std::size_t last)
+    {
+      for (std::size_t block = first; block < last; ++block)
+      {
+        body(block, block * blockItems, std::min(count, (block + 1) * blockItems));
+      }
+    });
+}
+
+// What has to be known before the points become records.
+struct Survey
+{
+  Box box;
+  // Whether floats hold every coordinate exactly: records of half the size then give the same tree.
+  bool fitFloats = true;
 };
 
-template <class Scalar>
-class Builder
+Survey SurveyPoints(std::span<const Vec3> points, const Execution& execution)
 {
-public:
-  Builder(KdTree& tree, std::vector<Record<Scalar>>& records)
-    : Tree(tree)
-    , Records(records)
-  {
-  }
-
-  // Splits the whole tree, depth by depth and then subtree by subtree.
-  Status Build(const Execution& execution)
-  {
-    const unsigned deepest = this->Tree.depths.finest;
-    std::vector<Range> ranges{ { 0, this->Records.size() } };
-    for (unsigned depth = 0; depth < std::min(deepest, forkDepth); ++depth)
+  std::vector<Survey> ofBlock(BlocksOf(points.size()));
+  ForEachBlock(points.size(), execution,
+    [&](std::size_t block, std::size_t begin, std::size_t end)
     {
-      std::vector<Range> halves(ranges.size() * 2);
-      execution.parallelFor(ranges.size(), 1,
-        [&](std::size_t begin, std::size_t end)
+      Survey survey;
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        survey.box.Add(points[i]);
+        for (const double coordinate : points[i])
         {
-          for (std::size_t i = begin; i < end; ++i)
-          {
-            this->Split(depth, i, ranges[i]);
-            const std::size_t middle = ranges[i].Middle();
-            halves[2 * i] = { ranges[i].begin, middle };
-            halves[2 * i + 1] = { middle, ranges[i].end };
-          }
-        });
-      ranges = std::move(halves);
-      if (Status status = execution.Report("tree", double(depth + 1) / (2 * forkDepth)); !status)
-      {
-        return status;
+          survey.fitFloats &= double(float(coordinate)) == coordinate;
+        }
       }
-    }
-    return this->BuildSubtrees(ranges, std::min(deepest, forkDepth), execution);
-  }
-
-private:
-  Status BuildSubtrees(const std::vector<Range>& ranges, unsigned depth, const Execution& execution)
+      ofBlock[block] = survey;
+    });
+  Survey all;
+  for (const Survey& survey : ofBlock)
   {
-    constexpr std::size_t batch = 32;
-    for (std::size_t first = 0; first < ranges.size(); first += batch)
-    {
-      execution.parallelFor(std::min(batch, ranges.size() - first), 1,
-        [&](std::size_t begin, std::size_t end)
-        {
-          for (std::size_t i = first + begin; i < first + end; ++i)
-          {
-            this->Recurse(depth, i, ranges[i]);
-          }
-        });
-      const double done = double(std::min(first + batch, ranges.size())) / double(ranges.size());
-      if (Status status = execution.Report("tree", 0.5 + 0.5 * done); !status)
-      {
-        return status;
-      }
-    }
-    return {};
+    all.box.Add(survey.box);
+    all.fitFloats &= survey.fitFloats;
   }
-
-  void Recurse(unsigned depth, std::size_t index, Range range)
-  {
-    if (depth == this->Tree.depths.finest)
-    {
-      this->Finish(depth, index, range);
-      return;
-    }
-    this->Split(depth, index, range);
-    this->Recurse(depth + 1, 2 * index, { range.begin, range.Middle() });
-    this->Recurse(depth + 1, 2 * index + 1, { range.Middle(), range.end });
-  }
-
-  // The ids of a finest cell, ascending.
-  void Finish(unsigned depth, std::size_t index, Range range)
-  {
-    if (depth <= this->Tree.depths.partition)
-    {
-      this->Tree.boxes[(std::size_t{ 1 } << depth) + index] = this->BoxOf(range);
-    }
-    this->Tree.cellBegin[index] = static_cast<VertexId>(range.begin);
-    for (std::size_t i = range.begin; i < range.end; ++i)
-    {
-      this->Tree.order[i] = this->Records[i].id;
-    }
-    std::sort(this->Tree.order.begin() + std::ptrdiff_t(range.begin),
-      this->Tree.order.begin() + std::ptrdiff_t(range.end));
-  }
-
-  void Split(unsigned depth, std::size_t index, Range range)
-  {
-    const Box box = this->BoxOf(range);
-    if (depth <= this->Tree.depths.partition)
-    {
-      this->Tree.boxes[(std::size_t{ 1 } << depth) + index] = box;
-    }
-    const std::size_t middle = range.Middle();
-    if (middle == range.begin)
-    {
-      return; // at most one vertex: the lower half is empty
-    }
-    const Vec3 side{ box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2] };
-    const std::size_t axis =
-      side[0] >= side[1] && side[0] >= side[2] ? 0 : (side[1] >= side[2] ? 1 : 2);
-    switch (axis)
-    {
-      case 0:
-        this->Select<0>(range, middle);
-        break;
-      case 1:
-        this->Select<1>(range, middle);
-        break;
-      default:
-        this->Select<2>(range, middle);
-    }
-  }
-
-  template <std::size_t Axis>
-  void Select(Range range, std::size_t middle)
-  {
-    const auto at = [this](std::size_t i) { return this->Records.begin() + std::ptrdiff_t(i); };
-    std::nth_element(at(range.begin), at(middle), at(range.end),
-      [](const Record<Scalar>& a, const Record<Scalar>& b)
-      { return a.p[Axis] < b.p[Axis] || (a.p[Axis] == b.p[Axis] && a.id < b.id); });
-  }
-
-  Box BoxOf(Range range) const
-  {
-    if (range.Size() == 0)
-    {
-      return {};
-    }
-    auto lo = this->Records[range.begin].p;
-    auto hi = lo;
-    for (std::size_t i = range.begin + 1; i < range.end; ++i)
-    {
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        lo[k] = std::min(lo[k], this->Records[i].p[k]);
-        hi[k] = std::max(hi[k], this->Records[i].p[k]);
-      }
-    }
-    Box box;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      // + 0.0 makes -0.0 positive: which of the two zeros is met first depends on the order of the
-      // records.
-      box.lo[k] = double(lo[k]) + 0.0;
-      box.hi[k] = double(hi[k]) + 0.0;
-    }
-    return box;
-  }
-
-  KdTree& Tree;
-  std::vector<Record<Scalar>>& Records;
-};
+  return all;
+}
 
 template <class Scalar>
 Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& execution)
 {
-  std::vector<Record<Scalar>> records(points.size());
-  execution.parallelFor(points.size(), 1 << 16,
-    [&](std::size_t begin, std::size_t end)
+  std::vector<PointRecord<Scalar>> records(points.size());
+  ForEachBlock(points.size(), execution,
+    [&](std::size_t, std::size_t begin, std::size_t end)
     {
       for (std::size_t i = begin; i < end; ++i)
       {
-        records[i] = { { static_cast<Scalar>(points[i][0]), static_cast<Scalar>(points[i][1]),
-                         static_cast<Scalar>(points[i][2]) },
-          static_cast<VertexId>(i) };
+        records[i].p = { static_cast<Scalar>(points[i][0]), static_cast<Scalar>(points[i][1]),
+          static_cast<Scalar>(points[i][2]) };
+        records[i].id = static_cast<VertexId>(i);
       }
     });
-  return Builder<Scalar>(tree, records).Build(execution);
-}
-
-// Whether floats hold every coordinate exactly: records of half the size then give the same tree.
-bool FitFloats(std::span<const Vec3> points)
-{
-  return std::all_of(points.begin(), points.end(),
-    [](const Vec3& p)
+  Status status = BuildRecordTree<Scalar>(records, 0, 0, tree.depths, tree.boxes, execution);
+  if (!status)
+  {
+    return status;
+  }
+  ForEachBlock(points.size(), execution,
+    [&](std::size_t, std::size_t begin, std::size_t end)
     {
-      return double(float(p[0])) == p[0] && double(float(p[1])) == p[1] &&
-             double(float(p[2])) == p[2];
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        tree.order[i] = records[i].id;
+      }
     });
+  return {};
 }
 
 // The axes of the tree, the grid and the distances are made of differences: each must be a number.
@@ -310,6 +188,19 @@ Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& opti
   return depths;
 }
 
+CellRange RangeOfCell(std::uint64_t vertices, unsigned depth, std::uint64_t index)
+{
+  CellRange range{ 0, vertices };
+  for (unsigned d = depth; d > 0; --d)
+  {
+    const std::uint64_t lower = range.size / 2;
+    const bool isUpper = (index >> (d - 1) & 1) != 0;
+    range.begin += isUpper ? lower : 0;
+    range.size = isUpper ? range.size - lower : lower;
+  }
+  return range;
+}
+
 std::span<const VertexId> KdTree::Cell(unsigned depth, std::size_t index) const
 {
   const unsigned below = this->depths.finest - depth;
@@ -326,7 +217,8 @@ Result<KdTree> BuildKdTree(
   {
     return depths.GetError();
   }
-  if (Status status = CheckExtent(BoxOfPoints(points)); !status)
+  const Survey survey = SurveyPoints(points, execution);
+  if (Status status = CheckExtent(survey.box); !status)
   {
     return status.GetError();
   }
@@ -334,10 +226,19 @@ Result<KdTree> BuildKdTree(
   tree.depths = *depths;
   tree.order.resize(points.size());
   tree.cellBegin.resize((std::size_t{ 1 } << depths->finest) + 1);
+  ForEachBlock(tree.cellBegin.size() - 1, execution,
+    [&](std::size_t, std::size_t begin, std::size_t end)
+    {
+      for (std::size_t cell = begin; cell < end; ++cell)
+      {
+        tree.cellBegin[cell] =
+          static_cast<VertexId>(RangeOfCell(points.size(), depths->finest, cell).begin);
+      }
+    });
   tree.cellBegin.back() = static_cast<VertexId>(points.size());
   tree.boxes.resize(std::size_t{ 2 } << depths->partition);
-  const Status status = FitFloats(points) ? BuildWith<float>(points, tree, execution)
-                                          : BuildWith<double>(points, tree, execution);
+  const Status status = survey.fitFloats ? BuildWith<float>(points, tree, execution)
+                                         : BuildWith<double>(points, tree, execution);
   if (!status)
   {
     return status.GetError();

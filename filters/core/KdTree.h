@@ -40,6 +40,16 @@ struct KdTreeOptions
 // LimitExceeded beyond 2^32 - 2 vertices.
 Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& options);
 
+// The positions [begin, begin + size) of one cell in the order of the leaves.
+struct CellRange
+{
+  std::uint64_t begin = 0, size = 0;
+};
+
+// Where cell `index` (0 … 2^depth - 1) of `depth` lies in the tree over `vertices` vertices: of
+// every cell the lower half gets floor, the upper ceil. O(depth).
+CellRange RangeOfCell(std::uint64_t vertices, unsigned depth, std::uint64_t index);
+
 // The vertices of a mesh in the order of the leaves of a balanced k-d tree, and the boxes of its
 // upper nodes.
 struct KdTree
@@ -58,7 +68,8 @@ struct KdTree
 // Input: n points, each finite. Output: every cell at depth d holds floor(n / 2^d) or ceil(n / 2^d)
 // vertices, for any input: vertices are ordered by (coordinate, id), so equal coordinates split as
 // well. The axis is the longest side of the cell's own box (the first of equals); the lower half
-// gets floor, the upper ceil. Complexity: O(n L); memory 2 n records of 32 bytes. Threads: nodes of
+// gets floor, the upper ceil. Complexity: O(n L); memory a record of 16 bytes a point
+// where floats hold every coordinate exactly, else of 32, beside the result. Threads: nodes of
 // one depth run in parallel. Errors: those of ComputeDepths; Cancelled. Source: paper 4.1; the
 // total order is ours (DESIGN section 3.1).
 Result<KdTree> BuildKdTree(

@@ -1,10 +1,13 @@
+#include "Testing/Fixtures/HardPoints.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/app/TbbExecution.h"
 #include "filters/core/KdTree.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 using namespace kdstream;
@@ -98,6 +101,43 @@ TEST(KdTree, SplitsAlongTheLongestSideOnTheTotalOrder)
         ASSERT_LT(greatest, least) << "cell " << c << " of depth " << d;
       }
     }
+  }
+}
+
+// The order of the tree by its definition: sort each cell along its longest side, halve it.
+void OrderByDefinition(
+  const std::vector<Vec3>& points, unsigned depths, VertexId* begin, VertexId* end)
+{
+  if (depths == 0)
+  {
+    std::sort(begin, end);
+    return;
+  }
+  Box box;
+  for (const VertexId* v = begin; v != end; ++v)
+  {
+    box.Add(points[*v]);
+  }
+  const std::size_t axis = end - begin > 0 ? LongestAxis(box) : 0;
+  std::sort(begin, end,
+    [&](VertexId a, VertexId b)
+    { return std::pair(points[a][axis], a) < std::pair(points[b][axis], b); });
+  VertexId* const middle = begin + (end - begin) / 2;
+  OrderByDefinition(points, depths - 1, begin, middle);
+  OrderByDefinition(points, depths - 1, middle, end);
+}
+
+TEST(KdTree, IsTheTreeOfTheDefinitionOnHardInput)
+{
+  for (const HardPoints& hard : AllHardPoints({ 1, 2, 3, 33, 700, 5000, 40000 }))
+  {
+    SCOPED_TRACE(hard.name + ", " + std::to_string(hard.points.size()));
+    const auto tree = BuildKdTree(hard.points, { 100, {}, 8 });
+    ASSERT_TRUE(tree);
+    std::vector<VertexId> order(hard.points.size());
+    std::iota(order.begin(), order.end(), 0U);
+    OrderByDefinition(hard.points, tree->depths.finest, order.data(), order.data() + order.size());
+    ASSERT_EQ(tree->order, order);
   }
 }
 
