@@ -110,15 +110,19 @@ Status Player::Frame()
   return status;
 }
 
-// Each new sentence once.
+// Each new sentence once, also where it is gone in between.
 void Player::Complain()
 {
   const std::string error = this->Session.GetStatus().error;
-  if (!error.empty() && error != this->LastComplaint && this->Options.complain)
+  if (error.empty() || error == this->LastComplaint)
+  {
+    return;
+  }
+  this->LastComplaint = error;
+  if (this->Options.complain)
   {
     this->Options.complain(error);
   }
-  this->LastComplaint = error;
 }
 
 }
