@@ -514,7 +514,7 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh)
   const WriteFormat write = FormatOf(ending);
   if (write == nullptr)
   {
-    return Error{ ErrorCode::Unsupported,
+    return Error{ ErrorCode::InvalidArgument,
       "the ending '" + ending +
         "' names no format that can be written (.ply, .stl, .obj, .vtp, .wrl)" };
   }

@@ -20,7 +20,7 @@ namespace kdstream
 // temporary name beside it and renamed. A mesh without triangles is a point cloud: .ply and .obj
 // have vertices only then, .vtp one vertex cell a point, .wrl a PointSet; .stl knows triangles only
 // and has none. STL normals are those of the corners in counter-clockwise order, zero for
-// degenerate triangles. Memory: one block of 1 MiB. Errors: Unsupported for another ending;
+// degenerate triangles. Memory: one block of 1 MiB. Errors: InvalidArgument for another ending;
 // InvalidInput for a triangle whose index is out of range, for attributes that CheckAttributes or
 // IsAttributeName refuses; LimitExceeded for more than 2^31 points
 // (the formats' indices are signed), or more than 2^32 - 1 triangles in STL; InputOutput with the

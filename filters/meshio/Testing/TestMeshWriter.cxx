@@ -429,7 +429,7 @@ TEST(MeshWriter, RefusesWhatItCannotWrite)
   {
     const Status written = WriteMesh(folder.File(name), mesh);
     ASSERT_FALSE(written);
-    EXPECT_EQ(written.GetError().code, ErrorCode::Unsupported);
+    EXPECT_EQ(written.GetError().code, ErrorCode::InvalidArgument);
     EXPECT_NE(
       written.GetError().message.find("names no format that can be written"), std::string::npos);
   }
