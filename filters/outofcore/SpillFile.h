@@ -1,0 +1,109 @@
+// Files for what does not fit the memory: a folder that goes when its owner goes, files in it that
+// are read and written at any place in large blocks. Step "spill" of building out of core.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// What a block of records should have at least: smaller reads and writes cost more than their
+// bytes.
+inline constexpr std::size_t spillBlockBytes = std::size_t{ 1 } << 20;
+
+// What the files of one folder have cost so far.
+struct SpillCounts
+{
+  std::uint64_t bytesRead = 0;
+  std::uint64_t bytesWritten = 0;
+  std::uint64_t bytesOnDisk = 0; // of the files that exist now
+  std::uint64_t peakBytesOnDisk = 0;
+};
+
+namespace detail
+{
+struct SpillLedger
+{
+  std::filesystem::path folder;
+  std::atomic<std::uint64_t> bytesRead{ 0 }, bytesWritten{ 0 }, onDisk{ 0 }, peakOnDisk{ 0 };
+  std::atomic<std::uint64_t> files{ 0 };
+
+  void Grow(std::uint64_t bytes);
+};
+}
+
+// One file of a folder; it is removed when this goes. Moved, not copied. Any number of threads may
+// read and write at once, places that do not overlap.
+class SpillFile
+{
+public:
+  SpillFile() = default;
+  SpillFile(SpillFile&& other) noexcept { *this = std::move(other); }
+  SpillFile& operator=(SpillFile&& other) noexcept;
+  ~SpillFile() { this->Remove(); }
+
+  bool IsOpen() const { return this->Descriptor >= 0; }
+  std::uint64_t Size() const { return this->Bytes.load(); }
+
+  // All of `bytes`, from or to `offset`. Writing behind the end makes the file longer. Errors:
+  // InputOutput with the system's reason, the place, and for a full disk what the file needs; also
+  // where the file ends before the bytes do.
+  Status Read(std::uint64_t offset, std::span<std::byte> bytes) const;
+  Status Write(std::uint64_t offset, std::span<const std::byte> bytes);
+
+  // Closes and removes the file now.
+  void Remove();
+
+private:
+  friend class SpillFolder;
+
+  std::string Describe() const;
+
+  std::shared_ptr<detail::SpillLedger> Ledger;
+  std::filesystem::path Path;
+  std::string Purpose;
+  std::uint64_t Expected = 0;
+  std::atomic<std::uint64_t> Bytes{ 0 };
+  int Descriptor = -1;
+};
+
+// A folder with a name of its own below a given one. It is removed with all that is in it when this
+// goes: at the end, after an error, and after a Cancelled, which is what Ctrl-C becomes in the
+// programs.
+class SpillFolder
+{
+public:
+  // Errors: InputOutput where no folder can be made in `parent`.
+  static Result<SpillFolder> Create(const std::filesystem::path& parent);
+
+  SpillFolder(SpillFolder&&) noexcept = default;
+  SpillFolder& operator=(SpillFolder&&) = delete;
+  ~SpillFolder();
+
+  const std::filesystem::path& Path() const { return this->Ledger->folder; }
+  SpillCounts Counts() const;
+
+  // A new empty file that will need `bytes` in all; `purpose` is what messages call it. The bytes
+  // are taken from the disk now where the file system can do that. Errors: InputOutput, for a full
+  // disk with the bytes that are needed and those that are free.
+  Result<SpillFile> CreateFile(std::string_view purpose, std::uint64_t bytes);
+
+private:
+  explicit SpillFolder(std::shared_ptr<detail::SpillLedger> ledger)
+    : Ledger(std::move(ledger))
+  {
+  }
+
+  std::shared_ptr<detail::SpillLedger> Ledger;
+};
+
+}

@@ -1,0 +1,173 @@
+#include "filters/outofcore/RecordFile.h"
+#include "filters/outofcore/SpillFile.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <numeric>
+
+#include <sys/resource.h>
+
+using namespace kdstream;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+SpillFolder MakeFolder()
+{
+  Result<SpillFolder> folder = SpillFolder::Create(fs::temp_directory_path());
+  EXPECT_TRUE(folder);
+  return std::move(*folder);
+}
+
+std::size_t EntriesOf(const fs::path& folder)
+{
+  return static_cast<std::size_t>(
+    std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+// No file of this process may become longer, for as long as this lives.
+class FileSizeLimit
+{
+public:
+  explicit FileSizeLimit(rlim_t bytes)
+  {
+    this->OldHandler = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &this->Old);
+    const rlimit limit{ bytes, this->Old.rlim_max };
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit()
+  {
+    setrlimit(RLIMIT_FSIZE, &this->Old);
+    std::signal(SIGXFSZ, this->OldHandler);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+private:
+  rlimit Old = {};
+  void (*OldHandler)(int) = nullptr;
+};
+
+}
+
+TEST(SpillFile, FolderGoesWithAllThatIsInIt)
+{
+  fs::path path;
+  {
+    const SpillFolder parent = MakeFolder();
+    SpillFolder folder = std::move(*SpillFolder::Create(parent.Path()));
+    path = folder.Path();
+    EXPECT_EQ(path.parent_path(), parent.Path());
+    Result<SpillFile> file = folder.CreateFile("points", 100);
+    ASSERT_TRUE(file);
+    EXPECT_EQ(EntriesOf(path), 1U);
+    const SpillFolder moved = std::move(folder);
+    EXPECT_TRUE(fs::exists(path));
+  }
+  EXPECT_FALSE(fs::exists(path));
+  EXPECT_FALSE(fs::exists(path.parent_path()));
+}
+
+TEST(SpillFile, RemovedFilesGiveTheirBytesBack)
+{
+  SpillFolder folder = MakeFolder();
+  {
+    SpillFile first = std::move(*folder.CreateFile("points", 0));
+    const std::vector<std::byte> bytes(1000);
+    ASSERT_TRUE(first.Write(0, bytes));
+    ASSERT_TRUE(first.Write(500, bytes)); // 500 of them again
+    EXPECT_EQ(first.Size(), 1500U);
+    SpillFile second = std::move(*folder.CreateFile("points", 0));
+    ASSERT_TRUE(second.Write(0, bytes));
+    EXPECT_EQ(folder.Counts().bytesOnDisk, 2500U);
+    second = SpillFile();
+    EXPECT_EQ(EntriesOf(folder.Path()), 1U);
+    EXPECT_EQ(folder.Counts().bytesOnDisk, 1500U);
+  }
+  EXPECT_EQ(EntriesOf(folder.Path()), 0U);
+  const SpillCounts counts = folder.Counts();
+  EXPECT_EQ(counts.bytesOnDisk, 0U);
+  EXPECT_EQ(counts.peakBytesOnDisk, 2500U);
+  EXPECT_EQ(counts.bytesWritten, 3000U);
+}
+
+TEST(SpillFile, RecordsComeBackInAnyBlockSize)
+{
+  SpillFolder folder = MakeFolder();
+  std::vector<std::uint64_t> numbers(1000);
+  std::iota(numbers.begin(), numbers.end(), 7U);
+  for (const std::size_t blockBytes : { 1U, 8U, 24U, 4096U, 1U << 20 })
+  {
+    SpillFile file = std::move(*folder.CreateFile("numbers", 8000));
+    RecordWriter<std::uint64_t> writer(file, 0, blockBytes);
+    for (const std::uint64_t number : numbers)
+    {
+      writer.Append(number);
+    }
+    EXPECT_EQ(writer.Position(), numbers.size());
+    ASSERT_TRUE(writer.Finish());
+    EXPECT_EQ(file.Size(), 8000U);
+    RecordReader<std::uint64_t> reader(file, 3, 990, blockBytes);
+    std::vector<std::uint64_t> back;
+    for (auto block = reader.Next(); block && !block->empty(); block = reader.Next())
+    {
+      back.insert(back.end(), block->begin(), block->end());
+    }
+    EXPECT_EQ(back, std::vector<std::uint64_t>(numbers.begin() + 3, numbers.begin() + 990));
+  }
+}
+
+TEST(SpillFile, SaysWhereAFileEndsTooEarly)
+{
+  SpillFolder folder = MakeFolder();
+  SpillFile file = std::move(*folder.CreateFile("points", 100));
+  ASSERT_TRUE(file.Write(0, std::vector<std::byte>(100)));
+  std::vector<std::byte> bytes(60);
+  EXPECT_TRUE(file.Read(40, bytes));
+  const Status status = file.Read(50, bytes);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.GetError().code, ErrorCode::InputOutput);
+  EXPECT_NE(
+    status.GetError().message.find("10 bytes at offset 100 cannot be read: the file ends before"),
+    std::string::npos)
+    << status.GetError().message;
+}
+
+TEST(SpillFile, AFullDiskSaysWhatWasNeeded)
+{
+  SpillFolder folder = MakeFolder();
+  const std::uint64_t exbibyte = std::uint64_t{ 1 } << 60;
+  const Result<SpillFile> large = folder.CreateFile("points of the tree", exbibyte);
+  ASSERT_FALSE(large);
+  EXPECT_EQ(large.GetError().code, ErrorCode::InputOutput);
+  EXPECT_NE(large.GetError().message.find(
+              "points of the tree need 1152921504606846976 bytes, of which 0 are there; "),
+    std::string::npos)
+    << large.GetError().message;
+  EXPECT_EQ(EntriesOf(folder.Path()), 0U);
+
+  const FileSizeLimit limit(50000);
+  SpillFile file = std::move(*folder.CreateFile("keys", 40000));
+  RecordWriter<std::uint32_t> writer(file, 0, 16384);
+  for (std::uint32_t i = 0; i < 20000; ++i)
+  {
+    writer.Append(i);
+  }
+  const Status status = writer.Finish();
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.GetError().message.find("keys need "), std::string::npos);
+  EXPECT_NE(status.GetError().message.find("of which 50000 are there"), std::string::npos)
+    << status.GetError().message;
+}
+
+TEST(SpillFile, SaysThatNoFolderCanBeMade)
+{
+  const Result<SpillFolder> folder = SpillFolder::Create("/nowhere/at/all");
+  ASSERT_FALSE(folder);
+  EXPECT_EQ(folder.GetError().message,
+    "no folder for temporary files can be made in /nowhere/at/all: No such file or directory");
+}
