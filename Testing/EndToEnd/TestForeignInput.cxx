@@ -59,8 +59,12 @@ TEST_F(TestForeignInput, StoresAreThoseOfThePly)
     EXPECT_EQ(info["input"], file) << "the store must name the file that the user named";
   }
   ASSERT_TRUE(WriteMesh(this->Folder / "in.stl", mesh));
-  ASSERT_EQ(this->Build({ "in.stl", "-o", "m.kds", "--stats", "s.json" }).exitCode, 0);
-  EXPECT_EQ(this->Stats()["vertices"], mesh.points.size());
+  for (const char* weld : { "on", "off" })
+  {
+    ASSERT_EQ(
+      this->Build({ "in.stl", "-o", "m.kds", "--stats", "s.json", "--weld", weld }).exitCode, 0);
+    EXPECT_EQ(this->Stats()["vertices"], mesh.points.size()) << "STL is always welded";
+  }
   EXPECT_EQ(this->Files(),
     (std::set<std::string>{ "in.ply", "in.vtp", "in.obj", "in.wrl", "in.stl", "m.kds", "s.json" }))
     << "nothing else is left";

@@ -1,6 +1,7 @@
 #include "filters/app/ReadAnyMesh.h"
 
 #include "filters/app/ConvertedInput.h"
+#include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 
 Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execution)
 {
-  Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(file);
+  Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(file, execution);
   if (!opened)
   {
     return opened.GetError();
@@ -41,6 +42,10 @@ Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execu
         return status.GetError();
       }
     }
+  }
+  if (reader.Info().soup)
+  {
+    WeldVertices(mesh);
   }
   return mesh;
 }

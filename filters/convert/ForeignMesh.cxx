@@ -1,6 +1,7 @@
 #include "filters/convert/ForeignMesh.h"
 
 #include "filters/core/Attribute.h"
+#include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshReader.h"
@@ -14,9 +15,10 @@ namespace
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18;
 
-Result<ForeignMesh> ReadPly(const std::filesystem::path& file, const Execution& execution)
+// What kdstream-build reads itself.
+Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)
 {
-  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file, execution);
   if (!reader)
   {
     return reader.GetError();
@@ -46,6 +48,10 @@ Result<ForeignMesh> ReadPly(const std::filesystem::path& file, const Execution& 
       }
     }
   }
+  if (input.Info().soup)
+  {
+    WeldVertices(mesh);
+  }
   for (const std::string& name : input.Info().ignoredAttributes)
   {
     result.warnings.push_back("not carried: " + name);
@@ -69,9 +75,9 @@ ReadFormat FormatOf(const std::string& ending)
   {
     const char* ending;
     ReadFormat read;
-  } formats[] = { { ".stl", ReadStl }, { ".obj", ReadObj }, { ".vtp", ReadVtp },
+  } formats[] = { { ".stl", ReadInChunks }, { ".obj", ReadObj }, { ".vtp", ReadVtp },
     { ".vtk", ReadVtk }, { ".wrl", ReadVrml }, { ".glb", ReadGltf }, { ".gltf", ReadGltf },
-    { ".xyz", ReadXyz }, { ".ply", ReadPly },
+    { ".xyz", ReadXyz }, { ".ply", ReadInChunks },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else

@@ -23,7 +23,7 @@ struct ForeignMesh
 
 // Reads a file by its ending. Polygons become fans and strips triangles as kdstream-build reads
 // them, degenerate triangles stay; lines and vertex cells are left out, with a warning unless they
-// are those of a plain cloud. Coordinates keep their type, but those of .stl and .wrl, and of a
+// are those of a plain cloud. Coordinates keep their type, but those of .wrl, and of a
 // .pcd as text with SIZE 4, are floats, with a warning where these are coarse; other text is read
 // as floats where these tell its decimals apart, else as doubles.
 //   .stl          ascii, binary; corners in the same place are joined
@@ -42,7 +42,6 @@ Result<ForeignMesh> ReadForeignMesh(
 
 // One function a format; the errors are those above.
 
-Result<ForeignMesh> ReadStl(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution);

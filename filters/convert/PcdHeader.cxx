@@ -1,9 +1,9 @@
 #include "filters/convert/PcdHeader.h"
 
-#include "filters/convert/TextLines.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextLines.h"
 
 #include <algorithm>
 #include <cstring>

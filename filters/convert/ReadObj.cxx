@@ -3,9 +3,9 @@
 // normal that corners use  3. attributes.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PointAttributes.h"
-#include "filters/convert/TextLines.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextLines.h"
 
 #include <algorithm>
 #include <cmath>
@@ -181,7 +181,7 @@ private:
     this->Places.push_back({ value[0], value[1], value[2] });
     for (std::size_t k = 0; k < 3; ++k)
     {
-      this->Precision.Add(this->Words[k + 1], value[k]);
+      this->Precision.Add(this->Words[k + 1]);
     }
     const bool colored = numbers >= 6;
     if (colored && this->Colors.size() + 3 == this->Places.size() * 3)

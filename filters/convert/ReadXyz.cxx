@@ -2,9 +2,9 @@
 // attributes.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PointAttributes.h"
-#include "filters/convert/TextLines.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextLines.h"
 
 #include <algorithm>
 #include <array>
@@ -161,7 +161,7 @@ private:
     this->Points.push_back(point);
     for (std::size_t k = 0; k < 3; ++k)
     {
-      this->Precision.Add(this->Words[k], point[k]);
+      this->Precision.Add(this->Words[k]);
     }
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
     if (extra >= 3)

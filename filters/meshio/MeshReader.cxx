@@ -4,6 +4,7 @@
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/PlyReader.h"
+#include "filters/meshio/StlReader.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +13,8 @@
 namespace kdstream
 {
 
-Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path& file)
+Result<std::unique_ptr<MeshReader>> MeshReader::Open(
+  const std::filesystem::path& file, const Execution& execution)
 {
   Result<ByteSource> source = ByteSource::Open(file);
   if (!source)
@@ -24,12 +26,16 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   {
     return PlyReader::Open(std::move(*source));
   }
-  constexpr std::array<const char*, 9> laterFormats{ ".stl", ".obj", ".vtp", ".vtk", ".wrl", ".glb",
+  if (ending == ".stl")
+  {
+    return OpenStlReader(std::move(*source), execution);
+  }
+  constexpr std::array<const char*, 8> convertedFormats{ ".obj", ".vtp", ".vtk", ".wrl", ".glb",
     ".gltf", ".pcd", ".xyz" };
-  if (std::find(laterFormats.begin(), laterFormats.end(), ending) != laterFormats.end())
+  if (std::find(convertedFormats.begin(), convertedFormats.end(), ending) != convertedFormats.end())
   {
     return Error{ ErrorCode::Unsupported,
-      "reading " + ending + " files is not supported yet; convert it to .ply" };
+      ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
   }
   return Error{ ErrorCode::Unsupported,
     "the ending '" + ending + "' names no known mesh format; convert it to .ply" };

@@ -1,7 +1,8 @@
 // Chunked mesh readers: step "read" of the README's picture. A file goes through them once, in
-// pieces that fit any memory limit. This version reads PLY (ascii, little and big endian).
+// pieces that fit any memory limit: PLY, STL and OBJ.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
@@ -22,6 +23,8 @@ struct MeshFileInfo
   std::uint64_t faces = 0; // polygons and strips, before triangulation
   ScalarType scalarType = ScalarType::Float32;
   std::vector<AttributeInfo> attributes; // that are read: point arrays, then cell arrays
+  // Whether each triangle has vertices of its own (STL): they are welded whatever the options say.
+  bool soup = false;
   // What is not read: properties ("face.texcoord"), elements ("edge"), pictures ("texture a.png").
   std::vector<std::string> ignoredAttributes;
 };
@@ -31,9 +34,11 @@ class MeshReader
 public:
   virtual ~MeshReader() = default;
 
-  // Chooses the reader by the file's name. Errors: NotFound; Unsupported for a format that is not
-  // read yet, by name; InvalidInput for a header that is none.
-  static Result<std::unique_ptr<MeshReader>> Open(const std::filesystem::path& file);
+  // Chooses the reader by the file's name. Text formats without a header are gone through once, to
+  // count: that is reported to the execution as "read". Errors: NotFound; Unsupported for another
+  // format, by name; InvalidInput for a file that is of none; Cancelled; those of the readers.
+  static Result<std::unique_ptr<MeshReader>> Open(
+    const std::filesystem::path& file, const Execution& execution = {});
 
   virtual const MeshFileInfo& Info() const = 0;
 

@@ -52,4 +52,17 @@ NumberTextError ParseNumber(std::string_view word, T& value)
   return NumberTextError::OutOfRange;
 }
 
+// Coordinates that were written as decimals: whether floats would give all of them again, if they
+// were written with as many decimals.
+class DecimalPrecision
+{
+public:
+  // What is no number makes no difference that can be relied on.
+  void Add(std::string_view word);
+  bool FloatsSuffice() const { return this->Suffice; }
+
+private:
+  bool Suffice = true;
+};
+
 }

@@ -1,6 +1,7 @@
 // Binary PLY records of either byte order. Records of fixed size are decoded a batch at a time,
 // column by column; a run of triangles goes through a loop of its own; everything else is read
 // value by value. Part of step "read".
+#include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/PlyBinaryRecord.h"
 
 #include <algorithm>
@@ -15,18 +16,6 @@ namespace
 
 // Records decoded together: their bytes and their points stay in the nearest caches.
 constexpr std::size_t batchSize = 1024;
-
-// Makes room for what is about to be read in one go, without giving up growth by doubling.
-// REQUIRES: the file still has bytes for `count` records.
-template <class T>
-void MakeRoom(std::vector<T>& items, std::uint64_t count)
-{
-  const std::size_t wanted = items.size() + static_cast<std::size_t>(count);
-  if (wanted > items.capacity())
-  {
-    items.reserve(std::max(wanted, 2 * items.capacity()));
-  }
-}
 
 template <bool Swap>
 class BinaryBody : public PlyBody

@@ -291,7 +291,7 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
   StepClock clock;
-  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(input);
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(input, execution);
   if (!reader)
   {
     return reader.GetError();
@@ -302,8 +302,10 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
     return mesh.GetError();
   }
   clock.Finish("read");
+  BuildOptions used = options;
+  used.weld = options.weld || (*reader)->Info().soup;
   Result<BuildReport> report =
-    StoreBuilder(std::move(*mesh), options, execution, std::move(clock))
+    StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
       .Build(options.inputName.empty() ? input.filename().string() : options.inputName, store);
   if (report)
   {

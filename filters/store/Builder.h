@@ -21,7 +21,7 @@ struct BuildOptions
   Partitioner partitioner = Partitioner::KdTree;
   KdTreeOptions tree;
   LevelOptions levels;
-  bool weld = true;
+  bool weld = true;       // a soup (MeshFileInfo) is welded in any case
   std::uint8_t bits = 20; // of the grid (8-24), or 0: lossless
   // Most bytes the build may take; 0 = no limit. A mesh that needs more is refused (LimitExceeded).
   std::uint64_t memory = 0;

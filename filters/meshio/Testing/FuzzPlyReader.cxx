@@ -1,16 +1,9 @@
-// libFuzzer's entry to the PLY reader. Built with clang and -DKDSTREAM_BUILD_FUZZERS=ON; run:
-// FuzzPlyReader CORPUS/
-#include "filters/meshio/Testing/ReadHostilePly.h"
-
-#include <cstdint>
+// libFuzzer's entry to the PLY reader: ./dev fuzz.
+#include "filters/meshio/PlyReader.h"
+#include "filters/meshio/Testing/ReadHostile.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-  const kdstream::test::MemoryFile file(
-    std::string_view(reinterpret_cast<const char*>(data), size));
-  // One call for all and many small ones must agree.
-  const bool whole = kdstream::test::ReadHostilePly(file, static_cast<std::size_t>(-1));
-  const bool parts = kdstream::test::ReadHostilePly(file, 3);
-  kdstream::test::Require(whole == parts, "the limit makes no difference");
+  kdstream::test::ReadHostileBothWays(&kdstream::PlyReader::Open, data, size);
   return 0;
 }

@@ -109,4 +109,34 @@ TEST(NumberText, RoundsAsTheCLibraryDoes)
   }
 }
 
+// Whether a file of that one number is read as floats.
+TEST(NumberText, DecimalsThatFloatsTellApart)
+{
+  const auto suffice = [](std::string_view word)
+  {
+    DecimalPrecision precision;
+    precision.Add(word);
+    return precision.FloatsSuffice();
+  };
+  for (const char* word : { "0", "-0.1", "123456", "1e25", "-1.23456e-25", "16777216",
+         "0.100000001", "1e-45", "3.4028235e38", "1912017.8", "0.50000000000000000000", "+0.0" })
+  {
+    EXPECT_TRUE(suffice(word)) << word;
+  }
+  for (const char* word : { "0.123456789", "16777217", "1.00000001e2", "4000000.001", "1e39",
+         "1.23456e-42", "1912017.7", "0.1000000000", "1e-60" })
+  {
+    EXPECT_FALSE(suffice(word)) << word;
+  }
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 200000; ++i)
+  {
+    const float value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    char text[64];
+    const char* const end = std::to_chars(text, text + sizeof(text), value).ptr;
+    EXPECT_TRUE(!std::isfinite(value) || suffice(std::string_view(text, std::size_t(end - text))))
+      << value;
+  }
+}
+
 }

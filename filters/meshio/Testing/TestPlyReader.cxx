@@ -1,14 +1,12 @@
 // PlyReader: random files of every shape are read back exactly; files by hand for what random ones
 // do not reach; every error names its place.
-#include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/RandomPly.h"
+#include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
 #include <clocale>
-#include <functional>
-#include <limits>
 #include <locale>
 
 namespace kdstream::test
@@ -16,64 +14,6 @@ namespace kdstream::test
 
 namespace
 {
-
-constexpr std::size_t everything = std::numeric_limits<std::size_t>::max();
-
-struct Contents
-{
-  MeshFileInfo info;
-  Mesh mesh;
-  std::uint64_t faces = 0;
-  Status status;
-};
-
-// Reads a whole file, asking for nextLimit() records at a time.
-Contents ReadAll(const std::filesystem::path& file, const std::function<std::size_t()>& nextLimit)
-{
-  Contents contents;
-  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
-  if (!reader)
-  {
-    contents.status = reader.GetError();
-    return contents;
-  }
-  contents.info = (*reader)->Info();
-  EXPECT_EQ((*reader)->FileSize(), std::filesystem::file_size(file));
-  for (const bool vertices : { true, false })
-  {
-    for (;;)
-    {
-      const std::size_t limit = nextLimit();
-      const std::size_t before = contents.mesh.points.size();
-      const Result<std::size_t> read = vertices ? (*reader)->ReadVertices(contents.mesh, limit)
-                                                : (*reader)->ReadTriangles(contents.mesh, limit);
-      if (!read)
-      {
-        contents.status = read.GetError();
-        const Result<std::size_t> again = (*reader)->ReadTriangles(contents.mesh, limit);
-        EXPECT_FALSE(again) << "an error stays";
-        EXPECT_TRUE(again || again.GetError().message == read.GetError().message);
-        return contents;
-      }
-      EXPECT_LE(*read, limit);
-      EXPECT_LE((*reader)->Position(), (*reader)->FileSize());
-      EXPECT_TRUE(!vertices || contents.mesh.points.size() == before + *read);
-      contents.faces += vertices ? 0 : *read;
-      if (*read == 0)
-      {
-        break;
-      }
-    }
-  }
-  return contents;
-}
-
-// Bits, not values: -0 and 0 differ.
-bool SameBits(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
-{
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
-}
 
 void ExpectReadBack(unsigned seed, std::uint64_t mostVertices, std::uint64_t mostLimit)
 {

@@ -1,67 +1,12 @@
 // PlyReader on damaged files: thousands of seeded mutations of good ones. It must not crash, must
 // keep its promises where it accepts a file, and must never take memory for what is not there:
 // every allocation is counted.
+#include "filters/meshio/PlyReader.h"
+#include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomPly.h"
-#include "filters/meshio/Testing/ReadHostilePly.h"
+#include "filters/meshio/Testing/ReadHostile.h"
 
 #include <gtest/gtest.h>
-
-#include <malloc.h>
-#include <new>
-
-namespace
-{
-
-std::size_t liveBytes = 0;
-std::size_t peakBytes = 0;
-
-void* CountedAllocation(std::size_t size)
-{
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr)
-  {
-    throw std::bad_alloc();
-  }
-  liveBytes += malloc_usable_size(memory);
-  peakBytes = std::max(peakBytes, liveBytes);
-  return memory;
-}
-
-void CountedRelease(void* memory) noexcept
-{
-  if (memory != nullptr)
-  {
-    liveBytes -= malloc_usable_size(memory);
-    std::free(memory);
-  }
-}
-
-}
-
-void* operator new(std::size_t size)
-{
-  return CountedAllocation(size);
-}
-void* operator new[](std::size_t size)
-{
-  return CountedAllocation(size);
-}
-void operator delete(void* memory) noexcept
-{
-  CountedRelease(memory);
-}
-void operator delete[](void* memory) noexcept
-{
-  CountedRelease(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept
-{
-  CountedRelease(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept
-{
-  CountedRelease(memory);
-}
 
 namespace kdstream::test
 {
@@ -77,7 +22,7 @@ bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
   const MemoryFile file(bytes);
   const std::size_t before = liveBytes;
   peakBytes = liveBytes;
-  const bool isMesh = ReadHostilePly(file, limit);
+  const bool isMesh = ReadHostile(&PlyReader::Open, file, limit);
   const std::size_t used = peakBytes - before;
   EXPECT_LE(used, std::size_t{ 16 } * 1024 + 60 * bytes.size()) << bytes.size() << " bytes";
   EXPECT_EQ(liveBytes, before) << "everything is given back";

@@ -1,8 +1,9 @@
-// Puts any bytes through the PLY reader, for the fuzzer and the mutation test, and checks what
-// every caller relies on.
+// Puts any bytes through a reader, for its fuzzer and its mutation test, and checks what every
+// caller relies on.
 #pragma once
 
-#include "filters/meshio/PlyReader.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/MeshReader.h"
 
 #include <cmath>
 #include <cstdio>
@@ -30,7 +31,7 @@ class MemoryFile
 {
 public:
   explicit MemoryFile(std::string_view bytes)
-    : Descriptor(memfd_create("hostile.ply", MFD_CLOEXEC))
+    : Descriptor(memfd_create("hostile", MFD_CLOEXEC))
   {
     Require(this->Descriptor >= 0, "memfd_create");
     Require(
@@ -47,13 +48,15 @@ private:
   int Descriptor;
 };
 
+using OpenReader = Result<std::unique_ptr<MeshReader>> (*)(ByteSource source);
+
 // Reads all there is, `limit` records at a time. True if it is a mesh; aborts if a promise is
 // broken.
-inline bool ReadHostilePly(const MemoryFile& file, std::size_t limit)
+inline bool ReadHostile(OpenReader open, const MemoryFile& file, std::size_t limit)
 {
   Result<ByteSource> source = ByteSource::Open(file.Name());
   Require(source.HasValue(), "the file can be opened");
-  Result<std::unique_ptr<MeshReader>> opened = PlyReader::Open(std::move(*source));
+  Result<std::unique_ptr<MeshReader>> opened = open(std::move(*source));
   if (!opened)
   {
     Require(!opened.GetError().message.empty(), "an error has a message");
@@ -103,6 +106,15 @@ inline bool ReadHostilePly(const MemoryFile& file, std::size_t limit)
   }
   Require(mesh.attributes.size() == reader.Info().attributes.size(), "all attributes come");
   return true;
+}
+
+// A libFuzzer target: one call for all and many small ones must agree.
+inline void ReadHostileBothWays(OpenReader open, const std::uint8_t* data, std::size_t size)
+{
+  const MemoryFile file(std::string_view(reinterpret_cast<const char*>(data), size));
+  const bool whole = ReadHostile(open, file, static_cast<std::size_t>(-1));
+  const bool parts = ReadHostile(open, file, 3);
+  Require(whole == parts, "the limit makes no difference");
 }
 
 }

@@ -1,8 +1,6 @@
-#include "filters/convert/TextLines.h"
+#include "filters/meshio/TextLines.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 
 namespace kdstream
 {
@@ -64,24 +62,6 @@ void SplitWords(
     words.push_back(line.substr(begin, end - begin));
     begin = line.find_first_not_of(separators, end);
   }
-}
-
-void DecimalPrecision::Add(std::string_view word, double value)
-{
-  if (!this->Suffice)
-  {
-    return;
-  }
-  const std::size_t exponentAt = std::min(word.find_first_of("eE"), word.size());
-  const std::size_t point = std::min(word.find('.'), exponentAt);
-  int exponent = 0;
-  std::string_view digits = word.substr(std::min(exponentAt + 1, word.size()));
-  digits.remove_prefix(!digits.empty() && digits[0] == '+' ? 1 : 0);
-  std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
-  const auto decimals =
-    static_cast<double>(exponentAt - point) - (point < exponentAt ? 1 : 0) - exponent;
-  const double lastDecimal = std::pow(10.0, -decimals);
-  this->Suffice = std::abs(double(static_cast<float>(value)) - value) < 0.5 * lastDecimal;
 }
 
 }

@@ -43,17 +43,4 @@ private:
 void SplitWords(
   std::string_view line, std::string_view separators, std::vector<std::string_view>& words);
 
-// Coordinates that were written as decimals: whether floats would give all of them again, if they
-// were written with as many decimals.
-class DecimalPrecision
-{
-public:
-  // REQUIRES: `value` is what `word` says.
-  void Add(std::string_view word, double value);
-  bool FloatsSuffice() const { return this->Suffice; }
-
-private:
-  bool Suffice = true;
-};
-
 }

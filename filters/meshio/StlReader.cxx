@@ -1,0 +1,486 @@
+// Reads STL files in chunks: see StlReader.h.
+#include "filters/meshio/StlReader.h"
+
+#include "filters/meshio/MakeRoom.h"
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::uint64_t mostVertices = noVertex - 1;
+constexpr std::size_t headerBytes = 84; // 80 of any kind, the number of triangles
+constexpr std::size_t facetBytes = 50;  // normal, three places, two bytes
+constexpr std::size_t placeBytes = 12;  // or the normal's, which comes first
+constexpr std::size_t batchSize = 1024; // facets decoded together, in the nearest caches
+constexpr std::uint64_t facetsPerReport = 1 << 16;
+
+Error AtFacet(std::uint64_t facet, const std::string& what)
+{
+  return Error{ ErrorCode::InvalidInput, "facet " + std::to_string(facet) + ": " + what };
+}
+
+Error NotFinite(std::uint64_t vertex, std::size_t axis)
+{
+  return AtFacet(
+    vertex / 3, "vertex " + std::to_string(vertex % 3) + ": " + "xyz"[axis] + " is not finite");
+}
+
+// What both encodings have in common: the triangles, which are but numbers, and the first error.
+class StlReader : public MeshReader
+{
+public:
+  const MeshFileInfo& Info() const override { return this->FileInfo; }
+
+  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override
+  {
+    mesh.scalarType = this->FileInfo.scalarType;
+    if (this->Failure)
+    {
+      return *this->Failure;
+    }
+    const auto number = static_cast<std::size_t>(
+      std::min<std::uint64_t>(limit, this->FileInfo.vertices - this->VerticesRead));
+    if (Status read = this->ReadPoints(mesh.points, number); !read)
+    {
+      this->Failure = read.GetError();
+      return *this->Failure;
+    }
+    this->VerticesRead += number;
+    return number;
+  }
+
+  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override
+  {
+    mesh.scalarType = this->FileInfo.scalarType;
+    if (this->Failure)
+    {
+      return *this->Failure;
+    }
+    const auto number = static_cast<std::size_t>(
+      std::min<std::uint64_t>(limit, this->FileInfo.faces - this->TrianglesRead));
+    for (std::size_t i = 0; i < number; ++i)
+    {
+      const auto first = static_cast<VertexId>(3 * this->TrianglesRead++);
+      mesh.triangles.push_back({ first, first + 1, first + 2 });
+    }
+    return number;
+  }
+
+  std::uint64_t FileSize() const override { return this->Source.Size(); }
+  std::uint64_t Position() const override { return this->Source.Position(); }
+
+protected:
+  explicit StlReader(ByteSource source)
+    : Source(std::move(source))
+  {
+    this->FileInfo.soup = true;
+  }
+
+  Status SetFacets(std::uint64_t facets)
+  {
+    if (facets > mostVertices / 3)
+    {
+      return Error{ ErrorCode::LimitExceeded, std::to_string(facets) + " triangles; " +
+                                                std::to_string(mostVertices / 3) +
+                                                " are the most that can be read" };
+    }
+    this->FileInfo.vertices = 3 * facets;
+    this->FileInfo.faces = facets;
+    return {};
+  }
+
+  // Appends the next `number` vertices, which are there.
+  virtual Status ReadPoints(std::vector<Vec3>& points, std::size_t number) = 0;
+
+  ByteSource Source;
+  MeshFileInfo FileInfo;
+  std::uint64_t VerticesRead = 0;
+  std::uint64_t TrianglesRead = 0;
+  std::optional<Error> Failure;
+};
+
+std::uint32_t LoadLittle(const char* bytes)
+{
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes, sizeof(value));
+  return std::endian::native == std::endian::little ? value : __builtin_bswap32(value);
+}
+
+class BinaryStlReader : public StlReader
+{
+public:
+  BinaryStlReader(ByteSource source, std::uint32_t facets)
+    : StlReader(std::move(source))
+    , Facets(facets)
+  {
+  }
+
+  Status Start()
+  {
+    this->Source.Seek(headerBytes);
+    return this->SetFacets(this->Facets);
+  }
+
+private:
+  Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
+  // Puts the vertices of `count` facets into Batch; `facet`: the number of the first.
+  Status Decode(const char* bytes, std::uint64_t facet, std::size_t count);
+
+  std::uint64_t Facets;
+  std::array<Vec3, 3 * batchSize> Batch;
+};
+
+Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
+{
+  MakeRoom(points, number); // the file was as large as it claims when it was opened
+  for (std::uint64_t vertex = this->VerticesRead, end = vertex + number; vertex < end;)
+  {
+    // The source stands at the facet of this vertex.
+    const Result<std::string_view> ahead = this->Source.Peek(facetBytes);
+    if (!ahead)
+    {
+      return ahead.GetError();
+    }
+    if (ahead->size() < facetBytes)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "truncated: facet " + std::to_string(vertex / 3) + " of " + std::to_string(this->Facets) +
+          " expected at byte " + std::to_string(this->Source.Position()) };
+    }
+    const auto first = static_cast<std::size_t>(vertex % 3);
+    const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(
+      3 * std::min(ahead->size() / facetBytes, batchSize), first + (end - vertex)));
+    if (Status decoded = this->Decode(ahead->data(), vertex / 3, (last + 2) / 3); !decoded)
+    {
+      return decoded;
+    }
+    const auto* const begin = this->Batch.begin();
+    points.insert(points.end(), begin + first, begin + last);
+    this->Source.Consume(last / 3 * facetBytes);
+    vertex += last - first;
+  }
+  return {};
+}
+
+Status BinaryStlReader::Decode(const char* bytes, std::uint64_t facet, std::size_t count)
+{
+  bool finite = true;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    for (std::size_t corner = 0; corner < 3; ++corner)
+    {
+      const char* const place = bytes + i * facetBytes + (corner + 1) * placeBytes;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const auto value = static_cast<double>(std::bit_cast<float>(LoadLittle(place + 4 * k)));
+        this->Batch[3 * i + corner][k] = value;
+        finite &= std::isfinite(value);
+      }
+    }
+  }
+  for (std::size_t i = 0; !finite && i < 3 * count; ++i)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      if (!std::isfinite(this->Batch[i][k]))
+      {
+        return NotFinite(3 * facet + i, k);
+      }
+    }
+  }
+  return {};
+}
+
+// Where the text goes on: the next vertex of which facet.
+struct TextState
+{
+  bool inSolid = false;
+  bool inFacet = false;
+  unsigned corner = 0; // of the facet: what comes next
+  std::uint64_t facet = 0;
+};
+
+class TextStlReader : public StlReader
+{
+public:
+  explicit TextStlReader(ByteSource source)
+    : StlReader(std::move(source))
+    , Words(this->Source)
+  {
+  }
+
+  // The first pass: what Info says, and whether the text is well formed.
+  Status Start(const Execution& execution);
+
+private:
+  Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
+  // Goes to the coordinates of the next vertex; false at the end of the text.
+  Result<bool> NextVertex();
+  Status EndFacet();
+  Status Expect(std::string_view expected);
+  Error Unexpected(std::string_view word, const std::string& expected) const;
+  template <class T>
+  Status ReadPoint(Vec3& point);
+
+  TextWords Words;
+  TextState At;
+};
+
+bool IsWord(std::string_view word, std::string_view small)
+{
+  return word.size() == small.size() &&
+         std::equal(word.begin(), word.end(), small.begin(),
+           [](char c, char expected)
+           { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
+}
+
+Error TextStlReader::Unexpected(std::string_view word, const std::string& expected) const
+{
+  if (word.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, "truncated: facet " + std::to_string(this->At.facet) +
+                                             ": " + expected + " expected at byte " +
+                                             std::to_string(this->Source.Size()) };
+  }
+  return AtFacet(this->At.facet, QuotedText(word) + " where " + expected +
+                                   " is expected, before byte " +
+                                   std::to_string(this->Words.Position()));
+}
+
+Status TextStlReader::Expect(std::string_view expected)
+{
+  const Result<std::string_view> word = this->Words.Next();
+  if (!word)
+  {
+    return word.GetError();
+  }
+  return IsWord(*word, expected) ? Status()
+                                 : this->Unexpected(*word, "'" + std::string(expected) + "'");
+}
+
+Status TextStlReader::EndFacet()
+{
+  for (const std::string_view word : { "endloop", "endfacet" })
+  {
+    if (Status status = this->Expect(word); !status)
+    {
+      return status;
+    }
+  }
+  this->At.inFacet = false;
+  ++this->At.facet;
+  return {};
+}
+
+Result<bool> TextStlReader::NextVertex()
+{
+  if (this->At.inFacet && this->At.corner == 3)
+  {
+    if (Status ended = this->EndFacet(); !ended)
+    {
+      return ended.GetError();
+    }
+  }
+  while (!this->At.inFacet)
+  {
+    const Result<std::string_view> word = this->Words.Next();
+    if (!word)
+    {
+      return word.GetError();
+    }
+    if (word->empty() && !this->At.inSolid)
+    {
+      return false;
+    }
+    if (IsWord(*word, this->At.inSolid ? "endsolid" : "solid"))
+    {
+      // The name, which can be anything.
+      if (Status skipped = this->Words.SkipLine(); !skipped)
+      {
+        return skipped.GetError();
+      }
+      this->At.inSolid = !this->At.inSolid;
+      continue;
+    }
+    if (!this->At.inSolid || !IsWord(*word, "facet"))
+    {
+      return this->Unexpected(*word, this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'");
+    }
+    // Of the normal nothing is made, so it may be no number.
+    for (const char* const expected : { "normal", "", "", "", "outer", "loop" })
+    {
+      const Result<std::string_view> next = this->Words.Next();
+      if (!next)
+      {
+        return next.GetError();
+      }
+      if (next->empty() || (*expected != '\0' && !IsWord(*next, expected)))
+      {
+        return this->Unexpected(
+          *next, *expected == '\0' ? "a normal" : "'" + std::string(expected) + "'");
+      }
+    }
+    this->At.inFacet = true;
+    this->At.corner = 0;
+  }
+  if (Status status = this->Expect("vertex"); !status)
+  {
+    return status.GetError();
+  }
+  ++this->At.corner;
+  return true;
+}
+
+Status TextStlReader::Start(const Execution& execution)
+{
+  DecimalPrecision precision;
+  for (;;)
+  {
+    const Result<bool> more = this->NextVertex();
+    if (!more)
+    {
+      return more.GetError();
+    }
+    if (!*more)
+    {
+      break;
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const Result<std::string_view> word = this->Words.Next();
+      if (!word)
+      {
+        return word.GetError();
+      }
+      precision.Add(*word);
+    }
+    if (this->At.corner == 3 && this->At.facet % facetsPerReport == 0)
+    {
+      const double size = std::max(1.0, double(this->Source.Size()));
+      if (Status status = execution.Report("read", double(this->Words.Position()) / size); !status)
+      {
+        return status;
+      }
+    }
+  }
+  this->FileInfo.scalarType = precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
+  const std::uint64_t facets = this->At.facet;
+  this->At = {};
+  this->Words.Seek(0);
+  return this->SetFacets(facets);
+}
+
+template <class T>
+Status TextStlReader::ReadPoint(Vec3& point)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const Result<std::string_view> word = this->Words.Next();
+    if (!word)
+    {
+      return word.GetError();
+    }
+    T value = 0;
+    const NumberTextError error = ParseNumber(*word, value);
+    if (error != NumberTextError::None)
+    {
+      return AtFacet(this->At.facet,
+        "vertex " + std::to_string(this->At.corner - 1) + ": " + "xyz"[k] + " " +
+          QuotedText(*word) +
+          (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number"));
+    }
+    if (!std::isfinite(value))
+    {
+      return NotFinite(3 * this->At.facet + this->At.corner - 1, k);
+    }
+    point[k] = static_cast<double>(value);
+  }
+  return {};
+}
+
+Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
+{
+  for (std::size_t i = 0; i < number; ++i)
+  {
+    const Result<bool> more = this->NextVertex();
+    if (!more)
+    {
+      return more.GetError();
+    }
+    if (!*more)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "truncated: the file has changed since it was opened" };
+    }
+    Vec3 point{};
+    if (Status read = this->FileInfo.scalarType == ScalarType::Float32
+                        ? this->ReadPoint<float>(point)
+                        : this->ReadPoint<double>(point);
+        !read)
+    {
+      return read;
+    }
+    points.push_back(point);
+  }
+  return {};
+}
+
+// Whether the bytes where a binary file has its header could be text.
+bool LooksLikeText(std::string_view head)
+{
+  head.remove_prefix(
+    static_cast<std::size_t>(std::find_if_not(head.begin(), head.end(), IsBlank) - head.begin()));
+  return IsWord(head.substr(0, 5), "solid") &&
+         std::none_of(head.begin(), head.end(),
+           [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
+}
+
+}
+
+Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execution& execution)
+{
+  const Result<std::string_view> head = source.Peek(headerBytes);
+  if (!head)
+  {
+    return head.GetError();
+  }
+  const bool hasHeader = head->size() >= headerBytes;
+  const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
+  const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
+  if (hasHeader && source.Size() == size)
+  {
+    auto reader = std::make_unique<BinaryStlReader>(std::move(source), facets);
+    Status started = reader->Start();
+    return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
+  }
+  if (LooksLikeText(head->substr(0, headerBytes)))
+  {
+    auto reader = std::make_unique<TextStlReader>(std::move(source));
+    Status started = reader->Start(execution);
+    return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
+  }
+  if (head->empty())
+  {
+    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+  }
+  if (!hasHeader)
+  {
+    return Error{ ErrorCode::InvalidInput, "is not an STL file" };
+  }
+  return Error{ ErrorCode::InvalidInput,
+    "the header claims " + std::to_string(facets) + " triangles, " + std::to_string(size) +
+      " bytes with it; the file has " + std::to_string(source.Size()) };
+}
+
+}

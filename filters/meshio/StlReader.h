@@ -1,0 +1,30 @@
+// Reads STL files in chunks: step "read" of the README's picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/MeshReader.h"
+
+namespace kdstream
+{
+
+// ASCII and binary STL. An STL file is a soup: triangle i has the vertices 3i, 3i + 1 and 3i + 2 of
+// its own, and Info().soup says so; whoever builds from it welds. Memory: one block of the file and
+// what is appended to the caller's vectors.
+//
+// A file is binary if its size is the one that its count of triangles gives, whatever it begins
+// with (many writers begin the header of a binary file with "solid"); else it is text if it begins
+// with that word and holds no control characters where a binary file has its header.
+// Binary: floats, little endian. The normals and the two bytes after each triangle are not read.
+// Text: any number of solids, one after the other, their words apart by any blanks, in small or
+// capital letters. Opening goes through the whole text once: it counts, and finds out whether
+// floats tell its decimals apart, else coordinates are doubles. What was
+// opened is well formed but for its numbers.
+//
+// Errors: InvalidInput: no STL file; a size other than the header claims; "facet 17: …" for a word
+// or number that should be another, a coordinate that is not finite, a text without its end;
+// LimitExceeded for more than 2^32 - 2 vertices; InputOutput; Cancelled by the execution, to which
+// the pass of opening is reported as "read".
+Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execution& execution);
+
+}

@@ -1,0 +1,128 @@
+// Random soups in random STL dresses, with what a reader must make of them.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/meshio/Testing/Dice.h"
+
+#include <array>
+#include <cstring>
+
+namespace kdstream::test
+{
+
+struct RandomStl
+{
+  std::string bytes;
+  std::vector<Vec3> points; // three a triangle
+  ScalarType scalarType = ScalarType::Float32;
+};
+
+// The binary file of these triangles; header: up to 80 bytes.
+inline std::string BinaryStl(std::string header, const std::vector<Vec3>& points)
+{
+  const auto append = [](std::string& bytes, std::uint32_t value)
+  {
+    for (int shift = 0; shift < 32; shift += 8)
+    {
+      bytes += static_cast<char>(value >> shift);
+    }
+  };
+  header.resize(80);
+  append(header, static_cast<std::uint32_t>(points.size() / 3));
+  for (std::size_t i = 0; i < points.size(); ++i)
+  {
+    header += i % 3 == 0 ? std::string("\x00\x00\xc0\x7fnormal..", 12) : "";
+    for (const double value : points[i])
+    {
+      append(header, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+    }
+    header += i % 3 == 2 ? "at" : "";
+  }
+  return header;
+}
+
+class RandomStlMaker
+{
+public:
+  explicit RandomStlMaker(unsigned seed)
+    : Chooser(seed)
+  {
+  }
+
+  RandomStl Make(std::uint64_t mostFacets)
+  {
+    RandomStl stl;
+    const bool binary = this->Chooser.Chance(0.4);
+    const std::uint64_t facets = this->Chooser.Pick(mostFacets + 1);
+    const bool doubles = !binary && facets > 0 && this->Chooser.Chance(0.5);
+    stl.scalarType = doubles ? ScalarType::Float64 : ScalarType::Float32;
+    for (std::uint64_t i = 0; i < 3 * facets; ++i)
+    {
+      Vec3 point{};
+      for (double& value : point)
+      {
+        value = doubles ? this->Chooser.AnyReal<double>() : double(this->Chooser.AnyReal<float>());
+      }
+      stl.points.push_back(point);
+    }
+    if (doubles)
+    {
+      stl.points[this->Chooser.Pick(stl.points.size())][this->Chooser.Pick(3)] = 0.1234567890123;
+    }
+    stl.bytes =
+      binary ? BinaryStl(this->Chooser.PickOf({ "", "solid", "solid thing\nfacet " }), stl.points)
+             : this->Text(stl.points, doubles);
+    return stl;
+  }
+
+  Dice& GetDice() { return this->Chooser; }
+
+private:
+  std::string Word(const char* small)
+  {
+    std::string word = small;
+    for (char& c : word)
+    {
+      c = this->Capitals ? static_cast<char>(c - 'a' + 'A') : c;
+    }
+    return word;
+  }
+
+  std::string Text(const std::vector<Vec3>& points, bool doubles)
+  {
+    Dice& dice = this->Chooser;
+    this->Capitals = dice.Chance(0.3);
+    const std::string newline = dice.PickOf({ "\n", "\r\n", "\r", "\n\n  " });
+    const std::string blank = dice.PickOf({ " ", "\t", "   " });
+    // Only the names of solids need their line.
+    const std::string between = dice.Chance(0.3) ? blank : newline;
+    const std::string name = dice.PickOf({ "", " a b", " facet normal", " solid endsolid" });
+    const std::string begin = this->Word("solid") + name + newline;
+    const std::string end = this->Word("endsolid") + name + newline;
+    std::string text = (dice.Chance(0.2) ? newline : "") + begin;
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      if (i % 3 == 0)
+      {
+        text += i > 0 && dice.Chance(0.1) ? end + begin : "";
+        text += this->Word("facet") + blank + this->Word("normal") + blank +
+                dice.PickOf({ "0 0 1", "-nan(ind) 1e999 x" }) + between + this->Word("outer") +
+                blank + this->Word("loop") + between;
+      }
+      text += this->Word("vertex");
+      for (const double value : points[i])
+      {
+        text += blank + (dice.Chance(0.1) && !std::signbit(value) ? "+" : "") +
+                (doubles ? ShortText(value) : ShortText(static_cast<float>(value)));
+      }
+      text += between;
+      text += i % 3 == 2 ? this->Word("endloop") + between + this->Word("endfacet") + between : "";
+    }
+    return text + end;
+  }
+
+  Dice Chooser;
+  bool Capitals = false;
+};
+
+}

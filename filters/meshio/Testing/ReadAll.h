@@ -1,0 +1,74 @@
+// Reads a file in chunks of any sizes, as callers of a reader do.
+#pragma once
+
+#include "filters/meshio/MeshReader.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <limits>
+
+namespace kdstream::test
+{
+
+inline constexpr std::size_t everything = std::numeric_limits<std::size_t>::max();
+
+struct Contents
+{
+  MeshFileInfo info;
+  Mesh mesh;
+  std::uint64_t faces = 0;
+  Status status;
+};
+
+// Reads a whole file, asking for nextLimit() records at a time.
+inline Contents ReadAll(
+  const std::filesystem::path& file, const std::function<std::size_t()>& nextLimit)
+{
+  Contents contents;
+  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
+  if (!reader)
+  {
+    contents.status = reader.GetError();
+    return contents;
+  }
+  contents.info = (*reader)->Info();
+  EXPECT_EQ((*reader)->FileSize(), std::filesystem::file_size(file));
+  for (const bool vertices : { true, false })
+  {
+    for (;;)
+    {
+      const std::size_t limit = nextLimit();
+      const std::size_t before = contents.mesh.points.size();
+      const Result<std::size_t> read = vertices ? (*reader)->ReadVertices(contents.mesh, limit)
+                                                : (*reader)->ReadTriangles(contents.mesh, limit);
+      if (!read)
+      {
+        contents.status = read.GetError();
+        const Result<std::size_t> again = (*reader)->ReadTriangles(contents.mesh, limit);
+        EXPECT_FALSE(again) << "an error stays";
+        EXPECT_TRUE(again || again.GetError().message == read.GetError().message);
+        return contents;
+      }
+      EXPECT_LE(*read, limit);
+      EXPECT_LE((*reader)->Position(), (*reader)->FileSize());
+      EXPECT_TRUE(!vertices || contents.mesh.points.size() == before + *read);
+      contents.faces += vertices ? 0 : *read;
+      if (*read == 0)
+      {
+        break;
+      }
+    }
+  }
+  return contents;
+}
+
+// Bits, not values: -0 and 0 differ.
+inline bool SameBits(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
+{
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
+}
+
+}

@@ -1,0 +1,177 @@
+// The STL reader: random soups in every dress are read back exactly whatever the chunks; files by
+// hand for what random ones do not reach; every error names its place.
+#include "filters/meshio/MeshWriter.h"
+#include "filters/meshio/Testing/RandomStl.h"
+#include "filters/meshio/Testing/ReadAll.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+void ExpectReadBack(unsigned seed, std::uint64_t mostFacets, std::uint64_t mostLimit)
+{
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  RandomStlMaker maker(seed);
+  const RandomStl stl = maker.Make(mostFacets);
+  const ScratchFolder folder;
+  const Contents read = ReadAll(folder.Write("random.stl", stl.bytes),
+    [&] { return maker.GetDice().Chance(0.2) ? everything : 1 + maker.GetDice().Pick(mostLimit); });
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_TRUE(read.info.soup);
+  EXPECT_EQ(read.info.vertices, stl.points.size());
+  EXPECT_EQ(read.info.faces, stl.points.size() / 3);
+  EXPECT_EQ(read.faces, stl.points.size() / 3);
+  EXPECT_EQ(read.info.scalarType, stl.scalarType);
+  EXPECT_EQ(read.mesh.scalarType, stl.scalarType);
+  EXPECT_TRUE(SameBits(read.mesh.points, stl.points));
+  EXPECT_TRUE(read.mesh.attributes.empty());
+  ASSERT_EQ(read.mesh.triangles.size(), stl.points.size() / 3);
+  for (std::size_t i = 0; i < read.mesh.triangles.size(); ++i)
+  {
+    const auto first = static_cast<VertexId>(3 * i);
+    ASSERT_EQ(read.mesh.triangles[i], (Triangle{ first, first + 1, first + 2 }));
+  }
+}
+
+Contents ReadBytes(std::string_view bytes)
+{
+  const ScratchFolder folder;
+  return ReadAll(folder.Write("bytes.stl", bytes), [] { return everything; });
+}
+
+void ExpectError(std::string_view bytes, std::string_view message)
+{
+  const Contents read = ReadBytes(bytes);
+  ASSERT_FALSE(read.status) << "expected: " << message;
+  EXPECT_EQ(read.status.GetError().message, message);
+  EXPECT_EQ(read.status.GetError().code, ErrorCode::InvalidInput) << message;
+}
+
+const std::string oneFacet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                             "vertex 0 1 0\nendloop\nendfacet\n";
+const std::vector<Vec3> onePlace{ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
+
+}
+
+TEST(StlReader, ReadsRandomFilesBack)
+{
+  for (unsigned seed = 0; seed < 400; ++seed)
+  {
+    ExpectReadBack(seed, 12, 7);
+  }
+}
+
+// Several blocks, many batches.
+TEST(StlReader, ReadsLargeFilesBack)
+{
+  for (unsigned seed = 400; seed < 412; ++seed)
+  {
+    ExpectReadBack(seed, 40000, 5000);
+  }
+}
+
+TEST(StlReader, ReadsWhatTheWriterWrites)
+{
+  Mesh mesh;
+  mesh.points = { { 0, 0, 0 }, { 1, 0, 0.1F }, { 0, 1, 0 }, { 1, 1, 7 } };
+  mesh.triangles = { { 0, 1, 2 }, { 1, 3, 2 }, { 3, 3, 3 } };
+  const ScratchFolder folder;
+  ASSERT_TRUE(WriteMesh(folder.File("m.stl"), mesh));
+  const Contents read = ReadAll(folder.File("m.stl"), [] { return std::size_t{ 2 }; });
+  ASSERT_TRUE(read.status);
+  ASSERT_EQ(read.mesh.points.size(), 9U);
+  for (std::size_t i = 0; i < 9; ++i)
+  {
+    EXPECT_EQ(read.mesh.points[i], mesh.points[mesh.triangles[i / 3][i % 3]]);
+  }
+}
+
+TEST(StlReader, DoublesOnlyWhereFloatsWouldLoseDecimals)
+{
+  const auto typeOf = [](const std::string& number)
+  {
+    std::string facet = oneFacet;
+    facet.replace(facet.find("vertex 1") + 7, 1, number);
+    return ReadBytes("solid\n" + facet + "endsolid\n").info.scalarType;
+  };
+  EXPECT_EQ(typeOf("4000000.4565"), ScalarType::Float64);
+  EXPECT_EQ(typeOf("0.123456789"), ScalarType::Float64);
+  EXPECT_EQ(typeOf("16777217"), ScalarType::Float64);
+  EXPECT_EQ(typeOf("1e-60"), ScalarType::Float64);
+  EXPECT_EQ(typeOf("4.000000e+06"), ScalarType::Float32);
+  EXPECT_EQ(typeOf("16777216"), ScalarType::Float32);
+  EXPECT_EQ(typeOf("-0.100000001"), ScalarType::Float32);
+}
+
+TEST(StlReader, BinaryFilesMayBeginWithSolid)
+{
+  const Contents read = ReadBytes(BinaryStl("solid ascii\n" + oneFacet, onePlace));
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
+  // Without its last byte it is a binary file all the same.
+  const std::string whole = BinaryStl("solid exported", onePlace);
+  ExpectError(whole.substr(0, whole.size() - 1),
+    "the header claims 1 triangles, 134 bytes with it; the file has 133");
+}
+
+TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)
+{
+  for (const std::string& bytes : { BinaryStl("", {}), std::string("solid\nendsolid"),
+         std::string("solid a\nendsolid a\nsolid b\nendsolid b\n") })
+  {
+    const Contents read = ReadBytes(bytes);
+    EXPECT_TRUE(read.status);
+    EXPECT_EQ(read.info.vertices + read.info.faces, 0U);
+  }
+}
+
+TEST(StlReader, SaysWhatIsWrongAndWhere)
+{
+  ExpectError("", "the file is empty");
+  ExpectError("soli", "is not an STL file");
+  ExpectError(std::string(84, 'x'),
+    "the header claims 2021161080 triangles, 101058054084 bytes with it; the file has 84");
+  ExpectError(std::string(80, '\0') + "\xff\xff\xff\xff" + std::string(500, '\0'),
+    "the header claims 4294967295 triangles, 214748364834 bytes with it; the file has 584");
+  std::vector<Vec3> bad(9, Vec3{ 1, 2, 3 });
+  bad[7][1] = std::nan("");
+  ExpectError(BinaryStl("", bad), "facet 2: vertex 1: y is not finite");
+  ExpectError("solid a", "truncated: facet 0: 'facet' or 'endsolid' expected at byte 7");
+  ExpectError(
+    "solid a\n" + oneFacet, "truncated: facet 1: 'facet' or 'endsolid' expected at byte 94");
+  ExpectError(
+    "solid a\n" + oneFacet.substr(0, 56), "truncated: facet 0: 'vertex' expected at byte 64");
+  ExpectError("solid a\n" + oneFacet + "facet abnormal",
+    "facet 1: 'abnormal' where 'normal' is expected, before byte 108");
+  ExpectError("solid a\n" + oneFacet + "endsolid\nfacet",
+    "facet 1: 'facet' where 'solid' is expected, before byte 108");
+  const auto with = [](const std::string& number)
+  {
+    std::string facet = oneFacet;
+    facet.replace(facet.find("vertex 1 0") + 9, 1, number);
+    return "solid a\n" + oneFacet + facet + "endsolid\n";
+  };
+  ExpectError(with("x"), "facet 1: vertex 1: y 'x' is not a number");
+  ExpectError(with("1e999"), "facet 1: vertex 1: y '1e999' is too large a number");
+  ExpectError(with("nan"), "facet 1: vertex 1: y is not finite");
+  ExpectError(
+    with("0 0 vertex 0 0"), "facet 1: 'vertex' where 'endloop' is expected, before byte 169");
+}
+
+TEST(StlReader, CanBeCancelledWhileItCounts)
+{
+  const ScratchFolder folder;
+  Execution execution;
+  execution.progress = [](std::string_view step, double) { return step != "read"; };
+  const auto reader =
+    MeshReader::Open(folder.Write("a.stl", "solid\n" + oneFacet + "endsolid\n"), execution);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.GetError().code, ErrorCode::Cancelled);
+}
+
+}

@@ -1,0 +1,71 @@
+// The STL reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
+// promises where it accepts a file, and must never take memory for what is not there.
+#include "filters/meshio/StlReader.h"
+#include "filters/meshio/Testing/CountedMemory.h"
+#include "filters/meshio/Testing/RandomStl.h"
+#include "filters/meshio/Testing/ReadHostile.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+// True if the file is a mesh. Memory while it is read, all at once: the block (at most the file),
+// the binary reader's batch, and points of 24 bytes for text of six in a vector that doubles.
+bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
+{
+  const MemoryFile file(bytes);
+  const std::size_t before = liveBytes;
+  peakBytes = liveBytes;
+  const bool isMesh = ReadHostile(
+    [](ByteSource source) { return OpenStlReader(std::move(source), {}); }, file, limit);
+  const std::size_t used = peakBytes - before;
+  EXPECT_LE(used, std::size_t{ 96 } * 1024 + 20 * bytes.size()) << bytes.size() << " bytes";
+  EXPECT_EQ(liveBytes, before) << "everything is given back";
+  return isMesh;
+}
+
+const std::vector<std::string> lines{ "vertex 1 2 3\n", "endloop\nendfacet\n", "endsolid\n",
+  "solid\n", "facet normal 0 0 0\nouter loop\n", "endfacet\n" };
+
+}
+
+TEST(StlReaderHostile, TakesNoMemoryForWhatAHeaderClaims)
+{
+  EXPECT_FALSE(ReadWithinMemory(std::string(80, '\0') + "\xff\xff\xff\xff", SIZE_MAX));
+  EXPECT_FALSE(ReadWithinMemory(std::string(80, '\0') + "\xff\xff\xff\x7f" + "more", SIZE_MAX));
+  EXPECT_TRUE(ReadWithinMemory("solid " + std::string(100000, 'n') + "\nendsolid", SIZE_MAX));
+  EXPECT_FALSE(ReadWithinMemory("solid \n" + std::string(100000, 'n') + "\nendsolid", SIZE_MAX));
+}
+
+TEST(StlReaderHostile, SurvivesMutatedFiles)
+{
+  int accepted = 0;
+  int refused = 0;
+  for (unsigned seed = 0; seed < 200; ++seed)
+  {
+    RandomStlMaker maker(seed);
+    Dice& dice = maker.GetDice();
+    const std::string good = maker.Make(1 + dice.Pick(10)).bytes;
+    ASSERT_TRUE(ReadWithinMemory(good, SIZE_MAX)) << "seed " << seed;
+    for (int round = 0; round < 100; ++round)
+    {
+      std::string bytes = good;
+      for (std::uint64_t count = 1 + dice.Pick(3); count > 0 && !bytes.empty(); --count)
+      {
+        Mutate(bytes, dice, lines);
+      }
+      const bool whole = ReadWithinMemory(bytes, SIZE_MAX);
+      ASSERT_EQ(whole, ReadWithinMemory(bytes, 1 + dice.Pick(5)))
+        << "seed " << seed << ", round " << round;
+      ++(whole ? accepted : refused);
+    }
+  }
+  EXPECT_GT(accepted, 1000) << "too few mutants are meshes: the promises were not tested";
+  EXPECT_GT(refused, 1000) << "too few mutants are refused: the errors were not tested";
+}
+
+}

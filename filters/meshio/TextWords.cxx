@@ -1,0 +1,93 @@
+// A text file word by word, in bounded memory: see TextWords.h.
+#include "filters/meshio/TextWords.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+
+// Keeps what is ahead and reads on behind it. Nothing is added at the end of the file.
+Status TextWords::Refill()
+{
+  this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
+  const auto kept = static_cast<std::size_t>(this->End - this->Cursor);
+  const Result<std::string_view> ahead =
+    this->Source.Peek(std::min(kept + 1, ByteSource::blockSize));
+  if (!ahead)
+  {
+    return ahead.GetError();
+  }
+  this->Begin = this->Cursor = ahead->data();
+  this->End = ahead->data() + ahead->size();
+  return {};
+}
+
+Result<std::string_view> TextWords::Next()
+{
+  while (this->Cursor != this->End && IsBlank(*this->Cursor))
+  {
+    ++this->Cursor;
+  }
+  while (this->Cursor == this->End)
+  {
+    if (Status status = this->Refill(); !status)
+    {
+      return status.GetError();
+    }
+    if (this->Cursor == this->End)
+    {
+      return std::string_view();
+    }
+    this->Cursor =
+      std::find_if_not(this->Cursor, this->End, IsBlank); // a block can be blanks alone
+  }
+  const char* end = this->Cursor + 1;
+  for (;; ++end)
+  {
+    if (end == this->End)
+    {
+      const std::ptrdiff_t size = end - this->Cursor;
+      if (Status status = this->Refill(); !status)
+      {
+        return status.GetError();
+      }
+      end = this->Cursor + size;
+      if (end == this->End)
+      {
+        break;
+      }
+    }
+    if (IsBlank(*end) || static_cast<std::size_t>(end - this->Cursor) > longestWord)
+    {
+      break;
+    }
+  }
+  const std::string_view word(this->Cursor, static_cast<std::size_t>(end - this->Cursor));
+  this->Cursor = end;
+  return word;
+}
+
+Status TextWords::SkipLine()
+{
+  for (;;)
+  {
+    this->Cursor =
+      std::find_if(this->Cursor, this->End, [](char c) { return c == '\n' || c == '\r'; });
+    if (this->Cursor != this->End)
+    {
+      return {};
+    }
+    if (Status status = this->Refill(); !status || this->Cursor == this->End)
+    {
+      return status;
+    }
+  }
+}
+
+void TextWords::Seek(std::uint64_t position)
+{
+  this->Source.Seek(position);
+  this->Begin = this->Cursor = this->End = nullptr;
+}
+
+}

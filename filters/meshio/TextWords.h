@@ -1,0 +1,56 @@
+// A text file word by word, in bounded memory: for text formats in which lines mean little. Part of
+// step "read".
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/meshio/ByteSource.h"
+
+#include <cstdint>
+#include <string_view>
+
+namespace kdstream
+{
+
+class TextWords
+{
+public:
+  // Longer ones are cut: no number and no name that means anything is as long.
+  static constexpr std::size_t longestWord = 4096;
+
+  // `source` must outlive this. It is read from where it stands; nobody else may move it.
+  explicit TextWords(ByteSource& source)
+    : Source(source)
+  {
+  }
+
+  // Goes to the next word, across blanks and the ends of lines; empty at the end of the file. Valid
+  // until the next call. Of a longer word the first longestWord + 1 bytes come, then the rest as
+  // further words. Errors: InputOutput.
+  Result<std::string_view> Next();
+  // Goes to the end of the line. Errors: InputOutput.
+  Status SkipLine();
+
+  // Byte after the last word. What was read to find it lies behind Source's position.
+  std::uint64_t Position() const
+  {
+    return this->Source.Position() + static_cast<std::uint64_t>(this->Cursor - this->Begin);
+  }
+  // Reads from that byte on. REQUIRES: position <= the file's size.
+  void Seek(std::uint64_t position);
+
+private:
+  Status Refill();
+
+  ByteSource& Source;
+  const char* Begin = nullptr; // [Begin, End) is in memory, Source stands at Begin
+  const char* Cursor = nullptr;
+  const char* End = nullptr;
+};
+
+// Blanks and the ends of lines.
+constexpr bool IsBlank(char c)
+{
+  return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+}
