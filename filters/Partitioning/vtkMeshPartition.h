@@ -20,10 +20,9 @@
  * Output port 1: the input, with the array "PartitionId" if GeneratePartitionIds is on. It is what
  * vtkPartitionMeasures measures.
  *
- * Polygons become fans around their first point (put a vtkTriangleFilter before, if they are not
- * convex), strips triangles, polylines segments, poly-vertices single vertices; each gets the data
- * of its cell. Degenerate triangles are kept. Coincident points are not merged (see
- * vtkCleanPolyData).
+ * Polygons become triangles (concave ones by cutting ears), strips triangles, polylines segments,
+ * poly-vertices single vertices; each gets the data of its cell. Degenerate triangles are kept.
+ * Coincident points are not merged (see vtkCleanPolyData).
  *
  * No points give no partitions.
  *

@@ -21,7 +21,7 @@
  * compactness), and Minimum, Maximum, Mean, StandardDeviation and Ratio (maximum by minimum) of
  * Vertices, Triangles and Compactness (double), named "VerticesMinimum" and so on.
  *
- * Polygons become fans around their first point, strips triangles; vertices and lines have no part
+ * Polygons and strips become triangles; vertices and lines have no part
  * in it. Points in one place count as one for edges. No points give no rows, and zeros.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 60 bytes a point, 60 a

@@ -27,8 +27,8 @@
  * taken for a point set: its output has a vertex cell for every point.
  *
  * Not passed: other point data, cell data, vertex and line cells (those of a point set excepted).
- * Polygons become fans around their first point (put a vtkTriangleFilter before, if they are not
- * convex), strips triangles. No points give an empty output.
+ * Polygons become triangles (concave ones by cutting ears), strips triangles. No points give an
+ * empty output.
  *
  * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
