@@ -259,8 +259,8 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
     "vt 0.25 0.75\nvt 1 1\nvn 0 0 2\nvn 0 1 0\nusemtl m\nf 1/1/1 2/2/1 \\\n3/1/1\n"
     "f -4/-1/-1 -3/2/1 -2/1/1\nl 1 2\n");
   const Mesh read = this->Converted("in.obj",
-    "kdstream-convert: warning: in.obj: materials and their textures are dropped\n"
-    "kdstream-convert: warning: in.obj: 1 lines and free-form curves or surfaces are dropped\n");
+    "kdstream-convert: warning: in.obj: not carried: materials and their textures\n"
+    "kdstream-convert: warning: in.obj: not carried: 1 lines and free-form curves or surfaces\n");
   // The second face's first corner is another combination of the first vertex.
   EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 4, 1, 2 } }));
   EXPECT_EQ(read.points.size(), 5U);
@@ -424,14 +424,14 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     { "e.xyz", "1 2 3 0.5 300 0 7\n", "columns 5 to 7 should be colours" },
     { "f.xyz", "nan nan nan\n", "holds no points; 1 points are not finite" },
     { "g.xyz", "", "is empty" },
-    { "a.obj", "v 1 2 3\nf 1 1 2\n", "line 2: vertex 2 is not there: there are 1 so far" },
-    { "b.obj", "v 1 2 3\nf 1 1 -2\n", "line 2: vertex -2 is not there" },
-    { "c.obj", "v 1 2 3\nf 1 1 0\n", "line 2: '0' is no number of a vertex" },
-    { "d.obj", "v 1 2 3\nf 1/1 1/1 1/1\n", "line 2: texture coordinate 1 is not there" },
-    { "e.obj", "v 1 2 3\nf 1//1 1//1 1//1\n", "line 2: normal 1 is not there" },
-    { "f.obj", "v 1 2\n", "line 1: a vertex of 2 numbers" },
+    { "a.obj", "v 1 2 3\nf 1 1 2\n", "line 2: face 0: vertex 2 is not there: the file has 1" },
+    { "b.obj", "v 1 2 3\nf 1 1 -2\n", "line 2: face 0: vertex -2 is not there: 1 come before" },
+    { "c.obj", "v 1 2 3\nf 1 1 0\n", "line 2: face 0: '0' is no number of a vertex" },
+    { "d.obj", "v 1 2 3\nf 1/1 1/1 1/1\n", "line 2: face 0: texture coordinate 1 is not there" },
+    { "e.obj", "v 1 2 3\nf 1//1 1//1 1//1\n", "line 2: face 0: normal 1 is not there" },
+    { "f.obj", "v 1 2\n", "line 1: vertex 0: a vertex of 2 numbers" },
     { "g.obj", "v 1 2 nan\n", "line 1: vertex 0: z is not finite" },
-    { "h.obj", "v 1 2 3\nf 1 1\n", "line 2: a face of 2 corners" },
+    { "h.obj", "v 1 2 3\nf 1 1\n", "line 2: face 0: a face of 2 corners" },
     { "i.obj", "vt 0.5 0.5\n", "holds no points" },
     { "j.obj", "hello\nworld\n", "is not an OBJ file" },
     { "k.obj", "v 1 2 3\nf 99999999999999999999 1 1\n", "is no number of a vertex" },

@@ -19,18 +19,20 @@ namespace
 using namespace kdstream;
 using Json = nlohmann::json;
 
-constexpr const char* description = "Cuts a mesh into uniform k-d partitions and a hierarchy of "
-                                    "simplified meshes, and writes them to a store\n"
-                                    "that kdstream-serve streams from.\n\n"
-                                    "INPUT is a .ply file (ascii, little or big endian; polygons "
-                                    "become fans, right for convex\n"
-                                    "ones, and strips triangles), or a .stl, .obj, .vtp, .vtk, "
-                                    ".wrl, .glb, .gltf, .pcd or .xyz file. Those are read\n"
-                                    "whole by kdstream-convert, a process of its own with memory "
-                                    "of its own; its --help tells what is read of them.\n"
-                                    "A file without faces is a point cloud.\n\n"
-                                    "Example: kdstream-build dragon.ply -o dragon.kds --title "
-                                    "\"Stanford dragon\" --stats dragon.json";
+constexpr const char* description =
+  "Cuts a mesh into uniform k-d partitions and a hierarchy of "
+  "simplified meshes, and writes them to a store\n"
+  "that kdstream-serve streams from.\n\n"
+  "INPUT is a .ply (ascii, little or big endian), .stl (ascii, binary) or .obj file, which are "
+  "read "
+  "in chunks (polygons\n"
+  "become fans, right for convex ones, and strips triangles), or a .vtp, .vtk, .wrl, .glb, .gltf, "
+  ".pcd or .xyz\n"
+  "file. Those are read whole by kdstream-convert, a process of its own with memory "
+  "of its own; its --help tells what is read of them.\n"
+  "A file without faces is a point cloud.\n\n"
+  "Example: kdstream-build dragon.ply -o dragon.kds --title "
+  "\"Stanford dragon\" --stats dragon.json";
 
 struct CommandLine
 {

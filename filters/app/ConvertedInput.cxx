@@ -230,8 +230,8 @@ Status EndOf(int status, const Messages& messages)
 
 bool NeedsConversion(const std::filesystem::path& input)
 {
-  static constexpr std::array<const char*, 8> endings{ ".obj", ".vtp", ".vtk", ".wrl", ".glb",
-    ".gltf", ".pcd", ".xyz" };
+  static constexpr std::array<const char*, 7> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
+    ".pcd", ".xyz" };
   return std::find(endings.begin(), endings.end(), FileEnding(input)) != endings.end();
 }
 

@@ -75,7 +75,7 @@ ReadFormat FormatOf(const std::string& ending)
   {
     const char* ending;
     ReadFormat read;
-  } formats[] = { { ".stl", ReadInChunks }, { ".obj", ReadObj }, { ".vtp", ReadVtp },
+  } formats[] = { { ".stl", ReadInChunks }, { ".obj", ReadInChunks }, { ".vtp", ReadVtp },
     { ".vtk", ReadVtk }, { ".wrl", ReadVrml }, { ".glb", ReadGltf }, { ".gltf", ReadGltf },
     { ".xyz", ReadXyz }, { ".ply", ReadInChunks },
 #ifdef KDSTREAM_HAS_PCL

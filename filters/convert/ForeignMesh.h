@@ -26,14 +26,11 @@ struct ForeignMesh
 // are those of a plain cloud. Coordinates keep their type, but those of .wrl, and of a
 // .pcd as text with SIZE 4, are floats, with a warning where these are coarse; other text is read
 // as floats where these tell its decimals apart, else as doubles.
-//   .stl          ascii, binary; corners in the same place are joined
-//   .obj          with colours after the coordinates; a vertex for each combination of place,
-//                 texture coordinate and normal
 //   .vtp          VTK's XML; .vtk: VTK's legacy format, of a grid its surface
 //   .wrl          VRML 2 (VRML 97); .glb, .gltf: glTF 2.0, the default scene, transforms applied
 //   .pcd          PCL's clouds: ascii, binary, compressed; points that are not finite are dropped
 //   .xyz          see ReadXyz
-//   .ply          as kdstream-build reads it
+//   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
 // Peak memory: some three times the mesh. Errors: InvalidInput saying what is wrong, and where if
 // the format's library tells; a file without any point; Unsupported for other endings, and for what
 // this installation lacks; InputOutput; NotFound; Cancelled.
@@ -46,7 +43,6 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution& execution);
-Result<ForeignMesh> ReadObj(const std::filesystem::path& file, const Execution& execution);
 
 // Text, a point a line, its numbers apart by blanks, commas or semicolons. Columns: x y z, then
 // nothing; an intensity; r g b or nx ny nz; intensity r g b; or r g b nx ny nz. Three further

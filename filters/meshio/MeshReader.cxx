@@ -3,6 +3,7 @@
 
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
+#include "filters/meshio/ObjReader.h"
 #include "filters/meshio/PlyReader.h"
 #include "filters/meshio/StlReader.h"
 
@@ -13,8 +14,8 @@
 namespace kdstream
 {
 
-Result<std::unique_ptr<MeshReader>> MeshReader::Open(
-  const std::filesystem::path& file, const Execution& execution)
+Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path& file,
+  const Execution& execution, const std::filesystem::path& scratch)
 {
   Result<ByteSource> source = ByteSource::Open(file);
   if (!source)
@@ -30,8 +31,12 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(
   {
     return OpenStlReader(std::move(*source), execution);
   }
-  constexpr std::array<const char*, 8> convertedFormats{ ".obj", ".vtp", ".vtk", ".wrl", ".glb",
-    ".gltf", ".pcd", ".xyz" };
+  if (ending == ".obj")
+  {
+    return OpenObjReader(std::move(*source), execution, scratch);
+  }
+  constexpr std::array<const char*, 7> convertedFormats{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
+    ".pcd", ".xyz" };
   if (std::find(convertedFormats.begin(), convertedFormats.end(), ending) != convertedFormats.end())
   {
     return Error{ ErrorCode::Unsupported,

@@ -35,10 +35,12 @@ public:
   virtual ~MeshReader() = default;
 
   // Chooses the reader by the file's name. Text formats without a header are gone through once, to
-  // count: that is reported to the execution as "read". Errors: NotFound; Unsupported for another
-  // format, by name; InvalidInput for a file that is of none; Cancelled; those of the readers.
-  static Result<std::unique_ptr<MeshReader>> Open(
-    const std::filesystem::path& file, const Execution& execution = {});
+  // count: that is reported to the execution as "read". scratch: a folder for tables that a reader
+  // may need (OBJ); empty: the system's for temporary files. Errors: NotFound; Unsupported for
+  // another format, by name; InvalidInput for a file that is of none; Cancelled; those of the
+  // readers.
+  static Result<std::unique_ptr<MeshReader>> Open(const std::filesystem::path& file,
+    const Execution& execution = {}, const std::filesystem::path& scratch = {});
 
   virtual const MeshFileInfo& Info() const = 0;
 

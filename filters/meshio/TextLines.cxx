@@ -1,3 +1,4 @@
+// A text file line by line, in bounded memory: see TextLines.h.
 #include "filters/meshio/TextLines.h"
 
 #include <algorithm>
@@ -5,46 +6,44 @@
 namespace kdstream
 {
 
-Result<bool> TextLines::Next()
+// The line does not end in what is in memory.
+Result<bool> TextLines::NextAcrossBlocks()
 {
-  this->Source.Consume(this->Taken);
-  this->Taken = 0;
-  ++this->Count;
-  Result<std::string_view> ahead = this->Source.Peek(1);
+  this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
+  const Result<std::string_view> ahead = this->Source.Peek(ByteSource::blockSize);
   if (!ahead)
   {
     return ahead.GetError();
   }
+  this->Begin = this->Cursor = ahead->data();
+  this->Limit = ahead->data() + ahead->size();
   if (ahead->empty())
   {
+    ++this->Count;
     return false;
   }
-  std::size_t end = ahead->find('\n');
-  if (end == std::string_view::npos)
-  {
-    ahead = this->Source.Peek(ByteSource::blockSize);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
-    end = ahead->find('\n');
-  }
+  const std::size_t end = ahead->find('\n');
   if (end == std::string_view::npos && ahead->size() < this->Source.Remaining())
   {
+    ++this->Count;
     return this->Wrong("is longer than 1 MiB");
   }
-  this->Taken = std::min(end, ahead->size() - 1) + 1;
-  this->Text = ahead->substr(0, end);
-  if (!this->Text.empty() && this->Text.back() == '\r')
-  {
-    this->Text.remove_suffix(1);
-  }
+  this->TakeLine(this->Begin + std::min(end, ahead->size()));
+  this->Cursor += end == std::string_view::npos ? 0 : 1;
   return true;
+}
+
+void TextLines::Restart()
+{
+  this->Source.Seek(0);
+  this->Begin = this->Cursor = this->Limit = nullptr;
+  this->Text = {};
+  this->Count = 0;
 }
 
 double TextLines::Fraction() const
 {
-  return double(this->Source.Position()) / std::max(1.0, double(this->Source.Size()));
+  return double(this->End()) / std::max(1.0, double(this->Source.Size()));
 }
 
 Error TextLines::Wrong(const std::string& message) const

@@ -5,6 +5,7 @@
 #include "filters/meshio/ByteSource.h"
 
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,20 +23,54 @@ public:
 
   // Goes to the next line; false at the end. Lines end with \n or \r\n. Errors: InputOutput; a line
   // longer than ByteSource::blockSize.
-  Result<bool> Next();
+  Result<bool> Next()
+  {
+    const void* const newline =
+      this->Cursor == this->Limit
+        ? nullptr
+        : std::memchr(this->Cursor, '\n', static_cast<std::size_t>(this->Limit - this->Cursor));
+    if (!newline)
+    {
+      return this->NextAcrossBlocks();
+    }
+    this->TakeLine(static_cast<const char*>(newline));
+    ++this->Cursor;
+    return true;
+  }
   // Valid until the next call of Next.
   std::string_view Line() const { return this->Text; }
-  std::uint64_t Number() const { return this->Count; }                        // of the line, from 1
-  std::uint64_t End() const { return this->Source.Position() + this->Taken; } // byte after it
-  double Fraction() const; // of the file that is read
+  std::uint64_t Number() const { return this->Count; } // of the line, from 1
+  // Byte after it, and after what ends it.
+  std::uint64_t End() const
+  {
+    return this->Source.Position() + static_cast<std::uint64_t>(this->Cursor - this->Begin);
+  }
+  std::uint64_t Size() const { return this->Source.Size(); } // of the file
+  double Fraction() const;                                   // of the file that is read
+  // Begins again with the first line.
+  void Restart();
 
   // "line 17: message".
   Error Wrong(const std::string& message) const;
 
 private:
+  Result<bool> NextAcrossBlocks();
+  void TakeLine(const char* end)
+  {
+    this->Text = std::string_view(this->Cursor, static_cast<std::size_t>(end - this->Cursor));
+    if (!this->Text.empty() && this->Text.back() == '\r')
+    {
+      this->Text.remove_suffix(1);
+    }
+    this->Cursor = end;
+    ++this->Count;
+  }
+
   ByteSource Source;
+  const char* Begin = nullptr; // [Begin, Limit) is in memory, Source stands at Begin
+  const char* Cursor = nullptr;
+  const char* Limit = nullptr;
   std::string_view Text;
-  std::size_t Taken = 0; // bytes of the current line, its end too
   std::uint64_t Count = 0;
 };
 

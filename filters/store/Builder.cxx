@@ -291,7 +291,9 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
   StepClock clock;
-  Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(input, execution);
+  // What a reader must spill goes beside the store.
+  Result<std::unique_ptr<MeshReader>> reader =
+    MeshReader::Open(input, execution, store.has_parent_path() ? store.parent_path() : ".");
   if (!reader)
   {
     return reader.GetError();

@@ -1,0 +1,579 @@
+// Reads Wavefront OBJ files in chunks: see ObjReader.h. Steps: 1. all statements: how many of what,
+// whether floats suffice, what corners name  2. where corners name more than places: tables on disk
+// 3. vertices  4. faces.
+#include "filters/meshio/ObjReader.h"
+
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/ObjVertices.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::uint64_t most = noVertex - 1; // of places, texture coordinates, normals
+constexpr std::uint64_t statementsPerReport = 1 << 17;
+
+// Of places, texture coordinates and normals.
+using Counts = std::array<std::uint64_t, 3>;
+
+// What the first pass finds out.
+struct Survey
+{
+  Counts counts{};
+  std::uint64_t faces = 0;
+  std::uint64_t statements = 0; // v, vt, vn, f
+  std::uint64_t curves = 0;
+  bool materials = false;
+  std::array<bool, 3> named{}; // whether a corner names a texture coordinate, or a normal
+  std::uint64_t colored = 0;   // places
+  float brightest = 0;
+  DecimalPrecision precision;
+};
+
+class ObjReader : public MeshReader
+{
+public:
+  ObjReader(ByteSource source, std::filesystem::path scratch)
+    : Statements(std::move(source))
+    , Scratch(std::move(scratch))
+  {
+  }
+
+  Status Start(const Execution& execution);
+
+  const MeshFileInfo& Info() const override { return this->FileInfo; }
+  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override;
+  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
+  std::uint64_t FileSize() const override { return this->Statements.GetLines().Size(); }
+  std::uint64_t Position() const override { return this->Statements.GetLines().End(); }
+
+private:
+  template <class Visit>
+  Status ForEachStatement(const Execution& execution, Visit&& visit);
+  Status LookAtPlace(std::string_view text);
+  void LookAtFace(std::string_view text);
+  void Describe();
+  Status MakeTables(const Execution& execution);
+  Status AddToTables();
+
+  Status NextOf(ObjKeyword wanted);
+  Status ReadPlaces(Mesh& mesh, std::size_t number);
+  Status ReadVerticesOfTables(Mesh& mesh, std::size_t number);
+  Status ReadFaces(Mesh& mesh, std::size_t number);
+  Status ReadFace(std::vector<Triangle>& triangles);
+  Status ReadCorner(std::string_view word, ObjVertices::Corner& corner) const;
+  void Prepare(Mesh& mesh) const;
+  void AppendColor(const ObjPlace& place, Attribute& attribute) const;
+  void Count(ObjKeyword keyword);
+
+  bool AsFloats() const { return this->FileInfo.scalarType == ScalarType::Float32; }
+  Error At(const char* element, std::uint64_t index, const Error& error) const;
+  Error AtFace(const Error& error) const { return this->At("face", this->FacesRead, error); }
+
+  ObjStatements Statements;
+  std::filesystem::path Scratch;
+  Survey Found;
+  MeshFileInfo FileInfo;
+  std::unique_ptr<ObjVertices> Tables; // only if corners name more than places
+
+  Counts SoFar{}; // statements of this pass
+  std::uint64_t VerticesRead = 0;
+  std::uint64_t FacesRead = 0;
+  bool AtFaces = false;
+  std::optional<Error> Failure;
+};
+
+Error ObjReader::At(const char* element, std::uint64_t index, const Error& error) const
+{
+  if (error.code != ErrorCode::InvalidInput)
+  {
+    return error;
+  }
+  return this->Statements.GetLines().Wrong(
+    std::string(element) + " " + std::to_string(index) + ": " + error.message);
+}
+
+void ObjReader::Count(ObjKeyword keyword)
+{
+  switch (keyword)
+  {
+    case ObjKeyword::Place:
+      ++this->SoFar[0];
+      break;
+    case ObjKeyword::TextureCoordinate:
+      ++this->SoFar[1];
+      break;
+    case ObjKeyword::Normal:
+      ++this->SoFar[2];
+      break;
+    default:
+      break;
+  }
+}
+
+// One pass over the whole text.
+template <class Visit>
+Status ObjReader::ForEachStatement(const Execution& execution, Visit&& visit)
+{
+  this->Statements.Restart();
+  this->SoFar = {};
+  for (std::uint64_t number = 0;; ++number)
+  {
+    const Result<bool> more = this->Statements.Next();
+    if (!more)
+    {
+      return more.GetError();
+    }
+    if (!*more)
+    {
+      this->Statements.Restart();
+      this->SoFar = {};
+      return {};
+    }
+    if (Status visited = visit(); !visited)
+    {
+      return visited;
+    }
+    this->Count(this->Statements.Keyword());
+    if (number % statementsPerReport == 0)
+    {
+      if (Status status = execution.Report("read", this->Statements.GetLines().Fraction()); !status)
+      {
+        return status;
+      }
+    }
+  }
+}
+
+Status ObjReader::LookAtPlace(std::string_view text)
+{
+  std::size_t numbers = 0;
+  std::array<std::string_view, 7> words;
+  for (; numbers < words.size() && !(words[numbers] = TakeObjWord(text)).empty(); ++numbers)
+  {
+    if (numbers < 3)
+    {
+      this->Found.precision.Add(words[numbers]);
+    }
+  }
+  if (numbers >= 6)
+  {
+    ++this->Found.colored;
+    for (std::size_t k = 3; k < 6; ++k)
+    {
+      float value = 0;
+      static_cast<void>(ParseNumber(words[k], value)); // what is none is refused when it is read
+      this->Found.brightest = std::max(this->Found.brightest, value);
+    }
+  }
+  return {};
+}
+
+// Whether corners name more than places.
+void ObjReader::LookAtFace(std::string_view text)
+{
+  if (text.find('/') == std::string_view::npos || (this->Found.named[1] && this->Found.named[2]))
+  {
+    return;
+  }
+  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  {
+    std::size_t part = 0;
+    for (const char c : word)
+    {
+      part += c == '/' ? 1 : 0;
+      if (c != '/' && part < 3)
+      {
+        this->Found.named[part] = true;
+      }
+    }
+  }
+}
+
+Status ObjReader::Start(const Execution& execution)
+{
+  Survey& found = this->Found;
+  Status surveyed = this->ForEachStatement(execution,
+    [&]() -> Status
+    {
+      const ObjKeyword keyword = this->Statements.Keyword();
+      found.statements += keyword <= ObjKeyword::Face ? 1 : 0;
+      found.materials |= keyword == ObjKeyword::Material;
+      found.curves += keyword == ObjKeyword::Curve ? 1 : 0;
+      if (keyword == ObjKeyword::Face)
+      {
+        ++found.faces;
+        this->LookAtFace(this->Statements.Rest());
+      }
+      if (keyword > ObjKeyword::Normal)
+      {
+        return {};
+      }
+      if (++found.counts[static_cast<std::size_t>(keyword)] > most)
+      {
+        return Error{ ErrorCode::LimitExceeded, "more than " + std::to_string(most) + " " +
+                                                  objPartNames[static_cast<std::size_t>(keyword)] +
+                                                  "s" };
+      }
+      return keyword == ObjKeyword::Place ? this->LookAtPlace(this->Statements.Rest()) : Status();
+    });
+  if (!surveyed)
+  {
+    return surveyed;
+  }
+  if (this->FileSize() == 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+  }
+  if (found.statements == 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "is not an OBJ file: no line says v, vt, vn or f" };
+  }
+  this->Describe();
+  return found.named[1] || found.named[2] ? this->MakeTables(execution) : Status();
+}
+
+void ObjReader::Describe()
+{
+  const Survey& found = this->Found;
+  MeshFileInfo& info = this->FileInfo;
+  info.vertices = found.counts[0];
+  info.faces = found.faces;
+  info.scalarType = found.precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
+  const bool colored = found.colored > 0 && found.colored == found.counts[0];
+  if (colored)
+  {
+    info.attributes.push_back({ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 });
+  }
+  if (found.named[2])
+  {
+    info.attributes.push_back(
+      { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 });
+  }
+  if (found.named[1])
+  {
+    info.attributes.push_back(
+      { "TCoords", AttributeType::Float32, AttributeAssociation::Point, 2 });
+  }
+  if (found.materials)
+  {
+    info.ignoredAttributes.push_back("materials and their textures");
+  }
+  if (found.curves > 0)
+  {
+    info.ignoredAttributes.push_back(
+      std::to_string(found.curves) + " lines and free-form curves or surfaces");
+  }
+  if (found.colored > 0 && !colored)
+  {
+    info.ignoredAttributes.push_back("colours, which not all vertices have");
+  }
+}
+
+// Two passes: what corners name must be there before they are looked at.
+Status ObjReader::MakeTables(const Execution& execution)
+{
+  this->Tables = std::make_unique<ObjVertices>(this->Scratch);
+  Status made = this->ForEachStatement(execution, [this]() { return this->AddToTables(); });
+  if (!made)
+  {
+    return made;
+  }
+  std::vector<ObjVertices::Corner> corners;
+  made = this->ForEachStatement(execution,
+    [&]() -> Status
+    {
+      if (this->Statements.Keyword() != ObjKeyword::Face)
+      {
+        return {};
+      }
+      corners.clear();
+      std::string_view text = this->Statements.Rest();
+      for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+      {
+        if (Status read = this->ReadCorner(word, corners.emplace_back()); !read)
+        {
+          return this->AtFace(read.GetError());
+        }
+      }
+      if (corners.size() < 3)
+      {
+        return this->AtFace(
+          { ErrorCode::InvalidInput, "a face of " + std::to_string(corners.size()) + " corners" });
+      }
+      ++this->FacesRead;
+      return this->Tables->AddFace(corners);
+    });
+  this->FacesRead = 0;
+  this->FileInfo.vertices = this->Tables->Size();
+  return made;
+}
+
+// Of a statement that is no face.
+Status ObjReader::AddToTables()
+{
+  const std::string_view text = this->Statements.Rest();
+  switch (this->Statements.Keyword())
+  {
+    case ObjKeyword::Place:
+    {
+      ObjPlace place;
+      const Status parsed = ParseObjPlace(text, this->AsFloats(), place);
+      return parsed ? this->Tables->AddPlace(place)
+                    : this->At("vertex", this->SoFar[0], parsed.GetError());
+    }
+    case ObjKeyword::TextureCoordinate:
+    {
+      std::array<float, 2> values{};
+      const Status parsed = ParseObjNumbers(text, 1, values);
+      return parsed ? this->Tables->AddTextureCoordinate(values)
+                    : this->At("texture coordinate", this->SoFar[1], parsed.GetError());
+    }
+    case ObjKeyword::Normal:
+    {
+      std::array<float, 3> values{};
+      const Status parsed = ParseObjNumbers(text, 3, values);
+      return parsed ? this->Tables->AddNormal(values)
+                    : this->At("normal", this->SoFar[2], parsed.GetError());
+    }
+    default:
+      return {};
+  }
+}
+
+// The numbers of what a corner names, from 1 on. Errors say what is wrong, without the place.
+Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner) const
+{
+  ObjCorner written{};
+  if (Status parsed = ParseObjCorner(word, written); !parsed)
+  {
+    return parsed;
+  }
+  for (std::size_t part = 0; part < 3; ++part)
+  {
+    const std::int64_t number = written[part];
+    const auto before = static_cast<std::int64_t>(this->SoFar[part]);
+    const auto all = static_cast<std::int64_t>(this->Found.counts[part]);
+    if (number > all || number < -before)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        std::string(objPartNames[part]) + " " + std::to_string(number) + " is not there: " +
+          (number > 0 ? "the file has " + std::to_string(all)
+                      : std::to_string(before) + " come before") };
+    }
+    corner[part] = static_cast<std::uint32_t>(number >= 0 ? number : before + number + 1);
+  }
+  return {};
+}
+
+void ObjReader::Prepare(Mesh& mesh) const
+{
+  mesh.scalarType = this->FileInfo.scalarType;
+  if (mesh.attributes.empty())
+  {
+    for (const AttributeInfo& info : this->FileInfo.attributes)
+    {
+      mesh.attributes.push_back({ info, {} });
+    }
+  }
+}
+
+Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
+{
+  this->Prepare(mesh);
+  if (this->Failure)
+  {
+    return *this->Failure;
+  }
+  const auto number = static_cast<std::size_t>(
+    std::min<std::uint64_t>(limit, this->FileInfo.vertices - this->VerticesRead));
+  if (Status read =
+        this->Tables ? this->ReadVerticesOfTables(mesh, number) : this->ReadPlaces(mesh, number);
+      !read)
+  {
+    this->Failure = read.GetError();
+    return *this->Failure;
+  }
+  return number;
+}
+
+Result<std::size_t> ObjReader::ReadTriangles(Mesh& mesh, std::size_t limit)
+{
+  this->Prepare(mesh);
+  if (this->Failure)
+  {
+    return *this->Failure;
+  }
+  const auto number = static_cast<std::size_t>(
+    std::min<std::uint64_t>(limit, this->FileInfo.faces - this->FacesRead));
+  if (Status read = this->ReadFaces(mesh, number); !read)
+  {
+    this->Failure = read.GetError();
+    return *this->Failure;
+  }
+  return number;
+}
+
+// Goes to the next statement of the kind, which was there when the file was opened.
+Status ObjReader::NextOf(ObjKeyword wanted)
+{
+  for (;;)
+  {
+    const Result<bool> more = this->Statements.Next();
+    if (!more)
+    {
+      return more.GetError();
+    }
+    if (!*more)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "truncated: the file has changed since it was opened" };
+    }
+    if (this->Statements.Keyword() == wanted)
+    {
+      return {};
+    }
+    this->Count(this->Statements.Keyword());
+  }
+}
+
+Status ObjReader::ReadPlaces(Mesh& mesh, std::size_t number)
+{
+  for (std::size_t i = 0; i < number; ++i)
+  {
+    if (Status next = this->NextOf(ObjKeyword::Place); !next)
+    {
+      return next;
+    }
+    ObjPlace place;
+    if (Status parsed = ParseObjPlace(this->Statements.Rest(), this->AsFloats(), place); !parsed)
+    {
+      return this->At("vertex", this->VerticesRead, parsed.GetError());
+    }
+    mesh.points.push_back(place.point);
+    if (!mesh.attributes.empty())
+    {
+      this->AppendColor(place, mesh.attributes[0]);
+    }
+    ++this->VerticesRead;
+  }
+  return {};
+}
+
+void ObjReader::AppendColor(const ObjPlace& place, Attribute& attribute) const
+{
+  const std::size_t tuple = attribute.TupleCount();
+  attribute.values.resize(attribute.values.size() + 3);
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const auto value = double(place.color[k]);
+    attribute.Set(tuple, k, this->Found.brightest > 1 ? value : value * 255);
+  }
+}
+
+Status ObjReader::ReadVerticesOfTables(Mesh& mesh, std::size_t number)
+{
+  const auto append = [](Attribute& attribute, const auto& values)
+  {
+    const auto* const bytes = reinterpret_cast<const std::uint8_t*>(values.data());
+    attribute.values.insert(attribute.values.end(), bytes, bytes + sizeof(values));
+  };
+  for (std::size_t i = 0; i < number; ++i)
+  {
+    const Result<ObjVertices::Vertex> vertex = this->Tables->GetVertex(this->VerticesRead);
+    if (!vertex)
+    {
+      return vertex.GetError();
+    }
+    mesh.points.push_back(vertex->place.point);
+    for (Attribute& attribute : mesh.attributes)
+    {
+      if (attribute.type == AttributeType::UInt8)
+      {
+        this->AppendColor(vertex->place, attribute);
+      }
+      else if (attribute.components == 3)
+      {
+        append(attribute, vertex->normal);
+      }
+      else
+      {
+        append(attribute, vertex->textureCoordinate);
+      }
+    }
+    ++this->VerticesRead;
+  }
+  return {};
+}
+
+Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
+{
+  if (!this->AtFaces && !this->Tables)
+  {
+    this->Statements.Restart();
+    this->SoFar = {};
+  }
+  this->AtFaces = true;
+  for (std::size_t i = 0; i < number; ++i)
+  {
+    if (Status read =
+          this->Tables ? this->Tables->ReadFace(mesh.triangles) : this->ReadFace(mesh.triangles);
+        !read)
+    {
+      return read;
+    }
+    ++this->FacesRead;
+  }
+  return {};
+}
+
+Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
+{
+  if (Status next = this->NextOf(ObjKeyword::Face); !next)
+  {
+    return next;
+  }
+  std::string_view text = this->Statements.Rest();
+  Triangle triangle{};
+  std::size_t corners = 0;
+  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  {
+    ObjVertices::Corner corner{};
+    if (Status read = this->ReadCorner(word, corner); !read)
+    {
+      return this->AtFace(read.GetError());
+    }
+    triangle[std::min<std::size_t>(corners, 2)] = corner[0] - 1;
+    if (corners >= 2)
+    {
+      triangles.push_back(triangle);
+      triangle[1] = triangle[2];
+    }
+    ++corners;
+  }
+  if (corners < 3)
+  {
+    return this->AtFace(
+      { ErrorCode::InvalidInput, "a face of " + std::to_string(corners) + " corners" });
+  }
+  return {};
+}
+
+}
+
+Result<std::unique_ptr<MeshReader>> OpenObjReader(
+  ByteSource source, const Execution& execution, const std::filesystem::path& scratch)
+{
+  auto reader = std::make_unique<ObjReader>(std::move(source), scratch);
+  Status started = reader->Start(execution);
+  return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
+}
+
+}

@@ -1,0 +1,35 @@
+// Reads Wavefront OBJ files in chunks: step "read" of the README's picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/MeshReader.h"
+
+namespace kdstream
+{
+
+// Read: places (v, with w passed over), colours after the coordinates ("RGB", uint8: from 0 to 1 in
+// the file, or to 255 where one is above 1; only if all places have one), faces of any number of
+// corners (a fan), numbers from 1 on or back from the face, lines that a backslash continues.
+// Texture coordinates ("TCoords", two floats; of three the first two) and normals ("Normals", three
+// floats) that corners name: each combination of place, texture coordinate and normal is a vertex
+// of its own; zeros where a corner names none. Passed over: groups, objects, smoothing, parameters,
+// points; and, named in Info().ignoredAttributes: materials, lines and free-form shapes, and
+// colours that not all places have. Coordinates are floats where these tell the decimals of all of
+// them apart, else doubles.
+//
+// A face may name any place of the file, so that faces are read after all places: the text is gone
+// through three times, first when it is opened, to count. Memory: one block of the file, and what
+// is appended to the caller's vectors. Files whose corners name texture coordinates or normals are
+// put into tables on disk when they are opened (ObjVertices.h), in `scratch`, or where that is
+// empty in the system's folder for temporary files; memory is some 10 MiB more then.
+//
+// Errors, with the number of the line and of the vertex or face: InvalidInput for a file without
+// any statement of OBJ, text in place of a number, too many or too few numbers, a coordinate that
+// is not finite, a face of fewer than three corners, what is not there, a line of more than 1 MiB;
+// LimitExceeded for more than 2^32 - 2 vertices; InputOutput; Cancelled by the execution, to which
+// opening is reported as "read".
+Result<std::unique_ptr<MeshReader>> OpenObjReader(
+  ByteSource source, const Execution& execution, const std::filesystem::path& scratch);
+
+}

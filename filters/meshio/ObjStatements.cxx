@@ -1,0 +1,238 @@
+// The statements of a Wavefront OBJ file: see ObjStatements.h.
+#include "filters/meshio/ObjStatements.h"
+
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::size_t longestStatement = ByteSource::blockSize;
+
+Error Bad(const std::string& what)
+{
+  return Error{ ErrorCode::InvalidInput, what };
+}
+
+template <class T>
+Status ParseReal(std::string_view word, T& value)
+{
+  const NumberTextError error = ParseNumber(word, value);
+  return error == NumberTextError::None
+           ? Status()
+           : Bad(QuotedText(word) + (error == NumberTextError::NotANumber
+                                        ? " is not a number"
+                                        : " is too large a number"));
+}
+
+void TrimFront(std::string_view& text)
+{
+  std::size_t blanks = 0;
+  while (blanks < text.size() && IsBlank(text[blanks]))
+  {
+    ++blanks;
+  }
+  text.remove_prefix(blanks);
+}
+
+}
+
+std::string_view TakeObjWord(std::string_view& text)
+{
+  TrimFront(text);
+  std::size_t size = 0;
+  while (size < text.size() && !IsBlank(text[size]))
+  {
+    ++size;
+  }
+  const std::string_view word = text.substr(0, size);
+  text.remove_prefix(size);
+  return word;
+}
+
+Result<bool> ObjStatements::Next()
+{
+  for (;;)
+  {
+    const Result<bool> more = this->Lines.Next();
+    if (!more || !*more)
+    {
+      return more;
+    }
+    this->Text = this->Lines.Line();
+    TrimFront(this->Text);
+    if (this->Text.empty() || this->Text[0] == '#')
+    {
+      continue;
+    }
+    if (this->Text.back() == '\\')
+    {
+      if (Status joined = this->Join(); !joined)
+      {
+        return joined.GetError();
+      }
+    }
+    this->Understand();
+    return true;
+  }
+}
+
+// Appends the next lines as long as the last one ends with a backslash.
+Status ObjStatements::Join()
+{
+  this->Joined = this->Text;
+  while (!this->Joined.empty() && this->Joined.back() == '\\')
+  {
+    this->Joined.back() = ' ';
+    const Result<bool> more = this->Lines.Next();
+    if (!more)
+    {
+      return more.GetError();
+    }
+    if (!*more)
+    {
+      break;
+    }
+    this->Joined += this->Lines.Line();
+    if (this->Joined.size() > longestStatement)
+    {
+      return this->Lines.Wrong("is longer than 1 MiB, with those that it goes on from");
+    }
+  }
+  this->Text = this->Joined;
+  return {};
+}
+
+void ObjStatements::Understand()
+{
+  this->Text = this->Text.substr(0, this->Text.find('#'));
+  const std::string_view word = TakeObjWord(this->Text);
+  const auto isOneOf = [word](std::initializer_list<std::string_view> words)
+  { return std::find(words.begin(), words.end(), word) != words.end(); };
+  if (word == "v")
+  {
+    this->Word = ObjKeyword::Place;
+  }
+  else if (word == "f")
+  {
+    this->Word = ObjKeyword::Face;
+  }
+  else if (word == "vt")
+  {
+    this->Word = ObjKeyword::TextureCoordinate;
+  }
+  else if (word == "vn")
+  {
+    this->Word = ObjKeyword::Normal;
+  }
+  else
+  {
+    this->Word = isOneOf({ "usemtl", "mtllib" })             ? ObjKeyword::Material
+                 : isOneOf({ "curv", "curv2", "surf", "l" }) ? ObjKeyword::Curve
+                                                             : ObjKeyword::Other;
+  }
+}
+
+Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
+{
+  constexpr std::size_t most = 8;
+  std::size_t numbers = 0;
+  place.colored = false;
+  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  {
+    Status parsed;
+    float single = 0;
+    if (numbers < 3 && !asFloats)
+    {
+      parsed = ParseReal(word, place.point[numbers]);
+    }
+    else
+    {
+      parsed = ParseReal(word, single);
+      if (numbers < 3)
+      {
+        place.point[numbers] = double(single);
+      }
+      else if (numbers < 6)
+      {
+        place.color[numbers - 3] = single;
+      }
+    }
+    if (!parsed)
+    {
+      return parsed;
+    }
+    ++numbers;
+  }
+  if (numbers < 3 || numbers > most)
+  {
+    return Bad("a vertex of " + std::to_string(numbers) + " numbers");
+  }
+  place.colored = numbers >= 6;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (!std::isfinite(place.point[k]))
+    {
+      return Bad(std::string(1, "xyz"[k]) + " is not finite");
+    }
+  }
+  return {};
+}
+
+template <std::size_t Wanted>
+Status ParseObjNumbers(std::string_view text, std::size_t least, std::array<float, Wanted>& values)
+{
+  constexpr std::size_t most = 4;
+  std::size_t numbers = 0;
+  values.fill(0);
+  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  {
+    float value = 0;
+    if (Status parsed = ParseReal(word, value); !parsed)
+    {
+      return parsed;
+    }
+    if (numbers < Wanted)
+    {
+      values[numbers] = value;
+    }
+    ++numbers;
+  }
+  return numbers >= least && numbers <= most ? Status()
+                                             : Bad("has " + std::to_string(numbers) + " numbers");
+}
+
+template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 2>&);
+template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 3>&);
+
+Status ParseObjCorner(std::string_view word, ObjCorner& corner)
+{
+  corner = {};
+  for (std::size_t part = 0; part < 3; ++part)
+  {
+    const std::size_t slash = std::min(word.find('/'), word.size());
+    const std::string_view number = word.substr(0, slash);
+    if (part == 0 || !number.empty())
+    {
+      if (ParseNumber(number, corner[part]) != NumberTextError::None || corner[part] == 0)
+      {
+        return Bad(QuotedText(number) + " is no number of a " + objPartNames[part]);
+      }
+    }
+    if (slash == word.size())
+    {
+      return {};
+    }
+    word.remove_prefix(slash + 1);
+  }
+  return Bad("a corner of more than three numbers");
+}
+
+}

@@ -1,0 +1,85 @@
+// The statements of a Wavefront OBJ file, one after the other: its lines without comments, and what
+// is written in them. Part of step "read".
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/meshio/TextLines.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+enum class ObjKeyword
+{
+  Place,             // v
+  TextureCoordinate, // vt
+  Normal,            // vn
+  Face,              // f
+  Material,          // usemtl, mtllib
+  Curve,             // curv, curv2, surf, l: what has a shape of its own
+  Other
+};
+
+class ObjStatements
+{
+public:
+  explicit ObjStatements(ByteSource source)
+    : Lines(std::move(source))
+  {
+  }
+
+  // Goes to the next statement; false at the end. A line that ends with a backslash goes on in the
+  // next one, comments do not. Errors: InputOutput; a statement longer than 1 MiB.
+  Result<bool> Next();
+  ObjKeyword Keyword() const { return this->Word; }
+  // What follows the keyword. Valid until the next call of Next.
+  std::string_view Rest() const { return this->Text; }
+  const TextLines& GetLines() const { return this->Lines; }
+  void Restart() { this->Lines.Restart(); }
+
+private:
+  Status Join();
+  void Understand();
+
+  TextLines Lines;
+  std::string_view Text;
+  std::string Joined;
+  ObjKeyword Word = ObjKeyword::Other;
+};
+
+// Takes the next word off the front; empty if there is none.
+std::string_view TakeObjWord(std::string_view& text);
+
+// A vertex as a line has it.
+struct ObjPlace
+{
+  Vec3 point{};
+  std::array<float, 3> color{};
+  bool colored = false;
+};
+
+// "x y z [w]" or "x y z r g b [a]"; asFloats: coordinates are rounded once, to floats. Errors say
+// what is wrong, without the place.
+Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place);
+
+// One to four numbers, the first of which are wanted; those that are not there are zero.
+template <std::size_t Wanted>
+Status ParseObjNumbers(std::string_view text, std::size_t least, std::array<float, Wanted>& values);
+extern template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 2>&);
+extern template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 3>&);
+
+// The numbers of a corner's place, texture coordinate and normal, as the file has them: from one
+// on, or back from the last one before the face; 0 for what is not there.
+using ObjCorner = std::array<std::int64_t, 3>;
+inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coordinate",
+  "normal" };
+
+// Errors as ParseObjPlace.
+Status ParseObjCorner(std::string_view word, ObjCorner& corner);
+
+}

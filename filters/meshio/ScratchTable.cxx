@@ -1,0 +1,122 @@
+// A table of records on disk, in a file without a name: see ScratchTable.h.
+#include "filters/meshio/ScratchTable.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstdlib>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace kdstream
+{
+
+ScratchFile::ScratchFile(std::filesystem::path folder, std::size_t recordSize)
+  : Folder(std::move(folder))
+  , RecordSize(recordSize)
+  , RecordsPerBlock(blockSize / recordSize)
+  , Slots(slotCount)
+{
+  assert(recordSize > 0 && recordSize <= blockSize);
+}
+
+ScratchFile::~ScratchFile()
+{
+  if (this->Descriptor >= 0)
+  {
+    close(this->Descriptor);
+  }
+}
+
+Error ScratchFile::Failure(const char* what) const
+{
+  return Error{ ErrorCode::InputOutput,
+    "a temporary file in " + this->Folder.string() + " cannot be " + what + ": " +
+      std::generic_category().message(errno) + " (" + std::to_string(this->Blocks * blockSize) +
+      " bytes are in it)" };
+}
+
+// Only once a block must leave memory: small tables need no file.
+Status ScratchFile::Open()
+{
+  if (this->Folder.empty())
+  {
+    std::error_code status;
+    this->Folder = std::filesystem::temp_directory_path(status);
+  }
+#ifdef O_TMPFILE
+  this->Descriptor = open(this->Folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+#endif
+  if (this->Descriptor < 0)
+  {
+    std::string name = (this->Folder / ".kdstream-scratch-XXXXXX").string();
+    this->Descriptor = mkostemp(name.data(), O_CLOEXEC);
+    if (this->Descriptor >= 0)
+    {
+      unlink(name.c_str());
+    }
+  }
+  return this->Descriptor >= 0 ? Status() : this->Failure("made");
+}
+
+Status ScratchFile::Write(const Slot& slot)
+{
+  if (this->Descriptor < 0)
+  {
+    if (Status opened = this->Open(); !opened)
+    {
+      return opened;
+    }
+  }
+  for (std::size_t done = 0; done < blockSize;)
+  {
+    const ssize_t put = pwrite(this->Descriptor, slot.bytes.get() + done, blockSize - done,
+      static_cast<off_t>(slot.block * blockSize + done));
+    if (put < 0 && errno != EINTR)
+    {
+      return this->Failure("written");
+    }
+    done += put < 0 ? 0 : static_cast<std::size_t>(put);
+  }
+  this->Blocks = std::max(this->Blocks, slot.block + 1);
+  return {};
+}
+
+// Writes what is in the slot, if it must, and reads the block that is wanted.
+Status ScratchFile::Load(Slot& slot, std::uint64_t block)
+{
+  if (slot.changed)
+  {
+    if (Status written = this->Write(slot); !written)
+    {
+      return written;
+    }
+    slot.changed = false;
+  }
+  if (!slot.bytes)
+  {
+    slot.bytes = std::make_unique<char[]>(blockSize);
+  }
+  std::size_t done = 0;
+  while (block < this->Blocks && done < blockSize)
+  {
+    const ssize_t got = pread(this->Descriptor, slot.bytes.get() + done, blockSize - done,
+      static_cast<off_t>(block * blockSize + done));
+    if (got < 0 && errno != EINTR)
+    {
+      return this->Failure("read");
+    }
+    if (got == 0)
+    {
+      break;
+    }
+    done += got < 0 ? 0 : static_cast<std::size_t>(got);
+  }
+  std::memset(slot.bytes.get() + done, 0, blockSize - done);
+  slot.block = block;
+  return {};
+}
+
+}

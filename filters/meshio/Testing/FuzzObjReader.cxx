@@ -1,0 +1,11 @@
+// libFuzzer's entry to the OBJ reader: ./dev fuzz.
+#include "filters/meshio/ObjReader.h"
+#include "filters/meshio/Testing/ReadHostile.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  kdstream::test::ReadHostileBothWays([](kdstream::ByteSource source)
+    { return kdstream::OpenObjReader(std::move(source), {}, {}); },
+    data, size);
+  return 0;
+}

@@ -1,0 +1,230 @@
+// The OBJ reader: random meshes in every dress are read back exactly whatever the chunks; files by
+// hand for what random ones do not reach; every error names its place.
+#include "filters/meshio/MeshWriter.h"
+#include "filters/meshio/Testing/RandomObj.h"
+#include "filters/meshio/Testing/ReadAll.h"
+#include "filters/meshio/Testing/ScratchFolder.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+void ExpectReadBack(unsigned seed, std::uint64_t mostPlaces, std::uint64_t mostLimit)
+{
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  RandomObjMaker maker(seed);
+  const RandomObj obj = maker.Make(mostPlaces);
+  const ScratchFolder folder;
+  const Contents read = ReadAll(folder.Write("random.obj", obj.bytes),
+    [&] { return maker.GetDice().Chance(0.2) ? everything : 1 + maker.GetDice().Pick(mostLimit); });
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_FALSE(read.info.soup);
+  EXPECT_EQ(read.info.vertices, obj.points.size());
+  EXPECT_EQ(read.info.faces, obj.faces);
+  EXPECT_EQ(read.faces, obj.faces);
+  EXPECT_EQ(read.info.scalarType, obj.scalarType);
+  EXPECT_EQ(read.mesh.scalarType, obj.scalarType);
+  EXPECT_EQ(read.info.ignoredAttributes, obj.ignored);
+  EXPECT_TRUE(SameBits(read.mesh.points, obj.points));
+  EXPECT_EQ(read.mesh.triangles, obj.triangles);
+  EXPECT_TRUE(read.mesh.attributes == obj.attributes);
+  ASSERT_EQ(read.info.attributes.size(), obj.attributes.size());
+  for (std::size_t i = 0; i < obj.attributes.size(); ++i)
+  {
+    EXPECT_EQ(read.info.attributes[i], obj.attributes[i].Info());
+  }
+  EXPECT_EQ(folder.CountFiles(), 1U);
+}
+
+Contents ReadBytes(std::string_view bytes)
+{
+  const ScratchFolder folder;
+  return ReadAll(folder.Write("bytes.obj", bytes), [] { return everything; });
+}
+
+void ExpectError(
+  std::string_view bytes, std::string_view message, ErrorCode code = ErrorCode::InvalidInput)
+{
+  const Contents read = ReadBytes(bytes);
+  ASSERT_FALSE(read.status) << "expected: " << message;
+  EXPECT_EQ(read.status.GetError().message, message);
+  EXPECT_EQ(read.status.GetError().code, code) << message;
+}
+
+const std::string threePlaces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+}
+
+TEST(ObjReader, ReadsRandomFilesBack)
+{
+  for (unsigned seed = 0; seed < 600; ++seed)
+  {
+    ExpectReadBack(seed, 12, 7);
+  }
+}
+
+// Several blocks; more further vertices and tables than memory holds.
+TEST(ObjReader, ReadsLargeFilesBack)
+{
+  for (unsigned seed = 600; seed < 612; ++seed)
+  {
+    ExpectReadBack(seed, 60000, 9000);
+  }
+}
+
+TEST(ObjReader, ReadsWhatTheWriterWrites)
+{
+  for (const ScalarType type : { ScalarType::Float32, ScalarType::Float64 })
+  {
+    Mesh mesh;
+    mesh.scalarType = type;
+    Dice dice(5);
+    for (int i = 0; i < 1000; ++i)
+    {
+      Vec3 point{};
+      for (double& value : point)
+      {
+        value =
+          type == ScalarType::Float32 ? double(dice.AnyReal<float>()) : dice.AnyReal<double>();
+      }
+      mesh.points.push_back(point);
+      mesh.triangles.push_back({ VertexId(dice.Pick(1000)), VertexId(dice.Pick(1000)), 7 });
+    }
+    const ScratchFolder folder;
+    ASSERT_TRUE(WriteMesh(folder.File("m.obj"), mesh));
+    const Contents read = ReadAll(folder.File("m.obj"), [] { return std::size_t{ 17 }; });
+    ASSERT_TRUE(read.status);
+    EXPECT_EQ(read.info.scalarType, type);
+    EXPECT_TRUE(SameBits(read.mesh.points, mesh.points));
+    EXPECT_EQ(read.mesh.triangles, mesh.triangles);
+  }
+}
+
+TEST(ObjReader, FacesMayComeFirst)
+{
+  const Contents read = ReadBytes("f 1 2 3\nf 3 2 1\n" + threePlaces);
+  ASSERT_TRUE(read.status);
+  EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 } }));
+  ExpectError("f -1 2 3\n" + threePlaces, "line 1: face 0: vertex -1 is not there: 0 come before");
+}
+
+TEST(ObjReader, CommentsDoNotGoOnInTheNextLine)
+{
+  const Contents read = ReadBytes("# C:\\models\\\n" + threePlaces + "f 1 2 \\\n  3 # \\\n");
+  ASSERT_TRUE(read.status);
+  EXPECT_EQ(read.mesh.points.size(), 3U);
+  EXPECT_EQ(read.mesh.triangles.size(), 1U);
+}
+
+TEST(ObjReader, APlaceOfVeryManyNormalsStaysCorrect)
+{
+  std::string text = threePlaces;
+  for (int i = 0; i < 3000; ++i)
+  {
+    text += "vn " + std::to_string(i) + " 0 1\n";
+  }
+  for (int round = 0; round < 2; ++round)
+  {
+    for (int i = 1; i <= 3000; ++i)
+    {
+      text += "f 1//" + std::to_string(i) + " 2//1 3//1\n";
+    }
+  }
+  const Contents read = ReadBytes(text);
+  ASSERT_TRUE(read.status);
+  ASSERT_EQ(read.mesh.triangles.size(), 6000U);
+  EXPECT_LE(read.mesh.points.size(), 6003U);
+  for (std::size_t i = 0; i < 6000; ++i)
+  {
+    const Triangle& triangle = read.mesh.triangles[i];
+    ASSERT_EQ(read.mesh.attributes[0].Get(triangle[0], 0), double(i % 3000));
+    ASSERT_EQ(read.mesh.points[triangle[0]], (Vec3{ 0, 0, 0 }));
+    ASSERT_EQ(triangle[1], 1U);
+  }
+}
+
+TEST(ObjReader, SaysWhatIsWrongAndWhere)
+{
+  ExpectError("", "the file is empty");
+  ExpectError("hello\nworld\n", "is not an OBJ file: no line says v, vt, vn or f");
+  ExpectError("v 1 2\n", "line 1: vertex 0: a vertex of 2 numbers");
+  ExpectError("\nv 1 2 3\nv 1 2 3 4 5 6 7 8 9\n", "line 3: vertex 1: a vertex of 9 numbers");
+  ExpectError("v 1 2 3\nv 1 2 nan\n", "line 2: vertex 1: z is not finite");
+  ExpectError("v 1 2 1.5x\n", "line 1: vertex 0: '1.5x' is not a number");
+  ExpectError("v 1 2 3 0 0 red\n", "line 1: vertex 0: 'red' is not a number");
+  ExpectError("v 1e999 2 1\n", "line 1: vertex 0: '1e999' is too large a number");
+  ExpectError(threePlaces + "f 1 2\n", "line 4: face 0: a face of 2 corners");
+  ExpectError(threePlaces + "f 1 2 3\nf\n", "line 5: face 1: a face of 0 corners");
+  ExpectError(threePlaces + "f 1 2 4\n", "line 4: face 0: vertex 4 is not there: the file has 3");
+  ExpectError(
+    threePlaces + "f 1 2 -4\nv 9 9 9\n", "line 4: face 0: vertex -4 is not there: 3 come before");
+  ExpectError(threePlaces + "f 1 2 0\n", "line 4: face 0: '0' is no number of a vertex");
+  ExpectError(threePlaces + "f 1 2 x\n", "line 4: face 0: 'x' is no number of a vertex");
+  ExpectError(threePlaces + "f 1 2 99999999999999999999\n",
+    "line 4: face 0: '99999999999999999999' is no number of a vertex");
+  ExpectError(threePlaces + "f 1/1 2/1 3/1\n",
+    "line 4: face 0: texture coordinate 1 is not there: the file has 0");
+  ExpectError(threePlaces + "vn 1 0 0\nf 1//1 2//-2 3//1\n",
+    "line 5: face 0: normal -2 is not there: 1 come before");
+  ExpectError(
+    threePlaces + "f 1/1/1/1 2 3\n", "line 4: face 0: a corner of more than three numbers");
+  ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "line 4: normal 0: has 2 numbers");
+  ExpectError(
+    threePlaces + "vt a\nf 1/1 2/1 3/1\n", "line 4: texture coordinate 0: 'a' is not a number");
+  ExpectError(threePlaces + "f" + std::string(2 << 20, ' '), "line 4: is longer than 1 MiB");
+}
+
+TEST(ObjReader, PolygonsOfManyCorners)
+{
+  std::string face = "f";
+  for (int i = 0; i < 100000; ++i)
+  {
+    face += i % 1000 == 999 ? " 3 \\\n" : " 2";
+  }
+  const Contents read = ReadBytes(threePlaces + face + "\n");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.mesh.triangles.size(), 99998U);
+  EXPECT_EQ(read.mesh.triangles[997], (Triangle{ 1, 1, 2 }));
+  ExpectError(threePlaces + face + face.substr(1) + face.substr(1) + face.substr(1) + " 1 \\\n" +
+                face.substr(1) + face.substr(1),
+    "line 528: is longer than 1 MiB, with those that it goes on from");
+}
+
+TEST(ObjReader, TablesNeedAFolder)
+{
+  const ScratchFolder folder;
+  // More than stays in memory.
+  std::string text = threePlaces + "vn 0 0 1\n";
+  for (int i = 0; i < 100000; ++i)
+  {
+    text += "v 1 2 3\n";
+  }
+  text += "f 1//1 2//1 3//1\n";
+  const auto file = folder.Write("m.obj", text);
+  const auto reader = MeshReader::Open(file, {}, folder.File("missing"));
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(reader.GetError().message, "a temporary file in " + folder.File("missing").string() +
+                                         " cannot be made: No such file or directory (0 bytes are "
+                                         "in it)");
+  EXPECT_TRUE(MeshReader::Open(file, {}, folder.File("")));
+}
+
+TEST(ObjReader, CanBeCancelledWhileItIsOpened)
+{
+  const ScratchFolder folder;
+  Execution execution;
+  int reports = 0;
+  execution.progress = [&](std::string_view step, double)
+  { return step != "read" || ++reports < 3; };
+  const std::string text = threePlaces + "vn 1 0 0\nf 1//1 2//1 3//1\n";
+  const auto reader = MeshReader::Open(folder.Write("a.obj", text), execution);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.GetError().code, ErrorCode::Cancelled);
+}
+
+}

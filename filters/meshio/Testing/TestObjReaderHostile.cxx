@@ -1,0 +1,72 @@
+// The OBJ reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
+// promises where it accepts a file, and must never take memory for what is not there.
+#include "filters/meshio/ObjReader.h"
+#include "filters/meshio/Testing/CountedMemory.h"
+#include "filters/meshio/Testing/RandomObj.h"
+#include "filters/meshio/Testing/ReadHostile.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+namespace
+{
+
+// True if the file is a mesh. Memory while it is read, all at once: the block (at most the file),
+// the tables of files that name normals (their caches grow with what is put there, by blocks of
+// 4 KiB), and triangles of 12 bytes for corners of two in a vector that doubles.
+bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
+{
+  const MemoryFile file(bytes);
+  const std::size_t before = liveBytes;
+  peakBytes = liveBytes;
+  const bool isMesh = ReadHostile(
+    [](ByteSource source) { return OpenObjReader(std::move(source), {}, {}); }, file, limit);
+  const std::size_t used = peakBytes - before;
+  EXPECT_LE(used, std::size_t{ 112 } * 1024 + 100 * bytes.size()) << bytes.size() << " bytes";
+  EXPECT_EQ(liveBytes, before) << "everything is given back";
+  return isMesh;
+}
+
+const std::vector<std::string> lines{ "v 1 2 3\n", "v 1 2 3 4 5 6\n", "f 1 2 3\n", "f -1 -2 -3\n",
+  "f 1/1/1 2/2/2 1/2/1\n", "vn 0 0 1\n", "vt 0 0\n", "f 1 \\\n", "# \\\n", "f 4294967295 1 1\n" };
+
+}
+
+TEST(ObjReaderHostile, TakesNoMemoryForIndices)
+{
+  EXPECT_FALSE(ReadWithinMemory("v 1 2 3\nf 4294967294 1 1\n", SIZE_MAX));
+  EXPECT_FALSE(ReadWithinMemory("v 1 2 3\nvn 1 0 0\nf 1//4294967294 1//1 1//1\n", SIZE_MAX));
+  EXPECT_FALSE(ReadWithinMemory("f 1 2 3\n" + std::string(3000000, 'x'), SIZE_MAX));
+  EXPECT_FALSE(ReadWithinMemory("v 1 2 " + std::string(1000000, '3') + "\nf 1 1 1", SIZE_MAX));
+}
+
+TEST(ObjReaderHostile, SurvivesMutatedFiles)
+{
+  int accepted = 0;
+  int refused = 0;
+  for (unsigned seed = 0; seed < 200; ++seed)
+  {
+    RandomObjMaker maker(seed);
+    Dice& dice = maker.GetDice();
+    const std::string good = maker.Make(1 + dice.Pick(10)).bytes;
+    ASSERT_TRUE(ReadWithinMemory(good, SIZE_MAX)) << "seed " << seed;
+    for (int round = 0; round < 100; ++round)
+    {
+      std::string bytes = good;
+      for (std::uint64_t count = 1 + dice.Pick(3); count > 0 && !bytes.empty(); --count)
+      {
+        Mutate(bytes, dice, lines);
+      }
+      const bool whole = ReadWithinMemory(bytes, SIZE_MAX);
+      ASSERT_EQ(whole, ReadWithinMemory(bytes, 1 + dice.Pick(5)))
+        << "seed " << seed << ", round " << round;
+      ++(whole ? accepted : refused);
+    }
+  }
+  EXPECT_GT(accepted, 1000) << "too few mutants are meshes: the promises were not tested";
+  EXPECT_GT(refused, 1000) << "too few mutants are refused: the errors were not tested";
+}
+
+}
