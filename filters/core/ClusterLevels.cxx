@@ -187,6 +187,51 @@ Triangle RotateLowestFirst(const Triangle& t)
   return std::min({ t, Triangle{ t[1], t[2], t[0] }, Triangle{ t[2], t[0], t[1] } });
 }
 
+std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
+  const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
+  const Execution& execution)
+{
+  // A triangle of the image is made where its lowest vertex is; one partition's come after those of
+  // the one before.
+  const std::size_t partitions = buckets.begin.size() - 1;
+  std::vector<std::vector<Triangle>> images(partitions);
+  execution.parallelFor(partitions, 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      std::vector<Triangle> image;
+      for (std::size_t p = begin; p < end; ++p)
+      {
+        image.clear();
+        for (const std::uint32_t t : buckets.Of(p))
+        {
+          const Triangle mapped{ map[triangles[t][0]], map[triangles[t][1]], map[triangles[t][2]] };
+          const VertexId lowest = std::min({ mapped[0], mapped[1], mapped[2] });
+          if (mapped[0] != mapped[1] && mapped[1] != mapped[2] && mapped[2] != mapped[0] &&
+              lowest >= mapBegin[p] && lowest < mapBegin[p + 1])
+          {
+            image.push_back(RotateLowestFirst(mapped));
+          }
+        }
+        std::sort(image.begin(), image.end());
+        image.erase(std::unique(image.begin(), image.end()), image.end());
+        images[p].assign(image.begin(), image.end());
+      }
+    });
+  std::size_t size = 0;
+  for (const std::vector<Triangle>& image : images)
+  {
+    size += image.size();
+  }
+  std::vector<Triangle> all;
+  all.reserve(size);
+  for (std::vector<Triangle>& image : images)
+  {
+    all.insert(all.end(), image.begin(), image.end());
+    image = {};
+  }
+  return all;
+}
+
 std::vector<Triangle> ImageOfTriangles(
   std::span<const Triangle> triangles, std::span<const VertexId> map, const Execution& execution)
 {

@@ -34,6 +34,9 @@ struct ClusterOptions
   bool sheets = true;
   // Levels are made from L down to this depth.
   unsigned coarsestDepth = 0;
+  // Whether vertices may lie in the same place. False: it is known that no two do (of a welded
+  // mesh, say), and none are looked for.
+  bool mayCoincide = true;
   // More clusters at the finest level than this are refused (LimitExceeded): they decide the
   // memory; 0 = no limit.
   std::uint64_t mostClusters = 0;
@@ -73,6 +76,13 @@ Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
 // first, sorted, one kept of each orientation. O(t log t).
 std::vector<Triangle> ImageOfTriangles(std::span<const Triangle> triangles,
   std::span<const VertexId> map, const Execution& execution = {});
+
+// The same where the map keeps partitions apart: those of partition p go to mapBegin[p] …
+// mapBegin[p + 1] - 1. buckets: the triangles sorted into the partitions (BucketTriangles). Each
+// partition's part of the image needs nothing but its own triangles.
+std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
+  const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
+  const Execution& execution = {});
 
 // The rotation of a triangle that is lexicographically smallest: orientation is kept.
 Triangle RotateLowestFirst(const Triangle& triangle);

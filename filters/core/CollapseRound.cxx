@@ -78,8 +78,8 @@ PartitionCollapse::PartitionCollapse(const CollapseState& state, const CollapseS
   : AreaPerVertex(AreaPerCluster(state))
   , Lists(partitions)
 {
-  const TriangleBuckets buckets =
-    BucketTriangles(state.level.triangles, partitions, [&](VertexId v) { return partitionOf[v]; });
+  const TriangleBuckets buckets = BucketTriangles(
+    state.level.triangles, partitions, [&](VertexId v) { return partitionOf[v]; }, execution);
   execution.parallelFor(partitions, 1,
     [&](std::size_t begin, std::size_t end)
     {

@@ -37,7 +37,7 @@ bool Has(const Triangle& t, VertexId v)
 
 }
 
-bool EdgeCollapse::Later(const Candidate& a, const Candidate& b)
+bool EdgeCollapse::Later::operator()(const Candidate& a, const Candidate& b) const
 {
   if (a.cost != b.cost)
   {
@@ -152,7 +152,7 @@ void EdgeCollapse::FindEdges()
       }
     }
   }
-  std::make_heap(this->Heap.begin(), this->Heap.end(), Later);
+  std::make_heap(this->Heap.begin(), this->Heap.end(), Later{});
 }
 
 // The neighbours of a vertex into Scratch, each once.
@@ -269,7 +269,7 @@ bool EdgeCollapse::Run(std::size_t vertices, std::size_t triangles)
     {
       return false;
     }
-    std::pop_heap(this->Heap.begin(), this->Heap.end(), Later);
+    std::pop_heap(this->Heap.begin(), this->Heap.end(), Later{});
     const Candidate edge = this->Heap.back();
     this->Heap.pop_back();
     // Both stamps only grow: an equal sum means that neither end has changed.
@@ -283,11 +283,11 @@ bool EdgeCollapse::Run(std::size_t vertices, std::size_t triangles)
     this->Evaluate(edge.u, edge.v, cost, position);
     if (!edge.measured && this->AreaPerVertex > 0)
     {
-      const double retreat = this->AreaPerVertex * this->SquaredRetreat(edge.u, edge.v, position);
+      const double retreat = this->RetreatCost(edge.u, edge.v, position, edge.cost);
       if (retreat > edge.cost)
       {
         this->Heap.push_back({ retreat, edge.u, edge.v, edge.stamp, true });
-        std::push_heap(this->Heap.begin(), this->Heap.end(), Later);
+        std::push_heap(this->Heap.begin(), this->Heap.end(), Later{});
         continue;
       }
     }
@@ -420,10 +420,11 @@ bool EdgeCollapse::KeepsNormals(VertexId v, VertexId other, const Vec3& position
   return true;
 }
 
-// How far the ends of an edge, and the vertices that face it, are from the triangles that will be
-// around the merged vertex: what planes do not see when the tip of a limb goes back along it. Where
-// no triangle is left it is the longest side of those that go.
-double EdgeCollapse::SquaredRetreat(VertexId u, VertexId v, const Vec3& position)
+// The price of how far the ends of an edge, and the vertices that face it, are from the triangles
+// that will be around the merged vertex: what planes do not see when the tip of a limb goes back
+// along it. Where no triangle is left it is the longest side of those that go. `enough`: a price of
+// at most so much need not be exact.
+double EdgeCollapse::RetreatCost(VertexId u, VertexId v, const Vec3& position, double enough)
 {
   this->Scratch.assign({ u, v });
   double longest = 0;
@@ -442,26 +443,47 @@ double EdgeCollapse::SquaredRetreat(VertexId u, VertexId v, const Vec3& position
         }
       }
     });
+  // The triangles' other corners, those that stay where they are.
+  this->Ring.clear();
+  for (const auto& [own, other] : { std::pair(u, v), std::pair(v, u) })
+  {
+    for (Corner c = this->FirstCorner[own]; c != none; c = this->NextCorner[c])
+    {
+      const Triangle& t = this->Triangles[c / 3];
+      if (!this->DeadTriangle[c / 3] && !Has(t, other))
+      {
+        this->Ring.emplace_back(t[(c % 3 + 1) % 3], t[(c % 3 + 2) % 3]);
+      }
+    }
+  }
   double farthest = 0;
   for (const VertexId from : this->Scratch)
   {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& [own, other] : { std::pair(u, v), std::pair(v, u) })
+    const Vec3& p = this->Positions[from];
+    double nearest = longest;
+    // What is near enough, or nearer than what was found before, changes nothing any more.
+    const auto matters = [&]
+    { return nearest > farthest && this->AreaPerVertex * nearest > enough; };
+    const auto measure = [&](const std::pair<VertexId, VertexId>& side)
     {
-      for (Corner c = this->FirstCorner[own]; c != none; c = this->NextCorner[c])
+      nearest = std::min(nearest,
+        SquaredToTriangle(p, position, this->Positions[side.first], this->Positions[side.second]));
+    };
+    // A vertex that faces the edge is mostly a corner of one of them.
+    for (std::size_t i = 0; i < this->Ring.size() && from != u && from != v && matters(); ++i)
+    {
+      if (this->Ring[i].first == from || this->Ring[i].second == from)
       {
-        const Triangle& t = this->Triangles[c / 3];
-        if (!this->DeadTriangle[c / 3] && !Has(t, other))
-        {
-          nearest = std::min(
-            nearest, SquaredToTriangle(this->Positions[from], position,
-                       this->Positions[t[(c % 3 + 1) % 3]], this->Positions[t[(c % 3 + 2) % 3]]));
-        }
+        measure(this->Ring[i]);
       }
     }
-    farthest = std::max(farthest, std::min(nearest, longest));
+    for (std::size_t i = 0; i < this->Ring.size() && matters(); ++i)
+    {
+      measure(this->Ring[i]);
+    }
+    farthest = std::max(farthest, nearest);
   }
-  return farthest;
+  return this->AreaPerVertex * farthest;
 }
 
 void EdgeCollapse::Reject(const Candidate& edge)
@@ -580,7 +602,7 @@ void EdgeCollapse::PushAround(VertexId u)
     this->Push(a, b);
     if (this->Heap.size() > before)
     {
-      std::push_heap(this->Heap.begin(), this->Heap.end(), Later);
+      std::push_heap(this->Heap.begin(), this->Heap.end(), Later{});
     }
   };
   for (const VertexId w : this->Scratch)

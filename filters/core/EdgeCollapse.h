@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -97,7 +98,10 @@ private:
     std::uint32_t next;
   };
 
-  static bool Later(const Candidate& a, const Candidate& b);
+  struct Later
+  {
+    bool operator()(const Candidate& a, const Candidate& b) const;
+  };
   void LinkCorners();
   void FindEdges();
   Vec3 LeastOnEdge(const Quadric& quadric, const Vec3& a, const Vec3& b) const;
@@ -105,7 +109,7 @@ private:
   double AttributeCost(VertexId u, VertexId v) const;
   void Push(VertexId u, VertexId v);
   void CollectEdges(VertexId u);
-  double SquaredRetreat(VertexId u, VertexId v, const Vec3& position);
+  double RetreatCost(VertexId u, VertexId v, const Vec3& position, double enough);
   bool KeepsTopology(VertexId u, VertexId v);
   bool KeepsNormals(VertexId v, VertexId other, const Vec3& position) const;
   bool ShareAnEdgeOpposite(VertexId u, VertexId v);
@@ -142,6 +146,7 @@ private:
   std::vector<Candidate> Heap;
   std::vector<Merge> Record;
   std::vector<VertexId> Scratch;
+  std::vector<std::pair<VertexId, VertexId>> Ring;
   double Largest = 0;
   std::size_t Vertices = 0;
   std::size_t LiveTriangles = 0;

@@ -103,7 +103,6 @@ private:
   {
     std::iota(root.begin(), root.end(), VertexId{ 0 });
     const std::vector<std::uint32_t> cell = CellOfVertex(this->Tree, this->Tree.depths.finest);
-    const std::vector<VertexId> first = FirstCoincident(this->Points, Coincidence::ValueEqual);
     // A cell lies in one partition, so partitions do not meet in the forest.
     this->ForEachPartition(
       [&](std::size_t partition)
@@ -125,8 +124,18 @@ private:
           }
         }
       });
-    // Coincident vertices form a chain in the order of the cells, so that those of any cell, of any
-    // depth, are a connected part of it.
+    if (this->Options.mayCoincide)
+    {
+      this->JoinCoincident(root, cell);
+    }
+  }
+
+  // Coincident vertices form a chain in the order of the cells, so that those of any cell, of any
+  // depth, are a connected part of it.
+  void JoinCoincident(std::vector<VertexId>& root, const std::vector<std::uint32_t>& cell)
+  {
+    const std::vector<VertexId> first =
+      FirstCoincident(this->Points, Coincidence::ValueEqual, this->Exec);
     std::vector<VertexId> last(first.size(), noVertex);
     for (const VertexId v : this->Tree.order)
     {
@@ -185,8 +194,9 @@ private:
   {
     this->Output.clusters.assign(clusterBegin.back(), {});
     const bool boundary = this->Options.representative == Representative::Quadric;
-    const std::vector<std::uint32_t> unbalanced =
-      boundary ? this->FindUnbalanced() : std::vector<std::uint32_t>{};
+    this->ClusterBegin.assign(this->Buckets.begin.size(), 0);
+    // Of each vertex while its own partition is worked on: see FindUnbalanced.
+    std::vector<std::uint32_t> unbalanced(boundary ? this->Points.size() : 0, 0);
     this->ForEachPartition(
       [&](std::size_t partition)
       {
@@ -197,10 +207,14 @@ private:
           this->SumVertices(c, surface);
         }
         const VertexId first = clusterBegin[firstCell], end = clusterBegin[endCell];
+        this->ClusterBegin[partition + 1] = end;
         this->SumTriangles(partition, first, end);
         if (boundary)
         {
-          this->SumBoundary(partition, first, end, unbalanced);
+          if (this->FindUnbalanced(partition, first, end, unbalanced))
+          {
+            this->SumBoundary(partition, first, end, unbalanced);
+          }
         }
       });
   }
@@ -239,34 +253,38 @@ private:
     }
   }
 
-  // Something other than 0 for the ends of every edge that is not used as often in one direction as
-  // in the other, the boundary's among them. (0 for one end of 2^32 of these: it is then not kept
-  // in place.)
-  std::vector<std::uint32_t> FindUnbalanced() const
+  // Whether a vertex is the partition's own, whose clusters are [firstCluster, endCluster).
+  bool IsOwn(VertexId v, VertexId firstCluster, VertexId endCluster) const
   {
-    std::vector<std::uint32_t> sums(this->Points.size(), 0);
-    const std::vector<std::uint32_t> partitionOf =
-      CellOfVertex(this->Tree, this->Tree.depths.partition);
-    this->ForEachPartition(
-      [&](std::size_t partition)
-      {
-        for (const std::uint32_t t : this->Buckets.Of(partition))
-        {
-          const Triangle& triangle = this->Triangles[t];
-          for (std::size_t k = 0; k < 3; ++k)
-          {
-            const VertexId v = triangle[k];
-            if (partitionOf[v] == partition)
-            {
-              sums[v] += Scatter(triangle[(k + 1) % 3]) - Scatter(triangle[(k + 2) % 3]);
-            }
-          }
-        }
-      });
-    return sums;
+    const VertexId cluster = this->Output.clusterOf[v];
+    return cluster >= firstCluster && cluster < endCluster;
   }
 
-  // Adds the boundary edges' planes to the partition's clusters, and their ends to the sums.
+  // Something other than 0 for those of the partition's own vertices that are an end of an edge
+  // which is not used as often in one direction as in the other, the boundary's among them. (0 for
+  // one end of 2^32 of these: it is then not kept in place.) Returns whether there are any. Needs
+  // nothing but the partition's triangles.
+  bool FindUnbalanced(std::size_t partition, VertexId firstCluster, VertexId endCluster,
+    std::vector<std::uint32_t>& sums) const
+  {
+    for (const std::uint32_t t : this->Buckets.Of(partition))
+    {
+      const Triangle& triangle = this->Triangles[t];
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const VertexId v = triangle[k];
+        if (this->IsOwn(v, firstCluster, endCluster))
+        {
+          sums[v] += Scatter(triangle[(k + 1) % 3]) - Scatter(triangle[(k + 2) % 3]);
+        }
+      }
+    }
+    const auto own = this->Tree.Cell(this->Tree.depths.partition, partition);
+    return std::any_of(own.begin(), own.end(), [&](VertexId v) { return sums[v] != 0; });
+  }
+
+  // Adds the boundary edges' planes to the partition's clusters, and their ends to the sums. All
+  // triangles of an edge with an own end are the partition's; edges without one do not matter.
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)
   {
@@ -275,6 +293,8 @@ private:
       VertexId low, high, opposite;
     };
     std::vector<Edge> edges;
+    const auto own = [&](VertexId v) { return this->IsOwn(v, firstCluster, endCluster); };
+    const auto balanced = [&](VertexId v) { return own(v) && unbalanced[v] == 0; };
     for (const std::uint32_t t : this->Buckets.Of(partition))
     {
       const Triangle& triangle = this->Triangles[t];
@@ -282,8 +302,8 @@ private:
       {
         const auto [low, high] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
         const VertexId opposite = triangle[(k + 2) % 3];
-        if (unbalanced[low] != 0 && unbalanced[high] != 0 && low != high && opposite != low &&
-            opposite != high)
+        if ((own(low) || own(high)) && !balanced(low) && !balanced(high) && low != high &&
+            opposite != low && opposite != high)
         {
           edges.push_back({ low, high, opposite });
         }
@@ -318,8 +338,7 @@ private:
     }
   }
 
-  // edge: two ends and the vertex opposite. An edge between vertices of other partitions alone may
-  // well have its second triangle there: it is none of ours.
+  // edge: two ends and the vertex opposite.
   void AddBoundaryEdge(
     const Triangle& edge, VertexId firstCluster, VertexId endCluster, std::vector<VertexId>& ends)
   {
@@ -346,7 +365,8 @@ private:
     ClusterLevel& level = this->Output.level;
     RepresentClusters(
       this->Output.clusters, this->Options.representative, this->Output.origin, level, this->Exec);
-    level.triangles = ImageOfTriangles(this->Triangles, this->Output.clusterOf, this->Exec);
+    level.triangles = ImageInPartitions(
+      this->Triangles, this->Buckets, this->Output.clusterOf, this->ClusterBegin, this->Exec);
   }
 
   std::span<const Vec3> Points;
@@ -355,7 +375,8 @@ private:
   const TriangleBuckets& Buckets;
   const ClusterOptions& Options;
   const Execution& Exec;
-  unsigned Below; // levels from the partitions to the finest
+  unsigned Below;                     // levels from the partitions to the finest
+  std::vector<VertexId> ClusterBegin; // of each partition, and the end
   FinestClusters Output;
 };
 

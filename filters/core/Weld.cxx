@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
+#include <utility>
 
 namespace kdstream
 {
@@ -31,28 +33,111 @@ std::uint64_t Hash(const std::array<std::uint64_t, 3>& bits)
   return hash;
 }
 
-// For each of `count` things the lowest that equals it. Open addressing; the table holds ids, half
-// of it stays empty. Ids are inserted in ascending order, so the one that is found is the lowest.
-template <class HashOf, class Equal>
-std::vector<VertexId> FirstEqual(std::size_t count, const HashOf& hashOf, const Equal& equal)
+// A thing, and the half of its hash that did not choose its block.
+struct Hashed
 {
-  const std::size_t size = std::bit_ceil(count * 2 + 1);
-  std::vector<VertexId> table(size, noVertex);
-  std::vector<VertexId> first(count);
-  for (std::size_t i = 0; i < count; ++i)
+  std::uint32_t hash;
+  VertexId id;
+};
+
+// Things sorted into blocks by their hashes, ids ascending within a block: equal things are in one
+// block, and a block is small enough for the cache. The same for any number of threads.
+struct HashBlocks
+{
+  std::vector<std::size_t> begin; // one entry a block, and the end
+  std::vector<Hashed> things;
+
+  template <class HashOf>
+  HashBlocks(std::size_t count, const HashOf& hashOf, const Execution& execution)
   {
-    const auto id = static_cast<VertexId>(i);
-    std::size_t slot = hashOf(id) & (size - 1);
-    while (table[slot] != noVertex && !equal(table[slot], id))
+    constexpr std::size_t chunk = std::size_t{ 1 } << 16, mostBlocks = 1 << 12;
+    const std::size_t blocks = std::min(mostBlocks, std::bit_ceil(count >> 12 | 1));
+    const auto shift = 64 - std::countr_zero(blocks);
+    const auto blockOf = [&](std::uint64_t hash) { return blocks == 1 ? 0 : hash >> shift; };
+    // Each chunk counts for itself; where it puts its own follows from those before it.
+    const std::size_t chunks = (count + chunk - 1) / chunk;
+    std::vector<std::uint32_t> counts(chunks * blocks, 0);
+    const auto forEach = [&](const auto& visit)
     {
-      slot = (slot + 1) & (size - 1);
-    }
-    if (table[slot] == noVertex)
+      execution.parallelFor(chunks, 1,
+        [&](std::size_t chunkBegin, std::size_t chunkEnd)
+        {
+          for (std::size_t c = chunkBegin; c < chunkEnd; ++c)
+          {
+            for (std::size_t i = c * chunk; i < std::min(count, (c + 1) * chunk); ++i)
+            {
+              const std::uint64_t hash = hashOf(static_cast<VertexId>(i));
+              visit(static_cast<VertexId>(i), hash, counts[c * blocks + blockOf(hash)]);
+            }
+          }
+        });
+    };
+    forEach([](VertexId, std::uint64_t, std::uint32_t& counter) { ++counter; });
+    this->begin.assign(blocks + 1, 0);
+    for (std::size_t b = 0; b < blocks; ++b)
     {
-      table[slot] = id;
+      std::size_t size = 0;
+      for (std::size_t c = 0; c < chunks; ++c)
+      {
+        size += std::exchange(counts[c * blocks + b], static_cast<std::uint32_t>(size));
+      }
+      this->begin[b + 1] = this->begin[b] + size;
     }
-    first[i] = table[slot];
+    this->things.resize(count);
+    forEach(
+      [&](VertexId id, std::uint64_t hash, std::uint32_t& next) {
+        this->things[this->begin[blockOf(hash)] + next++] = { static_cast<std::uint32_t>(hash),
+          id };
+      });
   }
+};
+
+// Calls visit(block, id, lowest equal id) for each of `count` things, on any threads. Open
+// addressing block by block; half of a table stays empty. Ids are inserted in ascending order, so
+// the one that is found is the lowest.
+template <class Equal, class Visit>
+void ForEachEqual(
+  const HashBlocks& blocks, const Equal& equal, const Visit& visit, const Execution& execution)
+{
+  execution.parallelFor(blocks.begin.size() - 1, 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      constexpr std::uint32_t none = ~std::uint32_t{ 0 };
+      std::vector<std::uint32_t> table; // places in the block
+      for (std::size_t b = begin; b < end; ++b)
+      {
+        const std::span<const Hashed> things(
+          blocks.things.data() + blocks.begin[b], blocks.begin[b + 1] - blocks.begin[b]);
+        const std::size_t size = std::bit_ceil(things.size() * 2 + 1);
+        table.assign(size, none);
+        for (std::uint32_t i = 0; i < things.size(); ++i)
+        {
+          std::size_t slot = things[i].hash & (size - 1);
+          while (table[slot] != none && (things[table[slot]].hash != things[i].hash ||
+                                          !equal(things[table[slot]].id, things[i].id)))
+          {
+            slot = (slot + 1) & (size - 1);
+          }
+          if (table[slot] == none)
+          {
+            table[slot] = i;
+          }
+          visit(b, things[i].id, things[table[slot]].id);
+        }
+      }
+    });
+}
+
+// For each of `count` things the lowest that equals it.
+template <class HashOf, class Equal>
+std::vector<VertexId> FirstEqual(
+  std::size_t count, const HashOf& hashOf, const Equal& equal, const Execution& execution)
+{
+  const HashBlocks blocks(count, hashOf, execution);
+  std::vector<VertexId> first(count);
+  ForEachEqual(
+    blocks, equal, [&](std::size_t, VertexId id, VertexId lowest) { first[id] = lowest; },
+    execution);
   return first;
 }
 
@@ -88,7 +173,7 @@ void MoveTuples(Mesh& mesh, VertexId from, VertexId to)
 }
 
 // For each vertex the lowest with bit-equal coordinates and tuples.
-std::vector<VertexId> FirstEqualVertex(const Mesh& mesh)
+std::vector<VertexId> FirstEqualVertex(const Mesh& mesh, const Execution& execution)
 {
   const std::vector<const Attribute*> arrays = PointArrays(mesh);
   const auto hashOf = [&](VertexId v)
@@ -115,23 +200,48 @@ std::vector<VertexId> FirstEqualVertex(const Mesh& mesh)
                return std::equal(x.begin(), x.end(), y.begin());
              });
   };
-  return FirstEqual(mesh.points.size(), hashOf, equal);
+  return FirstEqual(mesh.points.size(), hashOf, equal, execution);
 }
 
 }
 
-std::vector<VertexId> FirstCoincident(std::span<const Vec3> points, Coincidence coincidence)
+std::vector<VertexId> FirstCoincident(
+  std::span<const Vec3> points, Coincidence coincidence, const Execution& execution)
 {
   return FirstEqual(
     points.size(), [&](VertexId v) { return Hash(Bits(points[v], coincidence)); },
     [&](VertexId a, VertexId b)
-    { return Bits(points[a], coincidence) == Bits(points[b], coincidence); });
+    { return Bits(points[a], coincidence) == Bits(points[b], coincidence); },
+    execution);
 }
 
-std::size_t WeldVertices(Mesh& mesh)
+std::size_t CountPlaces(
+  std::size_t count, const std::function<Vec3(VertexId)>& placeOf, const Execution& execution)
 {
-  std::vector<VertexId> renumbered = FirstEqualVertex(mesh);
+  const auto bitsOf = [&](VertexId v) { return Bits(placeOf(v), Coincidence::ValueEqual); };
+  const HashBlocks blocks(
+    count, [&](VertexId v) { return Hash(bitsOf(v)); }, execution);
+  std::vector<std::size_t> places(blocks.begin.size(), 0);
+  ForEachEqual(
+    blocks, [&](VertexId a, VertexId b) { return bitsOf(a) == bitsOf(b); },
+    [&](std::size_t block, VertexId id, VertexId lowest) { places[block] += id == lowest; },
+    execution);
+  return std::accumulate(places.begin(), places.end(), std::size_t{ 0 });
+}
+
+std::size_t WeldVertices(Mesh& mesh, const Execution& execution)
+{
+  std::vector<VertexId> renumbered = FirstEqualVertex(mesh, execution);
   VertexId kept = 0;
+  while (kept < renumbered.size() && renumbered[kept] == kept)
+  {
+    ++kept;
+  }
+  if (kept == renumbered.size())
+  {
+    return 0;
+  }
+  kept = 0;
   for (VertexId i = 0; i < renumbered.size(); ++i)
   {
     if (renumbered[i] == i)
@@ -154,13 +264,17 @@ std::size_t WeldVertices(Mesh& mesh)
       array.values.resize(kept * array.TupleSize());
     }
   }
-  if (welded > 0)
-  {
-    for (Triangle& triangle : mesh.triangles)
+  execution.parallelFor(mesh.triangles.size(), 1 << 16,
+    [&](std::size_t begin, std::size_t end)
     {
-      triangle = { renumbered[triangle[0]], renumbered[triangle[1]], renumbered[triangle[2]] };
-    }
-  }
+      for (std::size_t t = begin; t < end; ++t)
+      {
+        for (VertexId& v : mesh.triangles[t])
+        {
+          v = renumbered[v];
+        }
+      }
+    });
   return welded;
 }
 

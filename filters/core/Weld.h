@@ -4,6 +4,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Types.h"
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -17,13 +18,19 @@ enum class Coincidence
 };
 
 // For each point the lowest id of a point in the same place (itself where there is none lower).
-// Expected O(n); memory 4 to 8 bytes a point. REQUIRES: finite coordinates.
-std::vector<VertexId> FirstCoincident(std::span<const Vec3> points, Coincidence coincidence);
+// Expected O(n); memory 12 bytes a point. REQUIRES: finite coordinates.
+std::vector<VertexId> FirstCoincident(
+  std::span<const Vec3> points, Coincidence coincidence, const Execution& execution = {});
+
+// In how many different places points are; placeOf(v) is that of point v < count, and may be called
+// by several threads. As ValueEqual. Expected O(count); memory 8 bytes a point.
+std::size_t CountPlaces(
+  std::size_t count, const std::function<Vec3(VertexId)>& placeOf, const Execution& execution = {});
 
 // Joins vertices with bit-equal coordinates and bit-equal tuples of every point array to the lowest
 // id (DESIGN section 4) and renumbers the rest, keeping their order. Triangles keep their order and
 // orientation; those that become degenerate stay. Returns how many vertices went. Expected O(n).
-std::size_t WeldVertices(Mesh& mesh);
+std::size_t WeldVertices(Mesh& mesh, const Execution& execution = {});
 
 // The box of all points. O(n).
 Box BoxOfPoints(std::span<const Vec3> points);

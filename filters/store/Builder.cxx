@@ -106,7 +106,7 @@ private:
       return status.GetError();
     }
     info.weld = this->Options.weld;
-    info.welded = info.weld ? WeldVertices(this->Input) : 0;
+    info.welded = info.weld ? WeldVertices(this->Input, this->Exec) : 0;
     Result<PartitionTree> partitioned =
       PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
     if (!partitioned)
@@ -138,10 +138,13 @@ private:
 
   Result<ClusterLevels> MakeLevels(const KdTree& tree)
   {
-    const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
-    const TriangleBuckets buckets = BucketTriangles(this->Input.triangles,
-      std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
+    std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+    const TriangleBuckets buckets = BucketTriangles(
+      this->Input.triangles, std::size_t{ 1 } << tree.depths.partition,
+      [&](VertexId v) { return partition[v]; }, this->Exec);
+    partition = {};
     LevelOptions options = this->Options.levels;
+    options.mayCoincide = !this->AllPlacesDiffer();
     options.mostClusters = MostClusters(
       SizeOf(this->Input), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
     Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
@@ -152,26 +155,36 @@ private:
     return levels;
   }
 
+  // Whether it is known that no two vertices are in the same place: what welding leaves can differ
+  // by its arrays, or by the sign of a zero.
+  bool AllPlacesDiffer() const
+  {
+    return this->Information.weld &&
+           std::none_of(this->Input.attributes.begin(), this->Input.attributes.end(),
+             [](const Attribute& array)
+             { return array.association == AttributeAssociation::Point; }) &&
+           std::none_of(this->Input.points.begin(), this->Input.points.end(),
+             [](const Vec3& p) {
+               return std::any_of(
+                 p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
+             });
+  }
+
   void CountMergedByGrid()
   {
     if (this->Information.grid.Lossless())
     {
       return;
     }
-    const auto places = [](const std::vector<Vec3>& points)
-    {
-      const std::vector<VertexId> first = FirstCoincident(points, Coincidence::ValueEqual);
-      std::uint64_t count = 0;
-      for (VertexId v = 0; v < first.size(); ++v)
-      {
-        count += first[v] == v;
-      }
-      return count;
-    };
-    std::vector<Vec3> snapped(this->Input.points.size());
-    std::transform(this->Input.points.begin(), this->Input.points.end(), snapped.begin(),
-      [&](const Vec3& p) { return this->Information.grid.Snap(p); });
-    this->MergedByGrid = places(this->Input.points) - places(snapped);
+    const std::vector<Vec3>& points = this->Input.points;
+    const CoordinateGrid& grid = this->Information.grid;
+    const std::size_t places =
+      this->AllPlacesDiffer() ? points.size()
+                              : CountPlaces(
+                                  points.size(), [&](VertexId v) { return points[v]; }, this->Exec);
+    this->MergedByGrid =
+      places - CountPlaces(
+                 points.size(), [&](VertexId v) { return grid.Snap(points[v]); }, this->Exec);
   }
 
   void Describe(const KdTree& tree)
