@@ -1,0 +1,245 @@
+// How fast and how large kdstream-build is, beside the floor under it (BenchFloor): the same mesh,
+// triangles in order and shuffled, one after the other in one run.
+//   BenchSpeed PROGRAMS OUTPUT_FOLDER [VERTICES [ROUNDS]]
+// PROGRAMS: the folder of kdstream-build, kdstream-generate and BenchFloor. Makes relief.ply and
+// relief-shuffled.ply of so many vertices (14,030,000) in the output folder, for the time of the
+// run, and runs everything ROUNDS (3) times in turns; the least time of each counts. Memory is the
+// peak that the kernel saw of each process. Prints the table and writes speed.csv.
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include <chrono>
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace
+{
+
+using Json = nlohmann::json;
+using std::filesystem::path;
+
+// The bars of this project: in core at most so many times the floor, shuffled at most so many times
+// the coherent order.
+constexpr double mostOfFloor = 5, mostOfCoherent = 2;
+
+struct Cost
+{
+  double seconds = 0;   // of the clock
+  double processor = 0; // user and system, all threads
+  double mebibytes = 0; // peak resident
+  Json steps;           // seconds each
+};
+
+// Runs a program to its end, measured from outside; its standard output goes to a file. A failure
+// ends the benchmark.
+Cost Run(const std::vector<std::string>& command, const path& output)
+{
+  std::vector<char*> arguments;
+  for (const std::string& word : command)
+  {
+    arguments.push_back(const_cast<char*>(word.c_str()));
+  }
+  arguments.push_back(nullptr);
+  const auto begin = std::chrono::steady_clock::now();
+  const pid_t child = ::fork();
+  if (child == 0)
+  {
+    const int file = ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    ::dup2(file, STDOUT_FILENO);
+    ::execv(arguments[0], arguments.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  if (child < 0 || ::wait4(child, &status, 0, &usage) != child || !WIFEXITED(status) ||
+      WEXITSTATUS(status) != 0)
+  {
+    std::cerr << "BenchSpeed: error: " << command[0] << " failed\n";
+    std::exit(1);
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  const auto of = [](const timeval& time)
+  { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+  return { seconds.count(), of(usage.ru_utime) + of(usage.ru_stime),
+    static_cast<double>(usage.ru_maxrss) / 1024, {} };
+}
+
+class Bench
+{
+public:
+  Bench(path folderOfPrograms, path folder, std::string count, int repeats)
+    : Programs(std::move(folderOfPrograms))
+    , Folder(std::move(folder))
+    , Vertices(std::move(count))
+    , Rounds(repeats)
+  {
+    std::filesystem::create_directories(this->Folder);
+  }
+
+  void Run()
+  {
+    this->Generate();
+    for (int round = 0; round < this->Rounds; ++round)
+    {
+      for (std::size_t order = 0; order < 2; ++order)
+      {
+        this->Keep(0, order, this->Floor(this->Meshes[order]));
+        this->Keep(1, order, this->Build(this->Meshes[order], "1"));
+        this->Keep(2, order, this->Build(this->Meshes[order], ""));
+      }
+    }
+    this->Print();
+    this->WriteTable();
+    for (const path& mesh : this->Meshes)
+    {
+      std::filesystem::remove(mesh);
+    }
+  }
+
+private:
+  static constexpr std::array<const char*, 3> names{ "floor, 1 thread",
+    "kdstream-build --threads 1", "kdstream-build" };
+  static constexpr std::array<const char*, 2> orders{ "coherent", "shuffled" };
+
+  void Generate()
+  {
+    this->Meshes = { this->Folder / "relief.ply", this->Folder / "relief-shuffled.ply" };
+    for (std::size_t order = 0; order < 2; ++order)
+    {
+      std::vector<std::string> command{ this->Programs / "kdstream-generate", "relief",
+        this->Meshes[order], "--vertices", this->Vertices, "--quiet" };
+      if (order == 1)
+      {
+        command.emplace_back("--shuffled");
+      }
+      const Cost cost = ::Run(command, "/dev/null");
+      std::printf("generated, %s: %.1f s, %.0f MB\n", orders[order], cost.seconds,
+        static_cast<double>(std::filesystem::file_size(this->Meshes[order])) / 1e6);
+    }
+  }
+
+  Cost Floor(const path& mesh) const
+  {
+    const path output = this->Folder / "floor.out", steps = this->Folder / "floor.json";
+    Cost cost = ::Run({ this->Programs / "BenchFloor", mesh, output }, steps);
+    cost.steps = Json::parse(std::ifstream(steps));
+    std::filesystem::remove(output);
+    std::filesystem::remove(steps);
+    return cost;
+  }
+
+  Cost Build(const path& mesh, const std::string& threads) const
+  {
+    const path store = this->Folder / "relief.kds", stats = this->Folder / "stats.json";
+    std::vector<std::string> command{ this->Programs / "kdstream-build", mesh, "-o", store,
+      "--stats", stats, "--quiet" };
+    if (!threads.empty())
+    {
+      command.insert(command.end(), { "--threads", threads });
+    }
+    Cost cost = ::Run(command, "/dev/null");
+    cost.steps = Json::parse(std::ifstream(stats)).at("seconds");
+    std::filesystem::remove(store);
+    std::filesystem::remove(stats);
+    return cost;
+  }
+
+  void Keep(std::size_t what, std::size_t order, const Cost& cost)
+  {
+    Cost& least = this->Costs[what][order];
+    if (least.seconds == 0 || cost.seconds < least.seconds)
+    {
+      least = cost;
+    }
+  }
+
+  double OfFloor(std::size_t what, std::size_t order) const
+  {
+    return this->Costs[what][order].seconds / this->Costs[0][order].seconds;
+  }
+
+  double OfCoherent(std::size_t what) const
+  {
+    return this->Costs[what][1].seconds / this->Costs[what][0].seconds;
+  }
+
+  void Print() const
+  {
+    std::printf("\n%-28s %-9s %9s %9s %10s %10s %9s\n", "", "order", "s", "CPU s", "MiB peak",
+      "x floor", "x coherent");
+    for (std::size_t what = 0; what < names.size(); ++what)
+    {
+      for (std::size_t order = 0; order < orders.size(); ++order)
+      {
+        const Cost& cost = this->Costs[what][order];
+        std::printf("%-28s %-9s %9.2f %9.2f %10.0f %10.2f %9.2f\n", names[what], orders[order],
+          cost.seconds, cost.processor, cost.mebibytes, this->OfFloor(what, order),
+          order == 0 ? 1.0 : this->OfCoherent(what));
+      }
+    }
+    std::printf("\nSeconds of each step:\n");
+    for (std::size_t what = 0; what < names.size(); ++what)
+    {
+      for (std::size_t order = 0; order < orders.size(); ++order)
+      {
+        std::printf("%-28s %-9s", names[what], orders[order]);
+        for (const auto& [step, seconds] : this->Costs[what][order].steps.items())
+        {
+          std::printf("  %s %.2f", step.c_str(), seconds.get<double>());
+        }
+        std::printf("\n");
+      }
+    }
+    const double floor = this->OfFloor(2, 0), shuffled = this->OfCoherent(2);
+    std::printf("\nin core over the floor: %.2f (wanted: at most %.0f)%s\n", floor, mostOfFloor,
+      floor <= mostOfFloor ? "" : "  MISSED");
+    std::printf("shuffled over coherent: %.2f (wanted: at most %.0f)%s\n", shuffled, mostOfCoherent,
+      shuffled <= mostOfCoherent ? "" : "  MISSED");
+  }
+
+  void WriteTable() const
+  {
+    std::ofstream table(this->Folder / "speed.csv");
+    table << "what,order,seconds,processor_seconds,peak_mebibytes,of_floor\n";
+    for (std::size_t what = 0; what < names.size(); ++what)
+    {
+      for (std::size_t order = 0; order < orders.size(); ++order)
+      {
+        const Cost& cost = this->Costs[what][order];
+        table << '"' << names[what] << "\"," << orders[order] << ',' << cost.seconds << ','
+              << cost.processor << ',' << cost.mebibytes << ',' << this->OfFloor(what, order)
+              << '\n';
+      }
+    }
+  }
+
+  path Programs, Folder;
+  std::string Vertices;
+  int Rounds;
+  std::array<path, 2> Meshes;
+  std::array<std::array<Cost, 2>, 3> Costs;
+};
+
+}
+
+int main(int argc, char** argv)
+{
+  if (argc < 3)
+  {
+    std::cerr << "BenchSpeed PROGRAMS OUTPUT_FOLDER [VERTICES [ROUNDS]]\n";
+    return 2;
+  }
+  Bench(argv[1], argv[2], argc > 3 ? argv[3] : "14030000", argc > 4 ? std::atoi(argv[4]) : 3).Run();
+  return 0;
+}
