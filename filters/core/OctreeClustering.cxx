@@ -34,16 +34,6 @@ struct Cell
   bool CanSplit() const { return this->depth < octreeDeepest; }
 };
 
-// Two zero bits before each of the 21 low bits.
-std::uint64_t Spread(std::uint64_t bits)
-{
-  bits = (bits | bits << 32) & 0x001F00000000FFFFU;
-  bits = (bits | bits << 16) & 0x001F0000FF0000FFU;
-  bits = (bits | bits << 8) & 0x100F00F00F00F00FU;
-  bits = (bits | bits << 4) & 0x10C30C30C30C30C3U;
-  return (bits | bits << 2) & 0x1249249249249249U;
-}
-
 class Octree
 {
 public:
@@ -51,22 +41,13 @@ public:
     : Records(points.size())
     , Scratch(points.size())
   {
-    double side = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      side = std::max(side, box.hi[k] - box.lo[k]);
-    }
-    Vec3 lo{};
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      lo[k] = box.lo[k] - (side - (box.hi[k] - box.lo[k])) / 2;
-    }
+    const OctreeCube cube(box);
     execution.parallelFor(points.size(), 1 << 14,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t i = begin; i < end; ++i)
         {
-          this->Records[i] = { KeyOf(points[i], lo, side), static_cast<VertexId>(i) };
+          this->Records[i] = { cube.KeyOf(points[i]), static_cast<VertexId>(i) };
         }
       });
   }
@@ -138,19 +119,6 @@ public:
   }
 
 private:
-  static std::uint64_t KeyOf(const Vec3& p, const Vec3& lo, double side)
-  {
-    constexpr auto cells = static_cast<double>(std::uint64_t{ 1 } << octreeDeepest);
-    std::uint64_t key = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      // One place has a side of zero. Rounding may bring the ends out of the cube.
-      const double place = side > 0 ? (p[k] - lo[k]) / side * cells : 0;
-      key |= Spread(static_cast<std::uint64_t>(std::clamp(place, 0.0, cells - 1))) << k;
-    }
-    return key;
-  }
-
   std::vector<Record> Records;
   std::vector<Record> Scratch;
 };

@@ -4,6 +4,7 @@
 
 #include "filters/core/Clustering.h"
 #include "filters/core/Execution.h"
+#include "filters/core/OctreeKey.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
@@ -13,10 +14,6 @@
 
 namespace kdstream
 {
-
-// The deepest cells have sides of 1/2^21 of the root's. They are not split, whatever they hold: so
-// coincident vertices, and vertices nearer than that, may make a cluster of more than N.
-inline constexpr unsigned octreeDeepest = 21;
 
 struct OctreeOptions
 {

@@ -7,11 +7,10 @@
 #include "filters/core/RecordSelection.h"
 #include "filters/core/RecordTree.h"
 #include "filters/outofcore/BatchPass.h"
-#include "filters/outofcore/CellStatistics.h"
 #include "filters/outofcore/MemoryPlan.h"
+#include "filters/outofcore/PointSurvey.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 
@@ -300,7 +299,10 @@ public:
       }
     }
     FileCell root{ 0, 0, { 0, this->Count }, &this->Points, {} };
-    if (Status status = fits ? Status{} : this->Survey(root.statistics); !status)
+    if (Status status =
+          fits ? Status{}
+               : SurveyPoints<Scalar>(this->Points, this->Plan.shape, this->Run, root.statistics);
+        !status)
     {
       return status;
     }
@@ -326,60 +328,6 @@ private:
       return created.GetError();
     }
     file = std::move(*created);
-    return {};
-  }
-
-  // Box and mean of all points; that each is a number.
-  Status Survey(CellStatistics& all)
-  {
-    std::vector<CellStatistics> ofSlot(this->Plan.shape.slots);
-    BatchPass<Record> batches(this->Plan.shape, this->Run);
-    const Status status = batches.Over(
-      this->Points, 0, this->Count,
-      [&](std::size_t slot, std::span<Record> records) -> Status
-      {
-        if (Status checked = CheckNumbers(records); !checked)
-        {
-          return checked;
-        }
-        ofSlot[slot].template Add<Scalar>(std::span<const Record>(records));
-        return {};
-      },
-      [&](std::size_t, std::uint64_t last)
-      { return this->Run.Report("survey", double(last) / double(this->Count)); });
-    for (const CellStatistics& some : ofSlot)
-    {
-      all.Add(some);
-    }
-    return status ? CheckExtent(all.box) : status;
-  }
-
-  static Status CheckNumbers(std::span<const Record> records)
-  {
-    for (const Record& record : records)
-    {
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        if (!std::isfinite(record.p[k]))
-        {
-          return Error{ ErrorCode::InvalidInput,
-            "vertex " + std::to_string(record.id) + ": " + "xyz"[k] + " is not finite" };
-        }
-      }
-    }
-    return {};
-  }
-
-  static Status CheckExtent(const Box& box)
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      if (!std::isfinite(box.hi[k] - box.lo[k]))
-      {
-        return Error{ ErrorCode::InvalidInput,
-          std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
-      }
-    }
     return {};
   }
 
@@ -503,7 +451,7 @@ private:
       [&](std::uint64_t first, std::span<Record> block) -> Status
       {
         Status read = ReadRecords<Record>(*cell.file, cell.range.begin + first, block);
-        return read && this->ExternalDepths == 0 ? CheckNumbers(block) : read;
+        return read && this->ExternalDepths == 0 ? CheckNumbers<Scalar>(block) : read;
       });
     if (status && this->ExternalDepths == 0)
     {
