@@ -162,7 +162,6 @@ public:
     look.cellWidth = 900;
     look.cellHeight = 760;
     look.edges = false;
-    look.zoom = 2.6;
     Need(WriteAll({ this->Faces }, look, folder / ("fig14-" + this->Name + ".png")));
   }
 

@@ -444,7 +444,6 @@ int RunFig5(const std::filesystem::path& folder, const std::vector<NamedMesh>& m
   look.cellHeight = 560;
   look.azimuth = 20;
   look.elevation = 25;
-  look.zoom = 1.4;
   std::vector<std::vector<PictureCell>> all;
   for (const NamedMesh& named : meshes)
   {
@@ -477,7 +476,7 @@ int RunFig5(const std::filesystem::path& folder, const std::vector<NamedMesh>& m
   {
     all.back().emplace_back(); // an empty place
   }
-  look.zoom = 1.1;
+  look.oneScale = false;
   const std::string file = (folder / "fig6.png").string();
   if (const Status status = WriteMeshPicture(all, look, file); !status)
   {

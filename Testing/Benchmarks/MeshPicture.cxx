@@ -4,6 +4,7 @@
 #include "viewer/rendering/Picture.h"
 
 #include <vtkActor.h>
+#include <vtkBoundingBox.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
@@ -75,6 +76,62 @@ vtkSmartPointer<vtkActor> MakeActor(const PictureCell& cell, const PictureOption
   return actor;
 }
 
+constexpr double captionShare = 0.12; // of a place's height, at its foot
+
+// A parallel view along the wanted direction in which the box fills a place above the caption.
+vtkSmartPointer<vtkCamera> MakeCamera(const vtkBoundingBox& box, const PictureOptions& options)
+{
+  auto camera = vtkSmartPointer<vtkCamera>::New();
+  camera->ParallelProjectionOn();
+  camera->Azimuth(options.azimuth);
+  camera->Elevation(options.elevation);
+  double centre[3], direction[3], up[3], right[3], corner[3];
+  box.GetCenter(centre);
+  camera->GetDirectionOfProjection(direction);
+  camera->OrthogonalizeViewUp();
+  camera->GetViewUp(up);
+  vtkMath::Cross(direction, up, right);
+  double halfWidth = 0, halfHeight = 0;
+  for (int c = 0; c < 8; ++c)
+  {
+    box.GetCorner(c, corner);
+    vtkMath::Subtract(corner, centre, corner);
+    halfWidth = std::max(halfWidth, std::abs(vtkMath::Dot(corner, right)));
+    halfHeight = std::max(halfHeight, std::abs(vtkMath::Dot(corner, up)));
+  }
+  const double aspect = double(options.cellWidth) / options.cellHeight;
+  const double scale =
+    1.05 * std::max({ halfHeight / (1 - captionShare), halfWidth / aspect, 1e-300 });
+  camera->SetParallelScale(scale);
+  const double distance = 2 * box.GetDiagonalLength() + scale;
+  double focal[3], eye[3];
+  for (int k = 0; k < 3; ++k)
+  {
+    focal[k] = centre[k] - captionShare * scale * up[k];
+    eye[k] = focal[k] - distance * direction[k];
+  }
+  camera->SetFocalPoint(focal);
+  camera->SetPosition(eye);
+  return camera;
+}
+
+// Of all meshes together.
+vtkBoundingBox BoxOf(const std::vector<std::vector<PictureCell>>& rows)
+{
+  vtkBoundingBox box;
+  for (const std::vector<PictureCell>& row : rows)
+  {
+    for (const PictureCell& cell : row)
+    {
+      if (cell.mesh)
+      {
+        box.AddBounds(cell.mesh->GetBounds());
+      }
+    }
+  }
+  return box;
+}
+
 vtkSmartPointer<vtkTextActor> MakeCaption(const std::string& text, int width)
 {
   auto caption = vtkSmartPointer<vtkTextActor>::New();
@@ -104,7 +161,7 @@ Status WriteMeshPicture(const std::vector<std::vector<PictureCell>>& rows,
   {
     return window.GetError();
   }
-  vtkSmartPointer<vtkCamera> camera;
+  const vtkBoundingBox all = BoxOf(rows);
   for (std::size_t r = 0; r < rows.size(); ++r)
   {
     for (std::size_t c = 0; c < rows[r].size(); ++c)
@@ -122,15 +179,8 @@ Status WriteMeshPicture(const std::vector<std::vector<PictureCell>>& rows,
         continue;
       }
       renderer->AddActor(MakeActor(cell, options));
-      if (!camera)
-      {
-        camera = renderer->GetActiveCamera();
-        camera->Azimuth(options.azimuth);
-        camera->Elevation(options.elevation);
-        renderer->ResetCamera();
-        camera->Zoom(options.zoom);
-      }
-      renderer->SetActiveCamera(camera);
+      const vtkBoundingBox own(cell.mesh->GetBounds());
+      renderer->SetActiveCamera(MakeCamera(options.oneScale ? all : own, options));
       renderer->ResetCameraClippingRange();
     }
   }

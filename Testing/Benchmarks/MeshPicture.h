@@ -28,14 +28,15 @@ struct PictureOptions
 {
   int cellWidth = 480; // pixels
   int cellHeight = 420;
-  bool edges = false;                            // of the triangles
-  bool flat = false;                             // shading
-  double azimuth = 0, elevation = 0, zoom = 1.4; // of the camera, degrees, from the z axis
+  bool edges = false;                // of the triangles
+  bool flat = false;                 // shading
+  double azimuth = 0, elevation = 0; // of the camera, degrees, from the z axis
+  bool oneScale = true;              // for all meshes; else each fills its place
 };
 
-// Draws the grid off screen into a PNG file. All meshes are seen by the same camera, which the
-// first mesh sets. Rows may have different lengths. Errors: those of MakeOffscreenWindow and
-// WritePng.
+// Draws the grid off screen into a PNG file. The view is a parallel one in
+// which all of a mesh is seen, above its caption. Rows may have different lengths. Errors: those of
+// MakeOffscreenWindow and WritePng.
 Status WriteMeshPicture(const std::vector<std::vector<PictureCell>>& rows,
   const PictureOptions& options, const std::string& file);
 
