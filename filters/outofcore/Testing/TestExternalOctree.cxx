@@ -49,6 +49,15 @@ void Compare(SpillFolder& folder, const std::vector<Vec3>& points, const OctreeC
   std::vector<PointRecord<Scalar>> records(points.size());
   ASSERT_TRUE(
     ReadRecords<PointRecord<Scalar>>(octree->records, 0, std::span<PointRecord<Scalar>>(records)));
+  if (options.keepPoints)
+  {
+    std::vector<PointRecord<Scalar>> kept(points.size());
+    ASSERT_TRUE(ReadRecords<PointRecord<Scalar>>(file, 0, std::span<PointRecord<Scalar>>(kept)));
+    for (std::size_t i = 0; i < kept.size(); ++i)
+    {
+      ASSERT_EQ(kept[i].id, i);
+    }
+  }
   for (std::uint32_t cluster = 0; cluster < expected.clusters; ++cluster)
   {
     for (std::uint64_t i = octree->clusterBegin[cluster]; i < octree->clusterBegin[cluster + 1];
