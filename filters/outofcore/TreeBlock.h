@@ -1,0 +1,51 @@
+// One cell of the tree with all that touches it, in memory: what the steps after the tree work on,
+// one block after the other.
+#pragma once
+
+#include "filters/core/KdTree.h"
+#include "filters/core/Types.h"
+#include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/SpillFile.h"
+#include "filters/outofcore/VertexMap.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// The vertices of one cell and the vertices of other cells that its triangles use (ghosts). Inside
+// a block vertices are numbered by ascending id, own and ghosts together, so that whatever goes by
+// the order of ids comes out as for the whole mesh.
+struct TreeBlock
+{
+  std::size_t cell = 0;   // at the depth of the blocks
+  VertexId firstRank = 0; // of the own vertices, which are ranks firstRank … + order.size() - 1
+  Mesh mesh;              // points; triangles that touch an own vertex, ascending by number
+  std::vector<VertexId> ids;          // of each vertex, ascending
+  std::vector<VertexId> ranks;        // of each vertex
+  std::vector<VertexId> order;        // the own vertices in the order of ranks
+  std::vector<std::uint32_t> numbers; // of each triangle, ascending
+
+  bool IsOwn(VertexId v) const
+  {
+    return this->ranks[v] >= this->firstRank &&
+           this->ranks[v] - this->firstRank < this->order.size();
+  }
+};
+
+// Loads block `cell` of depth `depth`. records: those of an ExternalTree over `vertices` vertices
+// (PointRecord<Scalar>); triangles: SortTrianglesIntoCells at that depth. Ghosts are read in the
+// order of their ranks, a page of 64 KiB once. O(v log v + t log t) for v vertices and t triangles
+// of the block; memory about 60 bytes a vertex and 40 a triangle. Errors: InputOutput.
+template <class Scalar>
+Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,
+  const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell);
+
+extern template Result<TreeBlock> LoadBlock<float>(
+  const SpillFile&, std::uint32_t, const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t);
+extern template Result<TreeBlock> LoadBlock<double>(
+  const SpillFile&, std::uint32_t, const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t);
+
+}
