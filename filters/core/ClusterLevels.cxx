@@ -182,11 +182,6 @@ Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   return LevelBuilder(options, execution).Build(std::move(*finest), tree.depths.finest, triangles);
 }
 
-Triangle RotateLowestFirst(const Triangle& t)
-{
-  return std::min({ t, Triangle{ t[1], t[2], t[0] }, Triangle{ t[2], t[0], t[1] } });
-}
-
 std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
   const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
   const Execution& execution)
@@ -199,6 +194,7 @@ std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
     [&](std::size_t begin, std::size_t end)
     {
       std::vector<Triangle> image;
+      std::vector<std::uint32_t> next;
       for (std::size_t p = begin; p < end; ++p)
       {
         image.clear();
@@ -212,9 +208,12 @@ std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
             image.push_back(RotateLowestFirst(mapped));
           }
         }
-        std::sort(image.begin(), image.end());
-        image.erase(std::unique(image.begin(), image.end()), image.end());
-        images[p].assign(image.begin(), image.end());
+        std::vector<Triangle>& sorted = images[p];
+        sorted.resize(image.size());
+        SortByTriangle(std::span<const Triangle>(image), mapBegin[p], mapBegin[p + 1] - mapBegin[p],
+          std::span(sorted), next);
+        sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+        sorted.shrink_to_fit();
       }
     });
   std::size_t size = 0;
@@ -235,48 +234,37 @@ std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
 std::vector<Triangle> ImageOfTriangles(
   std::span<const Triangle> triangles, std::span<const VertexId> map, const Execution& execution)
 {
-  // Each chunk keeps its own image, sorted; the chunks are merged pairwise. The result does not
-  // depend on how many there are.
-  constexpr std::size_t chunk = std::size_t{ 1 } << 20;
+  // Each chunk maps its own; then all are sorted.
+  constexpr std::size_t chunk = std::size_t{ 1 } << 16;
   const std::size_t chunks = (triangles.size() + chunk - 1) / chunk;
   std::vector<std::vector<Triangle>> images(chunks);
+  std::vector<VertexId> highest(chunks, 0);
   execution.parallelFor(chunks, 1,
     [&](std::size_t begin, std::size_t end)
     {
       for (std::size_t i = begin; i < end; ++i)
       {
-        std::vector<Triangle>& image = images[i];
         for (const Triangle& t :
           triangles.subspan(i * chunk, std::min(chunk, triangles.size() - i * chunk)))
         {
           const Triangle mapped{ map[t[0]], map[t[1]], map[t[2]] };
           if (mapped[0] != mapped[1] && mapped[1] != mapped[2] && mapped[2] != mapped[0])
           {
-            image.push_back(RotateLowestFirst(mapped));
+            images[i].push_back(RotateLowestFirst(mapped));
+            highest[i] = std::max(highest[i], images[i].back()[0]);
           }
         }
-        std::sort(image.begin(), image.end());
-        image.erase(std::unique(image.begin(), image.end()), image.end());
       }
     });
-  for (std::size_t width = 1; width < chunks; width *= 2)
+  std::vector<Triangle> all;
+  for (std::vector<Triangle>& image : images)
   {
-    execution.parallelFor((chunks + 2 * width - 1) / (2 * width), 1,
-      [&](std::size_t begin, std::size_t end)
-      {
-        for (std::size_t i = 2 * width * begin; i < 2 * width * end && i + width < chunks;
-             i += 2 * width)
-        {
-          std::vector<Triangle> merged;
-          merged.reserve(images[i].size() + images[i + width].size());
-          std::set_union(images[i].begin(), images[i].end(), images[i + width].begin(),
-            images[i + width].end(), std::back_inserter(merged));
-          images[i] = std::move(merged);
-          images[i + width] = {};
-        }
-      });
+    all.insert(all.end(), image.begin(), image.end());
+    image = {};
   }
-  return chunks == 0 ? std::vector<Triangle>{} : std::move(images[0]);
+  const VertexId most = chunks == 0 ? 0 : *std::max_element(highest.begin(), highest.end());
+  SortTriangles(all, std::size_t{ most } + 1, true, execution);
+  return all;
 }
 
 }

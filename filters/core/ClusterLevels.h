@@ -11,6 +11,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/KdTree.h"
 #include "filters/core/Result.h"
+#include "filters/core/SortTriangles.h"
 #include "filters/core/TriangleBuckets.h"
 #include "filters/core/Types.h"
 
@@ -83,8 +84,5 @@ std::vector<Triangle> ImageOfTriangles(std::span<const Triangle> triangles,
 std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
   const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
   const Execution& execution = {});
-
-// The rotation of a triangle that is lexicographically smallest: orientation is kept.
-Triangle RotateLowestFirst(const Triangle& triangle);
 
 }

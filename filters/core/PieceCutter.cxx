@@ -9,7 +9,8 @@
 namespace kdstream
 {
 
-PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution)
+PieceCutter::PieceCutter(
+  const VertexTree& tree, const Mesh& mesh, Resolution resolution, const Execution& execution)
   : Tree(tree)
   , Input(mesh)
   , Which(resolution)
@@ -32,17 +33,16 @@ PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution re
   }
   if (resolution.IsOriginal())
   {
-    std::vector<VertexId> number(tree.original.size());
-    for (std::size_t i = 0; i < number.size(); ++i)
-    {
-      number[tree.original[i]] = static_cast<VertexId>(i);
-    }
-    this->Numbered.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles)
-    {
-      this->Numbered.push_back({ number[t[0]], number[t[1]], number[t[2]] });
-    }
-    this->Triangles = this->Numbered;
+    this->Number.resize(tree.original.size());
+    execution.parallelFor(this->Number.size(), 1 << 16,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t i = begin; i < end; ++i)
+        {
+          this->Number[tree.original[i]] = static_cast<VertexId>(i);
+        }
+      });
+    this->Triangles = mesh.triangles;
   }
   else
   {
@@ -54,7 +54,8 @@ PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution re
     std::fill(pieceOf.data() + this->OwnBegin[i], pieceOf.data() + this->OwnBegin[i + 1],
       static_cast<std::uint32_t>(i));
   }
-  this->Buckets = BucketTriangles(this->Triangles, pieces, [&](VertexId v) { return pieceOf[v]; });
+  this->Buckets = BucketTriangles(
+    this->Triangles, pieces, [&](VertexId v) { return pieceOf[this->NumberOf(v)]; }, execution);
   if (resolution < Resolution::Level(tree.depths.stitch))
   {
     this->FindReach();
@@ -155,9 +156,15 @@ Piece PieceCutter::Cut(std::size_t i) const
 
   const auto isOwn = [&](VertexId v) { return v >= begin && v < end; };
   std::vector<VertexId> ghosts;
+  std::vector<std::pair<Triangle, std::uint32_t>> triangles; // and their numbers
+  triangles.reserve(this->Buckets.Of(i).size());
   for (const std::uint32_t t : this->Buckets.Of(i))
   {
-    for (const VertexId v : this->Triangles[t])
+    const Triangle& triangle = this->Triangles[t];
+    triangles.emplace_back(Triangle{ this->NumberOf(triangle[0]), this->NumberOf(triangle[1]),
+                             this->NumberOf(triangle[2]) },
+      t);
+    for (const VertexId v : triangles.back().first)
     {
       if (!isOwn(v))
       {
@@ -197,17 +204,16 @@ Piece PieceCutter::Cut(std::size_t i) const
     this->AddReach(piece, begin, end);
   }
 
-  this->AddTriangles(piece, i, ghosts);
+  this->AddTriangles(piece, begin, ghosts, std::move(triangles));
   this->AddPointArrays(piece, begin, ghosts);
   return piece;
 }
 
-// The triangles of piece i and their arrays; triangles that are equal stay in the order of the
-// input, so that each keeps its own tuples.
-void PieceCutter::AddTriangles(
-  Piece& piece, std::size_t i, const std::vector<VertexId>& ghosts) const
+// The triangles and their arrays; triangles that are equal stay in the order of the input, so that
+// each keeps its own tuples.
+void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
+  std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const
 {
-  const VertexId begin = this->OwnBegin[i];
   const auto local = [&](VertexId v)
   {
     return v >= begin && v - begin < piece.ownVertices
@@ -216,14 +222,14 @@ void PieceCutter::AddTriangles(
                  std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin()) +
                  piece.ownVertices;
   };
-  std::vector<std::pair<Triangle, std::uint32_t>> sorted; // and the number in the resolution
-  for (const std::uint32_t t : this->Buckets.Of(i))
+  for (auto& [triangle, number] : triangles)
   {
-    const Triangle& triangle = this->Triangles[t];
-    sorted.emplace_back(
-      RotateLowestFirst({ local(triangle[0]), local(triangle[1]), local(triangle[2]) }), t);
+    triangle = RotateLowestFirst({ local(triangle[0]), local(triangle[1]), local(triangle[2]) });
   }
-  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::pair<Triangle, std::uint32_t>> sorted(triangles.size());
+  std::vector<std::uint32_t> next;
+  SortByTriangle(std::span<const std::pair<Triangle, std::uint32_t>>(triangles), 0,
+    piece.VertexCount(), std::span(sorted), next);
   piece.triangles.reserve(sorted.size());
   for (const auto& [triangle, number] : sorted)
   {

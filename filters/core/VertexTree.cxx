@@ -13,27 +13,6 @@ namespace kdstream
 namespace
 {
 
-// Depth-first ranks of the clusters of one level, given those of the level above.
-std::vector<VertexId> RankLevel(
-  const ClusterLevel& level, const std::vector<VertexId>& ranksAbove, bool coarsest)
-{
-  std::vector<VertexId> order(level.lowest.size());
-  std::iota(order.begin(), order.end(), VertexId{ 0 });
-  std::sort(order.begin(), order.end(),
-    [&](VertexId a, VertexId b)
-    {
-      const VertexId above = coarsest ? 0 : ranksAbove[level.parents[a]];
-      const VertexId otherAbove = coarsest ? 0 : ranksAbove[level.parents[b]];
-      return above != otherAbove ? above < otherAbove : level.lowest[a] < level.lowest[b];
-    });
-  std::vector<VertexId> ranks(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-  {
-    ranks[order[i]] = static_cast<VertexId>(i);
-  }
-  return ranks;
-}
-
 // Stable counting sort of `items` by key(item) < keys.
 template <class Key>
 std::vector<VertexId> SortByKey(const std::vector<VertexId>& items, std::size_t keys,
@@ -55,6 +34,35 @@ std::vector<VertexId> SortByKey(const std::vector<VertexId>& items, std::size_t 
     sorted[next[key(item)]++] = item;
   }
   return sorted;
+}
+
+// Depth-first ranks of the clusters of one level, given those of the level above.
+std::vector<VertexId> RankLevel(
+  const ClusterLevel& level, const std::vector<VertexId>& ranksAbove, bool coarsest)
+{
+  std::vector<VertexId> order(level.lowest.size());
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  const auto byLowest = [&](VertexId a, VertexId b) { return level.lowest[a] < level.lowest[b]; };
+  if (coarsest)
+  {
+    std::sort(order.begin(), order.end(), byLowest);
+  }
+  else
+  {
+    std::vector<VertexId> begin;
+    order = SortByKey(
+      order, ranksAbove.size(), [&](VertexId c) { return ranksAbove[level.parents[c]]; }, &begin);
+    for (std::size_t above = 0; above < ranksAbove.size(); ++above)
+    {
+      std::sort(order.begin() + begin[above], order.begin() + begin[above + 1], byLowest);
+    }
+  }
+  std::vector<VertexId> ranks(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    ranks[order[i]] = static_cast<VertexId>(i);
+  }
+  return ranks;
 }
 
 template <class T>
@@ -82,12 +90,17 @@ Attribute Permute(const Attribute& values, const std::vector<VertexId>& order)
 // Moves a level into the order of its clusters' first numbered vertices. rankAbove: new places one
 // level up, or empty. Returns the new place of each cluster.
 std::vector<VertexId> OrderLevel(ClusterLevel&& level, const std::vector<VertexId>& first,
-  const std::vector<VertexId>& placesAbove, VertexTreeLevel& ordered)
+  const std::vector<VertexId>& placesAbove, VertexTreeLevel& ordered, const Execution& execution)
 {
+  std::vector<std::uint64_t> sorted(first.size()); // (first vertex, cluster)
+  for (std::size_t i = 0; i < first.size(); ++i)
+  {
+    sorted[i] = std::uint64_t{ first[i] } << 32 | i;
+  }
+  std::sort(sorted.begin(), sorted.end());
   std::vector<VertexId> order(first.size());
-  std::iota(order.begin(), order.end(), VertexId{ 0 });
-  std::sort(
-    order.begin(), order.end(), [&](VertexId a, VertexId b) { return first[a] < first[b]; });
+  std::transform(sorted.begin(), sorted.end(), order.begin(),
+    [](std::uint64_t entry) { return static_cast<VertexId>(entry); });
   std::vector<VertexId> places(order.size());
   for (std::size_t i = 0; i < order.size(); ++i)
   {
@@ -109,11 +122,16 @@ std::vector<VertexId> OrderLevel(ClusterLevel&& level, const std::vector<VertexI
     }
   }
   ordered.triangles = std::move(level.triangles);
-  for (Triangle& t : ordered.triangles)
-  {
-    t = RotateLowestFirst({ places[t[0]], places[t[1]], places[t[2]] });
-  }
-  std::sort(ordered.triangles.begin(), ordered.triangles.end());
+  execution.parallelFor(ordered.triangles.size(), 1 << 14,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        Triangle& t = ordered.triangles[i];
+        t = RotateLowestFirst({ places[t[0]], places[t[1]], places[t[2]] });
+      }
+    });
+  SortTriangles(ordered.triangles, order.size(), false, execution);
   return places;
 }
 
@@ -163,7 +181,7 @@ VertexId VertexTree::ClusterAt(unsigned depth, VertexId numbered) const
          1;
 }
 
-VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels)
+VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels, const Execution& execution)
 {
   VertexTree numbered;
   numbered.depths = tree.depths;
@@ -192,7 +210,8 @@ VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels)
   std::vector<VertexId> places;
   for (std::size_t d = 0; d < levels.levels.size(); ++d)
   {
-    places = OrderLevel(std::move(levels.levels[d]), first[d], places, numbered.levels[d]);
+    places =
+      OrderLevel(std::move(levels.levels[d]), first[d], places, numbered.levels[d], execution);
   }
   return numbered;
 }

@@ -49,7 +49,8 @@ struct VertexTree
 // REQUIRES: `levels` go down to depth 0; a cluster of a level >= S lies in one partition; or no
 // levels and L = P.
 // O(n + clusters log clusters).
-VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels);
+VertexTree NumberVertices(
+  const KdTree& tree, ClusterLevels levels, const Execution& execution = {});
 
 // The pieces of one resolution. Keeps references to what it is made from.
 class PieceCutter
@@ -57,7 +58,8 @@ class PieceCutter
 public:
   // mesh: the (welded) original; its triangles and attributes are needed for the original only.
   // Pieces of the original get all arrays, point arrays first; those of a level the level's.
-  PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution);
+  PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
+    const Execution& execution = {});
 
   std::size_t PieceCount() const { return this->OwnBegin.size() - 1; }
   // The i-th piece, nodes ascending. Any number of threads may cut at once.
@@ -72,7 +74,9 @@ private:
   void AppendVertex(VertexId vertex, Piece& piece) const;
   void FindReach();
   void AddReach(Piece& piece, VertexId begin, VertexId end) const;
-  void AddTriangles(Piece& piece, std::size_t i, const std::vector<VertexId>& ghosts) const;
+  void AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
+    std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const;
+  VertexId NumberOf(VertexId v) const { return this->Number.empty() ? v : this->Number[v]; }
   void AddPointArrays(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const;
 
   const VertexTree& Tree;
@@ -80,7 +84,7 @@ private:
   Resolution Which;
   std::vector<VertexId>
     OwnBegin; // first own vertex of each piece (rank, or numbered vertex), and the end
-  std::vector<Triangle> Numbered; // the original's triangles in numbered vertices
+  std::vector<VertexId> Number; // of each original vertex; empty for a level
   std::span<const Triangle> Triangles;
   TriangleBuckets Buckets;
   std::vector<std::pair<VertexId, NodeId>>

@@ -133,7 +133,7 @@ private:
       return levels.GetError();
     }
     this->Boxes = std::move(tree.boxes);
-    return NumberVertices(tree, std::move(*levels));
+    return NumberVertices(tree, std::move(*levels), this->Exec);
   }
 
   Result<ClusterLevels> MakeLevels(const KdTree& tree)
@@ -249,7 +249,7 @@ private:
 
   Status WriteResolution(const VertexTree& numbered, Resolution resolution, StoreWriter& writer)
   {
-    const PieceCutter cutter(numbered, this->Input, resolution);
+    const PieceCutter cutter(numbered, this->Input, resolution, this->Exec);
     const std::size_t pieceCount =
       resolution.IsOriginal() ? this->Information.partitions : cutter.PieceCount();
     const CodecContext context = this->Information.Codec();

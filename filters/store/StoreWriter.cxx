@@ -167,9 +167,11 @@ void StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangle
   std::vector<float>& deviations = this->S->deviations;
   if (!deviations.empty())
   {
-    std::sort(deviations.begin(), deviations.end());
-    finished.deviation = deviations.back();
-    finished.deviation99 = deviations[(deviations.size() - 1) * 99 / 100];
+    const auto at99 =
+      deviations.begin() + static_cast<std::ptrdiff_t>((deviations.size() - 1) * 99 / 100);
+    std::nth_element(deviations.begin(), at99, deviations.end());
+    finished.deviation99 = *at99;
+    finished.deviation = *std::max_element(at99, deviations.end());
     deviations.clear();
   }
 }

@@ -1,0 +1,79 @@
+// Sorting triangles by their vertices: by counting where the first vertices lie close together. For
+// images of levels and for pieces.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Types.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+inline const Triangle& TriangleOf(const Triangle& triangle)
+{
+  return triangle;
+}
+
+inline const Triangle& TriangleOf(const std::pair<Triangle, std::uint32_t>& numbered)
+{
+  return numbered.first;
+}
+
+// The rotation of a triangle that is lexicographically smallest: orientation is kept.
+inline Triangle RotateLowestFirst(const Triangle& t)
+{
+  if (t[0] < t[1] && t[0] < t[2])
+  {
+    return t;
+  }
+  const Triangle left{ t[1], t[2], t[0] }, right{ t[2], t[0], t[1] };
+  if (t[1] < t[0] && t[1] < t[2])
+  {
+    return left;
+  }
+  return t[2] < t[0] && t[2] < t[1] ? right : std::min({ t, left, right });
+}
+
+// Sorts items, triangles or triangles with a number, into `sorted`, a range as long. Their first
+// vertices are in [first, first + vertices). next: scratch. O(items + vertices), and what sorting
+// takes of those with the same first vertex.
+template <class Item>
+void SortByTriangle(std::span<const Item> items, VertexId first, std::size_t vertices,
+  std::span<Item> sorted, std::vector<std::uint32_t>& next)
+{
+  next.assign(vertices + 1, 0);
+  for (const Item& item : items)
+  {
+    ++next[TriangleOf(item)[0] - first + 1];
+  }
+  for (std::size_t v = 0; v < vertices; ++v)
+  {
+    next[v + 1] += next[v];
+  }
+  for (const Item& item : items)
+  {
+    sorted[next[TriangleOf(item)[0] - first]++] = item;
+  }
+  // next[v] is now where those of v end.
+  for (std::size_t v = 0, begin = 0; v < vertices; begin = next[v++])
+  {
+    if (next[v] - begin > 1)
+    {
+      std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin),
+        sorted.begin() + static_cast<std::ptrdiff_t>(next[v]));
+    }
+  }
+}
+
+// Sorts triangles in place, lowest vertices first within each already, all of them < vertices.
+// unique: keeps one of equal ones. The same for any number of threads. O(triangles + vertices) and
+// the above; memory once more the triangles.
+void SortTriangles(std::vector<Triangle>& triangles, std::size_t vertices, bool unique,
+  const Execution& execution = {});
+
+}
