@@ -51,12 +51,26 @@ namespace
 // What ten to the power of `exponent` is; exact up to 10^22, then near enough to compare with.
 double PowerOfTen(int exponent)
 {
+  if (std::abs(exponent) <= mostExactPower)
+  {
+    return exponent < 0 ? 1 / exactPowers[-exponent] : exactPowers[exponent];
+  }
   double power = 1;
   for (int i = std::abs(exponent); i > 0; --i)
   {
     power *= 10;
   }
   return exponent < 0 ? 1 / power : power;
+}
+
+// Whether `value`, of which the last decimal counts 10^power, comes back from a float.
+bool FloatTells(double value, int power, bool even)
+{
+  const double halfDecimal = 0.5 * PowerOfTen(power);
+  const double difference = std::abs(double(static_cast<float>(value)) - value);
+  // Halfway between two decimals the even one is written (1912017.75 as 1912017.8).
+  constexpr double blur = 1e-6; // of decimals as doubles
+  return difference < halfDecimal * (even ? 1 + blur : 1 - blur);
 }
 
 }
@@ -67,32 +81,35 @@ void DecimalPrecision::Add(std::string_view word)
   {
     return;
   }
+  // Floats tell all decimals of six digits apart, unless they are at the ends of their range.
+  constexpr std::uint64_t sureDigits = 1000000;
+  constexpr int farPower = 25;
+  PlainDecimal decimal;
+  double value = 0;
+  const bool plain = ScanDecimal(word, decimal);
+  if (plain && decimal.digits < sureDigits && decimal.power >= -farPower &&
+      decimal.power <= farPower)
+  {
+    return;
+  }
+  if (plain && NearestDouble(decimal, value))
+  {
+    this->Suffice = FloatTells(value, decimal.power, decimal.digits % 2 == 0);
+    return;
+  }
   const std::size_t exponentAt = std::min(word.find_first_of("eE"), word.size());
   int exponent = 0;
   std::string_view digits = word.substr(std::min(exponentAt + 1, word.size()));
   digits.remove_prefix(!digits.empty() && digits[0] == '+' ? 1 : 0);
   std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
-  // Floats tell all decimals of six digits apart, unless they are at the ends of their range.
-  constexpr std::size_t sureDigits = 6;
-  constexpr int farPower = 25;
   const std::size_t point = std::min(word.find('.'), exponentAt);
-  const std::size_t marks = (point < exponentAt ? 1U : 0U) + (word.starts_with('-') ? 1U : 0U);
-  if (exponentAt - marks <= sureDigits && std::abs(exponent) <= farPower)
-  {
-    return;
-  }
   const auto decimals = static_cast<int>(exponentAt - point) - (point < exponentAt ? 1 : 0) -
                         std::clamp(exponent, -999, 999);
-  double value = 0;
   static_cast<void>(ParseNumber(word, value));
-  const double halfDecimal = 0.5 * PowerOfTen(-std::clamp(decimals, -999, 999));
-  const double difference = std::abs(double(static_cast<float>(value)) - value);
-  // Halfway between two decimals the even one is written (1912017.75 as 1912017.8).
-  constexpr double blur = 1e-6; // of decimals as doubles
   const std::string_view mantissa = word.substr(0, exponentAt);
   const std::size_t last = mantissa.find_last_of("0123456789");
   const bool even = last != std::string_view::npos && (mantissa[last] - '0') % 2 == 0;
-  this->Suffice = difference < halfDecimal * (even ? 1 + blur : 1 - blur);
+  this->Suffice = FloatTells(value, -std::clamp(decimals, -999, 999), even);
 }
 
 }

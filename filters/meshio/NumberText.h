@@ -1,7 +1,10 @@
 // Numbers as decimal text, the same in every locale: for the text formats of step "read".
 #pragma once
 
+#include "filters/core/BitCast.h"
+
 #include <charconv>
+#include <cstdint>
 #include <string_view>
 #include <system_error>
 #include <type_traits>
@@ -20,6 +23,120 @@ enum class NumberTextError
 // REQUIRES: std::from_chars took the whole word for a floating-point number.
 bool IsBelowOne(std::string_view word);
 
+// A decimal number as it is written: digits × 10^power.
+struct PlainDecimal
+{
+  std::uint64_t digits = 0;
+  int power = 0;
+  bool negative = false;
+};
+
+// True for words of the usual form, -12.5e-3, of at most 18 digits that count: nearly all there
+// are. What else is a number is left to std::from_chars.
+inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
+{
+  constexpr std::uint64_t mostDigits = 100000000000000000U; // one more fits
+  const char* at = word.data();
+  const char* const end = at + word.size();
+  decimal = {};
+  if (at != end && *at == '-')
+  {
+    decimal.negative = true;
+    ++at;
+  }
+  bool any = false;
+  for (bool fraction = false; at != end; ++at)
+  {
+    const auto digit = static_cast<unsigned>(*at) - '0';
+    if (digit < 10)
+    {
+      if (decimal.digits >= mostDigits)
+      {
+        return false;
+      }
+      decimal.digits = 10 * decimal.digits + digit;
+      decimal.power -= fraction ? 1 : 0;
+      any = true;
+    }
+    else if (*at == '.' && !fraction)
+    {
+      fraction = true;
+    }
+    else
+    {
+      break;
+    }
+  }
+  if (at == end || !any)
+  {
+    return any;
+  }
+  if (*at != 'e' && *at != 'E')
+  {
+    return false;
+  }
+  ++at;
+  const bool down = at != end && *at == '-';
+  at += at != end && (*at == '-' || *at == '+') ? 1 : 0;
+  int exponent = 0;
+  constexpr int mostExponent = 3; // digits
+  const auto size = end - at;
+  for (; at != end && static_cast<unsigned>(*at) - '0' < 10; ++at)
+  {
+    exponent = size <= mostExponent ? 10 * exponent + (*at - '0') : 0;
+  }
+  decimal.power += down ? -exponent : exponent;
+  return at == end && size > 0 && size <= mostExponent;
+}
+
+// Powers of ten that doubles hold exactly.
+inline constexpr int mostExactPower = 22;
+inline constexpr double exactPowers[mostExactPower + 1] = { 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7,
+  1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22 };
+
+// The nearest double, where one rounding gives it: of exact digits and an exact power. Else false.
+inline bool NearestDouble(const PlainDecimal& decimal, double& value)
+{
+  if (decimal.digits > (std::uint64_t{ 1 } << 53) || decimal.power < -mostExactPower ||
+      decimal.power > mostExactPower)
+  {
+    return false;
+  }
+  const auto digits = static_cast<double>(decimal.digits);
+  value =
+    decimal.power < 0 ? digits / exactPowers[-decimal.power] : digits * exactPowers[decimal.power];
+  value = decimal.negative ? -value : value;
+  return true;
+}
+
+// Reads a word as std::from_chars does, faster; false where that must be asked.
+inline bool ReadPlain(std::string_view word, double& value)
+{
+  PlainDecimal decimal;
+  return ScanDecimal(word, decimal) && NearestDouble(decimal, value);
+}
+
+inline bool ReadPlain(std::string_view word, float& value)
+{
+  double nearest = 0;
+  if (!ReadPlain(word, nearest))
+  {
+    return false;
+  }
+  // A double halfway between two floats could have been rounded to there; denormal floats have
+  // other halves.
+  const std::uint64_t bits = BitCast<std::uint64_t>(nearest);
+  constexpr std::uint64_t below = (std::uint64_t{ 1 } << 29) - 1, half = std::uint64_t{ 1 } << 28;
+  const double size = nearest < 0 ? -nearest : nearest;
+  constexpr double least = 1.5e-38, most = 3.4e38;
+  if ((bits & below) == half || (size < least && size > 0) || size > most)
+  {
+    return false;
+  }
+  value = static_cast<float>(nearest);
+  return true;
+}
+
 // Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; what is
 // too small becomes zero; "nan" and "inf" are read. Integers have no fraction and no exponent. A
 // leading '+' is allowed.
@@ -29,6 +146,13 @@ NumberTextError ParseNumber(std::string_view word, T& value)
   if (word.size() > 1 && word[0] == '+' && word[1] != '-')
   {
     word.remove_prefix(1);
+  }
+  if constexpr (std::is_floating_point_v<T>)
+  {
+    if (ReadPlain(word, value))
+    {
+      return NumberTextError::None;
+    }
   }
   const char* end = word.data() + word.size();
   const std::from_chars_result parsed = std::from_chars(word.data(), end, value);

@@ -3,7 +3,6 @@
 
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
-#include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +31,27 @@ Status ParseReal(std::string_view word, T& value)
                                         : " is too large a number"));
 }
 
+// A number from 1 on, without a sign: nearly all corners are no more.
+bool ParseSmall(std::string_view word, std::int64_t& number)
+{
+  constexpr std::size_t most = 10; // digits
+  if (word.size() > most)
+  {
+    return false;
+  }
+  std::int64_t value = 0;
+  for (const char c : word)
+  {
+    if (c < '0' || c > '9')
+    {
+      return false;
+    }
+    value = 10 * value + (c - '0');
+  }
+  number = value;
+  return value > 0;
+}
+
 void TrimFront(std::string_view& text)
 {
   std::size_t blanks = 0;
@@ -42,19 +62,6 @@ void TrimFront(std::string_view& text)
   text.remove_prefix(blanks);
 }
 
-}
-
-std::string_view TakeObjWord(std::string_view& text)
-{
-  TrimFront(text);
-  std::size_t size = 0;
-  while (size < text.size() && !IsBlank(text[size]))
-  {
-    ++size;
-  }
-  const std::string_view word = text.substr(0, size);
-  text.remove_prefix(size);
-  return word;
 }
 
 Result<bool> ObjStatements::Next()
@@ -215,6 +222,10 @@ template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float,
 Status ParseObjCorner(std::string_view word, ObjCorner& corner)
 {
   corner = {};
+  if (ParseSmall(word, corner[0]))
+  {
+    return {};
+  }
   for (std::size_t part = 0; part < 3; ++part)
   {
     const std::size_t slash = std::min(word.find('/'), word.size());

@@ -5,6 +5,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/TextLines.h"
+#include "filters/meshio/TextWords.h"
 
 #include <array>
 #include <cstdint>
@@ -53,7 +54,22 @@ private:
 };
 
 // Takes the next word off the front; empty if there is none.
-std::string_view TakeObjWord(std::string_view& text);
+inline std::string_view TakeObjWord(std::string_view& text)
+{
+  const char* begin = text.data();
+  const char* const limit = begin + text.size();
+  while (begin != limit && IsBlank(*begin))
+  {
+    ++begin;
+  }
+  const char* end = begin;
+  while (end != limit && !IsBlank(*end))
+  {
+    ++end;
+  }
+  text = std::string_view(end, static_cast<std::size_t>(limit - end));
+  return std::string_view(begin, static_cast<std::size_t>(end - begin));
+}
 
 // A vertex as a line has it.
 struct ObjPlace

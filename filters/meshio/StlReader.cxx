@@ -318,17 +318,18 @@ Result<bool> TextStlReader::NextVertex()
       return this->Unexpected(*word, this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'");
     }
     // Of the normal nothing is made, so it may be no number.
-    for (const char* const expected : { "normal", "", "", "", "outer", "loop" })
+    static constexpr std::array<std::string_view, 6> begin{ "normal", "", "", "", "outer", "loop" };
+    for (const std::string_view expected : begin)
     {
       const Result<std::string_view> next = this->Words.Next();
       if (!next)
       {
         return next.GetError();
       }
-      if (next->empty() || (*expected != '\0' && !IsWord(*next, expected)))
+      if (next->empty() || (!expected.empty() && !IsWord(*next, expected)))
       {
         return this->Unexpected(
-          *next, *expected == '\0' ? "a normal" : "'" + std::string(expected) + "'");
+          *next, expected.empty() ? "a normal" : "'" + std::string(expected) + "'");
       }
     }
     this->At.inFacet = true;

@@ -22,12 +22,8 @@ Status TextWords::Refill()
   return {};
 }
 
-Result<std::string_view> TextWords::Next()
+Result<std::string_view> TextWords::NextAcrossBlocks()
 {
-  while (this->Cursor != this->End && IsBlank(*this->Cursor))
-  {
-    ++this->Cursor;
-  }
   while (this->Cursor == this->End)
   {
     if (Status status = this->Refill(); !status)
@@ -41,30 +37,17 @@ Result<std::string_view> TextWords::Next()
     this->Cursor =
       std::find_if_not(this->Cursor, this->End, IsBlank); // a block can be blanks alone
   }
-  const char* end = this->Cursor + 1;
-  for (;; ++end)
+  // All of a word that can be one comes into memory.
+  if (static_cast<std::size_t>(this->End - this->Cursor) <= longestWord)
   {
-    if (end == this->End)
+    if (Status status = this->Refill(); !status)
     {
-      const std::ptrdiff_t size = end - this->Cursor;
-      if (Status status = this->Refill(); !status)
-      {
-        return status.GetError();
-      }
-      end = this->Cursor + size;
-      if (end == this->End)
-      {
-        break;
-      }
-    }
-    if (IsBlank(*end) || static_cast<std::size_t>(end - this->Cursor) > longestWord)
-    {
-      break;
+      return status.GetError();
     }
   }
-  const std::string_view word(this->Cursor, static_cast<std::size_t>(end - this->Cursor));
-  this->Cursor = end;
-  return word;
+  const char* const limit =
+    this->Cursor + std::min<std::ptrdiff_t>(this->End - this->Cursor, longestWord + 1);
+  return this->Take(std::find_if(this->Cursor, limit, IsBlank));
 }
 
 Status TextWords::SkipLine()

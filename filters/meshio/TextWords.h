@@ -11,6 +11,12 @@
 namespace kdstream
 {
 
+// Blanks and the ends of lines.
+constexpr bool IsBlank(char c)
+{
+  return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
 class TextWords
 {
 public:
@@ -26,7 +32,26 @@ public:
   // Goes to the next word, across blanks and the ends of lines; empty at the end of the file. Valid
   // until the next call. Of a longer word the first longestWord + 1 bytes come, then the rest as
   // further words. Errors: InputOutput.
-  Result<std::string_view> Next();
+  Result<std::string_view> Next()
+  {
+    const char* begin = this->Cursor;
+    while (begin != this->End && IsBlank(*begin))
+    {
+      ++begin;
+    }
+    this->Cursor = begin;
+    // The word and the blank after it mostly lie in memory.
+    if (this->End - begin <= static_cast<std::ptrdiff_t>(longestWord))
+    {
+      return this->NextAcrossBlocks();
+    }
+    const char* end = begin + 1;
+    while (end != begin + longestWord + 1 && !IsBlank(*end))
+    {
+      ++end;
+    }
+    return this->Take(end);
+  }
   // Goes to the end of the line. Errors: InputOutput.
   Status SkipLine();
 
@@ -39,6 +64,13 @@ public:
   void Seek(std::uint64_t position);
 
 private:
+  Result<std::string_view> NextAcrossBlocks();
+  std::string_view Take(const char* end)
+  {
+    const std::string_view word(this->Cursor, static_cast<std::size_t>(end - this->Cursor));
+    this->Cursor = end;
+    return word;
+  }
   Status Refill();
 
   ByteSource& Source;
@@ -46,11 +78,5 @@ private:
   const char* Cursor = nullptr;
   const char* End = nullptr;
 };
-
-// Blanks and the ends of lines.
-constexpr bool IsBlank(char c)
-{
-  return c == ' ' || (c >= '\t' && c <= '\r');
-}
 
 }

@@ -109,6 +109,51 @@ TEST(NumberText, RoundsAsTheCLibraryDoes)
   }
 }
 
+// Decimals of few digits are read by a way of their own.
+TEST(NumberText, RoundsShortDecimalsAsTheCLibraryDoes)
+{
+  std::mt19937_64 random(11);
+  const auto expectSame = [](const std::string& text)
+  {
+    ExpectNumber<double>(text, std::strtod(text.c_str(), nullptr));
+    const float single = std::strtof(text.c_str(), nullptr);
+    if (std::isfinite(single))
+    {
+      ExpectNumber<float>(text, single);
+    }
+    else
+    {
+      ExpectNone<float>(text, NumberTextError::OutOfRange);
+    }
+  };
+  for (int i = 0; i < 300000; ++i)
+  {
+    std::string text = std::to_string(random() >> (random() % 64));
+    if (random() % 2 == 0)
+    {
+      text.insert(random() % (text.size() + 1), ".");
+    }
+    text.insert(0, random() % 2 == 0 ? "-" : "");
+    text +=
+      random() % 2 == 0 ? "" : (random() % 2 == 0 ? "e-" : "E") + std::to_string(random() % 50);
+    expectSame(text);
+  }
+  // Halfway between two floats, exactly and nearly.
+  for (const char* text : { "16777217", "16777219", "1.6777217e7", "167772170e-1",
+         "16777217.000000001", "16777216.999999999", "9007199254740993", "9007199254740992",
+         "1.1754943e-38", "7e-46", "7.1e-46", "3.4028235677973366e38",
+         "0.000000000000000000000000000001", "123456789012345678901234567890" })
+  {
+    expectSame(text);
+  }
+  for (const char* text :
+    { "1e", "e5", ".", "-", "-.", "1e+", "1.2.3", "1-", "--1", "0x10", "1e5x", "1 " })
+  {
+    ExpectNone<double>(text, NumberTextError::NotANumber);
+    ExpectNone<float>(text, NumberTextError::NotANumber);
+  }
+}
+
 // Whether a file of that one number is read as floats.
 TEST(NumberText, DecimalsThatFloatsTellApart)
 {
