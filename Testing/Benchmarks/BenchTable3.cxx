@@ -31,6 +31,7 @@
 #include <iostream>
 #include <random>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,8 +51,7 @@ T Need(Result<T> result)
 {
   if (!result)
   {
-    std::cerr << "BenchTable3: error: " << result.GetError().message << "\n";
-    std::exit(1);
+    throw std::runtime_error(result.GetError().message); // the temporary files go
   }
   return std::move(*result);
 }
@@ -60,8 +60,7 @@ void Need(const Status& status)
 {
   if (!status)
   {
-    std::cerr << "BenchTable3: error: " << status.GetError().message << "\n";
-    std::exit(1);
+    throw std::runtime_error(status.GetError().message); // the temporary files go
   }
 }
 
@@ -558,11 +557,8 @@ void ForEachInput(const Settings& settings, const std::function<void(const Named
   }
 }
 
-}
-
-int main(int argc, char** argv)
+void Run(const Settings& settings)
 {
-  const Settings settings = Parse(argc, argv);
   std::ofstream csv(settings.output / "table3.csv");
   csv << "points,vertices,memory,method,partitions,initialization,partitioning,seconds per "
          "partition,median passes,bytes read,bytes written,ratio to bare\n";
@@ -591,5 +587,21 @@ int main(int argc, char** argv)
     "three:\n%-12s %9s %3s %8s | %7s %7s |\n",
     "points", "vertices", "L", "threads", "bare", "ours");
   ForEachInput(settings, [](const NamedPoints& named) { PrintInMemory(named); });
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  const Settings settings = Parse(argc, argv);
+  try
+  {
+    Run(settings);
+  }
+  catch (const std::runtime_error& error)
+  {
+    std::cerr << "BenchTable3: error: " << error.what() << "\n";
+    return 1;
+  }
   return 0;
 }

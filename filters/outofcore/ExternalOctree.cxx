@@ -5,6 +5,7 @@
 
 #include "filters/core/OctreeKey.h"
 #include "filters/outofcore/BatchPass.h"
+#include "filters/outofcore/FreeMemory.h"
 #include "filters/outofcore/MemoryPlan.h"
 #include "filters/outofcore/PointSurvey.h"
 
@@ -66,8 +67,9 @@ public:
     , Plan(options.memory, sizeof(Record))
     , Run(execution)
     , Count(points.Size() / sizeof(Record))
-    // A group in memory: its records, the same in order, and their keys, twice.
-    , GroupRecords(options.memory / (2 * sizeof(Record) + 2 * sizeof(Item)))
+    // A group in memory: its records, the same in order, and their keys, twice;
+    // the rest is the leaves.
+    , GroupRecords(options.memory / 8 * 7 / (2 * sizeof(Record) + 2 * sizeof(Item)))
   {
   }
 
@@ -371,6 +373,7 @@ private:
   // Reads a group, splits its cells and writes the leaves in order.
   Status FinishInMemory(const Group& group, const CountedCells& counted, SpillFile& file)
   {
+    ReturnFreeMemory();
     const auto size = static_cast<std::size_t>(group.size);
     std::vector<Record> records(size);
     Status status = ReadRecords<Record>(file, group.begin, std::span<Record>(records));

@@ -7,6 +7,7 @@
 #include "filters/core/RecordSelection.h"
 #include "filters/core/RecordTree.h"
 #include "filters/outofcore/BatchPass.h"
+#include "filters/outofcore/FreeMemory.h"
 #include "filters/outofcore/MemoryPlan.h"
 #include "filters/outofcore/PointSurvey.h"
 
@@ -412,6 +413,7 @@ private:
     }
     CellKeys<Scalar> keys(cell, axis, this->Plan.shape, this->Run, this->Fraction(0));
     Result<KeyRange> median = FindMedian(this->Options.median, keys, search, this->Folder);
+    ReturnFreeMemory(); // the method's, before halves are written
     std::vector<ExternalDepthStatistics>& depths = this->Tree.statistics.depths;
     depths.resize(std::max<std::size_t>(depths.size(), cell.depth + 1));
     ExternalDepthStatistics& depth = depths[cell.depth];
@@ -446,6 +448,7 @@ private:
 
   Status FinishInMemory(const FileCell& cell)
   {
+    ReturnFreeMemory();
     std::vector<Record> records(static_cast<std::size_t>(cell.range.size));
     Status status = this->InBlocks(records,
       [&](std::uint64_t first, std::span<Record> block) -> Status
