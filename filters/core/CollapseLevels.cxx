@@ -99,9 +99,9 @@ private:
     std::vector<std::uint32_t> partitionOf(below.cellOf.size());
     std::transform(below.cellOf.begin(), below.cellOf.end(), partitionOf.begin(),
       [&](std::uint32_t cell) { return cell >> (this->Depths.finest - this->Depths.partition); });
-    PartitionCollapse collapse(
-      below, this->Space, partitionOf, std::size_t{ 1 } << this->Depths.partition, this->Exec);
-    collapse.TakeUntil(SurfaceWanted(depth));
+    PartitionCollapse collapse(below, this->Space, partitionOf,
+      std::size_t{ 1 } << this->Depths.partition, SurfaceWanted(depth), this->Exec);
+    collapse.TakeUntil();
     const auto merge = [&]
     {
       Merging merging(below, this->Depths, depth);

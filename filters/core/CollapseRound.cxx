@@ -4,6 +4,7 @@
 #include "filters/core/TriangleBuckets.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace kdstream
 {
@@ -13,6 +14,8 @@ namespace
 // Every partition collapses to this share of its clusters, so that the threshold finds what it
 // needs.
 constexpr double deepest = 0.25;
+constexpr std::size_t sampled = 8; // every so many partitions tell where the threshold is
+constexpr double beyond = 1.5;     // how far the others go above it
 
 Box RelativeBox(const CollapseSpace& space)
 {
@@ -74,29 +77,118 @@ Vec3 CollapseSpace::Absolute(const Vec3& relative) const
 }
 
 PartitionCollapse::PartitionCollapse(const CollapseState& state, const CollapseSpace& space,
-  std::span<const std::uint32_t> partitionOf, std::size_t partitions, const Execution& execution)
-  : AreaPerVertex(AreaPerCluster(state))
+  std::span<const std::uint32_t> partitionOf, std::size_t partitions, std::size_t surface,
+  const Execution& execution)
+  : State(state)
+  , Space(space)
+  , PartitionOf(partitionOf)
+  , Surface(surface)
+  , Exec(execution)
+  , Buckets(BucketTriangles(
+      state.level.triangles, partitions, [&](VertexId v) { return partitionOf[v]; }, execution))
+  , AreaPerVertex(AreaPerCluster(state))
   , Lists(partitions)
 {
-  const TriangleBuckets buckets = BucketTriangles(
-    state.level.triangles, partitions, [&](VertexId v) { return partitionOf[v]; }, execution);
-  execution.parallelFor(partitions, 1,
+  // Some partitions collapse as far as any may have to. Their threshold is close to that of all:
+  // the others go a little beyond it.
+  constexpr double everything = std::numeric_limits<double>::infinity();
+  const std::size_t stride = partitions < 4 * sampled ? 1 : sampled;
+  std::vector<std::size_t> whole, others;
+  for (std::size_t p = 0; p < partitions; ++p)
+  {
+    (p % stride == 0 ? whole : others).push_back(p);
+  }
+  this->Collapse(whole, everything);
+  if (!others.empty())
+  {
+    std::vector<Entry> entries = this->EntriesOf(0, partitions, stride);
+    const std::size_t count = this->ToTake(0, stride);
+    double enough = everything;
+    if (count < entries.size())
+    {
+      const auto last = entries.begin() + static_cast<std::ptrdiff_t>(count);
+      std::nth_element(entries.begin(), last, entries.end());
+      enough = beyond * last->error;
+    }
+    this->Collapse(others, enough);
+  }
+}
+
+bool PartitionCollapse::Entry::operator<(const Entry& other) const
+{
+  return error != other.error           ? error < other.error
+         : partition != other.partition ? partition < other.partition
+                                        : index < other.index;
+}
+
+// How many merges of the partitions first, first + stride … leave what `surface` allows them.
+std::size_t PartitionCollapse::ToTake(std::size_t first, std::size_t stride) const
+{
+  std::size_t now = 0, wanted = this->Surface / stride;
+  const std::size_t share = this->Share();
+  for (std::size_t p = first; p < this->Lists.size(); p += stride)
+  {
+    const List& list = this->Lists[p];
+    now += list.own;
+    const std::size_t least = list.own - std::min(list.own, list.merges.size());
+    wanted += list.stuck && least > share ? least - share : 0;
+  }
+  return now - std::min(now, wanted);
+}
+
+// The merges that are not taken yet, of the partitions begin, begin + stride … below end.
+std::vector<PartitionCollapse::Entry> PartitionCollapse::EntriesOf(
+  std::size_t begin, std::size_t end, std::size_t stride) const
+{
+  std::vector<Entry> entries;
+  for (std::size_t p = begin; p < end; p += stride)
+  {
+    const List& list = this->Lists[p];
+    for (std::size_t i = list.taken; i < list.merges.size(); ++i)
+    {
+      entries.push_back({ list.merges[i].error, p, i });
+    }
+  }
+  return entries;
+}
+
+void PartitionCollapse::Collapse(std::span<const std::size_t> partitions, double enough)
+{
+  this->Exec.parallelFor(partitions.size(), 1,
     [&](std::size_t begin, std::size_t end)
     {
-      for (std::size_t p = begin; p < end; ++p)
+      for (std::size_t i = begin; i < end; ++i)
       {
-        const auto own = std::equal_range(partitionOf.begin(), partitionOf.end(), p);
-        this->CollapsePartition(p, state, space, buckets.Of(p),
-          static_cast<VertexId>(own.first - partitionOf.begin()),
-          static_cast<VertexId>(own.second - partitionOf.begin()));
+        this->CollapsePartition(partitions[i], enough);
       }
     });
 }
 
-void PartitionCollapse::CollapsePartition(std::size_t partition, const CollapseState& state,
-  const CollapseSpace& space, std::span<const std::uint32_t> triangles, VertexId ownBegin,
-  VertexId ownEnd)
+// Collapses again, as far as any may have to, those of [begin, end) that left something out. What
+// they had stays the beginning of their lists.
+void PartitionCollapse::Complete(std::size_t begin, std::size_t end)
 {
+  std::vector<std::size_t> partitions;
+  for (std::size_t p = begin; p < end; ++p)
+  {
+    if (!this->Lists[p].whole)
+    {
+      partitions.push_back(p);
+    }
+  }
+  this->Collapse(partitions, std::numeric_limits<double>::infinity());
+}
+
+// enough: merges that cost more need not all be found, if what is left is no more than the share.
+void PartitionCollapse::CollapsePartition(std::size_t partition, double enough)
+{
+  const CollapseState& state = this->State;
+  const CollapseSpace& space = this->Space;
+  const std::span<const std::uint32_t> triangles = this->Buckets.Of(partition);
+  const auto range =
+    std::equal_range(this->PartitionOf.begin(), this->PartitionOf.end(), partition);
+  const auto ownBegin = static_cast<VertexId>(range.first - this->PartitionOf.begin());
+  const auto ownEnd = static_cast<VertexId>(range.second - this->PartitionOf.begin());
   // Own clusters first, then those of other partitions that the triangles touch.
   std::vector<VertexId> ghosts;
   for (const std::uint32_t t : triangles)
@@ -145,7 +237,15 @@ void PartitionCollapse::CollapsePartition(std::size_t partition, const CollapseS
   EdgeCollapse engine(std::move(part));
   List& list = this->Lists[partition];
   list.own = engine.VertexCount();
-  list.stuck = !engine.Run(static_cast<std::size_t>(deepest * double(list.own)));
+  const auto fewest = static_cast<std::size_t>(deepest * double(list.own));
+  list.stuck = !engine.Run(std::max(fewest, std::min(list.own, this->Share())));
+  if (!list.stuck)
+  {
+    const bool mayStop = engine.Merges().size() + this->Share() >= list.own;
+    list.stuck =
+      !engine.RunBeyond(mayStop ? enough : std::numeric_limits<double>::infinity(), fewest);
+  }
+  list.whole = list.stuck || engine.VertexCount() <= fewest;
   list.merges = engine.Merges();
   for (Merge& merge : list.merges) // fixed clusters are in no merge
   {
@@ -154,45 +254,38 @@ void PartitionCollapse::CollapsePartition(std::size_t partition, const CollapseS
   }
 }
 
-void PartitionCollapse::TakeUntil(std::size_t surface)
+void PartitionCollapse::TakeUntil()
 {
-  std::size_t now = 0, wanted = surface;
-  const std::size_t share = surface / this->Lists.size();
-  for (const List& list : this->Lists)
+  // What was left out costs more than the last merge of its list. Where a threshold is above one of
+  // these the lists are completed.
+  const std::size_t count = this->ToTake(0, 1);
+  std::vector<Entry> entries = this->EntriesOf(0, this->Lists.size(), 1);
+  const auto last = entries.begin() + static_cast<std::ptrdiff_t>(std::min(count, entries.size()));
+  std::nth_element(entries.begin(), last, entries.end());
+  const double most = count > entries.size() ? std::numeric_limits<double>::infinity()
+                      : count == 0           ? -1
+                                             : std::max_element(entries.begin(), last)->error;
+  const bool complete = std::all_of(this->Lists.begin(), this->Lists.end(),
+    [&](const List& list)
+    { return list.whole || (!list.merges.empty() && list.merges.back().error > most); });
+  if (!complete)
   {
-    now += list.own;
-    const std::size_t least = list.own - std::min(list.own, list.merges.size());
-    wanted += list.stuck && least > share ? least - share : 0;
+    fprintf(stderr, "completing\n");
+    entries = {};
+    this->Complete(0, this->Lists.size());
+    this->TakeMore(this->ToTake(0, 1), 0, this->Lists.size());
+    return;
   }
-  if (now > wanted)
+  for (auto entry = entries.begin(); entry != last; ++entry)
   {
-    this->TakeMore(now - wanted, 0, this->Lists.size());
+    ++this->Lists[entry->partition].taken; // errors never fall along a list
   }
 }
 
 bool PartitionCollapse::TakeMore(std::size_t count, std::size_t begin, std::size_t end)
 {
-  struct Entry
-  {
-    double error;
-    std::size_t partition;
-    std::size_t index;
-    bool operator<(const Entry& other) const
-    {
-      return error != other.error           ? error < other.error
-             : partition != other.partition ? partition < other.partition
-                                            : index < other.index;
-    }
-  };
-  std::vector<Entry> entries;
-  for (std::size_t p = begin; p < end; ++p)
-  {
-    const List& list = this->Lists[p];
-    for (std::size_t i = list.taken; i < list.merges.size(); ++i)
-    {
-      entries.push_back({ list.merges[i].error, p, i });
-    }
-  }
+  this->Complete(begin, end);
+  std::vector<Entry> entries = this->EntriesOf(begin, end, 1);
   count = std::min(count, entries.size());
   if (count < entries.size())
   {

@@ -5,6 +5,7 @@
 #include "filters/core/EdgeCollapse.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Merging.h"
+#include "filters/core/TriangleBuckets.h"
 
 #include <cstdint>
 #include <span>
@@ -32,14 +33,17 @@ class PartitionCollapse
 {
 public:
   // partitionOf: the partition of each cluster of the state; clusters of one partition are in one
-  // interval, partitions ascending.
+  // interval, partitions ascending. surface: how many clusters with triangles TakeUntil will be
+  // asked for: most partitions need not collapse further than that takes. Keeps references to all
+  // but `surface`.
   PartitionCollapse(const CollapseState& state, const CollapseSpace& space,
-    std::span<const std::uint32_t> partitionOf, std::size_t partitions, const Execution& execution);
+    std::span<const std::uint32_t> partitionOf, std::size_t partitions, std::size_t surface,
+    const Execution& execution);
 
-  // Takes the cheapest merges of all partitions until `surface` clusters with triangles would be
-  // left. Partitions that are stuck with more than their share (surface / partitions) are not made
-  // up for by others.
-  void TakeUntil(std::size_t surface);
+  // Takes the cheapest merges of all partitions until `surface` clusters with triangles are left.
+  // Partitions that are stuck with more than their share (surface / partitions) are not made up for
+  // by others.
+  void TakeUntil();
   // Takes the cheapest `count` more, of the partitions [begin, end); fewer where they have no more.
   // Returns whether any.
   bool TakeMore(std::size_t count, std::size_t begin, std::size_t end);
@@ -51,13 +55,30 @@ private:
     std::vector<Merge> merges; // in the ids of the state
     std::size_t own = 0;       // vertices with triangles at first
     bool stuck = false;
+    bool whole = false; // nothing was left out
     std::size_t taken = 0;
   };
+  struct Entry
+  {
+    double error;
+    std::size_t partition;
+    std::size_t index;
+    bool operator<(const Entry& other) const;
+  };
 
-  void CollapsePartition(std::size_t partition, const CollapseState& state,
-    const CollapseSpace& space, std::span<const std::uint32_t> triangles, VertexId ownBegin,
-    VertexId ownEnd);
+  std::size_t Share() const { return this->Surface / this->Lists.size(); }
+  std::size_t ToTake(std::size_t first, std::size_t stride) const;
+  std::vector<Entry> EntriesOf(std::size_t begin, std::size_t end, std::size_t stride) const;
+  void Collapse(std::span<const std::size_t> partitions, double enough);
+  void CollapsePartition(std::size_t partition, double enough);
+  void Complete(std::size_t begin, std::size_t end);
 
+  const CollapseState& State;
+  const CollapseSpace& Space;
+  std::span<const std::uint32_t> PartitionOf;
+  std::size_t Surface;
+  const Execution& Exec;
+  TriangleBuckets Buckets;
   double AreaPerVertex;
   std::vector<List> Lists;
 };

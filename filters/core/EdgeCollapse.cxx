@@ -263,7 +263,19 @@ void EdgeCollapse::Push(VertexId u, VertexId v)
 
 bool EdgeCollapse::Run(std::size_t vertices, std::size_t triangles)
 {
-  while (this->Vertices > vertices || this->LiveTriangles > triangles)
+  return this->Take(vertices, triangles, std::numeric_limits<double>::infinity());
+}
+
+bool EdgeCollapse::RunBeyond(double error, std::size_t vertices)
+{
+  return this->Take(vertices, any, error);
+}
+
+// Takes candidates while there are too many vertices or triangles, and none has cost more than
+// `error`.
+bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double error)
+{
+  while ((this->Vertices > vertices || this->LiveTriangles > triangles) && this->Largest <= error)
   {
     if (this->Heap.empty())
     {

@@ -72,6 +72,9 @@ public:
   // Merges until at most `vertices` vertices and at most `triangles` triangles are left. Vertices
   // that are fixed or touch no triangle do not count. False: no edge can collapse any more.
   bool Run(std::size_t vertices, std::size_t triangles = any);
+  // Goes on until a merge has cost more than `error`, or at most `vertices` vertices are left.
+  // False as above.
+  bool RunBeyond(double error, std::size_t vertices);
   // Fixes a vertex from now on, though it may be on the boundary still.
   void Fix(VertexId v) { this->Fixed[v] = 1; }
 
@@ -107,6 +110,7 @@ private:
   Vec3 LeastOnEdge(const Quadric& quadric, const Vec3& a, const Vec3& b) const;
   bool Evaluate(VertexId u, VertexId v, double& cost, Vec3& position) const;
   double AttributeCost(VertexId u, VertexId v) const;
+  bool Take(std::size_t vertices, std::size_t triangles, double error);
   void Push(VertexId u, VertexId v);
   void CollectEdges(VertexId u);
   double RetreatCost(VertexId u, VertexId v, const Vec3& position, double enough);
