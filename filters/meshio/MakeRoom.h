@@ -8,7 +8,7 @@
 namespace kdstream
 {
 
-// Does not give up growth by doubling. REQUIRES: the file still has bytes for `count` items.
+// Does not give up growth by doubling. REQUIRES: the file has bytes for `count` items.
 template <class T>
 void MakeRoom(std::vector<T>& items, std::uint64_t count)
 {

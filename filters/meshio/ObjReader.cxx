@@ -3,6 +3,7 @@
 // 3. vertices  4. faces.
 #include "filters/meshio/ObjReader.h"
 
+#include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/ObjVertices.h"
@@ -394,6 +395,7 @@ Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
   }
   const auto number = static_cast<std::size_t>(
     std::min<std::uint64_t>(limit, this->FileInfo.vertices - this->VerticesRead));
+  MakeRoom(mesh.points, number); // all was counted
   if (Status read =
         this->Tables ? this->ReadVerticesOfTables(mesh, number) : this->ReadPlaces(mesh, number);
       !read)
@@ -413,6 +415,7 @@ Result<std::size_t> ObjReader::ReadTriangles(Mesh& mesh, std::size_t limit)
   }
   const auto number = static_cast<std::size_t>(
     std::min<std::uint64_t>(limit, this->FileInfo.faces - this->FacesRead));
+  MakeRoom(mesh.triangles, number);
   if (Status read = this->ReadFaces(mesh, number); !read)
   {
     this->Failure = read.GetError();

@@ -69,6 +69,7 @@ public:
     }
     const auto number = static_cast<std::size_t>(
       std::min<std::uint64_t>(limit, this->FileInfo.faces - this->TrianglesRead));
+    MakeRoom(mesh.triangles, number); // facets that were counted, or that the file has room for
     for (std::size_t i = 0; i < number; ++i)
     {
       const auto first = static_cast<VertexId>(3 * this->TrianglesRead++);
@@ -412,6 +413,7 @@ Status TextStlReader::ReadPoint(Vec3& point)
 
 Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
 {
+  MakeRoom(points, number); // they were counted
   for (std::size_t i = 0; i < number; ++i)
   {
     const Result<bool> more = this->NextVertex();
