@@ -162,6 +162,16 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
   EXPECT_TRUE(this->IsPicture("region.png"));
 }
 
+TEST_F(TestView, WhatCannotBeShownIsSaidOnce)
+{
+  this->Models.model->described = kdstream::testing::Torus().Description();
+  this->Models.model->described->levels.clear();
+  EXPECT_EQ(this->View("--offscreen auto --size 400x300 --screenshot none.png"), 1);
+  EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
+  EXPECT_NE(this->Err.find("torus cannot be shown: it has no levels of detail"), std::string::npos)
+    << this->Err;
+}
+
 TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
 {
   this->Write("bad.jsonl", "{\"wait\":\"idle\"}\n{\"wait\":\"long\"}\n");
