@@ -236,7 +236,7 @@ private:
     {
       std::vector<std::vector<std::uint32_t>> ofSlot(this->Plan.shape.slots, countOf);
       BatchPass<Record> batches(this->Plan.shape, this->Run);
-      const Status status = batches.Over(
+      Status status = batches.Over(
         file, cell.begin, cell.begin + cell.size,
         [&](std::size_t slot, std::span<Record> records) -> Status
         {
@@ -318,6 +318,7 @@ private:
       slot.to.resize(groups.size());
     }
     std::vector<std::uint64_t> next;
+    next.reserve(groups.size());
     for (const Group& group : groups)
     {
       next.push_back(group.begin);
@@ -420,6 +421,7 @@ private:
       return items;
     }
     std::vector<std::uint64_t> next;
+    next.reserve(group.cells.size());
     for (const OctreeCell& cell : group.cells)
     {
       next.push_back(cell.begin - group.begin);

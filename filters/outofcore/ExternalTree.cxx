@@ -438,7 +438,7 @@ private:
     const bool wantBins =
       this->WantBins() && cell.range.size - cell.range.size / 2 > this->Plan.cellRecords;
     Partition<Scalar, Axis> partition(cell, median, cell.range.size / 2, to, this->Plan, wantBins);
-    const Status status = partition.Run(this->Run,
+    Status status = partition.Run(this->Run,
       [&](std::uint64_t written) { return this->Run.Report("tree", this->Fraction(written)); });
     this->Done += cell.range.size;
     halves[0].statistics = std::move(partition.Halves[0]);

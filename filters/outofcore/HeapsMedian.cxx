@@ -110,7 +110,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
   MaxHeap& maxHeap, Sides& sides)
 {
   std::vector<Sides> ofSlot(keys.Slots());
-  const Status status = keys.Pass(
+  Status status = keys.Pass(
     [&](std::size_t slot, std::span<OrderKey> block)
     {
       Sides counted = ofSlot[slot];
