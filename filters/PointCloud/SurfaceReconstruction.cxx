@@ -239,7 +239,7 @@ private:
     this->Neighbors.resize(count * this->Valence);
     std::vector<float> distances(count);
     const std::size_t counted = std::min(spacingNeighbor, this->Valence - 1);
-    const Status status = this->ForEachPlace("neighbors",
+    Status status = this->ForEachPlace("neighbors",
       [&](std::size_t i)
       {
         pcl::Indices found;
@@ -292,7 +292,7 @@ private:
     const std::size_t count = this->Places->size();
     std::vector<Vec3> places(count), normals(count);
     std::vector<std::uint8_t> known(count, 0);
-    const Status status = this->ForEachPlace("normals",
+    Status status = this->ForEachPlace("normals",
       [&](std::size_t i)
       {
         places[i] = this->Place(i);
