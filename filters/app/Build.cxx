@@ -219,7 +219,7 @@ Result<BuildReport> BuildFrom(CommandLine& line, const std::filesystem::path& st
 
 int Build(const CLI::App& app, CommandLine& line)
 {
-  const std::string program = app.get_name();
+  const std::string& program = app.get_name();
   Status status = CheckLevelOptions(app, line);
   if (status)
   {

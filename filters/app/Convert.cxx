@@ -80,7 +80,7 @@ void CatchCrashes(const std::string& program, const std::string& file)
   {
     struct sigaction action = {};
     action.sa_handler = OnCrash;
-    action.sa_flags = SA_ONSTACK | SA_RESETHAND;
+    action.sa_flags = static_cast<int>(SA_ONSTACK | SA_RESETHAND);
     ::sigaction(signal, &action, nullptr);
   }
 }
