@@ -270,7 +270,6 @@ void PartitionCollapse::TakeUntil()
     { return list.whole || (!list.merges.empty() && list.merges.back().error > most); });
   if (!complete)
   {
-    fprintf(stderr, "completing\n");
     entries = {};
     this->Complete(0, this->Lists.size());
     this->TakeMore(this->ToTake(0, 1), 0, this->Lists.size());
