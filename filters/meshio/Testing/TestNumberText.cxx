@@ -138,6 +138,15 @@ TEST(NumberText, RoundsShortDecimalsAsTheCLibraryDoes)
       random() % 2 == 0 ? "" : (random() % 2 == 0 ? "e-" : "E") + std::to_string(random() % 50);
     expectSame(text);
   }
+  // So near to the middle of two floats that the nearest double is the middle.
+  for (int i = 0; i < 20000; ++i)
+  {
+    const float low = std::uniform_real_distribution<float>(1e-5F, 1e5F)(random);
+    const double middle = (double(low) + double(std::nextafter(low, 1e9F))) / 2;
+    char text[64];
+    std::snprintf(text, sizeof(text), "%.15e", middle);
+    expectSame(text);
+  }
   // Halfway between two floats, exactly and nearly.
   for (const char* text : { "16777217", "16777219", "1.6777217e7", "167772170e-1",
          "16777217.000000001", "16777216.999999999", "9007199254740993", "9007199254740992",

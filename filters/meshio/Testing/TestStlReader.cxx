@@ -117,6 +117,7 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   const std::string whole = BinaryStl("solid exported", onePlace);
   ExpectError(whole.substr(0, whole.size() - 1),
     "the header claims 1 triangles, 134 bytes with it; the file has 133");
+  ExpectError(whole + "x", "the header claims 1 triangles, 134 bytes with it; the file has 135");
 }
 
 TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)

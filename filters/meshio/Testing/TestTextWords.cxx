@@ -66,6 +66,11 @@ TEST(TextWords, CutsWordsThatAreNone)
   ASSERT_TRUE(source);
   TextWords reader(*source);
   EXPECT_EQ(reader.Next()->size(), TextWords::longestWord + 1);
+  EXPECT_EQ(reader.Next()->size(), TextWords::longestWord + 1) << "from what is in memory";
+  EXPECT_EQ(reader.Next()->size(), TextWords::longestWord - 2);
+  EXPECT_TRUE(reader.Next()->empty());
+  reader.Seek(0);
+  EXPECT_EQ(reader.Next()->size(), TextWords::longestWord + 1);
   EXPECT_TRUE(reader.SkipLine());
   EXPECT_TRUE(reader.Next()->empty());
 }
