@@ -121,6 +121,10 @@ private:
                   : CoordinateGrid::Over(info.box, this->Options.bits, this->Input.scalarType);
     this->CountMergedByGrid();
     this->Clock.Finish("tree");
+    if (this->Options.partitioner == Partitioner::KdTree)
+    {
+      this->BucketByPartition(tree);
+    }
     info.inconsistentEdges =
       CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
     this->Describe(tree);
@@ -136,13 +140,24 @@ private:
     return NumberVertices(tree, std::move(*levels), this->Exec);
   }
 
-  Result<ClusterLevels> MakeLevels(const KdTree& tree)
+  void BucketByPartition(const KdTree& tree)
   {
-    std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
-    const TriangleBuckets buckets = BucketTriangles(
+    const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+    this->Buckets = BucketTriangles(
       this->Input.triangles, std::size_t{ 1 } << tree.depths.partition,
       [&](VertexId v) { return partition[v]; }, this->Exec);
-    partition = {};
+    // Tuples of triangles would have to move too. Without them the order is not seen in the store.
+    const bool bare = std::none_of(this->Input.attributes.begin(), this->Input.attributes.end(),
+      [](const Attribute& array) { return array.association == AttributeAssociation::Cell; });
+    if (bare && AreScattered(this->Input.triangles, partition))
+    {
+      GatherTriangles(this->Input.triangles, this->Buckets, partition, this->Exec);
+    }
+  }
+
+  Result<ClusterLevels> MakeLevels(const KdTree& tree)
+  {
+    const TriangleBuckets buckets = std::move(this->Buckets);
     LevelOptions options = this->Options.levels;
     options.mayCoincide = !this->AllPlacesDiffer();
     options.mostClusters = MostClusters(
@@ -294,6 +309,7 @@ private:
   const Execution& Exec;
   StepClock Clock;
   StoreInfo Information;
+  TriangleBuckets Buckets; // the triangles by partition, from faces to levels
   std::vector<Box> Boxes;
   std::uint64_t MergedByGrid = 0;
 };

@@ -1,0 +1,179 @@
+// Triangles sorted, sorted into buckets, gathered by bucket; their image partition by partition.
+#include "filters/app/TbbExecution.h"
+#include "filters/core/ClusterLevels.h"
+#include "filters/core/SortTriangles.h"
+#include "filters/core/TriangleBuckets.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+
+namespace kdstream
+{
+namespace
+{
+
+// Any triangles, degenerate and duplicate ones too; vertex 7 is in many of them.
+std::vector<Triangle> AnyTriangles(std::size_t count, VertexId vertices, unsigned seed)
+{
+  std::mt19937 generator(seed);
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const auto any = [&]() { return static_cast<VertexId>(generator() % vertices); };
+    triangles.push_back({ any(), any(), i % 5 == 0 ? VertexId{ 7 } % vertices : any() });
+    if (i % 11 == 0)
+    {
+      triangles.push_back(triangles[generator() % triangles.size()]);
+    }
+  }
+  return triangles;
+}
+
+TEST(RotateLowestFirst, IsTheSmallestRotation)
+{
+  for (VertexId i = 0; i < 27; ++i)
+  {
+    const Triangle t{ i % 3, i / 3 % 3, i / 9 };
+    const Triangle left{ t[1], t[2], t[0] }, right{ t[2], t[0], t[1] };
+    EXPECT_EQ(RotateLowestFirst(t), std::min({ t, left, right })) << i;
+  }
+}
+
+TEST(SortTriangles, SortsAsByComparing)
+{
+  for (const VertexId vertices : { 1U, 8U, 1023U, 1024U, 1025U, 50000U })
+  {
+    std::vector<Triangle> triangles = AnyTriangles(200000, vertices, vertices);
+    std::transform(triangles.begin(), triangles.end(), triangles.begin(), RotateLowestFirst);
+    std::vector<Triangle> expected = triangles;
+    std::sort(expected.begin(), expected.end());
+    for (const bool unique : { false, true })
+    {
+      if (unique)
+      {
+        expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
+      }
+      for (const unsigned threads : { 1U, 3U })
+      {
+        std::vector<Triangle> sorted = triangles;
+        SortTriangles(sorted, vertices, unique, MakeTbbExecution(threads));
+        EXPECT_TRUE(sorted == expected) << vertices << " " << unique;
+      }
+    }
+  }
+  std::vector<Triangle> none;
+  SortTriangles(none, 0, true);
+  EXPECT_TRUE(none.empty());
+}
+
+// Buckets of vertices: neighbouring ids in one bucket, or none of them.
+std::vector<std::uint32_t> BucketsOf(VertexId vertices, std::uint32_t buckets, bool neighbours)
+{
+  std::vector<std::uint32_t> bucketOf(vertices);
+  for (VertexId v = 0; v < vertices; ++v)
+  {
+    bucketOf[v] = neighbours ? v / (vertices / buckets + 1) : v % buckets;
+  }
+  return bucketOf;
+}
+
+TEST(BucketTriangles, HoldsEveryTriangleWhereItTouches)
+{
+  constexpr std::uint32_t buckets = 33;
+  const std::vector<Triangle> triangles = AnyTriangles(400000, 5000, 1); // several chunks
+  const std::vector<std::uint32_t> bucketOf = BucketsOf(5000, buckets, false);
+  std::vector<std::vector<std::uint32_t>> expected(buckets);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+  {
+    for (const std::uint32_t b : std::set<std::uint32_t>{
+           bucketOf[triangles[t][0]], bucketOf[triangles[t][1]], bucketOf[triangles[t][2]] })
+    {
+      expected[b].push_back(t);
+    }
+  }
+  for (const unsigned threads : { 1U, 3U })
+  {
+    const TriangleBuckets made = BucketTriangles(
+      triangles, buckets, [&](VertexId v) { return bucketOf[v]; }, MakeTbbExecution(threads));
+    for (std::uint32_t b = 0; b < buckets; ++b)
+    {
+      EXPECT_TRUE(
+        std::equal(expected[b].begin(), expected[b].end(), made.Of(b).begin(), made.Of(b).end()))
+        << b;
+    }
+  }
+}
+
+TEST(GatherTriangles, KeepsTheOrderInsideBuckets)
+{
+  constexpr std::uint32_t buckets = 16;
+  std::vector<Triangle> triangles = AnyTriangles(20000, 3000, 2);
+  const std::vector<Triangle> before = triangles;
+  const std::vector<std::uint32_t> bucketOf = BucketsOf(3000, buckets, true);
+  const TriangleBuckets old =
+    BucketTriangles(triangles, buckets, [&](VertexId v) { return bucketOf[v]; });
+  EXPECT_TRUE(AreScattered(triangles, bucketOf));
+  TriangleBuckets gathered = old;
+  GatherTriangles(triangles, gathered, bucketOf, MakeTbbExecution(3));
+  ASSERT_EQ(triangles.size(), before.size());
+  std::uint32_t last = 0;
+  for (const Triangle& t : triangles)
+  {
+    const std::uint32_t lowest = std::min({ bucketOf[t[0]], bucketOf[t[1]], bucketOf[t[2]] });
+    ASSERT_GE(lowest, last);
+    last = lowest;
+  }
+  std::vector<int> hits(triangles.size(), 0);
+  for (std::uint32_t b = 0; b < buckets; ++b)
+  {
+    ASSERT_EQ(gathered.Of(b).size(), old.Of(b).size());
+    for (std::size_t i = 0; i < old.Of(b).size(); ++i)
+    {
+      ASSERT_EQ(triangles[gathered.Of(b)[i]], before[old.Of(b)[i]]);
+      ++hits[gathered.Of(b)[i]];
+    }
+  }
+  EXPECT_EQ(std::count(hits.begin(), hits.end(), 0), 0);
+}
+
+TEST(ImageInPartitions, IsTheImageOfAll)
+{
+  constexpr std::uint32_t partitions = 16;
+  constexpr VertexId vertices = 3000;
+  const std::vector<Triangle> triangles = AnyTriangles(20000, vertices, 3);
+  const std::vector<std::uint32_t> partitionOf = BucketsOf(vertices, partitions, true);
+  const TriangleBuckets buckets =
+    BucketTriangles(triangles, partitions, [&](VertexId v) { return partitionOf[v]; });
+  // Seven vertices become one, of a partition each; the numbers of a partition's are an interval.
+  std::vector<VertexId> map(vertices), mapBegin{ 0 };
+  for (VertexId v = 0, next = 0; v < vertices; ++v)
+  {
+    next += v > 0 && (v % 7 == 0 || partitionOf[v] != partitionOf[v - 1]);
+    map[v] = next;
+    if (v + 1 == vertices || partitionOf[v + 1] != partitionOf[v])
+    {
+      mapBegin.push_back(next + 1);
+    }
+  }
+  ASSERT_EQ(mapBegin.size(), partitions + 1);
+  const std::vector<Triangle> expected = ImageOfTriangles(triangles, map);
+  EXPECT_TRUE(ImageInPartitions(triangles, buckets, map, mapBegin) == expected);
+  EXPECT_TRUE(
+    ImageInPartitions(triangles, buckets, map, mapBegin, MakeTbbExecution(3)) == expected);
+  std::set<Triangle> image;
+  for (const Triangle& t : triangles)
+  {
+    if (map[t[0]] != map[t[1]] && map[t[1]] != map[t[2]] && map[t[2]] != map[t[0]])
+    {
+      image.insert(RotateLowestFirst({ map[t[0]], map[t[1]], map[t[2]] }));
+    }
+  }
+  EXPECT_TRUE(std::equal(image.begin(), image.end(), expected.begin(), expected.end()));
+}
+
+}
+}
