@@ -203,7 +203,6 @@ class Texture
 {
 public:
   explicit Texture(vtkImageData* image)
-    : Image(image)
   {
     if (image)
     {
@@ -243,7 +242,6 @@ public:
   }
 
 private:
-  vtkImageData* Image;
   std::array<int, 3> Size{};
   vtkUnsignedCharArray* Texels = nullptr;
 };

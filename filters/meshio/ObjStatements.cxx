@@ -68,7 +68,7 @@ Result<bool> ObjStatements::Next()
 {
   for (;;)
   {
-    const Result<bool> more = this->Lines.Next();
+    Result<bool> more = this->Lines.Next();
     if (!more || !*more)
     {
       return more;

@@ -291,7 +291,7 @@ Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
 
 Status PlyReader::SkipToRecord(std::uint64_t record)
 {
-  const Status skipped = this->Body->SkipRecords(
+  Status skipped = this->Body->SkipRecords(
     this->Header.elements[this->CurrentElement], this->CurrentRecord, record - this->CurrentRecord);
   this->CurrentRecord = record;
   return skipped;
