@@ -1,4 +1,4 @@
-// Chunked mesh readers: step "read" of the README's picture. A file goes through them once, in
+// Chunked mesh readers: step "read" of the README's picture. A file goes through them in
 // pieces that fit any memory limit: PLY, STL and OBJ.
 #pragma once
 
@@ -15,8 +15,8 @@
 namespace kdstream
 {
 
-// What the header says, before anything is read. Counts are claims: they are never trusted for an
-// allocation.
+// What the header says, before anything is read, or a first pass over a text. Counts are claims:
+// they are never trusted for an allocation.
 struct MeshFileInfo
 {
   std::uint64_t vertices = 0;
