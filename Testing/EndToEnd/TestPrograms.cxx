@@ -465,7 +465,7 @@ TEST_F(Programs, UnwritableOutputIsNamed)
   const Outcome outcome = this->Store({ "extract", "m.kds", "--all", "-o", "no/x.ply" });
   EXPECT_EQ(outcome.exitCode, 1);
   EXPECT_EQ(outcome.err.rfind("kdstream-store: error: no/x.ply: ", 0), 0U) << outcome.err;
-  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.doc" }).exitCode, 1);
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.doc" }).exitCode, 2);
 }
 
 TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
