@@ -176,15 +176,16 @@ private:
 
   void Print() const
   {
-    std::printf("\n%-28s %-9s %9s %9s %10s %10s %9s\n", "", "order", "s", "CPU s", "MiB peak",
-      "x floor", "x coherent");
+    std::printf("\n%-28s %-9s %9s %9s %10s %10s %12s %11s\n", "", "order", "s", "CPU s", "MiB peak",
+      "x floor", "CPU x floor", "x coherent");
     for (std::size_t what = 0; what < names.size(); ++what)
     {
       for (std::size_t order = 0; order < orders.size(); ++order)
       {
         const Cost& cost = this->Costs[what][order];
-        std::printf("%-28s %-9s %9.2f %9.2f %10.0f %10.2f %9.2f\n", names[what], orders[order],
-          cost.seconds, cost.processor, cost.mebibytes, this->OfFloor(what, order),
+        std::printf("%-28s %-9s %9.2f %9.2f %10.0f %10.2f %12.2f %11.2f\n", names[what],
+          orders[order], cost.seconds, cost.processor, cost.mebibytes, this->OfFloor(what, order),
+          cost.processor / this->Costs[0][order].processor,
           order == 0 ? 1.0 : this->OfCoherent(what));
       }
     }
