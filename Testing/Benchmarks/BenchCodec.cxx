@@ -7,6 +7,7 @@
 #include "Testing/Benchmarks/CodecPeers.h"
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/PieceCodec.h"
+#include "filters/core/LeafOrder.h"
 #include "filters/core/Levels.h"
 #include "filters/core/VertexTree.h"
 #include "filters/core/Weld.h"
@@ -76,8 +77,9 @@ Pieces Cut(const Mesh& mesh)
   const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
   const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
     std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
-  const VertexTree numbered =
+  VertexTree numbered =
     NumberVertices(tree, Need(BuildLevels(mesh, tree, buckets, LevelOptions{})));
+  OrderLeaves(numbered, mesh.points);
   Pieces cut{ tree.depths, {}, mesh.scalarType, {} };
   for (const Vec3& point : mesh.points)
   {
@@ -151,15 +153,30 @@ Bytes RawArrays(const Piece& piece, ScalarType type)
   return raw;
 }
 
-Coded CodeByUs(const Piece& piece, const CodecContext& context)
+// parts: where it adds what the parts of the blob take.
+Coded CodeByUs(const Piece& piece, const CodecContext& context, EncodedBytes* parts = nullptr)
 {
   Coded coded;
   const auto seconds = [start = std::chrono::steady_clock::now()]
   { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   const Bytes blob = EncodePiece(piece, context);
   coded.encodeSeconds = seconds();
+  if (parts)
+  {
+    EncodedBytes spent;
+    (void)EncodePiece(piece, context, &spent);
+    parts->all += spent.all;
+    parts->triangles += spent.triangles;
+    parts->positions += spent.positions;
+    parts->ghostMarks += spent.ghostMarks;
+    parts->numbers += spent.numbers;
+    parts->ghostKeys += spent.ghostKeys;
+    parts->ancestors += spent.ancestors;
+  }
+  const auto decodeStart = std::chrono::steady_clock::now();
   const Piece decoded = Need(DecodePiece(blob, piece.id, context));
-  coded.decodeSeconds = seconds() - coded.encodeSeconds;
+  coded.decodeSeconds =
+    std::chrono::duration<double>(std::chrono::steady_clock::now() - decodeStart).count();
   coded.bytes = blob.size();
   coded.vertices = decoded.VertexCount();
   coded.triangles = decoded.triangles.size();
@@ -201,13 +218,23 @@ void Print(const Row& row, const Sums& sums)
   std::printf(row.lostTriangles == 0 ? "\n" : "  (drops %zu triangles)\n", row.lostTriangles);
 }
 
-void Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
+// Prints a bar and whether it is met.
+bool Bar(const char* what, double value, double most)
+{
+  std::printf(
+    "  %-58s %.3f (at most %.2f)%s\n", what, value, most, value <= most ? "" : "  MISSED");
+  return value <= most;
+}
+
+// Whether all bars are met.
+bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
 {
   const CodecContext grid{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType) };
   const CodecContext lossless{ cut.depths, CoordinateGrid::Exact(cut.scalarType) };
   Row whole{ "ours, whole pieces" }, plain{ "plain" }, plainZstd{ "plain + zstd -19" },
     meshoptimizer{ "meshoptimizer" }, draco0{ "Draco, speed 0" }, draco5{ "Draco, speed 5" },
     exact{ "ours, lossless, whole pieces" }, raw{ "raw arrays + zstd -19" };
+  EncodedBytes parts;
   Sums sums;
   for (const Piece& piece : cut.pieces)
   {
@@ -217,7 +244,7 @@ void Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
     sums.vertices += mesh.points.size();
     sums.own += piece.ownVertices;
     sums.triangles += triangles;
-    whole.Add(CodeByUs(piece, grid), triangles);
+    whole.Add(CodeByUs(piece, grid, &parts), triangles);
     const Bytes planes = Plain(mesh);
     plain.bytes += planes.size();
     plainZstd.bytes += CodeByZstd(planes, zstdLevel).bytes;
@@ -234,10 +261,28 @@ void Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
     unsigned{ bits });
   std::printf("%-34s %11s %10s %8s %8s %9s %9s\n", "", "bytes", "a piece", "b/vertex", "b/tri",
     "enc Mt/s", "dec Mt/s");
-  for (const Row& row : { whole, plain, plainZstd, meshoptimizer, draco0, draco5, exact, raw })
+  const auto rowOf = [](const char* what, double bytes)
+  {
+    Row row{ what };
+    row.bytes = static_cast<std::size_t>(bytes + 0.5);
+    return row;
+  };
+  const Row alone = rowOf("ours, positions and triangles", parts.positions + parts.triangles);
+  for (const Row& row :
+    { whole, alone, rowOf("  positions", parts.positions), rowOf("  triangles", parts.triangles),
+      rowOf("  which are ghosts", parts.ghostMarks), rowOf("  numbers", parts.numbers),
+      rowOf("  keys of ghosts", parts.ghostKeys), rowOf("  ancestors of ghosts", parts.ancestors),
+      plain, plainZstd, meshoptimizer, draco0, draco5, exact, raw })
   {
     Print(row, sums);
   }
+  const auto ratio = [](const Row& ours, const Row& theirs)
+  { return double(ours.bytes) / double(theirs.bytes); };
+  bool met = Bar("positions and triangles to Draco, speed 5", ratio(alone, draco5), 1.0);
+  met = Bar("positions and triangles to plain + zstd -19", ratio(alone, plainZstd), 0.75) && met;
+  met = Bar("what ghosts, clusters and ids add", ratio(whole, alone) - 1, 0.35) && met;
+  met = Bar("lossless, whole, to raw arrays + zstd -19", ratio(exact, raw), 0.8) && met;
+  return met;
 }
 
 }
@@ -262,9 +307,11 @@ int main(int argc, char** argv)
     std::cerr << "usage: BenchCodec [--bits N] MESH.ply …\n";
     return 2;
   }
+  bool met = true;
   for (const std::filesystem::path& mesh : meshes)
   {
-    Measure(mesh.stem().string(), Cut(ReadWelded(mesh)), static_cast<std::uint8_t>(bits));
+    met =
+      Measure(mesh.stem().string(), Cut(ReadWelded(mesh)), static_cast<std::uint8_t>(bits)) && met;
   }
-  return 0;
+  return met ? 0 : 1;
 }

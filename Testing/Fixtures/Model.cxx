@@ -1,5 +1,7 @@
 #include "Testing/Fixtures/Model.h"
 
+#include "filters/core/LeafOrder.h"
+
 #include <set>
 
 namespace kdstream::fixtures
@@ -17,6 +19,7 @@ std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& treeOpti
     std::size_t{ 1 } << model->tree.depths.partition, [&](VertexId v) { return partition[v]; });
   model->vertexTree =
     NumberVertices(model->tree, *BuildLevels(mesh, model->tree, buckets, levelOptions, execution));
+  OrderLeaves(model->vertexTree, model->mesh.points);
   for (unsigned d = 0; d <= model->tree.depths.finest + 1; ++d)
   {
     const Resolution resolution =

@@ -1,11 +1,13 @@
-// The plain piece codec: see PieceCodec.h and doc/formats.md. Encoder and decoder stand side by
-// side, array by array, in the order of the bytes.
+// The piece codec: see PieceCodec.h and doc/formats.md. The head in bytes, then everything as
+// symbols (PieceStreams.h).
 #include "filters/codec/PieceCodec.h"
 
 #include "filters/codec/ByteStream.h"
+#include "filters/codec/PieceStreams.h"
 #include "filters/codec/Seal.h"
+#include "filters/codec/SymbolCoder.h"
 
-#include <algorithm>
+#include <numeric>
 
 namespace kdstream
 {
@@ -14,293 +16,35 @@ namespace
 
 constexpr std::string_view magic = "KDP";
 
-// What the counts in a blob's head, and its id, say about the arrays that follow.
-struct Shape
-{
-  PieceId id;
-  TreeDepths depths;
-  std::size_t own = 0, ghosts = 0, triangles = 0;
+// A blob holds a byte for so many of the piece, or more: what bounds a reader's memory and time.
+constexpr std::uint64_t mostExpansion = 128;
 
-  std::size_t Vertices() const { return this->own + this->ghosts; }
-  bool IsOriginal() const { return this->id.resolution.IsOriginal(); }
-  bool BelowStitch() const { return this->id.resolution < Resolution::Level(this->depths.stitch); }
-  bool IsStitch() const { return this->id.resolution == Resolution::Level(this->depths.stitch); }
-  std::size_t Carriers() const
-  {
-    return this->BelowStitch() ? 0 : (this->IsStitch() ? this->Vertices() : this->ghosts);
-  }
-};
-
-template <class Value>
-std::vector<std::uint64_t> Collect(std::size_t count, const Value& value)
+// About what the piece takes in memory.
+std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 {
-  std::vector<std::uint64_t> values(count);
-  for (std::size_t i = 0; i < count; ++i)
+  std::uint64_t bytes = 32 * std::uint64_t{ shape.Vertices() } +
+                        12 * std::uint64_t{ shape.triangles } + 4 * std::uint64_t{ shape.reach } +
+                        4 * std::uint64_t{ shape.Carriers() } * shape.depths.stitch;
+  for (const Attribute& attribute : piece.attributes)
   {
-    values[i] = value(i);
+    bytes +=
+      std::uint64_t{ attribute.TupleSize() } *
+      (attribute.association == AttributeAssociation::Point ? shape.Vertices() : shape.triangles);
   }
-  return values;
+  return bytes;
 }
 
-// ---- keys
-// ----------------------------------------------------------------------------------------------------
-// Own keys: implied for the original; the first rank below S; else partitions and indices. Ghost
-// keys: ranks below S, else partitions and indices.
-
-void WriteKeyPairs(ByteWriter& writer, std::span<const VertexKey> keys)
+void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
 {
-  writer.Stream(Collect(keys.size(), [&](std::size_t i) { return PartitionOfKey(keys[i]); }));
-  writer.Stream(Collect(keys.size(), [&](std::size_t i) { return IndexOfKey(keys[i]); }), 1);
-}
-
-void WriteKeys(ByteWriter& writer, const Piece& piece, const Shape& shape)
-{
-  const std::span<const VertexKey> keys = piece.keys;
-  const auto own = keys.first(piece.ownVertices), ghosts = keys.subspan(piece.ownVertices);
+  WriteBlobHead(writer, magic);
+  writer.Byte(static_cast<std::uint8_t>(piece.primitive));
+  writer.Varint(shape.own);
+  writer.Varint(shape.ghosts);
+  writer.Varint(shape.triangles);
   if (shape.BelowStitch())
   {
-    writer.Varint(own.empty() ? 0 : own[0]);
-    writer.Stream(ghosts);
-    return;
+    writer.Varint(shape.reach);
   }
-  if (!shape.IsOriginal())
-  {
-    WriteKeyPairs(writer, own);
-  }
-  WriteKeyPairs(writer, ghosts);
-}
-
-void ReadKeyPairs(ByteReader& reader, std::size_t count, std::vector<VertexKey>& keys)
-{
-  const auto partitions = reader.Stream(count);
-  const auto indices = reader.Stream(count, 1);
-  for (std::size_t i = 0; !reader.Failed() && i < count; ++i)
-  {
-    if ((partitions[i] | indices[i]) >> 32 != 0)
-    {
-      reader.Fail("key out of range");
-      return;
-    }
-    keys.push_back(
-      MakeKey(static_cast<std::uint32_t>(partitions[i]), static_cast<std::uint32_t>(indices[i])));
-  }
-}
-
-void ReadKeys(ByteReader& reader, Piece& piece, const Shape& shape)
-{
-  if (shape.BelowStitch())
-  {
-    const std::uint64_t firstRank = reader.Varint(noVertex - 1);
-    const auto ghosts = reader.Stream(shape.ghosts);
-    for (std::uint64_t i = 0; !reader.Failed() && i < shape.own; ++i)
-    {
-      piece.keys.push_back(firstRank + i);
-    }
-    piece.keys.insert(piece.keys.end(), ghosts.begin(), ghosts.end());
-    return;
-  }
-  if (shape.IsOriginal())
-  {
-    const auto partition =
-      static_cast<std::uint32_t>(shape.id.node - (NodeId{ 1 } << shape.depths.partition));
-    for (std::uint64_t i = 0; i < shape.own; ++i)
-    {
-      piece.keys.push_back(MakeKey(partition, static_cast<std::uint32_t>(i)));
-    }
-  }
-  else
-  {
-    ReadKeyPairs(reader, shape.own, piece.keys);
-  }
-  ReadKeyPairs(reader, shape.ghosts, piece.keys);
-}
-
-// ---- positions: one stream an axis, grid coordinates or ordered bits
-// -----------------------------------------
-
-void WritePositions(ByteWriter& writer, const Piece& piece, const CoordinateGrid& grid)
-{
-  for (std::size_t axis = 0; axis < 3; ++axis)
-  {
-    writer.Stream(Collect(piece.positions.size(),
-                    [&](std::size_t i) -> std::uint64_t
-                    {
-                      const Vec3& p = piece.positions[i];
-                      if (!grid.Lossless())
-                      {
-                        return grid.Quantize(p)[axis];
-                      }
-                      return grid.scalarType == ScalarType::Float32
-                               ? OrderedBits(static_cast<float>(p[axis]))
-                               : OrderedBits(p[axis]);
-                    }),
-      1);
-  }
-}
-
-void ReadPositions(ByteReader& reader, Piece& piece, const Shape& shape, const CoordinateGrid& grid)
-{
-  const std::uint64_t most =
-    grid.Lossless() ? (grid.scalarType == ScalarType::Float32 ? 0xFFFFFFFFU : ~std::uint64_t{ 0 })
-                    : (std::uint64_t{ 1 } << grid.bits) - 1;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-  {
-    const auto values = reader.Stream(shape.Vertices(), 1);
-    if (reader.Failed())
-    {
-      return;
-    }
-    piece.positions.resize(shape.Vertices());
-    for (std::size_t i = 0; i < values.size(); ++i)
-    {
-      if (values[i] > most)
-      {
-        reader.Fail("coordinate out of range");
-        return;
-      }
-      double& value = piece.positions[i][axis];
-      if (!grid.Lossless())
-      {
-        value = grid.origin[axis] + static_cast<std::uint32_t>(values[i]) * grid.step;
-      }
-      else
-      {
-        value = grid.scalarType == ScalarType::Float32
-                  ? double(FloatOfOrderedBits(static_cast<std::uint32_t>(values[i])))
-                  : DoubleOfOrderedBits(values[i]);
-      }
-    }
-  }
-}
-
-// ---- what only levels have: deviations, ancestors, reach
-// -----------------------------------------------------
-
-void WriteLevel(ByteWriter& writer, const Piece& piece, const Shape& shape)
-{
-  writer.Stream(Collect(
-    piece.deviations.size(), [&](std::size_t i) { return OrderedBits(piece.deviations[i]); }));
-  const std::size_t stitch = shape.depths.stitch;
-  for (std::size_t d = 0; d < (shape.BelowStitch() ? 0 : stitch); ++d)
-  {
-    writer.Stream(
-      Collect(shape.Carriers(), [&](std::size_t i) { return piece.ancestors[i * stitch + d]; }));
-  }
-  if (shape.BelowStitch())
-  {
-    writer.Varint(piece.reachNodes.size());
-    writer.Stream(Collect(piece.ownVertices,
-      [&](std::size_t i) { return piece.reachBegin[i + 1] - piece.reachBegin[i]; }));
-    writer.Stream(
-      Collect(piece.reachNodes.size(), [&](std::size_t i) { return piece.reachNodes[i]; }), 1);
-  }
-}
-
-void ReadReach(ByteReader& reader, Piece& piece, const Shape& shape)
-{
-  const std::size_t total = reader.Count(reader.Remaining());
-  const auto counts = reader.Stream(shape.own);
-  const auto nodes = reader.Stream(total, 1);
-  std::uint64_t sum = 0;
-  piece.reachBegin.push_back(0);
-  for (const std::uint64_t count : counts)
-  {
-    sum += std::min<std::uint64_t>(count, noVertex);
-    if (sum > total)
-    {
-      reader.Fail("reach out of range");
-      return;
-    }
-    piece.reachBegin.push_back(static_cast<std::uint32_t>(sum));
-  }
-  for (const std::uint64_t node : nodes)
-  {
-    if (node > noVertex)
-    {
-      reader.Fail("node out of range");
-      return;
-    }
-    piece.reachNodes.push_back(static_cast<NodeId>(node));
-  }
-}
-
-void ReadLevel(ByteReader& reader, Piece& piece, const Shape& shape)
-{
-  for (const std::uint64_t bits : reader.Stream(shape.IsOriginal() ? 0 : shape.own))
-  {
-    const float deviation = FloatOfOrderedBits(static_cast<std::uint32_t>(bits));
-    if (bits >> 32 != 0 || !(deviation >= 0) || deviation > std::numeric_limits<float>::max())
-    {
-      reader.Fail("deviation out of range");
-      return;
-    }
-    piece.deviations.push_back(deviation);
-  }
-  const std::size_t stitch = shape.depths.stitch;
-  for (std::size_t d = 0; d < (shape.BelowStitch() ? 0 : stitch); ++d)
-  {
-    const auto ranks = reader.Stream(shape.Carriers());
-    if (reader.Failed())
-    {
-      return;
-    }
-    piece.ancestors.resize(shape.Carriers() * stitch);
-    for (std::size_t i = 0; i < ranks.size(); ++i)
-    {
-      if (ranks[i] >= noVertex)
-      {
-        reader.Fail("ancestor out of range");
-        return;
-      }
-      piece.ancestors[i * stitch + d] = static_cast<std::uint32_t>(ranks[i]);
-    }
-  }
-  if (shape.BelowStitch())
-  {
-    ReadReach(reader, piece, shape);
-  }
-}
-
-// ---- triangles: the first index, and the two others relative to it
-// -------------------------------------------
-
-void WriteTriangles(ByteWriter& writer, const Piece& piece)
-{
-  const std::size_t count = piece.triangles.size();
-  writer.Stream(Collect(count, [&](std::size_t i) { return piece.triangles[i][0]; }), 1);
-  for (std::size_t k = 1; k < 3; ++k)
-  {
-    writer.Stream(Collect(count, [&](std::size_t i) { return piece.triangles[i][k]; }));
-  }
-}
-
-void ReadTriangles(ByteReader& reader, Piece& piece, const Shape& shape)
-{
-  const auto a = reader.Stream(shape.triangles, 1);
-  const auto b = reader.Stream(shape.triangles);
-  const auto c = reader.Stream(shape.triangles);
-  if (reader.Failed())
-  {
-    return;
-  }
-  piece.triangles.reserve(shape.triangles);
-  for (std::size_t i = 0; i < shape.triangles; ++i)
-  {
-    if (std::max({ a[i], b[i], c[i] }) >= shape.Vertices())
-    {
-      reader.Fail("triangle index out of range");
-      return;
-    }
-    piece.triangles.push_back(
-      { static_cast<VertexId>(a[i]), static_cast<VertexId>(b[i]), static_cast<VertexId>(c[i]) });
-  }
-}
-
-// ---- attributes: a table of contents entry and the raw values of each
-// ----------------------------------------
-
-void WriteAttributes(ByteWriter& writer, const Piece& piece)
-{
   writer.Varint(piece.attributes.size());
   for (const Attribute& attribute : piece.attributes)
   {
@@ -311,19 +55,17 @@ void WriteAttributes(ByteWriter& writer, const Piece& piece)
     writer.Byte(static_cast<std::uint8_t>(attribute.type));
     writer.Byte(static_cast<std::uint8_t>(attribute.association));
     writer.Byte(attribute.components);
-    writer.Varint(attribute.values.size());
-    writer.Raw(attribute.values);
   }
 }
 
-void ReadAttributes(ByteReader& reader, Piece& piece)
+void ReadAttributeHeads(ByteReader& reader, Piece& piece)
 {
   const std::uint64_t count = reader.Varint(mostAttributes);
   for (std::uint64_t i = 0; !reader.Failed() && i < count; ++i)
   {
     Attribute attribute;
     const auto name = reader.Raw(reader.Count(longestAttributeName));
-    attribute.name.assign(name.begin(), name.end());
+    attribute.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
     const std::uint8_t type = reader.Byte(), association = reader.Byte();
     attribute.components = reader.Byte();
     if (type > static_cast<std::uint8_t>(AttributeType::Float64) || association > 1)
@@ -333,10 +75,46 @@ void ReadAttributes(ByteReader& reader, Piece& piece)
     }
     attribute.type = static_cast<AttributeType>(type);
     attribute.association = static_cast<AttributeAssociation>(association);
-    const auto values = reader.Raw(reader.Count(reader.Remaining()));
-    attribute.values.assign(values.begin(), values.end());
     piece.attributes.push_back(std::move(attribute));
   }
+}
+
+void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
+{
+  (void)reader.Raw(blobHeadSize);
+  const std::uint8_t primitive = reader.Byte();
+  if (primitive > static_cast<std::uint8_t>(PrimitiveType::Triangles))
+  {
+    reader.Fail("unknown primitive type");
+  }
+  piece.primitive = static_cast<PrimitiveType>(primitive);
+  constexpr std::size_t most = noVertex / 64; // numbers of half-edges and sizes stay small
+  shape.own = reader.Count(most);
+  shape.ghosts = reader.Count(most);
+  shape.triangles = reader.Count(most);
+  shape.reach = shape.BelowStitch() ? reader.Count(most) : 0;
+  piece.ownVertices = static_cast<std::uint32_t>(shape.own);
+  ReadAttributeHeads(reader, piece);
+  if (!reader.Failed() && DecodedBytes(piece, shape) / mostExpansion > reader.Remaining())
+  {
+    reader.Fail("counts that the bytes cannot hold");
+  }
+}
+
+// Null, or what is wrong with the symbols.
+const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const PieceShape& shape,
+  const CoordinateGrid& grid)
+{
+  SymbolReader symbols(bytes, contexts::attribute + piece.attributes.size());
+  if (!symbols.Failed())
+  {
+    const char* wrong = PieceStreams<SymbolReader>(symbols, piece, shape, grid).Code();
+    if (!symbols.Failed())
+    {
+      return wrong || symbols.AtEnd() ? wrong : "bytes beyond the end of the symbols";
+    }
+  }
+  return "truncated symbols";
 }
 
 Error Named(Error error, PieceId id)
@@ -349,23 +127,36 @@ Error Named(Error error, PieceId id)
 
 }
 
-std::vector<std::uint8_t> EncodePiece(const Piece& piece, const CodecContext& context)
+std::vector<std::uint8_t> EncodePiece(
+  const Piece& piece, const CodecContext& context, EncodedBytes* spent)
 {
-  const Shape shape{ piece.id, context.depths, piece.ownVertices, piece.GhostCount(),
-    piece.triangles.size() };
+  const PieceShape shape{ piece.id, context.depths, piece.ownVertices, piece.GhostCount(),
+    piece.triangles.size(), piece.reachNodes.size() };
   ByteWriter writer;
-  WriteBlobHead(writer, magic);
-  writer.Byte(static_cast<std::uint8_t>(piece.primitive));
-  writer.Varint(shape.own);
-  writer.Varint(shape.ghosts);
-  writer.Varint(shape.triangles);
-  WritePositions(writer, piece, context.grid);
-  WriteKeys(writer, piece, shape);
-  WriteLevel(writer, piece, shape);
-  WriteTriangles(writer, piece);
-  WriteAttributes(writer, piece);
+  WriteHead(writer, piece, shape);
+  SymbolWriter symbols(contexts::attribute + piece.attributes.size());
+  PieceStreams<SymbolWriter>(symbols, piece, shape, context.grid).Code();
+  const std::uint64_t fewest = (DecodedBytes(piece, shape) + mostExpansion - 1) / mostExpansion;
+  symbols.Finish(writer, static_cast<std::size_t>(fewest));
   std::vector<std::uint8_t> blob = writer.Take();
   SealBlob(blob);
+  if (spent)
+  {
+    const std::vector<double>& bits = symbols.BitsOfContexts();
+    const auto sum = [&](std::size_t begin, std::size_t end)
+    {
+      return std::accumulate(
+               bits.begin() + std::ptrdiff_t(begin), bits.begin() + std::ptrdiff_t(end), 0.0) /
+             8;
+    };
+    spent->triangles = sum(contexts::step, contexts::isOwn);
+    spent->positions = sum(contexts::position, contexts::deviation);
+    spent->ghostMarks = sum(contexts::isOwn, contexts::groupOf);
+    spent->numbers = sum(contexts::groupOf, contexts::samePartition);
+    spent->ghostKeys = sum(contexts::samePartition, contexts::position);
+    spent->ancestors = sum(contexts::ancestorDepth, contexts::reachEnd);
+    spent->all = double(blob.size());
+  }
   return blob;
 }
 
@@ -378,39 +169,18 @@ Result<Piece> DecodePiece(
     return Named(unsealed.GetError(), expected);
   }
   ByteReader reader(*unsealed);
-  (void)reader.Raw(blobHeadSize);
   Piece piece;
   piece.id = expected;
-  const std::uint8_t primitive = reader.Byte();
-  if (primitive > static_cast<std::uint8_t>(PrimitiveType::Triangles))
-  {
-    reader.Fail("unknown primitive type");
-  }
-  piece.primitive = static_cast<PrimitiveType>(primitive);
-  Shape shape{ expected, context.depths };
-  shape.own = reader.Count(unsealed->size());
-  shape.ghosts = reader.Count(unsealed->size());
-  shape.triangles = reader.Count(unsealed->size());
-  piece.ownVertices = static_cast<std::uint32_t>(shape.own);
-
-  // After the first failure reads give nothing, so each step needs no check of its own.
-  ReadPositions(reader, piece, shape, context.grid);
+  PieceShape shape{ expected, context.depths };
+  ReadHead(reader, piece, shape);
   if (!reader.Failed())
   {
-    ReadKeys(reader, piece, shape);
-  }
-  if (!reader.Failed())
-  {
-    ReadLevel(reader, piece, shape);
-  }
-  if (!reader.Failed())
-  {
-    ReadTriangles(reader, piece, shape);
-    ReadAttributes(reader, piece);
-  }
-  if (!reader.Failed() && reader.Remaining() > 0)
-  {
-    reader.Fail("bytes beyond the end");
+    const char* wrong =
+      ReadSymbols(unsealed->subspan(reader.Position()), piece, shape, context.grid);
+    if (wrong)
+    {
+      reader.Fail(wrong);
+    }
   }
   if (reader.Failed())
   {

@@ -1,10 +1,10 @@
 // A piece as bytes and back: step "encode" and "decode" of the README's picture. Layout:
 // doc/formats.md.
 //
-// Version 2 is plain: every array is a stream of integers, taken as differences to the previous
-// value, zigzagged and written as byte planes of the fewest bytes that hold the largest. Compiles
-// to WebAssembly. The blob ends with a checksum of itself (Seal.h), which the decoder checks first
-// and does not rely on: what follows is as careful with bytes that are well sealed.
+// Triangles are coded by a walk over the surface, positions by parallelograms along it, everything
+// as symbols of an entropy coder (PieceStreams.h). Compiles to WebAssembly. The blob ends with a
+// checksum of itself (Seal.h), which the decoder checks first and does not rely on: what follows is
+// as careful with bytes that are well sealed.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"
@@ -25,12 +25,22 @@ struct CodecContext
   CoordinateGrid grid;
 };
 
-// Encodes a piece. REQUIRES: CheckPiece(piece, context.depths). Deterministic; O(size).
-std::vector<std::uint8_t> EncodePiece(const Piece& piece, const CodecContext& context);
+// What parts of a blob take, in bytes: of piece, triangles and positions, which of the vertices are
+// ghosts, numbers of own vertices, keys of ghosts, ancestors.
+struct EncodedBytes
+{
+  double all = 0, triangles = 0, positions = 0, ghostMarks = 0, numbers = 0, ghostKeys = 0,
+         ancestors = 0;
+};
+
+// Encodes a piece. REQUIRES: CheckPiece(piece, context.depths); on a grid, positions anywhere.
+// Deterministic; O(size). spent: for benchmarks.
+std::vector<std::uint8_t> EncodePiece(
+  const Piece& piece, const CodecContext& context, EncodedBytes* spent = nullptr);
 
 // Decodes the blob of piece `expected`. Any bytes may be given: lengths are bounded by the size of
-// the blob before memory is taken (at most 64 bytes of piece for a byte of blob, plus the levels'
-// ancestors), and the piece passes CheckPiece. Errors: Damaged where the
+// the blob before memory is taken (at most 2 KiB for a byte of it, the piece and what is needed on
+// the way), time by both, and the piece passes CheckPiece. Errors: Damaged where the
 // checksum is wrong (see Seal.h); InvalidInput with the byte offset; Unsupported for an unknown
 // codec version.
 Result<Piece> DecodePiece(

@@ -3,6 +3,7 @@
 
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/Seal.h"
+#include "filters/codec/SymbolCoder.h"
 
 #include <algorithm>
 
@@ -12,6 +13,7 @@ namespace
 {
 
 constexpr std::string_view magic = "KDT";
+constexpr std::size_t sides = 6; // of a box
 
 double& Side(Box& box, std::size_t side)
 {
@@ -61,7 +63,7 @@ std::vector<std::uint8_t> EncodeTreePage(
   for (const NodeId node : nodes)
   {
     Box box = boxes[node];
-    for (std::size_t side = 0; side < 6; ++side)
+    for (std::size_t side = 0; side < sides; ++side)
     {
       floats = floats && double(float(Side(box, side))) == Side(box, side);
     }
@@ -69,16 +71,20 @@ std::vector<std::uint8_t> EncodeTreePage(
   ByteWriter writer;
   WriteBlobHead(writer, magic);
   writer.Byte(floats ? 4 : 8);
-  std::vector<std::uint64_t> values(nodes.size());
-  for (std::size_t side = 0; side < 6; ++side)
+  SymbolWriter symbols(sides);
+  for (std::size_t side = 0; side < sides; ++side)
   {
-    for (std::size_t i = 0; i < nodes.size(); ++i)
+    std::uint64_t last = 0;
+    for (const NodeId node : nodes)
     {
-      Box box = boxes[nodes[i]];
-      values[i] = floats ? OrderedBits(float(Side(box, side))) : OrderedBits(Side(box, side));
+      Box box = boxes[node];
+      const std::uint64_t value =
+        floats ? OrderedBits(float(Side(box, side))) : OrderedBits(Side(box, side));
+      symbols.Signed(side, static_cast<std::int64_t>(value - last));
+      last = value;
     }
-    writer.Stream(values);
   }
+  symbols.Finish(writer, 0);
   std::vector<std::uint8_t> blob = writer.Take();
   SealBlob(blob);
   return blob;
@@ -109,30 +115,31 @@ Status DecodeTreePage(
   }
   const std::vector<NodeId> nodes = TreePageNodes(page, depths);
   std::vector<Box> read(nodes.size());
-  for (std::size_t side = 0; side < 6 && !reader.Failed(); ++side)
+  SymbolReader symbols(unsealed->subspan(reader.Position()), sides);
+  for (std::size_t side = 0; side < sides; ++side)
   {
-    const auto values = reader.Stream(nodes.size());
-    for (std::size_t i = 0; i < values.size(); ++i)
+    std::uint64_t last = 0;
+    for (Box& box : read)
     {
-      if (width == 4 && values[i] >> 32 != 0)
+      last += static_cast<std::uint64_t>(symbols.Signed(side));
+      if (width == 4 && last >> 32 != 0)
       {
         reader.Fail("coordinate out of range");
         break;
       }
-      const double value = width == 4
-                             ? double(FloatOfOrderedBits(static_cast<std::uint32_t>(values[i])))
-                             : DoubleOfOrderedBits(values[i]);
+      const double value = width == 4 ? double(FloatOfOrderedBits(static_cast<std::uint32_t>(last)))
+                                      : DoubleOfOrderedBits(last);
       if (value != value)
       {
         reader.Fail("coordinate is not a number");
         break;
       }
-      Side(read[i], side) = value;
+      Side(box, side) = value;
     }
   }
-  if (!reader.Failed() && reader.Remaining() > 0)
+  if (!symbols.AtEnd())
   {
-    reader.Fail("bytes beyond the end");
+    reader.Fail("no symbols, or bytes beyond their end,");
   }
   if (reader.Failed())
   {

@@ -17,6 +17,12 @@ Error Bad(const std::string& what)
   return { ErrorCode::InvalidInput, "piece: " + what };
 }
 
+// One function for all messages of a number: the page pays for each that is put together in place.
+Error Bad(const char* before, std::uint64_t number, const char* after)
+{
+  return Bad(before + std::to_string(number) + after);
+}
+
 // Keys ascend, own ones lie in the piece's node, ghosts outside it.
 Status CheckKeys(const Piece& piece, const TreeDepths& depths)
 {
@@ -28,25 +34,24 @@ Status CheckKeys(const Piece& piece, const TreeDepths& depths)
     const bool own = v < piece.ownVertices;
     if (v != 0 && v != piece.ownVertices && piece.keys[v] <= piece.keys[v - 1])
     {
-      return Bad("key of vertex " + std::to_string(v) + " does not ascend");
+      return Bad("key of vertex ", v, " does not ascend");
     }
     if (byPartition)
     {
       const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
       if (partition >= NodeId{ 1 } << depths.partition)
       {
-        return Bad("vertex " + std::to_string(v) + " is of partition " + std::to_string(partition) +
-                   ", which the tree does not have");
+        return Bad("vertex ", v, " is of a partition that the tree does not have");
       }
       if ((NodeOfPartition(partition, depths) >> below == piece.id.node) != own)
       {
-        return Bad("vertex " + std::to_string(v) +
-                   (own ? " lies outside" : ", a ghost, lies inside") + " its piece's node");
+        return Bad("vertex ", v,
+          own ? " lies outside its piece's node" : ", a ghost, lies inside its piece's node");
       }
     }
     else if (piece.keys[v] >= noVertex)
     {
-      return Bad("rank of vertex " + std::to_string(v) + " is too large");
+      return Bad("rank of vertex ", v, " is too large");
     }
   }
   return {};
@@ -74,7 +79,7 @@ Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
   {
     if (piece.keys[v] >= piece.keys[0] && piece.keys[v] <= piece.keys[piece.ownVertices - 1])
     {
-      return Bad("ghost " + std::to_string(v) + " has the key of an own vertex");
+      return Bad("ghost ", v, " has the key of an own vertex");
     }
   }
   return {};
@@ -85,7 +90,7 @@ Status CheckReach(const Piece& piece, const TreeDepths& depths)
   const bool below = piece.id.resolution < Resolution::Level(depths.stitch);
   if (piece.reachBegin.size() != (below ? piece.ownVertices + std::size_t{ 1 } : 0))
   {
-    return Bad("reach has " + std::to_string(piece.reachBegin.size()) + " entries");
+    return Bad("reach has ", piece.reachBegin.size(), " entries");
   }
   if (!below)
   {
@@ -100,14 +105,14 @@ Status CheckReach(const Piece& piece, const TreeDepths& depths)
   {
     if (piece.reachBegin[i] > piece.reachBegin[i + 1])
     {
-      return Bad("reach of vertex " + std::to_string(i) + " ends before it begins");
+      return Bad("reach of vertex ", i, " ends before it begins");
     }
   }
   for (const NodeId node : piece.reachNodes)
   {
     if (node >> nodeDepth != 1)
     {
-      return Bad("reach names node " + std::to_string(node) + ", which is no piece of level S");
+      return Bad("reach names node ", node, ", which is no piece of level S");
     }
   }
   return {};
@@ -119,18 +124,18 @@ Status CheckTriangles(const Piece& piece)
   for (std::size_t i = 0; i < piece.triangles.size(); ++i)
   {
     const Triangle& t = piece.triangles[i];
-    const std::string name = "triangle " + std::to_string(i);
     if (t[0] >= count || t[1] >= count || t[2] >= count)
     {
-      return Bad(name + " has an index out of range (" + std::to_string(count) + " vertices)");
+      return Bad("triangle ", i, " has an index out of range");
     }
     if (t[0] >= piece.ownVertices)
     {
-      return Bad(name + " touches no own vertex");
+      return Bad("triangle ", i, " touches no own vertex");
     }
-    if (t != RotateLowestFirst(t) || (i > 0 && t < piece.triangles[i - 1]))
+    const bool first = (t[0] < t[1] && t[0] < t[2]) || t == RotateLowestFirst(t); // fast, or sure
+    if (!first || (i > 0 && t < piece.triangles[i - 1]))
     {
-      return Bad(name + " is out of order");
+      return Bad("triangle ", i, " is out of order");
     }
   }
   if (piece.primitive == PrimitiveType::Points && !piece.triangles.empty())
@@ -180,7 +185,7 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   if ((!resolution.IsOriginal() && resolution.Depth() > depths.finest) || piece.id.node == 0 ||
       DepthOfNode(piece.id.node) != PieceDepth(resolution, depths))
   {
-    return Bad("node " + std::to_string(piece.id.node) + " is no piece of this resolution");
+    return Bad("node ", piece.id.node, " is no piece of this resolution");
   }
   const std::size_t count = piece.positions.size();
   if (piece.keys.size() != count || piece.ownVertices > count || count >= noVertex)
@@ -206,7 +211,7 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
     const Vec3& p = piece.positions[v];
     if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
     {
-      return Bad("vertex " + std::to_string(v) + " is not finite");
+      return Bad("vertex ", v, " is not finite");
     }
   }
   for (const auto check : { CheckKeys, CheckOwnKeys, CheckReach })

@@ -2,6 +2,7 @@
 // store.
 #include "filters/store/Builder.h"
 
+#include "filters/core/LeafOrder.h"
 #include "filters/core/VertexTree.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
@@ -137,7 +138,9 @@ private:
       return levels.GetError();
     }
     this->Boxes = std::move(tree.boxes);
-    return NumberVertices(tree, std::move(*levels), this->Exec);
+    VertexTree numbered = NumberVertices(tree, std::move(*levels), this->Exec);
+    OrderLeaves(numbered, this->Input.points, this->Exec);
+    return numbered;
   }
 
   void BucketByPartition(const KdTree& tree)

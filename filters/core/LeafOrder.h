@@ -1,0 +1,20 @@
+// The order of the original vertices inside a finest cluster: step "number" of the README's
+// picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/VertexTree.h"
+
+#include <span>
+
+namespace kdstream
+{
+
+// Numbers the vertices of each cluster of the finest level by place: ascending x, then y, then z;
+// those in one place stay as they are. The codec (filters/codec/PieceNumbering.h) sorts them again,
+// so that their order costs no bytes. Clusters stay the intervals that they are. A tree without
+// levels is left alone: its vertices are numbered by id.
+// points: of the original mesh. O(n log n of the largest cluster); clusters in parallel.
+void OrderLeaves(VertexTree& tree, std::span<const Vec3> points, const Execution& execution = {});
+
+}
