@@ -54,7 +54,7 @@ std::vector<VertexId> RankLevel(
       order, ranksAbove.size(), [&](VertexId c) { return ranksAbove[level.parents[c]]; }, &begin);
     for (std::size_t above = 0; above < ranksAbove.size(); ++above)
     {
-      std::sort(order.begin() + begin[above], order.begin() + begin[above + 1], byLowest);
+      std::sort(order.data() + begin[above], order.data() + begin[above + 1], byLowest);
     }
   }
   std::vector<VertexId> ranks(order.size());
