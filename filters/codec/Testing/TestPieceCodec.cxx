@@ -387,6 +387,21 @@ TEST(PieceCodec, PiecesOfAnythingComeBack)
   }
 }
 
+TEST(PieceCodec, WhatIsTooRegularToFillItsBlobComesBack)
+{
+  const auto model = MakeModel(Torus(40, 20), { 150, {}, 8 });
+  const CodecContext context = ContextsOf(*model)[0];
+  Piece piece = model->pieces.rbegin()->second;
+  Attribute zeros{ "zeros", AttributeType::UInt64, AttributeAssociation::Point, 255, {} };
+  zeros.values.resize(piece.positions.size() * zeros.TupleSize());
+  piece.attributes.push_back(zeros);
+  const auto blob = EncodePiece(piece, context);
+  EXPECT_GE(blob.size(), zeros.values.size() / 128) << "a blob bounds what it makes of itself";
+  const Result<Piece> decoded = DecodePiece(blob, piece.id, context);
+  ASSERT_TRUE(decoded) << decoded.GetError().message;
+  ExpectSame(*decoded, piece, context.grid);
+}
+
 TEST(PieceCodec, MoreThan65536VerticesComeBack)
 {
   const auto model = MakeModel(Shuffled(GridPlate(270), 3), { 100000, {}, 8 });
