@@ -67,7 +67,8 @@ struct HashBlocks
             for (std::size_t i = c * chunk; i < std::min(count, (c + 1) * chunk); ++i)
             {
               const std::uint64_t hash = hashOf(static_cast<VertexId>(i));
-              visit(static_cast<VertexId>(i), hash, counts[c * blocks + blockOf(hash)]);
+              visit(static_cast<VertexId>(i), hash,
+                counts[c * blocks + static_cast<std::size_t>(blockOf(hash))]);
             }
           }
         });
@@ -85,9 +86,11 @@ struct HashBlocks
     }
     this->things.resize(count);
     forEach(
-      [&](VertexId id, std::uint64_t hash, std::uint32_t& next) {
-        this->things[this->begin[blockOf(hash)] + next++] = { static_cast<std::uint32_t>(hash),
-          id };
+      [&](VertexId id, std::uint64_t hash, std::uint32_t& next)
+      {
+        this->things[this->begin[static_cast<std::size_t>(blockOf(hash))] + next++] = {
+          static_cast<std::uint32_t>(hash), id
+        };
       });
   }
 };
