@@ -111,7 +111,7 @@ const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const
     const char* wrong = PieceStreams<SymbolReader>(symbols, piece, shape, grid).Code();
     if (!symbols.Failed())
     {
-      return wrong || symbols.AtEnd() ? wrong : "bytes beyond the end of the symbols";
+      return wrong || symbols.AtEnd() ? wrong : "bytes beyond the end";
     }
   }
   return "truncated symbols";

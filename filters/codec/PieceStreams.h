@@ -93,7 +93,7 @@ public:
     }
     if (!this->CodeDeviations() || !this->CodeAncestors() || !this->CodeReach())
     {
-      return "ranks out of range";
+      return "keys out of range";
     }
     for (std::size_t i = 0; i < this->Content.attributes.size(); ++i)
     {

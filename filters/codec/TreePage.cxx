@@ -139,7 +139,7 @@ Status DecodeTreePage(
   }
   if (!symbols.AtEnd())
   {
-    reader.Fail("no symbols, or bytes beyond their end,");
+    reader.Fail("bytes beyond the end");
   }
   if (reader.Failed())
   {
