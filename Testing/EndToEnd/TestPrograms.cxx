@@ -485,6 +485,26 @@ TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless" }).err, "");
 }
 
+TEST_F(Programs, WarnsOfColorsThatAreNotShown)
+{
+  for (const AttributeType type : { AttributeType::UInt16, AttributeType::UInt8 })
+  {
+    Mesh mesh = Torus(40, 20);
+    Attribute colors;
+    colors.name = "RGB";
+    colors.type = type;
+    colors.components = 3;
+    colors.values.resize(mesh.points.size() * colors.TupleSize());
+    mesh.attributes.push_back(colors);
+    this->Write("in.ply", mesh);
+    const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds" });
+    EXPECT_EQ(outcome.exitCode, 0);
+    EXPECT_EQ(outcome.err.find("colours of type uint16 are kept") != std::string::npos,
+      type == AttributeType::UInt16)
+      << outcome.err;
+  }
+}
+
 TEST_F(Programs, NeverOverwritesItsInput)
 {
   this->Write("in.ply", Torus(40, 20));

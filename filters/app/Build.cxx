@@ -217,6 +217,23 @@ Result<BuildReport> BuildFrom(CommandLine& line, const std::filesystem::path& st
   return report;
 }
 
+// What viewers would take for colours if it had 8 bits; empty if there is none.
+std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
+{
+  for (const AttributeInfo& attribute : attributes)
+  {
+    const bool named = attribute.name == "red" || attribute.name == "r" ||
+                       attribute.name == "diffuse_red" || attribute.name == "RGB" ||
+                       attribute.name == "RGBA";
+    if (named && attribute.association == AttributeAssociation::Point &&
+        attribute.type != AttributeType::UInt8)
+    {
+      return std::string(NameOf(attribute.type));
+    }
+  }
+  return {};
+}
+
 int Build(const CLI::App& app, CommandLine& line)
 {
   const std::string& program = app.get_name();
@@ -271,6 +288,11 @@ int Build(const CLI::App& app, CommandLine& line)
     }
     std::cerr << program << ": warning: " << line.input
               << ": not carried by this version: " << names << "\n";
+  }
+  if (const std::string type = HiddenColors(report->info.attributes); !type.empty())
+  {
+    std::cerr << program << ": warning: " << line.input << ": colours of type " << type
+              << " are kept, but viewers show those of type uint8 alone\n";
   }
   if (report->mergedByGrid * 100 > report->info.vertices)
   {
