@@ -487,21 +487,33 @@ TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
 
 TEST_F(Programs, WarnsOfColorsThatAreNotShown)
 {
-  for (const AttributeType type : { AttributeType::UInt16, AttributeType::UInt8 })
+  struct Case
+  {
+    AttributeType type;
+    AttributeAssociation association;
+    std::string warning;
+  };
+  const Case cases[] = { { AttributeType::UInt16, AttributeAssociation::Point,
+                           "colours of type uint16 are kept" },
+    { AttributeType::UInt8, AttributeAssociation::Cell, "colours of triangles are kept" },
+    { AttributeType::UInt8, AttributeAssociation::Point, "" } };
+  for (const Case& it : cases)
   {
     Mesh mesh = Torus(40, 20);
     Attribute colors;
     colors.name = "RGB";
-    colors.type = type;
+    colors.type = it.type;
     colors.components = 3;
-    colors.values.resize(mesh.points.size() * colors.TupleSize());
+    colors.association = it.association;
+    colors.values.resize(
+      colors.TupleSize() *
+      (it.association == AttributeAssociation::Point ? mesh.points.size() : mesh.triangles.size()));
     mesh.attributes.push_back(colors);
     this->Write("in.ply", mesh);
     const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds" });
     EXPECT_EQ(outcome.exitCode, 0);
-    EXPECT_EQ(outcome.err.find("colours of type uint16 are kept") != std::string::npos,
-      type == AttributeType::UInt16)
-      << outcome.err;
+    EXPECT_EQ(outcome.err.empty(), it.warning.empty()) << outcome.err;
+    EXPECT_NE(outcome.err.find(it.warning), std::string::npos) << outcome.err;
   }
 }
 

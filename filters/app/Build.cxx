@@ -217,7 +217,7 @@ Result<BuildReport> BuildFrom(CommandLine& line, const std::filesystem::path& st
   return report;
 }
 
-// What viewers would take for colours if it had 8 bits; empty if there is none.
+// Of what look like colours and are not shown, why; empty if there are none.
 std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
 {
   for (const AttributeInfo& attribute : attributes)
@@ -225,10 +225,14 @@ std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
     const bool named = attribute.name == "red" || attribute.name == "r" ||
                        attribute.name == "diffuse_red" || attribute.name == "RGB" ||
                        attribute.name == "RGBA";
-    if (named && attribute.association == AttributeAssociation::Point &&
-        attribute.type != AttributeType::UInt8)
+    if (named && attribute.association == AttributeAssociation::Cell)
     {
-      return std::string(NameOf(attribute.type));
+      return "colours of triangles are kept, but viewers show those of vertices alone";
+    }
+    if (named && attribute.type != AttributeType::UInt8)
+    {
+      return "colours of type " + std::string(NameOf(attribute.type)) +
+             " are kept, but viewers show those of type uint8 alone";
     }
   }
   return {};
@@ -289,10 +293,9 @@ int Build(const CLI::App& app, CommandLine& line)
     std::cerr << program << ": warning: " << line.input
               << ": not carried by this version: " << names << "\n";
   }
-  if (const std::string type = HiddenColors(report->info.attributes); !type.empty())
+  if (const std::string hidden = HiddenColors(report->info.attributes); !hidden.empty())
   {
-    std::cerr << program << ": warning: " << line.input << ": colours of type " << type
-              << " are kept, but viewers show those of type uint8 alone\n";
+    std::cerr << program << ": warning: " << line.input << ": " << hidden << "\n";
   }
   if (report->mergedByGrid * 100 > report->info.vertices)
   {
