@@ -330,7 +330,7 @@ private:
     return map;
   }
 
-  // Those that go get noVertex for now.
+  // Those that go get noVertex until the numbers of the lowest are known.
   Status NumberThoseThatStay(
     const RecordBuckets<Twin>& twins, VertexMap& map, RecordBuckets<Twin>& byLowest)
   {
