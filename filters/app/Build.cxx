@@ -217,9 +217,15 @@ Result<BuildReport> BuildFrom(CommandLine& line, const std::filesystem::path& st
   return report;
 }
 
-// Of what look like colours and are not shown, why; empty if there are none.
+// Of a model without colours that viewers show, why those that it has are none; empty if there are
+// no such.
 std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
 {
+  if (std::any_of(attributes.begin(), attributes.end(),
+        [](const AttributeInfo& attribute) { return RoleOf(attribute) == AttributeRole::Colors; }))
+  {
+    return {};
+  }
   for (const AttributeInfo& attribute : attributes)
   {
     const bool named = attribute.name == "red" || attribute.name == "r" ||
