@@ -136,35 +136,6 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   }
 }
 
-// Of what the output's format does not hold, as kdstream-store extract does.
-void WarnOfFormat(const std::string& program, const std::string& name,
-  const std::filesystem::path& file, const Mesh& mesh)
-{
-  const auto warn = [&](const std::string& what)
-  { std::cerr << program << ": warning: " << name << ": " << what << "\n"; };
-  std::string names;
-  for (const std::string& attribute : AttributesLeftOut(file, mesh))
-  {
-    names += (names.empty() ? "" : ", ") + attribute;
-  }
-  if (!names.empty())
-  {
-    warn("the format does not hold these attributes: " + names);
-  }
-  if (FileEnding(file) != ".stl")
-  {
-    return;
-  }
-  if (mesh.triangles.empty())
-  {
-    warn("STL holds triangles only; there are none");
-  }
-  if (mesh.scalarType == ScalarType::Float64)
-  {
-    warn("STL holds floats; the coordinates were doubles and are rounded");
-  }
-}
-
 int Convert(const std::string& program, const CommandLine& line)
 {
   const Result<std::filesystem::path> output =
@@ -189,7 +160,10 @@ int Convert(const std::string& program, const CommandLine& line)
   {
     std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
   }
-  WarnOfFormat(program, line.output, *output, read->mesh);
+  for (const std::string& loss : LossesOfFormat(*output, read->mesh))
+  {
+    std::cerr << program << ": warning: " << line.output << ": " << loss << "\n";
+  }
   // The file has a temporary name until it is whole: interrupts wait.
   CatchInterrupts();
   const Status written = WriteMesh(*output, read->mesh);

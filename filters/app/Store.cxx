@@ -7,7 +7,6 @@
 #include "filters/app/TbbExecution.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/Region.h"
-#include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/store/StoreMesh.h"
 
@@ -279,7 +278,10 @@ public:
         {
           return PrintError(this->Program, this->Line.output, status.GetError());
         }
-        this->WarnOfLosses(*output, *mesh);
+        for (const std::string& loss : LossesOfFormat(*output, *mesh))
+        {
+          std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
+        }
         return exitDone;
       });
   }
@@ -340,35 +342,6 @@ private:
     line("RMS from the level", distance.rmsBackward);
     line("Hausdorff distance", distance.hausdorff);
     std::printf("%-21s%.6g\n", "diagonal", distance.diagonal);
-  }
-
-  // Of what the format does not hold: STL single-precision triangles and nothing else, others some
-  // attributes.
-  void WarnOfLosses(const std::filesystem::path& file, const Mesh& mesh) const
-  {
-    const auto warn = [&](const std::string& what)
-    { std::cerr << this->Program << ": warning: " << this->Line.output << ": " << what << "\n"; };
-    std::string names;
-    for (const std::string& name : AttributesLeftOut(file, mesh))
-    {
-      names += (names.empty() ? "" : ", ") + name;
-    }
-    if (!names.empty())
-    {
-      warn("the format does not hold these attributes: " + names);
-    }
-    if (FileEnding(file) != ".stl")
-    {
-      return;
-    }
-    if (mesh.triangles.empty())
-    {
-      warn("STL holds triangles only; there are none");
-    }
-    if (mesh.scalarType == ScalarType::Float64)
-    {
-      warn("STL holds floats; the coordinates were doubles and are rounded");
-    }
   }
 
   template <class Work>

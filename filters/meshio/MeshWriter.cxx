@@ -549,4 +549,28 @@ std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, co
   return names;
 }
 
+std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const Mesh& mesh)
+{
+  std::vector<std::string> losses;
+  std::string names;
+  for (const std::string& name : AttributesLeftOut(file, mesh))
+  {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  if (!names.empty())
+  {
+    losses.push_back("the format does not hold these attributes: " + names);
+  }
+  const bool stl = FileEnding(file) == ".stl";
+  if (stl && mesh.triangles.empty())
+  {
+    losses.push_back("STL holds triangles only; there are none");
+  }
+  if (stl && mesh.scalarType == ScalarType::Float64)
+  {
+    losses.push_back("STL holds floats; the coordinates were doubles and are rounded");
+  }
+  return losses;
+}
+
 }

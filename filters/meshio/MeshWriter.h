@@ -30,4 +30,8 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh);
 // The names of the attributes that WriteMesh leaves out of that file.
 std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, const Mesh& mesh);
 
+// What that file does not hold of the mesh, a sentence each, for a warning: attributes; in STL also
+// points without triangles, and doubles.
+std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const Mesh& mesh);
+
 }
