@@ -4,6 +4,7 @@
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomStl.h"
 #include "filters/meshio/Testing/ReadHostile.h"
+#include "filters/meshio/Testing/SurviveMutations.h"
 
 #include <gtest/gtest.h>
 
@@ -43,29 +44,7 @@ TEST(StlReaderHostile, TakesNoMemoryForWhatAHeaderClaims)
 
 TEST(StlReaderHostile, SurvivesMutatedFiles)
 {
-  int accepted = 0;
-  int refused = 0;
-  for (unsigned seed = 0; seed < 200; ++seed)
-  {
-    RandomStlMaker maker(seed);
-    Dice& dice = maker.GetDice();
-    const std::string good = maker.Make(1 + dice.Pick(10)).bytes;
-    ASSERT_TRUE(ReadWithinMemory(good, SIZE_MAX)) << "seed " << seed;
-    for (int round = 0; round < 100; ++round)
-    {
-      std::string bytes = good;
-      for (std::uint64_t count = 1 + dice.Pick(3); count > 0 && !bytes.empty(); --count)
-      {
-        Mutate(bytes, dice, lines);
-      }
-      const bool whole = ReadWithinMemory(bytes, SIZE_MAX);
-      ASSERT_EQ(whole, ReadWithinMemory(bytes, 1 + dice.Pick(5)))
-        << "seed " << seed << ", round " << round;
-      ++(whole ? accepted : refused);
-    }
-  }
-  EXPECT_GT(accepted, 1000) << "too few mutants are meshes: the promises were not tested";
-  EXPECT_GT(refused, 1000) << "too few mutants are refused: the errors were not tested";
+  SurviveMutations<RandomStlMaker>(ReadWithinMemory, lines);
 }
 
 }

@@ -1,0 +1,44 @@
+// What the tests of readers on damaged files share: seeded mutations of good files, each read in
+// one go and in chunks.
+#pragma once
+
+#include "filters/meshio/Testing/Dice.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace kdstream::test
+{
+
+// Maker: RandomObjMaker or RandomStlMaker. read(bytes, limit): whether the file is a mesh. lines:
+// those of Mutate.
+template <class Maker, class Read>
+void SurviveMutations(const Read& read, const std::vector<std::string>& lines)
+{
+  int accepted = 0;
+  int refused = 0;
+  for (unsigned seed = 0; seed < 200; ++seed)
+  {
+    Maker maker(seed);
+    Dice& dice = maker.GetDice();
+    const std::string good = maker.Make(1 + dice.Pick(10)).bytes;
+    ASSERT_TRUE(read(good, SIZE_MAX)) << "seed " << seed;
+    for (int round = 0; round < 100; ++round)
+    {
+      std::string bytes = good;
+      for (std::uint64_t count = 1 + dice.Pick(3); count > 0 && !bytes.empty(); --count)
+      {
+        Mutate(bytes, dice, lines);
+      }
+      const bool whole = read(bytes, SIZE_MAX);
+      ASSERT_EQ(whole, read(bytes, 1 + dice.Pick(5))) << "seed " << seed << ", round " << round;
+      ++(whole ? accepted : refused);
+    }
+  }
+  EXPECT_GT(accepted, 1000) << "too few mutants are meshes: the promises were not tested";
+  EXPECT_GT(refused, 1000) << "too few mutants are refused: the errors were not tested";
+}
+
+}
