@@ -50,6 +50,15 @@ bool FitsFloats(const Vec3& p)
     p.begin(), p.end(), [](double x) { return static_cast<double>(static_cast<float>(x)) == x; });
 }
 
+// Point arrays, then cell arrays, each in their order: as a store has them.
+std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attributes)
+{
+  std::stable_partition(attributes.begin(), attributes.end(),
+    [](const AttributeInfo& attribute)
+    { return attribute.association == AttributeAssociation::Point; });
+  return attributes;
+}
+
 class Spiller
 {
 public:
@@ -229,14 +238,6 @@ private:
   SpilledMesh Output;
 };
 
-}
-
-std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attributes)
-{
-  std::stable_partition(attributes.begin(), attributes.end(),
-    [](const AttributeInfo& attribute)
-    { return attribute.association == AttributeAssociation::Point; });
-  return attributes;
 }
 
 Result<SpilledMesh> SpillMesh(

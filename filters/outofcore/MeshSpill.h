@@ -35,7 +35,4 @@ struct SpilledMesh
 Result<SpilledMesh> SpillMesh(
   SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes, const Execution& execution = {});
 
-// Point arrays, then cell arrays, each in their order: as a store has them.
-std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attributes);
-
 }

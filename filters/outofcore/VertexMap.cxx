@@ -15,7 +15,7 @@ constexpr std::string_view step = "faces";
 constexpr std::size_t grain = 1 << 14;
 
 using Visit = std::function<Status(std::span<const NumberedTriangle>)>;
-using TriangleBuckets = RecordBuckets<NumberedTriangle>;
+using CornerBuckets = RecordBuckets<NumberedTriangle>; // by one corner
 
 class TriangleMapper
 {
@@ -82,15 +82,15 @@ private:
   }
 
   // Buckets by the section of one corner.
-  Result<TriangleBuckets> MakeBuckets()
+  Result<CornerBuckets> MakeBuckets()
   {
-    return TriangleBuckets::Create(this->Folder, "triangles by their vertices",
+    return CornerBuckets::Create(this->Folder, "triangles by their vertices",
       this->Sections.Number(), this->Count, this->Memory / 4);
   }
 
   Status MapBySections()
   {
-    Result<TriangleBuckets> buckets = this->MakeBuckets();
+    Result<CornerBuckets> buckets = this->MakeBuckets();
     if (!buckets)
     {
       return buckets.GetError();
@@ -127,13 +127,13 @@ private:
   }
 
   // Replaces one corner; sorts by the next one, or gives the triangles away.
-  Status MapCorner(TriangleBuckets& buckets, std::size_t corner)
+  Status MapCorner(CornerBuckets& buckets, std::size_t corner)
   {
     Status status = buckets.Finish();
-    std::optional<TriangleBuckets> next;
+    std::optional<CornerBuckets> next;
     if (status && corner < 2)
     {
-      Result<TriangleBuckets> made = this->MakeBuckets();
+      Result<CornerBuckets> made = this->MakeBuckets();
       if (!made)
       {
         return made.GetError();
