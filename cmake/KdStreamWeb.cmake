@@ -11,6 +11,11 @@ endforeach()
 add_library(kdstream_web_headers INTERFACE)
 target_include_directories(kdstream_web_headers SYSTEM INTERFACE "${headers}")
 
+# Of several -O emcc heeds the smallest, so there must be one only.
+foreach(language C CXX)
+  set(CMAKE_${language}_FLAGS_MINSIZEREL "-DNDEBUG")
+endforeach()
+
 # Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser.
-add_compile_options(-Oz -flto -fno-exceptions -fno-rtti)
-add_link_options(-Oz -flto)
+add_compile_options(-Oz -flto -fno-exceptions -fno-rtti -mbulk-memory)
+add_link_options(-Oz -flto -mbulk-memory)

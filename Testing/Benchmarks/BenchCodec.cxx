@@ -1,9 +1,11 @@
 // Bytes and speed of pieces of the original: our codec, and on positions and triangles alone peers
 // at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0 and 5.
-//   BenchCodec [--bits N] MESH.ply …
+//   BenchCodec [--bits N] [--blobs FOLDER] MESH.ply …
 // Every partition is coded by itself, all coders in one go on one thread. "Positions and triangles"
 // are those of the whole piece, ghosts included, as a mesh; what ghosts, clusters and ids add is
-// printed beside. Ends with 1 where a bar is missed.
+// printed beside. With --blobs the blobs are kept for BenchCodecSpeed as FOLDER/MESH.blobs. Ends
+// with 1 where a bar is missed.
+#include "Testing/Benchmarks/CodecBlobs.h"
 #include "Testing/Benchmarks/CodecPeers.h"
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/PieceCodec.h"
@@ -68,6 +70,7 @@ struct Pieces
   Box box;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<Piece> pieces;
+  std::size_t all = 0; // of which `pieces` are some, evenly spread
 };
 
 // The partitions of a mesh, about 1,800 vertices each, numbered as in a store.
@@ -80,12 +83,13 @@ Pieces Cut(const Mesh& mesh)
   VertexTree numbered =
     NumberVertices(tree, Need(BuildLevels(mesh, tree, buckets, LevelOptions{})));
   OrderLeaves(numbered, mesh.points);
-  Pieces cut{ tree.depths, {}, mesh.scalarType, {} };
+  Pieces cut{ tree.depths, {}, mesh.scalarType, {}, 0 };
   for (const Vec3& point : mesh.points)
   {
     cut.box.Add(point);
   }
   const PieceCutter cutter(numbered, mesh, Resolution::Original());
+  cut.all = cutter.PieceCount();
   const std::size_t every = (cutter.PieceCount() + mostPieces - 1) / mostPieces;
   for (std::size_t i = 0; i < cutter.PieceCount(); i += every)
   {
@@ -168,7 +172,6 @@ Coded CodeByUs(const Piece& piece, const CodecContext& context, EncodedBytes* pa
     parts->all += spent.all;
     parts->triangles += spent.triangles;
     parts->positions += spent.positions;
-    parts->ghostMarks += spent.ghostMarks;
     parts->numbers += spent.numbers;
     parts->ghostKeys += spent.ghostKeys;
     parts->ancestors += spent.ancestors;
@@ -226,6 +229,21 @@ bool Bar(const char* what, double value, double most)
   return value <= most;
 }
 
+// Every piece of the mesh as BenchCodecSpeed reads it.
+void KeepBlobs(const std::filesystem::path& file, const Pieces& cut, std::uint8_t bits)
+{
+  BlobFile blobs{ { cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType) }, {} };
+  for (const Piece& piece : cut.pieces)
+  {
+    blobs.blobs.push_back({ piece.id, EncodePiece(piece, blobs.context) });
+  }
+  if (!WriteBlobFile(file.c_str(), blobs))
+  {
+    std::cerr << "BenchCodec: error: cannot write " << file.string() << "\n";
+    std::exit(1);
+  }
+}
+
 // Whether all bars are met.
 bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
 {
@@ -255,8 +273,8 @@ bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
     raw.bytes += CodeByZstd(RawArrays(piece, cut.scalarType), zstdLevel).bytes;
   }
   std::printf(
-    "\n%s: %zu pieces, mean %.0f own vertices, %.0f with ghosts, %.0f triangles; %u bits\n",
-    name.c_str(), sums.pieces, double(sums.own) / double(sums.pieces),
+    "\n%s: %zu of %zu pieces, mean %.0f own vertices, %.0f with ghosts, %.0f triangles; %u bits\n",
+    name.c_str(), sums.pieces, cut.all, double(sums.own) / double(sums.pieces),
     double(sums.vertices) / double(sums.pieces), double(sums.triangles) / double(sums.pieces),
     unsigned{ bits });
   std::printf("%-34s %11s %10s %8s %8s %9s %9s\n", "", "bytes", "a piece", "b/vertex", "b/tri",
@@ -270,9 +288,9 @@ bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
   const Row alone = rowOf("ours, positions and triangles", parts.positions + parts.triangles);
   for (const Row& row :
     { whole, alone, rowOf("  positions", parts.positions), rowOf("  triangles", parts.triangles),
-      rowOf("  which are ghosts", parts.ghostMarks), rowOf("  numbers", parts.numbers),
-      rowOf("  keys of ghosts", parts.ghostKeys), rowOf("  ancestors of ghosts", parts.ancestors),
-      plain, plainZstd, meshoptimizer, draco0, draco5, exact, raw })
+      rowOf("  numbers", parts.numbers), rowOf("  keys of ghosts", parts.ghostKeys),
+      rowOf("  ancestors of ghosts", parts.ancestors), plain, plainZstd, meshoptimizer, draco0,
+      draco5, exact, raw })
   {
     Print(row, sums);
   }
@@ -291,11 +309,16 @@ int main(int argc, char** argv)
 {
   unsigned bits = 20;
   std::vector<std::filesystem::path> meshes;
+  std::filesystem::path blobs;
   for (int i = 1; i < argc; ++i)
   {
     if (std::string_view(argv[i]) == "--bits" && i + 1 < argc)
     {
       bits = static_cast<unsigned>(std::atoi(argv[++i]));
+    }
+    else if (std::string_view(argv[i]) == "--blobs" && i + 1 < argc)
+    {
+      blobs = argv[++i];
     }
     else
     {
@@ -304,14 +327,18 @@ int main(int argc, char** argv)
   }
   if (meshes.empty() || bits < 8 || bits > 24)
   {
-    std::cerr << "usage: BenchCodec [--bits N] MESH.ply …\n";
+    std::cerr << "usage: BenchCodec [--bits N] [--blobs FOLDER] MESH.ply …\n";
     return 2;
   }
   bool met = true;
   for (const std::filesystem::path& mesh : meshes)
   {
-    met =
-      Measure(mesh.stem().string(), Cut(ReadWelded(mesh)), static_cast<std::uint8_t>(bits)) && met;
+    const Pieces cut = Cut(ReadWelded(mesh));
+    if (!blobs.empty())
+    {
+      KeepBlobs(blobs / mesh.stem().concat(".blobs"), cut, static_cast<std::uint8_t>(bits));
+    }
+    met = Measure(mesh.stem().string(), cut, static_cast<std::uint8_t>(bits)) && met;
   }
   return met ? 0 : 1;
 }

@@ -4,9 +4,10 @@
 
 const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
-const context = { step: 0, new: 16, seed: 17, jump: 18, own: 19, group: 27, groupDifference: 35, samePartition: 36,
-  partition: 37, index: 38, otherIndex: 39, position: 40, unguided: 43, deviation: 44, ownPartition: 45, ownIndex: 46,
-  ancestorDepth: 47, ancestor: 48, reachEnd: 49, reachNode: 50, single: 51, attribute: 52 };
+const context = { seed: 0, group: 1, samePartition: 9, steps: 10, seedVertex: 11, jump: 12, groupDifference: 13,
+  partition: 14, index: 15, otherIndex: 16, position: 17, unguided: 20, deviation: 21, ownPartition: 22, ownIndex: 23,
+  ancestorDepth: 24, ancestor: 25, reachEnd: 26, reachNode: 27, single: 28, attribute: 29 };
+const choices = 10; // contexts of few symbols, whose frequencies sum to 256
 
 function need(holds, what) {
   if (!holds) throw new Error(what);
@@ -58,7 +59,7 @@ class Symbols {
     this.words = new Bytes(reader.take(reader.bytes.length - reader.at));
     this.bit = 0;
     this.tables = [];
-    for (let c = 0; c < contexts; ++c) this.tables.push(this.raw(1) ? this.table() : null);
+    for (let c = 0; c < contexts; ++c) this.tables.push(this.raw(1) ? this.table(c < choices ? 256 : 1024) : null);
     this.bit = Math.ceil(this.bit / 8) * 8;
     this.a = this.word() + 65536 * this.word();
     this.b = this.word() + 65536 * this.word();
@@ -74,7 +75,7 @@ class Symbols {
     }
     return count <= 32 ? Number(value) : value;
   }
-  table() {
+  table(total) {
     const first = this.raw(7), last = this.raw(7), classes = [];
     for (let s = first; s <= last; ++s) classes[s] = this.raw(4);
     const weight = (c) => (c === 0 ? 0 : c % 2 ? 2 * 2 ** Math.floor(c / 2) : 3 * 2 ** (c / 2 - 1));
@@ -85,8 +86,8 @@ class Symbols {
       if (c > 0 && (heaviest < 0 || c > classes[heaviest])) heaviest = s;
     });
     need(used > 0, "an empty table");
-    const frequencies = classes.map((c) => (c === 0 ? 0 : 1 + Math.floor((weight(c) * (1024 - used)) / sum)));
-    frequencies[heaviest] += 1024 - frequencies.reduce((x, y) => x + y, 0);
+    const frequencies = classes.map((c) => (c === 0 ? 0 : 1 + Math.floor((weight(c) * (total - used)) / sum)));
+    frequencies[heaviest] += total - frequencies.reduce((x, y) => x + y, 0);
     const slots = [];
     frequencies.forEach((frequency, symbol) => {
       for (let slot = 0; slot < frequency; ++slot) slots.push({ symbol, frequency, slot });
@@ -95,8 +96,9 @@ class Symbols {
   }
   symbol(c) {
     const table = this.tables[c];
-    const { symbol, frequency, slot } = table ? table[this.a % 1024] : { symbol: 0, frequency: 1024, slot: this.a % 1024 };
-    let next = frequency * Math.floor(this.a / 1024) + slot;
+    const total = c < choices ? 256 : 1024, at = this.a % total;
+    const { symbol, frequency, slot } = table ? table[at] : { symbol: 0, frequency: total, slot: at };
+    let next = frequency * Math.floor(this.a / total) + slot;
     if (next < 65536) next = 65536 * next + this.word();
     this.a = this.b;
     this.b = next;
@@ -128,26 +130,29 @@ class Symbols {
   }
 }
 
-// "The walk": vertices { gate, own, parallelograms } and triangles, both in its order.
-function walk(symbols, own, ghosts, count) {
-  const left = [ghosts, own], vertices = [], triangles = [], queue = [];
-  const next = [], previous = [], state = []; // of half-edges: state 1 is open
-  const start = (h) => triangles[h >> 2][h & 3], end = (h) => triangles[h >> 2][((h & 3) + 1) % 3];
-  const apex = (h) => triangles[h >> 2][((h & 3) + 2) % 3];
+// "The walk": vertices { gate, second, own, guided } and triangles, both in its order.
+function walk(symbols, own, ghosts, count, stepCount) {
+  const steps = [];
+  for (let i = 0; i < stepCount; i += 2) {
+    const pair = symbols.symbol(context.steps);
+    steps.push(pair >> 3, pair & 7);
+  }
+  need(stepCount % 2 === 0 || steps.pop() === 0, "a step too many");
+  const left = [ghosts, own], vertices = [], triangles = [], stack = [];
+  let taken = 0;
   const link = (u, v) => {
-    next[u] = v;
-    previous[v] = u;
+    u.next = v;
+    v.previous = u;
   };
-  const open = (h) => {
-    state[h] = 1;
-    vertices[start(h)].open = h;
-    queue.push(h);
+  const wait = (gate) => {
+    gate.waits = true;
+    stack.push(gate);
+    vertices[gate.start].from = gate;
+    return gate;
   };
-  const find = (gate) => {
-    const known = (k) => (vertices.length && vertices[gate[k]].own ? 1 << k : 0);
-    const isOwn = symbols.symbol(context.own + known(0) + known(1) + known(2));
-    need(isOwn < 2 && left[isOwn]-- > 0, "too many vertices");
-    return vertices.push({ gate, own: isOwn === 1, parallelograms: [], degree: 0, open: -1 }) - 1;
+  const find = (gate, isOwn, guided) => {
+    need(left[isOwn]-- > 0, "too many vertices");
+    return vertices.push({ gate, second: gate, own: isOwn === 1, guided, from: null }) - 1;
   };
   const name = (c) => {
     const ago = symbols.number(c);
@@ -156,74 +161,77 @@ function walk(symbols, own, ghosts, count) {
   };
   const add = (triangle) => {
     need(triangles.length < count, "too many triangles");
-    for (const v of triangle) vertices[v].degree = Math.min(255, vertices[v].degree + 1);
-    return 4 * (triangles.push(triangle) - 1);
+    triangles.push(triangle);
   };
-  const parallelogram = (i, j, k, m) => {
-    const later = vertices[Math.max(k, m)];
-    if (k !== m && Math.max(k, m) > Math.max(i, j) && later.parallelograms.length < 3) {
-      later.parallelograms.push([i, j, Math.min(k, m)]);
-    }
-  };
+  // Takes the step at gate g; whether the walk goes on there.
   const cross = (g) => {
-    const a = start(g), b = end(g), c = apex(g), n = next[g], p = previous[g];
-    const q = (state[n] === 1 ? 0 : 1) + (state[p] === 1 ? 0 : 2);
-    const case_ = !vertices[a].own && !vertices[b].own ? q : q > 0 ? 3 + q : 7 + Math.min(8, vertices[b].degree);
-    const step = symbols.symbol(context.step + case_);
-    need(step <= 5, "no such step");
-    state[g] = 0;
-    if (step === 0) return;
+    const { start: a, end: b, apex: c, next: n, previous: p } = g;
+    need(taken < stepCount, "too few steps");
+    const step = steps[taken++];
+    need(step <= 6, "no such step");
+    if (step === 0) {
+      link(p, n);
+      return false;
+    }
     const byNext = step === 2 || step === 4, byPrevious = step === 3 || step === 4;
-    need((!byNext || state[n] === 1) && (!byPrevious || state[p] === 1), "a gate that is not open");
-    const x = step === 1 ? find([a, b, c]) : step === 5 ? name(context.jump) : byNext ? end(n) : start(p);
-    const first = add([b, a, x]), l = first + 1, e = first + 2;
-    parallelogram(a, b, c, x);
-    if (byNext) parallelogram(b, x, apex(n), a);
-    if (byPrevious) parallelogram(x, a, apex(p), b);
-    if (byNext) state[n] = 0;
-    if (byPrevious) state[p] = 0;
-    if (step === 4) return link(previous[p], next[n]);
+    need((!byNext || n !== g) && (!byPrevious || p !== g), "a gate that is alone");
+    need(step !== 4 || (n !== p && n.end === p.start), "gates that do not meet");
+    const x = step === 1 ? find([a, b, c], 1, true) : step === 6 ? find([a, b, c], 0, true)
+      : step === 5 ? name(context.jump) : byNext ? n.end : p.start;
+    add([b, a, x]);
+    if (byNext) {
+      if (a > Math.max(b, x, n.apex)) vertices[a].second = [b, x, n.apex];
+      n.waits = false;
+    }
+    if (byPrevious) p.waits = false;
+    if (step === 4) {
+      link(p.previous, n.next);
+      return false;
+    }
     if (step === 2) {
-      link(p, l);
-      link(l, next[n]);
-      return open(l);
-    }
-    if (step === 3) {
-      link(previous[p], e);
-      link(e, n);
-      return open(e);
-    }
-    link(p, l);
-    const o = vertices[x].open;
-    if (step === 5 && o >= 0 && state[o] === 1) {
-      const r = previous[o];
-      link(l, o);
-      link(r, e);
+      link(g, n.next);
+      [g.end, g.apex] = [x, b];
+    } else if (step === 3) {
+      link(p.previous, g);
+      [g.start, g.apex] = [x, a];
     } else {
-      link(l, e);
+      const o = step === 5 ? vertices[x].from : null, meets = o !== null && o.waits;
+      const l = wait({ start: a, end: x, apex: b });
+      [g.start, g.apex] = [x, a];
+      link(g.previous, l);
+      link(l, g);
+      if (meets) {
+        const r = o.previous;
+        link(l, o);
+        link(r, g);
+      }
     }
-    link(e, n);
-    open(l);
-    open(e);
+    return true;
   };
-  for (let crossed = 0; triangles.length < count; ) {
+  while (triangles.length < count) {
     const triangle = [];
     for (let k = 0; k < 3; ++k) {
       const before = k > 0 ? triangle[k - 1] : Math.max(0, vertices.length - 1);
-      triangle.push(symbols.symbol(context.new) ? find([before, before, before]) : name(context.seed));
+      const kind = symbols.symbol(context.seed);
+      need(kind < 3, "no such corner");
+      triangle.push(kind === 0 ? name(context.seedVertex) : find([before, before, before], kind === 1 ? 1 : 0, false));
     }
-    const first = add(triangle);
+    add(triangle);
     if (new Set(triangle).size === 3) {
-      for (let k = 0; k < 3; ++k) {
-        link(first + k, first + ((k + 1) % 3));
-      }
-      for (let k = 0; k < 3; ++k) open(first + k);
+      const gates = triangle.map((start, k) => wait({ start, end: triangle[(k + 1) % 3], apex: triangle[(k + 2) % 3] }));
+      gates.forEach((gate, k) => link(gate, gates[(k + 1) % 3]));
     }
-    for (; crossed < queue.length; ++crossed) if (state[queue[crossed]] === 1) cross(queue[crossed]);
+    while (stack.length > 0) {
+      const gate = stack.pop();
+      if (!gate.waits) continue;
+      gate.waits = false;
+      while (cross(gate));
+    }
   }
+  need(taken === stepCount, "steps beyond the end");
   for (let isolated = left[0] + left[1], ownLeft = left[1]; isolated > 0; --isolated, --ownLeft) {
-    const before = Math.max(0, vertices.length - 1);
-    vertices.push({ gate: [before, before, before], own: ownLeft > 0, parallelograms: [] });
+    const before = Math.max(0, vertices.length - 1), gate = [before, before, before];
+    vertices.push({ gate, second: gate, own: ownLeft > 0, guided: false });
   }
   return { vertices, triangles };
 }
@@ -239,18 +247,16 @@ function readPositions(symbols, vertices, grid) {
     positions[v] = [0, 0, 0];
     for (let axis = 0; axis < 3; ++axis) {
       let foretold = v === 0 ? 0 : positions[vertex.gate[0]][axis];
-      const guides = vertex.parallelograms;
-      if (guides.length > 0) {
-        foretold = 0;
-        for (const [i, j, h] of guides) {
-          foretold += (8 + m) * (positions[i][axis] + positions[j][axis]) - 2 * m * positions[h][axis];
-        }
-        foretold *= [0, 1 / 16, 1 / 32, 1 / 48][guides.length];
-        if (grid.bits > 0) foretold = Math.min(most, Math.max(0, Math.floor(foretold + 0.5)));
+      if (vertex.guided) {
+        const [i, j, h] = vertex.gate.map((w) => positions[w][axis]), [k, l, g] = vertex.second.map((w) => positions[w][axis]);
+        const edges = i + j + (k + l), apexes = h + g;
+        foretold = (8 + m) * edges - 2 * m * apexes;
+        if (grid.bits === 0) foretold /= 32;
+        if (grid.bits > 0) foretold = Math.min(most, Math.floor(Math.max(0, foretold + 16) / 32));
         else if (!(Math.abs(foretold) <= greatest)) foretold = 0;
         else if (size === 4) foretold = Math.fround(foretold);
       }
-      const c = guides.length === 0 ? context.unguided : context.position + (apart ? axis : 0);
+      const c = !vertex.guided ? context.unguided : context.position + (apart ? axis : 0);
       const difference = symbols.bigSigned(c);
       if (grid.bits > 0) {
         positions[v][axis] = foretold + Number(difference);
@@ -326,9 +332,9 @@ function readAttributes(symbols, heads, vertices, numbers, triangleCount) {
 // triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
-  need([0x4b, 0x44, 0x50, 3].every((byte) => reader.byte() === byte), "no piece of version 3");
+  need([0x4b, 0x44, 0x50, 5].every((byte) => reader.byte() === byte), "no piece of version 5");
   const below = level !== null && level < model.stitch;
-  const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint();
+  const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint(), steps = reader.varint();
   const reach = below ? reader.varint() : 0;
   const heads = Array.from({ length: reader.varint() }, () => ({
     name: new TextDecoder().decode(reader.take(reader.varint())), type: reader.byte(), association: reader.byte(),
@@ -340,7 +346,7 @@ export function decodePiece(blob, model, level, node) {
   need(Math.floor(size / 128) <= reader.bytes.length - reader.at, "counts that the bytes cannot hold");
 
   const symbols = new Symbols(reader, context.attribute + heads.length);
-  const { vertices, triangles } = walk(symbols, own, ghosts, count);
+  const { vertices, triangles } = walk(symbols, own, ghosts, count, steps);
   const places = readPositions(symbols, vertices, model.grid);
   const { numbers, ghostKeys } = readNumbers(symbols, vertices, places, own);
   const positions = [];

@@ -41,6 +41,7 @@ void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
   writer.Varint(shape.own);
   writer.Varint(shape.ghosts);
   writer.Varint(shape.triangles);
+  writer.Varint(shape.steps);
   if (shape.BelowStitch())
   {
     writer.Varint(shape.reach);
@@ -92,6 +93,7 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   shape.own = reader.Count(most);
   shape.ghosts = reader.Count(most);
   shape.triangles = reader.Count(most);
+  shape.steps = reader.Count(3 * shape.triangles); // each edge once
   shape.reach = shape.BelowStitch() ? reader.Count(most) : 0;
   piece.ownVertices = static_cast<std::uint32_t>(shape.own);
   ReadAttributeHeads(reader, piece);
@@ -105,7 +107,7 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
 const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const PieceShape& shape,
   const CoordinateGrid& grid)
 {
-  SymbolReader symbols(bytes, contexts::attribute + piece.attributes.size());
+  SymbolReader symbols(bytes, { contexts::choices, contexts::attribute + piece.attributes.size() });
   if (!symbols.Failed())
   {
     const char* wrong = PieceStreams<SymbolReader>(symbols, piece, shape, grid).Code();
@@ -130,30 +132,34 @@ Error Named(Error error, PieceId id)
 std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent)
 {
-  const PieceShape shape{ piece.id, context.depths, piece.ownVertices, piece.GhostCount(),
-    piece.triangles.size(), piece.reachNodes.size() };
+  PieceShape shape{ piece.id, context.depths, piece.ownVertices, piece.GhostCount(),
+    piece.triangles.size(), 0, piece.reachNodes.size() };
+  SymbolWriter symbols({ contexts::choices, contexts::attribute + piece.attributes.size() });
+  PieceStreams<SymbolWriter> streams(symbols, piece, shape, context.grid);
+  (void)streams.Code();
+  shape.steps = streams.StepCount();
   ByteWriter writer;
   WriteHead(writer, piece, shape);
-  SymbolWriter symbols(contexts::attribute + piece.attributes.size());
-  PieceStreams<SymbolWriter>(symbols, piece, shape, context.grid).Code();
   const std::uint64_t fewest = (DecodedBytes(piece, shape) + mostExpansion - 1) / mostExpansion;
-  symbols.Finish(writer, static_cast<std::size_t>(fewest));
+  std::vector<double> bits;
+  symbols.Finish(writer, static_cast<std::size_t>(fewest), spent ? &bits : nullptr);
   std::vector<std::uint8_t> blob = writer.Take();
   SealBlob(blob);
   if (spent)
   {
-    const std::vector<double>& bits = symbols.BitsOfContexts();
     const auto sum = [&](std::size_t begin, std::size_t end)
     {
       return std::accumulate(
                bits.begin() + std::ptrdiff_t(begin), bits.begin() + std::ptrdiff_t(end), 0.0) /
              8;
     };
-    spent->triangles = sum(contexts::step, contexts::isOwn);
+    spent->triangles =
+      sum(contexts::seed, contexts::groupOf) + sum(contexts::steps, contexts::groupDifference);
     spent->positions = sum(contexts::position, contexts::deviation);
-    spent->ghostMarks = sum(contexts::isOwn, contexts::groupOf);
-    spent->numbers = sum(contexts::groupOf, contexts::samePartition);
-    spent->ghostKeys = sum(contexts::samePartition, contexts::position);
+    spent->numbers = sum(contexts::groupOf, contexts::samePartition) +
+                     sum(contexts::groupDifference, contexts::ghostPartition);
+    spent->ghostKeys = sum(contexts::samePartition, contexts::choices) +
+                       sum(contexts::ghostPartition, contexts::position);
     spent->ancestors = sum(contexts::ancestorDepth, contexts::reachEnd);
     spent->all = double(blob.size());
   }

@@ -29,8 +29,7 @@ struct CodecContext
 // ghosts, numbers of own vertices, keys of ghosts, ancestors.
 struct EncodedBytes
 {
-  double all = 0, triangles = 0, positions = 0, ghostMarks = 0, numbers = 0, ghostKeys = 0,
-         ancestors = 0;
+  double all = 0, triangles = 0, positions = 0, numbers = 0, ghostKeys = 0, ancestors = 0;
 };
 
 // Encodes a piece. REQUIRES: CheckPiece(piece, context.depths); on a grid, positions anywhere.

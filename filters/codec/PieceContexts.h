@@ -7,27 +7,30 @@
 namespace kdstream::contexts
 {
 
-inline constexpr std::size_t step = 0;             // 16: by the gate's surroundings
-inline constexpr std::size_t seedIsNew = 16;       // a corner of a first triangle: 1 = a new vertex
-inline constexpr std::size_t seedVertex = 17;      // which it is otherwise
-inline constexpr std::size_t jumpVertex = 18;      // the third vertex that a step names
-inline constexpr std::size_t isOwn = 19;           // 8: by which of the gate's vertices are own
-inline constexpr std::size_t groupOf = 27;         // 8: by which of the gate's groups are equal
-inline constexpr std::size_t groupDifference = 35; // to the group last used
-inline constexpr std::size_t samePartition = 36;   // a ghost's
-inline constexpr std::size_t ghostPartition = 37;  // difference
-inline constexpr std::size_t ghostIndex = 38;      // difference within one partition
-inline constexpr std::size_t ghostOtherIndex = 39; // in another one
-inline constexpr std::size_t position = 40;        // 3: by axis, or the first alone
-inline constexpr std::size_t unguidedPosition = 43; // without a parallelogram
-inline constexpr std::size_t deviation = 44;
-inline constexpr std::size_t ownPartition = 45;  // difference
-inline constexpr std::size_t ownIndex = 46;      // difference
-inline constexpr std::size_t ancestorDepth = 47; // how many ancestors differ
-inline constexpr std::size_t ancestor = 48;      // difference
-inline constexpr std::size_t reachEnd = 49;
-inline constexpr std::size_t reachNode = 50; // difference
-inline constexpr std::size_t single = 51;    // numbers that a piece has one of
-inline constexpr std::size_t attribute = 52; // one for each attribute
+// Choices among a few.
+inline constexpr std::size_t seed = 0;          // a corner of a first triangle
+inline constexpr std::size_t groupOf = 1;       // 8: by which of the gate's groups are equal
+inline constexpr std::size_t samePartition = 9; // a ghost's
+inline constexpr std::size_t choices = 10;      // how many these are
+
+// Numbers, and steps of the walk.
+inline constexpr std::size_t steps = 10;            // two in a symbol
+inline constexpr std::size_t seedVertex = 11;       // the known vertex of a first triangle
+inline constexpr std::size_t jumpVertex = 12;       // the third vertex that a step names
+inline constexpr std::size_t groupDifference = 13;  // to the group last used
+inline constexpr std::size_t ghostPartition = 14;   // difference
+inline constexpr std::size_t ghostIndex = 15;       // difference within one partition
+inline constexpr std::size_t ghostOtherIndex = 16;  // in another one
+inline constexpr std::size_t position = 17;         // 3: by axis, or the first alone
+inline constexpr std::size_t unguidedPosition = 20; // without a parallelogram
+inline constexpr std::size_t deviation = 21;
+inline constexpr std::size_t ownPartition = 22;  // difference
+inline constexpr std::size_t ownIndex = 23;      // difference
+inline constexpr std::size_t ancestorDepth = 24; // how many ancestors differ
+inline constexpr std::size_t ancestor = 25;      // difference
+inline constexpr std::size_t reachEnd = 26;
+inline constexpr std::size_t reachNode = 27; // difference
+inline constexpr std::size_t single = 28;    // numbers that a piece has one of
+inline constexpr std::size_t attribute = 29; // one for each attribute
 
 }

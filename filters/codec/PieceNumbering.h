@@ -7,77 +7,25 @@
 #pragma once
 
 #include "filters/codec/PieceContexts.h"
+#include "filters/codec/Sorting.h"
 #include "filters/codec/TriangleWalk.h"
 #include "filters/core/Piece.h"
 
 #include <algorithm>
+#include <memory>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace kdstream
 {
 
-// Sorts; few items by insertion, many by heap. Smaller than std::sort, which the page pays for.
-template <class Item, class IsBefore>
-void SortFew(Item* items, std::size_t count, const IsBefore& isBefore)
-{
-  constexpr std::size_t few = 16;
-  if (count <= few)
-  {
-    for (std::size_t i = 1; i < count; ++i)
-    {
-      const Item moved = items[i];
-      std::size_t place = i;
-      for (; place > 0 && isBefore(moved, items[place - 1]); --place)
-      {
-        items[place] = items[place - 1];
-      }
-      items[place] = moved;
-    }
-    return;
-  }
-  // Puts items into heap order from the middle down, then takes the last out one by one.
-  for (std::size_t left = count / 2, size = count; size > 1;)
-  {
-    if (left > 0)
-    {
-      --left;
-    }
-    else
-    {
-      std::swap(items[0], items[--size]);
-    }
-    for (std::size_t parent = left, child = 0; (child = 2 * parent + 1) < size; parent = child)
-    {
-      child += child + 1 < size && isBefore(items[child], items[child + 1]);
-      if (!isBefore(items[parent], items[child]))
-      {
-        break;
-      }
-      std::swap(items[parent], items[child]);
-    }
-  }
-}
-
-// Counts, each to the sum of it and those before.
-inline void SumUp(std::vector<std::uint32_t>& counts)
-{
-  std::uint32_t sum = 0;
-  for (std::uint32_t& count : counts)
-  {
-    sum += count;
-    count = sum;
-  }
-}
-
 // The vertices of the walk, those without triangles behind it.
 struct NumberedVertices
 {
   std::span<const WalkVertex> vertices;
-  std::span<const Vec3> positions;
-  std::size_t own = 0; // of all vertices
-  std::vector<std::uint32_t>
-    isolated;                    // numbers of own vertices that no triangle touches, ascending
+  std::vector<Vec3> positions;   // writing: of each vertex, as its coordinates are coded
+  std::size_t own = 0;           // of all vertices
   std::vector<VertexId> numbers; // of each vertex; a reader fills it
 };
 
@@ -88,115 +36,156 @@ constexpr std::int64_t Wrapped(std::int64_t value, std::int64_t difference)
     static_cast<std::uint64_t>(value) + static_cast<std::uint64_t>(difference));
 }
 
-// Own vertices: codes the group of each, and finds their numbers.
-template <class Coder>
-bool CodeGroups(Coder& coder, NumberedVertices& numbered)
+// Writing: the group of each vertex, or noVertex for ghosts.
+inline std::vector<std::uint32_t> GroupsOf(const NumberedVertices& numbered)
 {
-  const auto& vertices = numbered.vertices;
-  constexpr std::uint32_t none = noVertex;
-  std::vector<std::uint32_t> groups(vertices.size(), none);
-  std::vector<std::uint32_t> byNumber(numbered.own, noVertex); // vertices of the walk
-  if constexpr (!Coder::reading)
+  std::vector<std::uint32_t> groups(numbered.vertices.size(), noVertex);
+  std::vector<std::uint32_t> byNumber(numbered.own);
+  for (std::uint32_t v = 0; v < groups.size(); ++v)
   {
-    for (std::uint32_t v = 0; v < vertices.size(); ++v)
+    if (numbered.vertices[v].own != 0)
     {
-      if (vertices[v].own)
-      {
-        byNumber[numbered.numbers[v]] = v;
-      }
-    }
-    std::uint32_t group = 0;
-    std::uint32_t before = noVertex;
-    for (const std::uint32_t v : byNumber)
-    {
-      group += before != noVertex && !(numbered.positions[before] < numbered.positions[v]);
-      groups[v] = group;
-      before = v;
+      byNumber[numbered.numbers[v]] = v;
     }
   }
-  std::int64_t last = 0, highest = -1;
-  std::vector<std::uint32_t> begin(numbered.own + 2); // of group g at g + 1
-  for (std::size_t v = 0; v < vertices.size(); ++v)
+  std::uint32_t group = 0;
+  for (std::size_t i = 0; i < byNumber.size(); ++i)
   {
-    if (!vertices[v].own)
-    {
-      continue;
-    }
-    std::array<std::uint32_t, 3> near{};
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      near[k] = v == 0 || vertices[v].gate[k] == v ? none : groups[vertices[v].gate[k]];
-    }
-    const std::size_t context = contexts::groupOf + (near[0] == near[1] ? 1U : 0U) +
-                                (near[1] == near[2] ? 2U : 0U) + (near[0] == near[2] ? 4U : 0U);
+    group += i > 0 && !(numbered.positions[byNumber[i - 1]] < numbered.positions[byNumber[i]]);
+    groups[byNumber[i]] = group;
+  }
+  return groups;
+}
+
+// Codes the groups of own vertices, one after the other in the order of the walk.
+template <class Coder>
+class GroupCoder
+{
+public:
+  GroupCoder(Coder& coder, const NumberedVertices& numbered)
+    : Cursor(coder)
+    , Vertices(numbered.vertices)
+    , Own(numbered.own)
+    , Groups(numbered.vertices.size(), noVertex)
+  {
+  }
+
+  // coded: writing, the group of own vertex v. False where what is read is none.
+  KDSTREAM_IN_LOOPS bool Code(std::size_t v, std::uint32_t coded = 0)
+  {
+    // Of vertex 0 itself, whose gate names it, nothing is known yet.
+    const auto& gate = this->Vertices[v].gate;
+    std::uint32_t* groups = this->Groups.data();
+    const std::uint32_t first = groups[gate[0]], second = groups[gate[1]], third = groups[gate[2]];
+    const std::size_t context = contexts::groupOf + (first == second ? 1U : 0U) +
+                                (second == third ? 2U : 0U) + (first == third ? 4U : 0U);
     unsigned which = 3;
-    for (unsigned k = 3; !Coder::reading && k-- > 0;)
+    if constexpr (!Coder::reading)
     {
-      which = near[k] == groups[v] ? k : which;
+      which = first == coded ? 0 : (second == coded ? 1 : (third == coded ? 2 : 3));
     }
-    which = coder.Symbol(context, which);
-    if (which < 3)
+    which = this->Cursor.Choice(context, which);
+    const std::array<std::uint32_t, 4> near{ first, second, third, noVertex };
+    std::uint32_t group = near[which & 3]; // branches would often be foretold wrongly
+    if (which > 2)
     {
-      last = near[which];
+      const std::uint32_t known = first != noVertex ? first : (second != noVertex ? second : third);
+      const std::int64_t from = known != noVertex ? known : this->Last;
+      const std::int64_t difference = Coder::reading ? 0 : std::int64_t{ coded } - from;
+      const std::int64_t sum =
+        Wrapped(from, this->Cursor.Signed(contexts::groupDifference, difference));
+      group = sum >= 0 && sum < std::int64_t(noVertex) ? static_cast<std::uint32_t>(sum) : noVertex;
     }
-    else
-    {
-      std::int64_t reference = last;
-      for (std::size_t k = 3; k-- > 0;)
-      {
-        reference = near[k] != none ? near[k] : reference;
-      }
-      last = Wrapped(
-        reference, coder.Signed(contexts::groupDifference, std::int64_t{ groups[v] } - reference));
-    }
-    if (last < 0 || last >= std::int64_t(numbered.own))
-    {
-      return false;
-    }
-    groups[v] = static_cast<std::uint32_t>(last);
-    highest = std::max(highest, last);
-    ++begin[static_cast<std::size_t>(last) + 2];
+    groups[v] = this->Last = group;
+    return group < this->Own;
   }
-  if constexpr (Coder::reading)
+  // Reading: the group of each vertex, or noVertex for ghosts.
+  const std::vector<std::uint32_t>& All() const { return this->Groups; }
+
+  typename Coder::Cursor Cursor;
+
+private:
+  std::span<const WalkVertex> Vertices;
+  std::size_t Own;
+  std::vector<std::uint32_t> Groups;
+  std::uint32_t Last = 0;
+};
+
+inline void WriteGroups(SymbolWriter& coder, const NumberedVertices& numbered)
+{
+  const std::vector<std::uint32_t> groups = GroupsOf(numbered);
+  GroupCoder<SymbolWriter> groupCoder(coder, numbered);
+  for (std::size_t v = 0; v < groups.size(); ++v)
   {
-    // By group, then each group by place.
-    SumUp(begin);
-    for (std::uint32_t v = 0; v < vertices.size(); ++v)
+    if (numbered.vertices[v].own != 0)
     {
-      if (vertices[v].own)
-      {
-        byNumber[begin[static_cast<std::size_t>(groups[v]) + 1]++] = v;
-      }
-    }
-    const auto isBefore = [&](std::uint32_t v, std::uint32_t w)
-    {
-      return numbered.positions[v] != numbered.positions[w]
-               ? numbered.positions[v] < numbered.positions[w]
-               : v < w;
-    };
-    for (std::size_t g = 0; g < static_cast<std::size_t>(highest + 1); ++g)
-    {
-      SortFew(byNumber.data() + begin[g], begin[g + 1] - begin[g], isBefore);
-    }
-    for (std::size_t i = 0; i < numbered.own; ++i)
-    {
-      numbered.numbers[byNumber[i]] = static_cast<VertexId>(i);
+      (void)groupCoder.Code(v, groups[v]);
     }
   }
-  return true;
+}
+
+// Reading: numbers own vertices by group, then by place, then as the walk found them. placeOf(v): a
+// number that ascends with (x, y, z), equal where it takes more to tell; isBefore(v, w): all.
+template <class PlaceOf, class IsBefore>
+void NumberByGroup(NumberedVertices& numbered, std::span<const std::uint32_t> groups,
+  const PlaceOf& placeOf, const IsBefore& isBefore)
+{
+  std::vector<std::uint32_t> begin(numbered.own + 2); // of group g at g + 1
+  for (const std::uint32_t group : groups)
+  {
+    begin[group == noVertex ? 0 : group + 2] += group != noVertex;
+  }
+  SumUp(begin);
+  const std::unique_ptr<std::uint32_t[]> sorted(new std::uint32_t[numbered.own]);
+  const std::unique_ptr<std::uint64_t[]> places(new std::uint64_t[numbered.own]);
+  for (std::uint32_t v = 0; v < groups.size(); ++v)
+  {
+    if (groups[v] != noVertex)
+    {
+      const std::uint32_t at = begin[groups[v] + 1]++;
+      sorted[at] = v;
+      places[at] = placeOf(v);
+    }
+  }
+  constexpr std::uint32_t few = 24;
+  for (std::size_t g = 0; g < numbered.own && begin[g] < numbered.own; ++g)
+  {
+    const std::uint32_t first = begin[g], last = begin[g + 1], count = last - first;
+    std::uint32_t sum = 0;
+    // Few: how many are before each, which takes no branches that are hard to foretell.
+    for (std::uint32_t i = first; i < last && count <= few; ++i)
+    {
+      std::uint32_t rank = 0;
+      for (std::uint32_t j = first; j < last; ++j)
+      {
+        rank += places[j] < places[i];
+      }
+      numbered.numbers[sorted[i]] = first + rank;
+      sum += rank;
+    }
+    if (2 * sum != count * (count - 1)) // some places are not told apart, or there are many
+    {
+      SortFew(sorted.get() + first, count, isBefore);
+      for (std::uint32_t i = first; i < last; ++i)
+      {
+        numbered.numbers[sorted[i]] = i;
+      }
+    }
+  }
 }
 
 // Codes the keys of ghosts. keys: of the piece's vertices; a reader fills those of the ghosts, and
 // finds their numbers.
 template <class Coder>
-bool CodeGhosts(Coder& coder, NumberedVertices& numbered, std::span<VertexKey> keys)
+bool CodeGhosts(Coder& coder, NumberedVertices& numbered,
+  std::span<std::conditional_t<Coder::reading, VertexKey, const VertexKey>> keys)
 {
   const auto& vertices = numbered.vertices;
   std::vector<VertexKey> walkKeys(vertices.size());
   VertexKey last = 0;
   for (std::uint32_t v = 0; v < vertices.size(); ++v)
   {
-    if (vertices[v].own)
+    if (vertices[v].own != 0)
     {
       continue;
     }
@@ -204,7 +193,7 @@ bool CodeGhosts(Coder& coder, NumberedVertices& numbered, std::span<VertexKey> k
     for (std::size_t k = 3; k-- > 0;)
     {
       const std::uint32_t near = vertices[v].gate[k];
-      reference = near < v && !vertices[near].own ? walkKeys[near] : reference;
+      reference = near < v && vertices[near].own == 0 ? walkKeys[near] : reference;
     }
     if constexpr (!Coder::reading)
     {
@@ -213,7 +202,7 @@ bool CodeGhosts(Coder& coder, NumberedVertices& numbered, std::span<VertexKey> k
     const std::int64_t partitionBefore = PartitionOfKey(reference);
     const std::int64_t indexBefore = IndexOfKey(reference);
     std::int64_t partition = PartitionOfKey(key), index = IndexOfKey(key);
-    const bool same = coder.Symbol(contexts::samePartition, partition == partitionBefore) != 0;
+    const bool same = coder.Choice(contexts::samePartition, partition == partitionBefore) != 0;
     if (same)
     {
       partition = partitionBefore;
@@ -235,24 +224,26 @@ bool CodeGhosts(Coder& coder, NumberedVertices& numbered, std::span<VertexKey> k
   }
   if constexpr (Coder::reading)
   {
-    // Two of one key get one number here, and CheckPiece refuses them.
-    const auto sorted = keys.subspan(numbered.own);
-    for (std::size_t v = 0, i = 0; v < vertices.size(); ++v)
+    // Two of one key get two numbers here, and CheckPiece refuses them.
+    struct Ghost
     {
-      if (!vertices[v].own)
+      VertexKey key;
+      std::uint32_t vertex;
+    };
+    std::vector<Ghost> ghosts, other;
+    ghosts.reserve(vertices.size() - numbered.own);
+    for (std::uint32_t v = 0; v < vertices.size(); ++v)
+    {
+      if (vertices[v].own == 0)
       {
-        sorted[i++] = walkKeys[v];
+        ghosts.push_back({ walkKeys[v], v });
       }
     }
-    std::sort(sorted.data(), sorted.data() + sorted.size());
-    for (std::size_t v = 0; v < vertices.size(); ++v)
+    SortByMerging(ghosts, other, [](const Ghost& x, const Ghost& y) { return x.key < y.key; });
+    for (std::size_t i = 0; i < ghosts.size(); ++i)
     {
-      if (!vertices[v].own)
-      {
-        numbered.numbers[v] = static_cast<VertexId>(
-          std::lower_bound(keys.begin() + std::ptrdiff_t(numbered.own), keys.end(), walkKeys[v]) -
-          keys.begin());
-      }
+      keys[numbered.own + i] = ghosts[i].key;
+      numbered.numbers[ghosts[i].vertex] = static_cast<VertexId>(numbered.own + i);
     }
   }
   return true;

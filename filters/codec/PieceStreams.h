@@ -2,13 +2,17 @@
 // template for both directions: a SymbolWriter is told what a piece holds, a SymbolReader fills it.
 #pragma once
 
+#include "filters/codec/PackedTriangles.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/PieceNumbering.h"
 #include "filters/codec/PositionStream.h"
 #include "filters/codec/TriangleWalk.h"
+#include "filters/core/SortTriangles.h"
 
 #include <algorithm>
 #include <bit>
+#include <functional>
+#include <memory>
 #include <type_traits>
 #include <vector>
 
@@ -20,7 +24,7 @@ struct PieceShape
 {
   PieceId id;
   TreeDepths depths;
-  std::size_t own = 0, ghosts = 0, triangles = 0, reach = 0;
+  std::size_t own = 0, ghosts = 0, triangles = 0, steps = 0, reach = 0;
 
   std::size_t Vertices() const { return this->own + this->ghosts; }
   bool IsOriginal() const { return this->id.resolution.IsOriginal(); }
@@ -33,12 +37,27 @@ struct PieceShape
   }
 };
 
-// RotateLowestFirst, faster: at the first of the lowest, but a, b, a at the last.
-inline Triangle LowestFirst(const Triangle& t)
+// A position on the grid, or exact; the last argument says which.
+inline GridPredictor::Point PointOf(
+  const Vec3& position, const CoordinateGrid& grid, const GridPredictor::Point&)
 {
-  std::size_t k = t[1] < t[0] ? 1 : 0;
-  k = t[2] < t[k] || (k == 0 && t[2] == t[0]) ? 2 : k;
-  return { t[k], t[(k + 1) % 3], t[(k + 2) % 3] };
+  const auto [x, y, z] = grid.Quantize(position);
+  return GridPredictor::Point{ x, y, z, 0 };
+}
+inline ExactPredictor::Point PointOf(
+  const Vec3& position, const CoordinateGrid& grid, const ExactPredictor::Point&)
+{
+  return grid.Snap(position);
+}
+
+// Ascends with (x, y, z), as far as 64 bits tell places apart.
+inline std::uint64_t PlaceOf(const GridPredictor::Point& point)
+{
+  return std::uint64_t{ point[0] } << 40 | std::uint64_t{ point[1] } << 16 | point[2] >> 8;
+}
+inline std::uint64_t PlaceOf(const ExactPredictor::Point& point)
+{
+  return OrderedBits(point[0] + 0.0); // -0.0 is 0.0
 }
 
 // The bits of a component as an unsigned integer in the order of its values, and back: the sign is
@@ -63,23 +82,31 @@ public:
     , Content(piece)
     , Shape(shape)
     , Grid(grid)
-    , Walk(coder, shape.own, shape.ghosts, shape.triangles)
+    , Walk(coder, shape.own, shape.ghosts, shape.triangles, shape.steps)
   {
   }
 
   // Null, or what is wrong with what was read.
   const char* Code()
   {
-    if constexpr (!Coder::reading)
+    bool walked = true;
+    if constexpr (Coder::reading)
+    {
+      walked = this->Walk.CodeSteps(this->Coding) && this->Walk.Run();
+    }
+    else
     {
       this->Walk.SetInput(this->Content.triangles, this->Shape.own, this->Shape.ghosts);
+      (void)(this->Walk.Run() && this->Walk.CodeSteps(this->Coding));
     }
-    if (!this->Walk.Run())
+    if (!walked)
     {
       return "triangles out of range";
     }
     this->AddIsolated();
-    if (!this->CodeVertices())
+    const bool good = this->Grid.Lossless() ? this->template CodeVertices<ExactPredictor>()
+                                            : this->template CodeVertices<GridPredictor>();
+    if (!good)
     {
       return "vertices out of range";
     }
@@ -102,10 +129,18 @@ public:
     return nullptr;
   }
 
+  // Writing, after Code.
+  std::size_t StepCount() const { return this->Walk.Steps.size(); }
+
 private:
   bool CodeArray(std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most);
   void AddIsolated();
+  template <class Predictor>
   bool CodeVertices();
+  template <class Predictor>
+  bool ReadPoints(typename Predictor::Point* points);
+  template <class Point>
+  void PlaceVertices(const Point* points);
   void PlaceTriangles();
   bool CodeOwnKeys();
   bool CodeDeviations();
@@ -131,8 +166,8 @@ void PieceStreams<Coder>::AddIsolated()
   for (std::uint32_t v = this->Walk.VertexCount; v < vertices.size(); ++v)
   {
     const std::uint32_t before = v == 0 ? 0 : v - 1;
-    vertices[v].gate = { before, before, before };
-    vertices[v].own = v - this->Walk.VertexCount < this->Walk.OwnLeft;
+    const bool own = v - this->Walk.VertexCount < this->Walk.OwnLeft;
+    vertices[v].Start({ before, before, before }, own, false);
   }
   for (VertexId v = 0; !Coder::reading && v < vertices.size(); ++v)
   {
@@ -143,87 +178,136 @@ void PieceStreams<Coder>::AddIsolated()
   }
 }
 
+// Positions, and which numbers the vertices have.
 template <class Coder>
+template <class Predictor>
 bool PieceStreams<Coder>::CodeVertices()
 {
-  const auto& vertices = this->Walk.Vertices;
-  const std::size_t count = vertices.size();
-  std::vector<Vec3> positions(count);
-  std::vector<VertexKey> keys(count);
+  const std::size_t count = this->Walk.Vertices.size();
+  this->Numbered.vertices = this->Walk.Vertices;
   this->Numbered.own = this->Shape.own;
-  this->Numbered.vertices = vertices;
+  const std::unique_ptr<typename Predictor::Point[]> points(new typename Predictor::Point[count]);
   if constexpr (Coder::reading)
   {
     this->Numbered.numbers.resize(count);
+    this->Content.keys.resize(count);
+    if (!this->template ReadPoints<Predictor>(points.get()) ||
+        !CodeGhosts(this->Coding, this->Numbered, std::span(this->Content.keys)))
+    {
+      return false;
+    }
+    this->PlaceVertices(points.get());
+    return true;
   }
   else
   {
-    this->Numbered.numbers = this->Walk.Input;
-    keys = this->Content.keys;
+    this->Numbered.positions.resize(count);
     for (std::size_t v = 0; v < count; ++v)
     {
       const Vec3& position = this->Content.positions[this->Walk.Input[v]];
-      if (this->Grid.Lossless())
-      {
-        positions[v] = this->Grid.Snap(position);
-        continue;
-      }
-      const auto gridPoint = this->Grid.Quantize(position);
-      positions[v] = { double(gridPoint[0]), double(gridPoint[1]), double(gridPoint[2]) };
+      const auto& point = points[v] = PointOf(position, this->Grid, points[v]);
+      this->Numbered.positions[v] = { double(point[0]), double(point[1]), double(point[2]) };
     }
+    this->Numbered.numbers = this->Walk.Input;
+    WritePositions<Predictor>(this->Coding, this->Grid, this->Numbered.vertices, points.get());
+    WriteGroups(this->Coding, this->Numbered);
+    return CodeGhosts(this->Coding, this->Numbered, std::span(this->Content.keys));
   }
-  this->Numbered.positions = positions;
-  if (!CodePositions(this->Coding, this->Grid, vertices, positions) ||
-      !CodeGroups(this->Coding, this->Numbered) || !CodeGhosts(this->Coding, this->Numbered, keys))
+}
+
+// Reading: where the vertices are, and the numbers of own ones. A vertex is foretold and tells its
+// group in one go: either waits for what came before, and not for the other.
+template <class Coder>
+template <class Predictor>
+bool PieceStreams<Coder>::ReadPoints(typename Predictor::Point* points)
+{
+  PositionMode mode;
+  if (!CodePositionMode(this->Coding, mode))
   {
     return false;
   }
-  if constexpr (Coder::reading)
+  const auto vertices = this->Numbered.vertices;
+  using Differences = typename Predictor::Differences;
+  const std::unique_ptr<Differences[]> differences(new Differences[vertices.size()]);
+  if (!ReadDifferences<Predictor>(this->Coding, mode, vertices, differences.get()))
   {
-    this->Content.keys = std::move(keys);
-    this->Content.positions.resize(count);
-    for (std::size_t v = 0; v < count; ++v)
-    {
-      Vec3& position = this->Content.positions[this->Numbered.numbers[v]];
-      position = positions[v];
-      for (std::size_t k = 0; !this->Grid.Lossless() && k < 3; ++k)
-      {
-        position[k] = this->Grid.origin[k] + position[k] * this->Grid.step;
-      }
-    }
+    return false;
   }
+  const Predictor predictor(this->Grid, mode.reach);
+  GroupCoder<Coder> groups(this->Coding, this->Numbered);
+  typename Predictor::Point outside{};
+  bool good = true;
+  for (std::size_t v = 0; v < vertices.size() && good; ++v)
+  {
+    points[v] = predictor.At(Foretold(predictor, vertices, v, points), differences[v]);
+    predictor.Check(points[v], outside);
+    good = vertices[v].own == 0 || groups.Code(v);
+  }
+  this->Coding.Continue(groups.Cursor);
+  if (!good || predictor.IsAny(outside))
+  {
+    return false;
+  }
+  NumberByGroup(
+    this->Numbered, groups.All(), [=](std::uint32_t v) { return PlaceOf(points[v]); },
+    [=](std::uint32_t v, std::uint32_t w)
+    {
+      const auto at = [=](std::uint32_t u) {
+        return std::array{ points[u][0], points[u][1], points[u][2] };
+      };
+      return at(v) != at(w) ? at(v) < at(w) : v < w;
+    });
   return true;
 }
 
-// The walk's triangles in the piece's numbers, sorted: by the third corner, the second, the first.
+// Reading: positions in the order of their numbers.
+template <class Coder>
+template <class Point>
+void PieceStreams<Coder>::PlaceVertices(const Point* points)
+{
+  if constexpr (Coder::reading)
+  {
+    const std::size_t count = this->Numbered.vertices.size();
+    this->Content.positions.resize(count);
+    for (std::size_t v = 0; v < count; ++v)
+    {
+      Vec3& to = this->Content.positions[this->Numbered.numbers[v]];
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        to[k] = std::is_same_v<Point, Vec3> ? points[v][k]
+                                            : this->Grid.origin[k] + points[v][k] * this->Grid.step;
+      }
+    }
+  }
+}
+
+// The walk's triangles in the piece's numbers, sorted.
 template <class Coder>
 void PieceStreams<Coder>::PlaceTriangles()
 {
   if constexpr (Coder::reading)
   {
-    std::vector<Triangle> sorted(this->Shape.triangles), other(this->Shape.triangles);
-    for (std::size_t t = 0; t < sorted.size(); ++t)
+    auto& triangles = this->Content.triangles;
+    const VertexId* numbers = this->Numbered.numbers.data();
+    triangles.resize(this->Shape.triangles);
+    if (this->Shape.Vertices() <= std::size_t{ 1 } << PackedTriangles::bits)
     {
-      const auto corners = this->Walk.CornersOf(t);
-      sorted[t] = LowestFirst({ this->Numbered.numbers[corners[0]],
-        this->Numbered.numbers[corners[1]], this->Numbered.numbers[corners[2]] });
+      PackedTriangles packed(triangles.size(), this->Shape.Vertices());
+      for (std::size_t t = 0; t < triangles.size(); ++t)
+      {
+        const auto& [a, b, c] = this->Walk.CornersOf(t);
+        packed.Add(numbers[a], numbers[b], numbers[c]);
+      }
+      packed.Sort(triangles);
+      return;
     }
-    std::vector<std::uint32_t> next(this->Shape.Vertices() + 1);
-    for (std::size_t corner = 3; corner-- > 0;)
+    for (std::size_t t = 0; t < triangles.size(); ++t)
     {
-      std::fill(next.begin(), next.end(), 0);
-      for (const Triangle& t : sorted)
-      {
-        ++next[t[corner] + 1];
-      }
-      SumUp(next);
-      for (const Triangle& t : sorted)
-      {
-        other[next[t[corner]]++] = t;
-      }
-      sorted.swap(other);
+      const auto& [a, b, c] = this->Walk.CornersOf(t);
+      triangles[t] = RotateLowestFirst({ numbers[a], numbers[b], numbers[c] });
     }
-    this->Content.triangles = std::move(sorted);
+    std::vector<Triangle> other;
+    SortByMerging(triangles, other, std::less<>());
   }
 }
 

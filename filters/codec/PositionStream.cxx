@@ -1,6 +1,6 @@
 #include "filters/codec/PositionStream.h"
 
-#include "filters/codec/SymbolCoder.h"
+#include <bit>
 
 namespace kdstream
 {
@@ -28,9 +28,10 @@ public:
     }
     return this->Raw + Entropy(all);
   }
-  std::uint64_t Apart() const
+  // every: of so many differences one was added.
+  std::uint64_t Apart(std::uint64_t every) const
   {
-    constexpr std::uint64_t twoTables = 16 * 2 * 80;
+    const std::uint64_t twoTables = 16 * 2 * 80 / every;
     return this->Raw + Entropy(this->Sizes[0]) + Entropy(this->Sizes[1]) + Entropy(this->Sizes[2]) +
            twoTables;
   }
@@ -62,28 +63,31 @@ private:
 
 }
 
-PositionMode ChoosePositionMode(
-  const CoordinateGrid& grid, std::span<const WalkVertex> vertices, std::span<const Vec3> positions)
+template <class Predictor>
+PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const WalkVertex> vertices,
+  const typename Predictor::Point* points)
 {
   constexpr unsigned reaches[] = { 8, 6, 4 };
+  constexpr std::size_t enough = 512; // vertices to look at, evenly spread
+  const std::size_t every = vertices.size() / enough + 1;
   PositionMode best;
   std::uint64_t least = ~std::uint64_t{ 0 };
   for (const unsigned reach : reaches)
   {
-    const PositionPredictor predictor(grid, reach);
+    const Predictor predictor(grid, reach);
     CostOfTables cost;
-    for (std::size_t v = 0; v < vertices.size(); ++v)
+    for (std::size_t v = 0; v < vertices.size(); v += every)
     {
-      if (vertices[v].parallelogramCount > 0)
+      if (vertices[v].guided != 0)
       {
-        const Vec3 foretold = predictor.Foretell(vertices[v], v, positions);
+        const auto foretold = Foretold(predictor, vertices, v, points);
         for (std::size_t k = 0; k < 3; ++k)
         {
-          cost.Add(k, predictor.Difference(positions[v][k], foretold[k]));
+          cost.Add(k, predictor.DifferenceOf(points[v], foretold, k));
         }
       }
     }
-    const std::uint64_t shared = cost.Shared(), apart = cost.Apart();
+    const std::uint64_t shared = cost.Shared(), apart = cost.Apart(every);
     if (std::min(shared, apart) < least)
     {
       least = std::min(shared, apart);
@@ -92,5 +96,10 @@ PositionMode ChoosePositionMode(
   }
   return best;
 }
+
+template PositionMode ChoosePositionMode<GridPredictor>(
+  const CoordinateGrid&, std::span<const WalkVertex>, const GridPredictor::Point*);
+template PositionMode ChoosePositionMode<ExactPredictor>(
+  const CoordinateGrid&, std::span<const WalkVertex>, const ExactPredictor::Point*);
 
 }

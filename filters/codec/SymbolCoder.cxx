@@ -1,7 +1,5 @@
 #include "filters/codec/SymbolCoder.h"
 
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
@@ -10,11 +8,8 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint32_t slots = 1U << probabilityBits;
 constexpr std::uint32_t lowestState = 1U << 16;
 constexpr unsigned lengthBits = 7, classBits = 4, mostClass = 15;
-
-using Frequencies = std::array<std::uint32_t, symbolCount>;
 
 // Half octaves: 0, 2, 3, 4, 6, 8, 12, … 256.
 constexpr std::uint32_t WeightOf(unsigned weightClass)
@@ -24,14 +19,14 @@ constexpr std::uint32_t WeightOf(unsigned weightClass)
            : (weightClass % 2 == 1 ? 2U << (weightClass / 2) : 3U << (weightClass / 2 - 1));
 }
 
-// Frequencies that sum to `slots`, each at least 1 where its class is not 0: a slot each, the
-// others by weight, and what rounding leaves to the first of the heaviest. False if there is no
-// symbol.
-bool FrequenciesOf(const std::array<std::uint8_t, symbolCount>& classes, Frequencies& frequencies)
+// Frequencies that sum to 2^bits, each at least 1 where its class is not 0: a slot each, the others
+// by weight, and what rounding leaves to the first of the heaviest. False if there is no symbol.
+bool FrequenciesOf(
+  std::span<const std::uint8_t> classes, unsigned bits, std::span<std::uint32_t> frequencies)
 {
   std::uint32_t used = 0, sum = 0;
   std::size_t heaviest = 0;
-  for (std::size_t s = 0; s < symbolCount; ++s)
+  for (std::size_t s = 0; s < classes.size(); ++s)
   {
     used += classes[s] != 0;
     sum += WeightOf(classes[s]);
@@ -41,10 +36,11 @@ bool FrequenciesOf(const std::array<std::uint8_t, symbolCount>& classes, Frequen
   {
     return false;
   }
-  std::uint32_t left = slots;
-  for (std::size_t s = 0; s < symbolCount; ++s)
+  std::uint32_t left = 1U << bits;
+  const std::uint32_t shared = left - used;
+  for (std::size_t s = 0; s < classes.size(); ++s)
   {
-    frequencies[s] = classes[s] == 0 ? 0 : 1 + WeightOf(classes[s]) * (slots - used) / sum;
+    frequencies[s] = classes[s] == 0 ? 0 : 1 + WeightOf(classes[s]) * shared / sum;
     left -= frequencies[s];
   }
   frequencies[heaviest] += left;
@@ -85,6 +81,64 @@ public:
   std::size_t Count = 0;
 };
 
+// What a writer has to know of a symbol under a context.
+struct CodedSymbol
+{
+  std::uint32_t count = 0, frequency = 0, start = 0;
+};
+using CodedSymbols = std::array<CodedSymbol, symbolCount>;
+
+// Chooses the frequencies of a context's symbols and writes its table.
+void WriteTable(BitPacker& tables, CodedSymbols& symbols, unsigned bits)
+{
+  std::size_t first = symbolCount, last = 0;
+  std::uint32_t most = 0;
+  for (std::size_t s = 0; s < symbolCount; ++s)
+  {
+    if (symbols[s].count > 0)
+    {
+      first = std::min(first, s);
+      last = s;
+      most = std::max(most, symbols[s].count);
+    }
+  }
+  const bool there = last > 0; // symbol 0 alone needs no table
+  tables.Add(there, 1);
+  if (!there)
+  {
+    symbols[0].frequency = 1U << bits;
+    return;
+  }
+  std::array<std::uint8_t, symbolCount> classes{};
+  std::array<std::uint32_t, symbolCount> frequencies{};
+  tables.Add(first, lengthBits);
+  tables.Add(last, lengthBits);
+  for (std::size_t s = first; s <= last; ++s)
+  {
+    classes[s] = ClassOf(symbols[s].count, most);
+    tables.Add(classes[s], classBits);
+  }
+  FrequenciesOf({ classes.data() + first, last + 1 - first }, bits,
+    { frequencies.data() + first, last + 1 - first });
+  std::uint32_t start = 0;
+  for (std::size_t s = first; s <= last; ++s)
+  {
+    symbols[s].frequency = frequencies[s];
+    symbols[s].start = start;
+    start += frequencies[s];
+  }
+}
+
+double BitsOf(const CodedSymbols& symbols, unsigned bits)
+{
+  double sum = 0;
+  for (const CodedSymbol& symbol : symbols)
+  {
+    sum += symbol.count > 0 ? symbol.count * (bits - std::log2(double(symbol.frequency))) : 0;
+  }
+  return sum;
+}
+
 }
 
 std::uint64_t SymbolWriter::Number(std::size_t context, std::uint64_t value)
@@ -124,74 +178,49 @@ void SymbolWriter::RawBits(std::size_t context, std::uint64_t value, unsigned co
   }
 }
 
-void SymbolWriter::Finish(ByteWriter& writer, std::size_t fewestBytes)
+void SymbolWriter::Finish(
+  ByteWriter& writer, std::size_t fewestBytes, std::vector<double>* bitsOfContexts)
 {
+  this->Symbols.insert(this->Symbols.begin(), this->Pairs.begin(), this->Pairs.end());
   if (this->PendingBits > 0)
   {
     this->RawBytes.push_back(static_cast<std::uint8_t>(this->Pending));
   }
-  const std::size_t contexts = this->Raws.size();
-  std::vector<Frequencies> counts(contexts, Frequencies{}), frequencies = counts, starts = counts;
+  const auto bitsOf = [this](std::size_t context)
+  { return context < this->Contexts.choices ? choiceBits : numberBits; };
+  std::vector<CodedSymbols> coded(this->Contexts.all);
   for (const std::uint32_t symbol : this->Symbols)
   {
-    ++counts[symbol >> 8][symbol & 0xFF];
+    ++coded[symbol >> 8][symbol & 0xFF].count;
   }
   BitPacker tables;
-  this->Bits.assign(contexts, 0);
-  for (std::size_t c = 0; c < contexts; ++c)
+  for (std::size_t c = 0; c < coded.size(); ++c)
   {
     const std::size_t before = tables.Count;
-    std::size_t first = symbolCount, last = 0;
-    for (std::size_t s = 0; s < symbolCount; ++s)
+    WriteTable(tables, coded[c], bitsOf(c));
+    if (bitsOfContexts)
     {
-      first = counts[c][s] > 0 ? std::min(first, s) : first;
-      last = counts[c][s] > 0 ? s : last;
-    }
-    const bool there = first < symbolCount && last > 0; // symbol 0 alone needs no table
-    std::array<std::uint8_t, symbolCount> classes{};
-    classes[0] = mostClass;
-    tables.Add(there, 1);
-    if (there)
-    {
-      tables.Add(first, lengthBits);
-      tables.Add(last, lengthBits);
-      const std::uint32_t most = *std::max_element(counts[c].begin(), counts[c].end());
-      for (std::size_t s = 0; s < symbolCount; ++s)
-      {
-        classes[s] = ClassOf(counts[c][s], most);
-        if (s >= first && s <= last)
-        {
-          tables.Add(classes[s], classBits);
-        }
-      }
-    }
-    FrequenciesOf(classes, frequencies[c]);
-    this->Bits[c] = double(tables.Count - before) + double(this->Raws[c]);
-    std::uint32_t start = 0;
-    for (std::size_t s = 0; s < symbolCount; ++s)
-    {
-      starts[c][s] = start;
-      start += frequencies[c][s];
-      if (counts[c][s] > 0)
-      {
-        this->Bits[c] += counts[c][s] * (probabilityBits - std::log2(double(frequencies[c][s])));
-      }
+      bitsOfContexts->push_back(
+        double(tables.Count - before) + double(this->Raws[c]) + BitsOf(coded[c], bitsOf(c)));
     }
   }
 
+  // Backwards, so that a reader goes forwards.
   std::vector<std::uint16_t> words;
-  std::array<std::uint64_t, 2> states{ lowestState, lowestState };
+  words.reserve(this->Symbols.size() / 2 + 4);
+  std::array<std::uint32_t, 2> states{ lowestState, lowestState };
   for (std::size_t i = this->Symbols.size(); i-- > 0;)
   {
-    const std::uint32_t context = this->Symbols[i] >> 8, symbol = this->Symbols[i] & 0xFF;
-    const std::uint64_t frequency = frequencies[context][symbol];
-    std::uint64_t& state = states[i % 2];
-    if (state >= frequency << (32 - probabilityBits))
+    const std::uint32_t context = this->Symbols[i] >> 8;
+    const CodedSymbol& symbol = coded[context][this->Symbols[i] & 0xFF];
+    const unsigned bits = bitsOf(context);
+    std::uint32_t state = states[i % 2];
+    if (state >= std::uint64_t{ symbol.frequency } << (32 - bits))
     {
       words.push_back(static_cast<std::uint16_t>(state));
       state >>= 16;
     }
-    state = (state / frequency << probabilityBits) + state % frequency + starts[context][symbol];
+    states[i % 2] = (state / symbol.frequency << bits) + state % symbol.frequency + symbol.start;
   }
   for (const unsigned i : { 1U, 0U })
   {
@@ -204,38 +233,54 @@ void SymbolWriter::Finish(ByteWriter& writer, std::size_t fewestBytes)
   bits.resize(std::max(bits.size(), fewestBytes - std::min(fewestBytes, 2 * words.size())), 0);
   writer.Varint(bits.size());
   writer.Raw(bits);
+  bits.clear();
   for (std::size_t i = words.size(); i-- > 0;)
   {
-    writer.Byte(static_cast<std::uint8_t>(words[i]));
-    writer.Byte(static_cast<std::uint8_t>(words[i] >> 8));
+    bits.push_back(static_cast<std::uint8_t>(words[i]));
+    bits.push_back(static_cast<std::uint8_t>(words[i] >> 8));
   }
+  writer.Raw(bits);
 }
 
-SymbolReader::SymbolReader(std::span<const std::uint8_t> bytes, std::size_t contexts)
-  : TableOf(contexts, 0)
+SymbolReader::SymbolReader(std::span<const std::uint8_t> bytes, const SymbolContexts& contexts)
+  : Begins(contexts.all)
 {
   ByteReader reader(bytes);
-  this->Bits = reader.Raw(reader.Count(bytes.size()));
-  this->Words = reader.Raw(reader.Remaining());
-  // As many tables as the bits may hold, and that of contexts without one.
+  const auto bits = reader.Raw(reader.Count(bytes.size()));
+  const auto words = reader.Raw(reader.Remaining());
+  this->Failure = reader.Failed() || words.size() < 8;
+  this->Bits = bytes.data() + reader.Position() - words.size() - bits.size();
+  this->BitEnd = 8 * bits.size();
+  this->WordEnd = bytes.data() + reader.Position();
+  this->Word = this->WordEnd - words.size();
+  // As many tables as the bits may hold, and those of contexts without one.
   constexpr std::size_t fewestTableBits = 1 + 2 * lengthBits + classBits;
-  const std::size_t most = std::min(contexts, 8 * this->Bits.size() / fewestTableBits) + 1;
-  this->Slots.reset(new std::uint32_t[most * slots]);
-  this->AddTable({ slots });
-  for (std::size_t c = 0; c < contexts && !this->Failure; ++c)
+  const std::size_t most = this->BitEnd / fewestTableBits;
+  const std::size_t numbers = std::min(contexts.all - contexts.choices, most);
+  const std::size_t choices = std::min(contexts.choices, most - numbers);
+  this->Entries.reset(
+    new std::uint32_t[((choices + 1) << choiceBits) + ((numbers + 1) << numberBits)]);
+  constexpr std::array<std::uint32_t, 2> alone{ 1U << choiceBits, 1U << numberBits };
+  this->AddTable({ &alone[0], 1 }, 0);
+  this->AddTable({ &alone[1], 1 }, 0);
+  for (std::size_t c = 0; c < contexts.all && !this->Failure; ++c)
   {
-    this->ReadTable(c);
+    const bool isNumber = c >= contexts.choices;
+    this->Begins[c] = isNumber ? 1U << choiceBits : 0;
+    this->ReadTable(c, isNumber ? numberBits : choiceBits);
   }
-  this->PoolSize = 0; // raw bits start at a byte
-  this->Pool = 0;
-  this->Now = this->Word();
-  this->Now |= this->Word() << 16;
-  this->Later = this->Word();
-  this->Later |= this->Word() << 16;
-  this->Failure = this->Failure || reader.Failed();
+  this->Slots = this->Entries.get();
+  this->TableOf = this->Begins.data();
+  this->Bit = (this->Bit + 7) / 8 * 8; // raw bits start at a byte
+  if (!this->Failure)
+  {
+    this->Now = Load16(this->Word) | Load16(this->Word + 2) << 16;
+    this->Later = Load16(this->Word + 4) | Load16(this->Word + 6) << 16;
+    this->Word += 8;
+  }
 }
 
-void SymbolReader::ReadTable(std::size_t context)
+void SymbolReader::ReadTable(std::size_t context, unsigned bits)
 {
   if (this->RawBits(1) == 0)
   {
@@ -243,45 +288,47 @@ void SymbolReader::ReadTable(std::size_t context)
   }
   const auto first = static_cast<std::size_t>(this->RawBits(lengthBits));
   const auto last = static_cast<std::size_t>(this->RawBits(lengthBits));
-  std::array<std::uint8_t, symbolCount> classes{};
+  std::array<std::uint8_t, symbolCount> classes;
+  std::array<std::uint32_t, symbolCount> frequencies;
+  std::size_t count = 0;
   for (std::size_t s = first; s <= last; ++s)
   {
-    classes[s] = static_cast<std::uint8_t>(this->RawBits(classBits));
+    classes[count++] = static_cast<std::uint8_t>(this->RawBits(classBits));
   }
-  Frequencies frequencies;
   // A table that is cut off is none: it was not counted among those that the bits may hold.
-  if (this->Failure || !FrequenciesOf(classes, frequencies))
+  if (this->Failure || !FrequenciesOf({ classes.data(), count }, bits, frequencies))
   {
     this->Failure = true;
     return;
   }
-  this->TableOf[context] = static_cast<std::uint32_t>(this->SlotCount);
-  this->AddTable(frequencies);
+  this->Begins[context] = static_cast<std::uint32_t>(this->EntryCount);
+  this->AddTable({ frequencies.data(), count }, first);
 }
 
-void SymbolReader::AddTable(const std::array<std::uint32_t, symbolCount>& frequencies)
+void SymbolReader::AddTable(std::span<const std::uint32_t> frequencies, std::size_t firstSymbol)
 {
-  std::uint32_t* entry = this->Slots.get() + this->SlotCount;
-  for (std::uint32_t s = 0; s < symbolCount; ++s)
+  std::uint32_t* entry = this->Entries.get() + this->EntryCount;
+  auto symbol = static_cast<std::uint32_t>(firstSymbol);
+  for (const std::uint32_t frequency : frequencies)
   {
-    const std::uint32_t frequency = frequencies[s], all = frequency << 17 | s;
+    const std::uint32_t all = frequency << 17 | symbol++;
     for (std::uint32_t slot = 0; slot < frequency; ++slot)
     {
       *entry++ = all | slot << 7;
     }
+    this->EntryCount += frequency;
   }
-  this->SlotCount += slots;
 }
 
 bool SymbolReader::AtEnd() const
 {
-  std::uint64_t left = this->Pool;
-  for (const std::uint8_t byte : this->Bits.subspan(this->NextByte))
+  std::uint8_t left = 0;
+  for (std::size_t bit = this->Bit; bit < this->BitEnd; bit = (bit / 8 + 1) * 8)
   {
-    left |= byte;
+    left = static_cast<std::uint8_t>(left | this->Bits[bit / 8] >> bit % 8);
   }
-  return !this->Failure && left == 0 && this->NextWord == this->Words.size() &&
-         this->Now == lowestState && this->Later == lowestState;
+  return !this->Failure && left == 0 && this->Word == this->WordEnd && this->Now == lowestState &&
+         this->Later == lowestState;
 }
 
 }

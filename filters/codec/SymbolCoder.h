@@ -5,7 +5,7 @@
 // the form with 16-bit words follows F. Giesen, "Interleaved entropy coders", arXiv:1402.3392),
 // with two states in turn, each under one of several tables ("contexts"). Tables are sent in a few
 // bytes: half an octave of frequency a symbol. A number is a symbol for its size and raw bits for
-// the rest.
+// the rest. The first contexts are for choices among a few: their tables are smaller.
 //
 // SymbolWriter and SymbolReader have the same methods, each of which returns what was coded, so
 // that one template describes both directions: a writer is told the value, a reader ignores it.
@@ -13,9 +13,12 @@
 
 #include "filters/codec/ByteStream.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,143 +26,233 @@
 namespace kdstream
 {
 
+// For the few functions that hot loops are made of; where code is to be small, a plain one.
+#ifdef __OPTIMIZE_SIZE__
+#define KDSTREAM_IN_LOOPS inline
+#else
+#define KDSTREAM_IN_LOOPS [[gnu::always_inline]] inline
+#endif
+
 inline constexpr unsigned symbolCount = 128;
-inline constexpr unsigned probabilityBits = 10;
+inline constexpr unsigned numberBits =
+  10;                                     // frequencies sum to 2^10; where a context is of choices,
+inline constexpr unsigned choiceBits = 8; // to 2^8
+
+// How many contexts there are; the first `choices` are for choices.
+struct SymbolContexts
+{
+  std::size_t choices = 0, all = 0;
+};
 
 class SymbolWriter
 {
 public:
   static constexpr bool reading = false;
+  using Cursor = SymbolWriter&;
 
-  explicit SymbolWriter(std::size_t contexts)
-    : Raws(contexts, 0)
+  explicit SymbolWriter(const SymbolContexts& contexts)
+    : Contexts(contexts)
+    , Raws(contexts.all, 0)
   {
   }
 
-  // REQUIRES: context < contexts, symbol < symbolCount.
+  // REQUIRES: context < choices, symbol < symbolCount.
+  unsigned Choice(std::size_t context, unsigned symbol) { return this->Symbol(context, symbol); }
+  // The same under a context of numbers. These come before all else, whenever they are told.
+  unsigned Pair(std::size_t context, unsigned symbol)
+  {
+    this->Pairs.push_back(static_cast<std::uint32_t>(context << 8 | symbol));
+    return symbol;
+  }
+  // Any number: smaller ones take fewer bits. REQUIRES: choices <= context < all.
+  std::uint64_t Number(std::size_t context, std::uint64_t value);
+  // REQUIRES: value < 2^48.
+  std::uint64_t Small(std::size_t context, std::uint64_t value)
+  {
+    return this->Number(context, value);
+  }
+  // Numbers near 0 of either sign, modulo 2^64.
+  std::int64_t Signed(std::size_t context, std::int64_t value);
+  bool Failed() const { return false; }
+  void Continue(const SymbolWriter&) {}
+
+  // Bytes: the tables and raw bits, zeros behind them until all is at least `fewestBytes`, then the
+  // words. REQUIRES: called once. bitsOfContexts: gets the bits that each context took, its table
+  // included.
+  void Finish(
+    ByteWriter& writer, std::size_t fewestBytes, std::vector<double>* bitsOfContexts = nullptr);
+
+private:
   unsigned Symbol(std::size_t context, unsigned symbol)
   {
     this->Symbols.push_back(static_cast<std::uint32_t>(context << 8 | symbol));
     return symbol;
   }
-  // Any number: smaller ones take fewer bits.
-  std::uint64_t Number(std::size_t context, std::uint64_t value);
-  // Numbers near 0 of either sign, modulo 2^64.
-  std::int64_t Signed(std::size_t context, std::int64_t value);
-  bool Failed() const { return false; }
-
-  // Bytes: the tables and raw bits, zeros behind them until all is at least `fewestBytes`, then the
-  // words. REQUIRES: called once.
-  void Finish(ByteWriter& writer, std::size_t fewestBytes);
-
-  // After Finish: the bits that each context took, its table included.
-  const std::vector<double>& BitsOfContexts() const { return this->Bits; }
-
-private:
   void RawBits(std::size_t context, std::uint64_t value, unsigned count);
 
-  std::vector<std::uint32_t> Symbols;
+  SymbolContexts Contexts;
+  std::vector<std::uint32_t> Pairs, Symbols;
   std::vector<std::uint8_t> RawBytes;
   std::uint64_t Pending = 0;
   unsigned PendingBits = 0;
   std::vector<std::uint64_t> Raws;
-  std::vector<double> Bits;
 };
 
-// Reads what a writer wrote, in the same order. Any bytes may be given: a reader that has run out
-// of them gives zeros and is Failed.
-class SymbolReader
+// Where a reader is: a few numbers, which a loop copies to have them at hand (Cursor, Continue).
+class SymbolCursor
 {
 public:
   static constexpr bool reading = true;
 
-  // Reads the tables. Takes 4 KiB a table that is there: at most 256 bytes for a bit of the input.
-  SymbolReader(std::span<const std::uint8_t> bytes, std::size_t contexts);
+  // What is past the end reads as anything, and the cursor is Failed.
+  bool Failed() const { return this->Failure; }
 
-  unsigned Symbol(std::size_t context, unsigned = 0)
+  KDSTREAM_IN_LOOPS unsigned Choice(std::size_t context, unsigned = 0)
   {
-    const std::uint32_t state = this->Now;
-    const std::uint32_t entry = this->Slots[this->TableOf[context] + (state & slotMask)];
-    std::uint32_t next = (entry >> 17) * (state >> probabilityBits) + (entry >> 7 & slotMask);
-    if (next < 1U << 16)
-    {
-      next = next << 16 | this->Word();
-    }
-    this->Now = this->Later;
-    this->Later = next;
-    return entry & (symbolCount - 1);
+    return this->Symbol(context, choiceBits);
   }
-  std::uint64_t Number(std::size_t context, std::uint64_t = 0)
+  KDSTREAM_IN_LOOPS unsigned Pair(std::size_t context, unsigned = 0)
   {
-    const unsigned symbol = this->Symbol(context);
-    if (symbol < 2)
-    {
-      return symbol;
-    }
-    const unsigned low = symbol / 2 - 1;
-    return std::uint64_t{ 2 | (symbol & 1) } << low | this->RawBits(low);
+    return this->Symbol(context, numberBits);
   }
-  std::int64_t Signed(std::size_t context, std::int64_t = 0)
+  KDSTREAM_IN_LOOPS std::uint64_t Number(std::size_t context, std::uint64_t = 0)
+  {
+    return this->NumberUnder(this->TableFor(context));
+  }
+  // A number below 2^48; of a greater one the cursor is Failed. For loops: nothing is called, and
+  // they may look up tables themselves.
+  KDSTREAM_IN_LOOPS std::uint64_t Small(std::size_t context, std::uint64_t = 0)
+  {
+    return this->SmallUnder(this->TableFor(context));
+  }
+  KDSTREAM_IN_LOOPS const std::uint32_t* TableFor(std::size_t context) const
+  {
+    return this->Slots + this->TableOf[context];
+  }
+  KDSTREAM_IN_LOOPS std::uint64_t NumberUnder(const std::uint32_t* table)
+  {
+    const unsigned symbol = this->SymbolOf(table, numberBits);
+    const unsigned low = std::max(symbol / 2, 1U) - 1;
+    const std::uint64_t high = symbol < 2 ? symbol : 2 | (symbol & 1);
+    return high << low | this->RawBits(low);
+  }
+  KDSTREAM_IN_LOOPS std::uint64_t SmallUnder(const std::uint32_t* table)
+  {
+    const unsigned symbol = this->SymbolOf(table, numberBits);
+    const unsigned low = std::max(symbol / 2, 1U) - 1;
+    const std::uint64_t high = symbol < 2 ? symbol : 2 | (symbol & 1);
+    if (low > 46)
+    {
+      this->Failure = true;
+      return 0;
+    }
+    return high << low | this->FewRawBits(low);
+  }
+  KDSTREAM_IN_LOOPS std::int64_t Signed(std::size_t context, std::int64_t = 0)
   {
     const std::uint64_t value = this->Number(context);
     return static_cast<std::int64_t>((value >> 1) ^ (std::uint64_t{ 0 } - (value & 1)));
   }
 
-  bool Failed() const { return this->Failure; }
+protected:
+  // Low byte first.
+  static std::uint64_t Load(const std::uint8_t* bytes)
+  {
+    std::uint64_t value = 0;
+    if constexpr (std::endian::native == std::endian::little)
+    {
+      std::memcpy(&value, bytes, sizeof(value));
+      return value;
+    }
+    for (unsigned i = 0; i < 8; ++i)
+    {
+      value |= std::uint64_t{ bytes[i] } << (8 * i);
+    }
+    return value;
+  }
+  static std::uint32_t Load16(const std::uint8_t* bytes)
+  {
+    return static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8);
+  }
+
+  KDSTREAM_IN_LOOPS unsigned Symbol(std::size_t context, unsigned bits)
+  {
+    return this->SymbolOf(this->TableFor(context), bits);
+  }
+  KDSTREAM_IN_LOOPS unsigned SymbolOf(const std::uint32_t* table, unsigned bits)
+  {
+    const std::uint32_t state = this->Now;
+    const std::uint32_t entry = table[state & ((1U << bits) - 1)];
+    std::uint32_t next = (entry >> 17) * (state >> bits) + (entry >> 7 & 1023);
+    // Without a branch, which would often be foretold wrongly.
+    const std::uint32_t more = next < 1U << 16 ? 16 : 0;
+    next = next << more | (Load16(this->Word) & ((0U - more) >> 16));
+    this->Word += more / 8;
+    if (this->Word > this->WordEnd)
+    {
+      this->Word = this->WordEnd;
+      this->Failure = true;
+    }
+    this->Now = this->Later;
+    this->Later = next;
+    return entry & (symbolCount - 1);
+  }
+  // REQUIRES: count <= 64.
+  KDSTREAM_IN_LOOPS std::uint64_t RawBits(unsigned count)
+  {
+    return count > 56 ? this->ManyRawBits(count) : this->FewRawBits(count);
+  }
+  KDSTREAM_IN_LOOPS std::uint64_t ManyRawBits(unsigned count)
+  {
+    const std::uint64_t low = this->FewRawBits(32);
+    return low | this->FewRawBits(count - 32) << 32;
+  }
+  KDSTREAM_IN_LOOPS std::uint64_t FewRawBits(unsigned count) // at most 56
+  {
+    const std::uint64_t value = Load(this->Bits + this->Bit / 8) >> this->Bit % 8;
+    this->Bit += count;
+    if (this->Bit > this->BitEnd)
+    {
+      this->Bit = this->BitEnd;
+      this->Failure = true;
+    }
+    return value & ((std::uint64_t{ 1 } << count) - 1);
+  }
+
+  const std::uint8_t *Word = nullptr, *WordEnd = nullptr;
+  const std::uint8_t* Bits = nullptr;
+  std::size_t Bit = 0, BitEnd = 0;
+  const std::uint32_t* Slots = nullptr;
+  const std::uint32_t* TableOf = nullptr; // where each context's table begins in Slots
+  std::uint32_t Now = 0, Later = 0;
+  bool Failure = false;
+};
+
+// Reads what a writer wrote, in the same order. Any bytes may be given.
+class SymbolReader : public SymbolCursor
+{
+public:
+  using Cursor = SymbolCursor;
+
+  // Reads the tables. Takes up to 4 KiB a table that is there: at most 256 bytes for a bit of the
+  // input. REQUIRES: 8 bytes can be read behind `bytes`, whatever they are: a blob's checksum.
+  SymbolReader(std::span<const std::uint8_t> bytes, const SymbolContexts& contexts);
+
+  // From where a copy has come to.
+  void Continue(const SymbolCursor& cursor) { static_cast<SymbolCursor&>(*this) = cursor; }
   // Whether all bytes were used and the coder is in the state that it starts from: REQUIRES that
   // everything was read.
   bool AtEnd() const;
 
 private:
-  static constexpr std::uint32_t slotMask = (1U << probabilityBits) - 1;
+  void ReadTable(std::size_t context, unsigned bits);
+  void AddTable(std::span<const std::uint32_t> frequencies, std::size_t firstSymbol);
 
-  std::uint32_t Word()
-  {
-    if (this->Words.size() - this->NextWord < 2)
-    {
-      this->Failure = true;
-      return 0;
-    }
-    const std::uint32_t low = this->Words[this->NextWord];
-    const std::uint32_t high = this->Words[this->NextWord + 1];
-    this->NextWord += 2;
-    return high << 8 | low;
-  }
-  std::uint64_t RawBits(unsigned count)
-  {
-    if (count > 32)
-    {
-      const std::uint64_t low = this->RawBits(32);
-      return low | this->RawBits(count - 32) << 32;
-    }
-    for (; this->PoolSize < count; this->PoolSize += 8)
-    {
-      if (this->NextByte == this->Bits.size())
-      {
-        this->Failure = true;
-        return 0;
-      }
-      this->Pool |= std::uint64_t{ this->Bits[this->NextByte++] } << this->PoolSize;
-    }
-    const std::uint64_t value = this->Pool & ((std::uint64_t{ 1 } << count) - 1);
-    this->Pool >>= count;
-    this->PoolSize -= count;
-    return value;
-  }
-  void ReadTable(std::size_t context);
-  void AddTable(const std::array<std::uint32_t, symbolCount>& frequencies);
-
-  std::span<const std::uint8_t> Words, Bits;
-  std::size_t NextWord = 0, NextByte = 0; // of Words, of Bits
-  std::uint64_t Pool = 0;                 // bits that were taken out of Bits and are not used yet
-  unsigned PoolSize = 0;
-  std::uint32_t Now = 0, Later = 0;
-  bool Failure = false;
-  // Entries: frequency << 17 | slot within the symbol << 7 | symbol. The first table has symbol 0
-  // alone: that of contexts without one.
-  std::unique_ptr<std::uint32_t[]> Slots;
-  std::size_t SlotCount = 0;
-  std::vector<std::uint32_t> TableOf;
+  // Entries: frequency << 17 | slot within the symbol << 7 | symbol. The first two tables have
+  // symbol 0 alone: those of contexts without one, choices and numbers.
+  std::unique_ptr<std::uint32_t[]> Entries;
+  std::size_t EntryCount = 0;
+  std::vector<std::uint32_t> Begins;
 };
 
 }

@@ -71,7 +71,7 @@ std::vector<std::uint8_t> EncodeTreePage(
   ByteWriter writer;
   WriteBlobHead(writer, magic);
   writer.Byte(floats ? 4 : 8);
-  SymbolWriter symbols(sides);
+  SymbolWriter symbols({ 0, sides });
   for (std::size_t side = 0; side < sides; ++side)
   {
     std::uint64_t last = 0;
@@ -115,7 +115,7 @@ Status DecodeTreePage(
   }
   const std::vector<NodeId> nodes = TreePageNodes(page, depths);
   std::vector<Box> read(nodes.size());
-  SymbolReader symbols(unsealed->subspan(reader.Position()), sides);
+  SymbolReader symbols(unsealed->subspan(reader.Position()), { 0, sides });
   for (std::size_t side = 0; side < sides; ++side)
   {
     std::uint64_t last = 0;

@@ -2,6 +2,7 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/codec/ByteStream.h"
+#include "filters/codec/PackedTriangles.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/Seal.h"
@@ -37,6 +38,12 @@ std::atomic<std::size_t> allocated{ 0 };
     return memory;
   }
   throw std::bad_alloc();
+}
+// std::stable_sort takes its buffer by this one.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
+{
+  allocated += size;
+  return std::malloc(size);
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept
 {
@@ -109,6 +116,34 @@ Piece WithAttributes(Piece piece)
   add("RGB", AttributeType::UInt8, AttributeAssociation::Point, 3);
   add("area", AttributeType::Float64, AttributeAssociation::Cell, 1);
   add("Normals", AttributeType::Float32, AttributeAssociation::Point, 3);
+  return piece;
+}
+
+// A piece of many vertices and few triangles, strewn over them: around the last vertex and not,
+// repeated and degenerate ones too.
+Piece MostlyIsolated(std::uint32_t count, std::mt19937& random)
+{
+  Piece piece;
+  piece.id = { Resolution::Original(), 1 };
+  piece.ownVertices = count;
+  for (std::uint32_t v = 0; v < count; ++v)
+  {
+    piece.keys.push_back(MakeKey(0, v));
+    piece.positions.push_back({ double(v % 2048), double(v / 2048), 0 });
+  }
+  for (unsigned i = 0; i < 4000; ++i)
+  {
+    const auto v = static_cast<VertexId>(random() % count);
+    const auto w = static_cast<VertexId>(random() % count);
+    piece.triangles.push_back(RotateLowestFirst({ count - 1, v, w }));
+    piece.triangles.push_back(RotateLowestFirst({ w, v, i % 8 == 0 ? v : w / 2 }));
+    if (i % 5 == 0)
+    {
+      const Triangle again = piece.triangles[random() % piece.triangles.size()];
+      piece.triangles.push_back(again);
+    }
+  }
+  std::sort(piece.triangles.begin(), piece.triangles.end());
   return piece;
 }
 
@@ -240,7 +275,7 @@ TEST(PieceCodec, SaysWhatItDoesNotKnow)
   blob[3] = 77;
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().code, ErrorCode::Unsupported);
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
-    "piece 1 of level 0: unknown codec version 77: this viewer knows 3");
+    "piece 1 of level 0: unknown codec version 77: this viewer knows 5");
   blob[0] = 'X';
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
     "piece 1 of level 0: does not begin with \"KDP\"");
@@ -320,19 +355,20 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
   {
     ByteWriter writer;
     WriteBlobHead(writer, "KDP");
-    writer.Byte(1);                                     // triangles
-    for (const std::uint64_t count : { 1, 0, 0, 1, 0 }) // own, ghosts, triangles, reach, attributes
+    writer.Byte(1); // triangles
+    // own, ghosts, triangles, steps, reach, attributes
+    for (const std::uint64_t count : { 1, 0, 0, 0, 1, 0 })
     {
       writer.Varint(count);
     }
-    SymbolWriter symbols(contexts::attribute);
+    SymbolWriter symbols({ contexts::choices, contexts::attribute });
     symbols.Number(contexts::single, 8); // the position's mode
     symbols.Number(contexts::single, 0);
     for (unsigned axis = 0; axis < 3; ++axis)
     {
       symbols.Signed(contexts::unguidedPosition, 100);
     }
-    symbols.Symbol(contexts::groupOf + 7, 3);
+    symbols.Choice(contexts::groupOf + 7, 3);
     symbols.Signed(contexts::groupDifference, 0);
     symbols.Number(contexts::single, rank);
     symbols.Number(contexts::single, 31); // the deviation's shift
@@ -415,6 +451,25 @@ TEST(PieceCodec, MoreThan65536VerticesComeBack)
   allocated = 0;
   ASSERT_TRUE(DecodePiece(blob, piece.id, context));
   EXPECT_LT(allocated, 2048 * blob.size()) << "the blob is padded to bound the reader's memory";
+}
+
+// Up to so many a triangle's corners are sorted as one number; of one more they are not.
+TEST(PieceCodec, PiecesAboutTheMostVerticesThatFitPackedTrianglesComeBack)
+{
+  constexpr std::uint32_t most = 1U << PackedTriangles::bits;
+  for (const std::uint32_t count : { most, most + 1 })
+  {
+    SCOPED_TRACE(std::to_string(count) + " vertices");
+    std::mt19937 random(8);
+    const Piece piece = MostlyIsolated(count, random);
+    const CodecContext context{ { 0, 0, 4 }, CoordinateGrid::Exact(ScalarType::Float32) };
+    const Status status = CheckPiece(piece, context.depths);
+    ASSERT_TRUE(status) << "the test's own piece: " << status.GetError().message;
+    const auto blob = EncodePiece(piece, context);
+    const Result<Piece> decoded = DecodePiece(blob, piece.id, context);
+    ASSERT_TRUE(decoded) << decoded.GetError().message;
+    ExpectSame(*decoded, piece, context.grid);
+  }
 }
 
 TEST(ByteStream, AStreamMustBeAsWideAsItsCountAsksFor)

@@ -69,7 +69,7 @@ void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, con
       {
         ASSERT_EQ(error.code, ErrorCode::Unsupported) << at;
         ASSERT_EQ(error.message, name + ": unknown codec version " + std::to_string(altered[at]) +
-                                   ": this viewer knows 3");
+                                   ": this viewer knows 5");
       }
       else
       {
@@ -123,10 +123,10 @@ TEST(Seal, GivesTheBlobWithoutItsChecksum)
 
 TEST(Seal, NamesAnotherVersionHoweverItIsSealed)
 {
-  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 7 }, "KDP"), "unknown codec version 7: this viewer knows 3");
+  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 7 }, "KDP"), "unknown codec version 7: this viewer knows 5");
   EXPECT_EQ(
     WhyNot({ 'K', 'D', 'P', 1, 1, 0, 0, 0, 1, 1, 1, 0, 0 }, "KDP"), // version 1 had no checksum
-    "unknown codec version 1: this viewer knows 3");
+    "unknown codec version 1: this viewer knows 5");
 }
 
 TEST_F(Blobs, EveryChangedByteIsRefused)

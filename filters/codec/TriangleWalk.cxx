@@ -1,0 +1,71 @@
+#include "filters/codec/TriangleWalk.h"
+
+namespace kdstream
+{
+
+// Edge by edge of the mesh, ordered by their lower vertex: the half-edges of one lie together then,
+// and which of them wait for a partner is kept at their higher vertex.
+std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::size_t vertices)
+{
+  constexpr std::uint32_t none = noVertex;
+  std::vector<std::uint32_t> opposite(4 * triangles.size(), none);
+  const auto forEachHalfEdge = [triangles](const auto& visit)
+  {
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    {
+      const Triangle& corners = triangles[t];
+      if (!IsDegenerate(corners))
+      {
+        visit(4 * t, corners[0], corners[1]);
+        visit(4 * t + 1, corners[1], corners[2]);
+        visit(4 * t + 2, corners[2], corners[0]);
+      }
+    }
+  };
+  std::vector<std::uint32_t> begin(vertices + 2);
+  forEachHalfEdge(
+    [&](std::uint32_t, VertexId from, VertexId to) { ++begin[std::min(from, to) + 2]; });
+  for (std::size_t v = 2; v < begin.size(); ++v)
+  {
+    begin[v] += begin[v - 1];
+  }
+  struct HalfEdge
+  {
+    std::uint32_t number;
+    VertexId higher;
+    bool upward;
+  };
+  std::vector<HalfEdge> sorted(begin.back());
+  forEachHalfEdge(
+    [&](std::uint32_t number, VertexId from, VertexId to) {
+      sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };
+    });
+
+  // Of each higher vertex: those that wait, all in one direction, in the order of their numbers.
+  std::vector<std::uint32_t> first(vertices, none), last(vertices), next(sorted.size());
+  for (std::size_t v = 0; v < vertices; ++v)
+  {
+    for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
+    {
+      const HalfEdge& edge = sorted[i];
+      std::uint32_t& waiting = first[edge.higher];
+      if (waiting != none && sorted[waiting].upward != edge.upward)
+      {
+        opposite[edge.number] = sorted[waiting].number;
+        opposite[sorted[waiting].number] = edge.number;
+        waiting = next[waiting];
+        continue;
+      }
+      next[i] = none;
+      (waiting == none ? waiting : next[last[edge.higher]]) = i;
+      last[edge.higher] = i;
+    }
+    for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
+    {
+      first[sorted[i].higher] = none;
+    }
+  }
+  return opposite;
+}
+
+}
