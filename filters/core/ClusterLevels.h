@@ -38,9 +38,15 @@ struct ClusterOptions
   // Whether vertices may lie in the same place. False: it is known that no two do (of a welded
   // mesh, say), and none are looked for.
   bool mayCoincide = true;
+  // Whether finest clusters of one partition that hold vertices in the same place are joined, also
+  // across cells. Set by the maker that does so (collapse).
+  bool joinCoincident = false;
   // More clusters at the finest level than this are refused (LimitExceeded): they decide the
   // memory; 0 = no limit.
   std::uint64_t mostClusters = 0;
+  // Of each vertex its id where the mesh has other numbers (GatherMesh), ascending inside each
+  // partition; empty: its number.
+  std::span<const VertexId> ids{};
 };
 
 // One level. Clusters are ordered by (cell, lowest original vertex).

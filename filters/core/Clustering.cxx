@@ -25,16 +25,30 @@ Clustering ClusteringOfLabels(std::span<const std::int64_t> labels)
   return clustering;
 }
 
-KdTree TreeOfClustering(std::span<const Vec3> points, const Clustering& clustering)
+TreeDepths DepthsOfClusters(std::uint64_t clusters)
 {
-  KdTree tree;
   unsigned depth = 0;
-  while (std::size_t{ 1 } << depth < clustering.clusters)
+  while (std::uint64_t{ 1 } << depth < clusters)
   {
     ++depth;
   }
-  tree.depths = { depth, depth, depth };
-  const std::size_t cells = std::size_t{ 1 } << depth;
+  return { depth, depth, depth };
+}
+
+void AddBoxesAbove(std::span<Box> boxes)
+{
+  for (std::size_t node = boxes.size() / 2; node-- > 1;)
+  {
+    boxes[node].Add(boxes[2 * node]);
+    boxes[node].Add(boxes[2 * node + 1]);
+  }
+}
+
+KdTree TreeOfClustering(std::span<const Vec3> points, const Clustering& clustering)
+{
+  KdTree tree;
+  tree.depths = DepthsOfClusters(clustering.clusters);
+  const std::size_t cells = std::size_t{ 1 } << tree.depths.partition;
   tree.cellBegin.assign(cells + 1, 0);
   for (const std::uint32_t c : clustering.clusterOf)
   {
@@ -50,11 +64,7 @@ KdTree TreeOfClustering(std::span<const Vec3> points, const Clustering& clusteri
     tree.order[next[c]++] = static_cast<VertexId>(v);
     tree.boxes[cells + c].Add(points[v]);
   }
-  for (std::size_t node = cells; node-- > 1;)
-  {
-    tree.boxes[node].Add(tree.boxes[2 * node]);
-    tree.boxes[node].Add(tree.boxes[2 * node + 1]);
-  }
+  AddBoxesAbove(tree.boxes);
   return tree;
 }
 

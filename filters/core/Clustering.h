@@ -31,6 +31,11 @@ Clustering ClusteringOfLabels(std::span<const std::int64_t> labels);
 // O(n + 2^P). REQUIRES: one entry a point, at least one point.
 KdTree TreeOfClustering(std::span<const Vec3> points, const Clustering& clustering);
 
+// The parts of that tree that do not need the vertices: its depths, and the boxes of the nodes
+// above the partitions from theirs. boxes: of nodes 1 … 2^(P+1) - 1, [0] is unused.
+TreeDepths DepthsOfClusters(std::uint64_t clusters);
+void AddBoxesAbove(std::span<Box> boxes);
+
 // One level of a mesh: a representative for each cluster, or for each sheet of the surface in it,
 // and the image of the triangles. As the finest level of BuildClusterLevels, which see, but for any
 // clusters. `lowest`, `parents` and coarser levels have no meaning to the caller here.

@@ -48,6 +48,12 @@ private:
 
 }
 
+double DiagonalOf(const Box& box)
+{
+  const Vec3 size{ box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2] };
+  return std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
+}
+
 CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,
   std::span<const ClusterSum> clusters, double diagonal)
 {
@@ -61,10 +67,9 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
   std::vector<Column> columns;
   for (const Attribute& attribute : mesh.attributes)
   {
-    const AttributeRole role = RoleOf(attribute);
-    const bool colors = role == AttributeRole::Colors;
-    if (colors || role == AttributeRole::Normals)
+    if (IsInLevels(attribute))
     {
+      const bool colors = RoleOf(attribute) == AttributeRole::Colors;
       const double scale = diagonal * (colors ? colorScale / 255 : normalScale);
       for (std::size_t k = 0; k < attribute.components; ++k)
       {
@@ -75,6 +80,10 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
   WeightedMeans means(clusters.size(), columns.size());
   for (std::size_t v = 0; !columns.empty() && v < clusterOf.size(); ++v)
   {
+    if (clusterOf[v] == noVertex)
+    {
+      continue; // a ghost of a block
+    }
     means.Add(clusterOf[v], 1,
       [&](std::size_t k)
       {
@@ -88,12 +97,14 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
 }
 
 CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
-  std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count)
+  std::span<const ClusterSum> clusters, VertexId first, std::span<const VertexId> parents,
+  std::size_t count)
 {
   WeightedMeans means(count, children.components);
-  for (std::size_t c = 0; children.components > 0 && c < parents.size(); ++c)
+  for (std::size_t i = 0; children.components > 0 && i < parents.size(); ++i)
   {
-    means.Add(parents[c], clusters[c].quadric.Trace(),
+    const std::size_t c = first + i;
+    means.Add(parents[i], clusters[c].quadric.Trace(),
       [&](std::size_t k) { return double(children.values[c * children.components + k]); });
   }
   return means.Divide();

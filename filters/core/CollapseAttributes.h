@@ -26,14 +26,19 @@ struct CollapseAttributes
 inline constexpr double colorScale = 1.0 / 256;
 inline constexpr double normalScale = 1.0 / 4096;
 
+// Of a box.
+double DiagonalOf(const Box& box);
+
 // The means of the mesh's colours and normals over the original vertices of each finest cluster.
-// NaN counts as 0, a normal's component beyond 1 as 1. Arrays of any other role have no part. O(n).
+// clusterOf: noVertex for vertices that do not count. NaN counts as 0, a normal's component beyond
+// 1 as 1. Arrays of any other role have no part. O(n).
 CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,
   std::span<const ClusterSum> clusters, double diagonal);
 
 // Those of the next coarser level: means weighted with the traces of the clusters' quadrics.
-// parents: for each cluster its parent, of which there are `count`.
+// parents: for each cluster from `first` on its parent, of which there are `count`.
 CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
-  std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count);
+  std::span<const ClusterSum> clusters, VertexId first, std::span<const VertexId> parents,
+  std::size_t count);
 
 }

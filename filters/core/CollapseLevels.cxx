@@ -1,15 +1,17 @@
 // Levels by edge collapse: see CollapseLevels.h.
 //   1. The finest level (FinestClusters.h), and the means of its colours and normals.
-//   2. For each coarser level: collapse in partitions down to S, freely below (CollapseRound.h).
+//   2. For each coarser level: collapse in parts (CollapseRound.h), freely below (FreeCollapse.h).
 //   3. Group what has no triangles, and the clusters of nodes that are too full (Merging.h).
-//   4. Number the new clusters, add up what they are made of; the triangles' image.
+//   4. Number the new clusters, add up what they are made of (CoarserState.h); the triangles'
+//   image.
 #include "filters/core/CollapseLevels.h"
 
+#include "filters/core/CoarserState.h"
 #include "filters/core/CollapseRound.h"
 #include "filters/core/FinestClusters.h"
+#include "filters/core/FreeCollapse.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace kdstream
@@ -17,39 +19,85 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t grain = 1 << 14;
-constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
+// A level in memory: one block, without ghosts.
+class WholeLevel : public LevelBlocks
+{
+public:
+  explicit WholeLevel(const CollapseState& state)
+    : State(state)
+    , Area(AddAreas(0, state.clusters) / double(state.clusters.size()))
+  {
+  }
+
+  std::size_t Count() const override { return 1; }
+  double AreaPerCluster() const override { return this->Area; }
+  Result<const CollapseState*> Load(std::size_t) override { return &this->State; }
+  Status KeepLists(std::size_t, std::vector<MergeList>&& lists) override
+  {
+    this->Kept = std::move(lists);
+    return {};
+  }
+  Result<std::vector<MergeList>*> Lists(std::size_t) override { return &this->Kept; }
+  Status KeepTargets(std::size_t, TargetStage, std::span<const VertexId>) override { return {}; }
+  Result<std::vector<VertexId>> GhostTargets(TargetStage) override
+  {
+    return std::vector<VertexId>{};
+  }
+  Status KeepCoarser(std::size_t, CollapseState&& coarser, std::vector<VertexId>&& parents) override
+  {
+    this->Coarser = std::move(coarser);
+    this->Parents = std::move(parents);
+    return {};
+  }
+
+  CollapseState Coarser;
+  std::vector<VertexId> Parents;
+
+private:
+  const CollapseState& State;
+  double Area;
+  std::vector<MergeList> Kept;
+};
+
+// Progress when all levels down to `depth` are made, a part of the next one too.
+Status ReportDepth(const Execution& execution, double depth, unsigned finest)
+{
+  return execution.Report("levels", 1.0 - 0.5 * (depth + 1) / (finest + 1.0));
+}
 
 // Makes levels one after the other, each from the state of the one below.
 class CollapseBuilder
 {
 public:
-  CollapseBuilder(const KdTree& tree, const LevelOptions& options, const Execution& execution)
-    : Depths(tree.depths)
+  CollapseBuilder(const TreeDepths& depths, const Box& box, const LevelOptions& options,
+    const Execution& execution)
+    : Depths(depths)
     , Options(options)
     , Exec(execution)
+    , Space{ CentreOf(box), box }
   {
-    this->Space.box = tree.boxes[1];
   }
 
   // The state of level L; for each original vertex its cluster.
   Result<CollapseState> BuildFinest(const Mesh& mesh, const KdTree& tree,
     const TriangleBuckets& partitionTriangles, std::vector<VertexId>& clusterOf)
   {
+    LevelOptions joined = this->Options;
+    joined.joinCoincident = true;
     Result<FinestClusters> finest = BuildFinestClusters(
-      mesh.points, mesh.triangles, tree, partitionTriangles, this->Options, this->Exec);
+      { mesh.points, mesh.triangles, tree, partitionTriangles, this->Space.origin, joined.ids },
+      joined, this->Exec);
     if (!finest)
     {
       return finest.GetError();
     }
-    this->Space.origin = finest->origin;
-    const Vec3 size{ this->Space.box.hi[0] - this->Space.box.lo[0],
-      this->Space.box.hi[1] - this->Space.box.lo[1],
-      this->Space.box.hi[2] - this->Space.box.lo[2] };
-    const double diagonal = std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
     CollapseState state;
-    state.attributes = MeanAttributes(mesh, finest->clusterOf, finest->clusters, diagonal);
+    state.ownEnd = static_cast<VertexId>(finest->clusters.size());
+    state.attributes =
+      MeanAttributes(mesh, finest->clusterOf, finest->clusters, DiagonalOf(this->Space.box));
     state.level = std::move(finest->level);
+    state.level.triangles = ImageInPartitions(
+      mesh.triangles, partitionTriangles, finest->clusterOf, finest->partitionBegin, this->Exec);
     state.clusters = std::move(finest->clusters);
     state.cellOf = std::move(finest->cellOf);
     clusterOf = std::move(finest->clusterOf);
@@ -57,20 +105,46 @@ public:
   }
 
   // Level `depth` from the one below it, whose parents are filled.
-  CollapseState BuildCoarser(CollapseState& below, unsigned depth) const
+  Result<CollapseState> BuildCoarser(CollapseState& below, unsigned depth) const
   {
-    Merging merging = depth >= this->Depths.stitch ? this->CollapseInPartitions(below, depth)
-                                                   : this->CollapseFreely(below, depth);
-    const std::vector<std::size_t> excess = merging.ExcessOfNodes();
-    std::vector<std::uint8_t> full(excess.size());
-    std::transform(excess.begin(), excess.end(), full.begin(),
-      [](std::size_t count) { return static_cast<std::uint8_t>(count > 0); });
-    if (std::find(full.begin(), full.end(), 1) != full.end())
+    if (!CollapsesInParts(this->Depths, depth))
     {
-      merging.GroupNodes(full, this->Options.sheets);
-      merging.GroupLoose(); // what has lost its last triangles by that
+      return this->Finish(below, CollapseFreely(below, this->Space, this->Depths, depth,
+                                   SurfaceWanted(depth), this->Options.sheets));
     }
-    return this->Finish(below, merging);
+    WholeLevel level(below);
+    const std::function<Status(double)> report = [&](double done)
+    { return ReportDepth(this->Exec, depth + 1 - done, this->Depths.finest); };
+    if (Status status = CollapseRound(level, this->Depths, depth, this->Space,
+          this->Options.representative, this->Options.sheets, this->Exec, report)
+                          .Run();
+        !status)
+    {
+      return status.GetError();
+    }
+    return this->AddTriangles(below, std::move(level.Coarser), std::move(level.Parents));
+  }
+
+  // The levels `depth` … coarsestDepth, from the state of the first.
+  Result<std::vector<ClusterLevel>> BuildAllCoarser(CollapseState state, unsigned depth) const
+  {
+    std::vector<ClusterLevel> levels(depth + 1);
+    while (depth > this->Options.coarsestDepth)
+    {
+      if (Status status = ReportDepth(this->Exec, depth, this->Depths.finest); !status)
+      {
+        return status.GetError();
+      }
+      Result<CollapseState> coarser = this->BuildCoarser(state, depth - 1);
+      if (!coarser)
+      {
+        return coarser.GetError();
+      }
+      levels[depth--] = std::move(state.level);
+      state = std::move(*coarser);
+    }
+    levels[depth] = std::move(state.level);
+    return levels;
   }
 
   // A state from the one below it that meets the target, collapsed freely; grouped by the cells of
@@ -94,57 +168,6 @@ public:
   }
 
 private:
-  Merging CollapseInPartitions(const CollapseState& below, unsigned depth) const
-  {
-    std::vector<std::uint32_t> partitionOf(below.cellOf.size());
-    std::transform(below.cellOf.begin(), below.cellOf.end(), partitionOf.begin(),
-      [&](std::uint32_t cell) { return cell >> (this->Depths.finest - this->Depths.partition); });
-    PartitionCollapse collapse(below, this->Space, partitionOf,
-      std::size_t{ 1 } << this->Depths.partition, SurfaceWanted(depth), this->Exec);
-    collapse.TakeUntil();
-    const auto merge = [&]
-    {
-      Merging merging(below, this->Depths, depth);
-      collapse.Apply(merging);
-      merging.GroupLoose();
-      return merging;
-    };
-    Merging merging = merge();
-    // Nodes that would hold too much have a larger threshold of their own.
-    const std::vector<std::size_t> excess = merging.ExcessOfNodes();
-    const std::size_t partitions = (std::size_t{ 1 } << this->Depths.partition) / excess.size();
-    bool more = false;
-    for (std::size_t node = 0; node < excess.size(); ++node)
-    {
-      more |= excess[node] > 0 &&
-              collapse.TakeMore(excess[node], node * partitions, (node + 1) * partitions);
-    }
-    return more ? merge() : merging;
-  }
-
-  Merging CollapseFreely(const CollapseState& below, unsigned depth) const
-  {
-    FreeCollapse collapse(below, this->Space);
-    bool more = collapse.Run(SurfaceWanted(depth), EdgeCollapse::any);
-    for (;;)
-    {
-      Merging merging(below, this->Depths, depth);
-      collapse.Apply(merging);
-      merging.GroupLoose();
-      // Nodes that would hold too much go on alone.
-      const std::vector<std::size_t> excess = merging.ExcessOfNodes();
-      const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
-      if (total == 0 || !more || collapse.VertexCount() == 0)
-      {
-        return merging;
-      }
-      collapse.Restrict(
-        [&](VertexId v) { return excess[merging.NodeOf(merging.StandsFor(v))] > 0; });
-      more = collapse.Run(
-        collapse.VertexCount() - std::min(collapse.VertexCount(), total), EdgeCollapse::any);
-    }
-  }
-
   // Cells of a depth that hold clusters which no triangle touches.
   std::size_t LooseCells(const CollapseState& below, unsigned depth) const
   {
@@ -165,73 +188,21 @@ private:
     return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
   }
 
-  // Clusters with triangles that level `depth` is to have: some more where they are few, or limbs
-  // are lost. Those without triangles come on top of them.
-  static std::size_t SurfaceWanted(unsigned depth)
-  {
-    const std::size_t all = std::size_t{ 1 } << depth;
-    return all + std::min(all, mostExtra);
-  }
-
   CollapseState Finish(CollapseState& below, const Merging& merging) const
   {
-    CollapseState state;
-    const std::vector<VertexId> standing = merging.Standing();
-    std::vector<VertexId> number(below.clusters.size());
-    for (std::size_t i = 0; i < standing.size(); ++i)
-    {
-      number[standing[i]] = static_cast<VertexId>(i);
-      state.cellOf.push_back(merging.FinestCellOf(standing[i]));
-    }
-    std::vector<VertexId>& parents = below.level.parents;
-    parents.resize(number.size());
-    state.clusters.resize(standing.size());
-    for (VertexId c = 0; c < parents.size(); ++c)
-    {
-      parents[c] = number[merging.StandsFor(c)];
-      state.clusters[parents[c]].Add(below.clusters[c]);
-    }
-    this->Place(below, merging, standing, state);
-    state.attributes =
-      MeanOverChildren(below.attributes, below.clusters, parents, state.clusters.size());
-    state.level.triangles = ImageOfTriangles(below.level.triangles, parents, this->Exec);
-    return state;
+    std::vector<VertexId> parents;
+    CollapseState coarser =
+      MakeCoarser(below, merging, this->Space, this->Options.representative, parents, this->Exec);
+    return this->AddTriangles(below, std::move(coarser), std::move(parents));
   }
 
-  // Positions, deviations and lowest vertices.
-  void Place(const CollapseState& below, const Merging& merging,
-    const std::vector<VertexId>& standing, CollapseState& state) const
+  CollapseState AddTriangles(
+    CollapseState& below, CollapseState&& coarser, std::vector<VertexId>&& parents) const
   {
-    ClusterLevel& level = state.level;
-    level.positions.resize(standing.size());
-    level.deviations.resize(standing.size());
-    level.lowest.resize(standing.size());
-    this->Exec.parallelFor(standing.size(), grain,
-      [&](std::size_t begin, std::size_t end)
-      {
-        for (std::size_t i = begin; i < end; ++i)
-        {
-          ClusterSum& cluster = state.clusters[i];
-          const VertexId c = standing[i];
-          switch (merging.PositionOf(c))
-          {
-            case Merging::Position::Kept:
-              level.positions[i] = below.level.positions[c];
-              break;
-            case Merging::Position::Moved:
-              level.positions[i] = this->Space.Absolute(merging.MovedTo(c));
-              break;
-            case Merging::Position::Grouped:
-              level.positions[i] =
-                cluster.Represent(this->Options.representative, this->Space.origin);
-              break;
-          }
-          cluster.deviation = std::max(
-            cluster.deviation, cluster.DeviationAt(this->Space.Relative(level.positions[i])));
-          level.deviations[i] = cluster.deviation;
-          level.lowest[i] = cluster.lowest;
-        }
-      });
+    below.level.parents = std::move(parents);
+    coarser.level.triangles =
+      ImageOfTriangles(below.level.triangles, below.level.parents, this->Exec);
+    return std::move(coarser);
   }
 
   TreeDepths Depths;
@@ -246,12 +217,6 @@ bool Meets(const ClusterLevel& level, const CollapseTarget& target)
          (target.points == 0 || level.positions.size() <= target.points);
 }
 
-Status ReportDepth(const Execution& execution, unsigned depth, unsigned finest)
-{
-  const double done = 1.0 - double(depth + 1) / double(finest + 1);
-  return execution.Report("levels", 0.5 + 0.5 * done);
-}
-
 }
 
 Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
@@ -263,27 +228,27 @@ Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
     return BuildClusterLevels(
       mesh.points, mesh.triangles, tree, partitionTriangles, options, execution);
   }
-  CollapseBuilder builder(tree, options, execution);
+  CollapseBuilder builder(tree.depths, tree.boxes[1], options, execution);
   ClusterLevels levels;
   Result<CollapseState> finest = builder.BuildFinest(mesh, tree, partitionTriangles, levels.finest);
   if (!finest)
   {
     return finest.GetError();
   }
-  levels.levels.resize(tree.depths.finest + 1);
-  CollapseState state = std::move(*finest);
-  for (unsigned depth = tree.depths.finest; depth-- > options.coarsestDepth;)
+  Result<std::vector<ClusterLevel>> all =
+    builder.BuildAllCoarser(std::move(*finest), tree.depths.finest);
+  if (!all)
   {
-    if (Status status = ReportDepth(execution, depth, tree.depths.finest); !status)
-    {
-      return status.GetError();
-    }
-    CollapseState coarser = builder.BuildCoarser(state, depth);
-    levels.levels[depth + 1] = std::move(state.level);
-    state = std::move(coarser);
+    return all.GetError();
   }
-  levels.levels[std::min(options.coarsestDepth, tree.depths.finest)] = std::move(state.level);
+  levels.levels = std::move(*all);
   return levels;
+}
+
+Result<std::vector<ClusterLevel>> BuildCoarserLevels(CollapseState state, unsigned depth,
+  const TreeDepths& depths, const Box& box, const LevelOptions& options, const Execution& execution)
+{
+  return CollapseBuilder(depths, box, options, execution).BuildAllCoarser(std::move(state), depth);
 }
 
 Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
@@ -295,7 +260,7 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
     return Error{ ErrorCode::InvalidArgument,
       "a target of 0 triangles and 0 points: one of them must be at least 1" };
   }
-  CollapseBuilder builder(tree, options, execution);
+  CollapseBuilder builder(tree.depths, tree.boxes[1], options, execution);
   CollapsedMesh collapsed;
   Result<CollapseState> finest =
     builder.BuildFinest(mesh, tree, partitionTriangles, collapsed.clusterOf);
@@ -318,13 +283,17 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
     {
       return status.GetError();
     }
-    CollapseState coarser = builder.BuildCoarser(state, depth - 1);
-    if (Meets(coarser.level, target))
+    Result<CollapseState> coarser = builder.BuildCoarser(state, depth - 1);
+    if (!coarser)
+    {
+      return coarser.GetError();
+    }
+    if (Meets(coarser->level, target))
     {
       break;
     }
     descend(state.level.parents);
-    state = std::move(coarser);
+    state = std::move(*coarser);
     --depth;
   }
   if (!Meets(state.level, target))

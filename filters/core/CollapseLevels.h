@@ -7,6 +7,7 @@
 #pragma once
 
 #include "filters/core/ClusterLevels.h"
+#include "filters/core/CollapseState.h"
 #include "filters/core/Levels.h"
 
 namespace kdstream
@@ -25,6 +26,13 @@ namespace kdstream
 // and fixed ghosts are ours.
 Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,
+  const Execution& execution = {});
+
+// The levels `depth` … options.coarsestDepth from the whole state of the first, as
+// BuildCollapseLevels makes them from there; [depth], without attributes. box: the model's. Errors:
+// Cancelled.
+Result<std::vector<ClusterLevel>> BuildCoarserLevels(CollapseState state, unsigned depth,
+  const TreeDepths& depths, const Box& box, const LevelOptions& options,
   const Execution& execution = {});
 
 // What a mesh is to be collapsed to: at most so many triangles, or points; 0 = whatever it comes

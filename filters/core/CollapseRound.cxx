@@ -1,320 +1,619 @@
-// One round of collapses: see CollapseRound.h.
+// One round of collapses in parts: see CollapseRound.h.
+//   1. Lists: some parts collapse as far as any may have to; their threshold is close to that of
+//      all, and the others go a little beyond it.
+//   2. Threshold: how many merges of each list are taken.
+//   3. Targets: blocks tell each other where their clusters go.
+//   4. Nodes that would hold too much take more merges, and what is left there is grouped by cells.
+//   5. The blocks of the coarser level.
 #include "filters/core/CollapseRound.h"
 
-#include "filters/core/TriangleBuckets.h"
+#include "filters/core/CoarserState.h"
+#include "filters/core/Piece.h"
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 namespace kdstream
 {
 namespace
 {
 
-// Every partition collapses to this share of its clusters, so that the threshold finds what it
-// needs.
-constexpr double deepest = 0.25;
-constexpr std::size_t sampled = 8; // every so many partitions tell where the threshold is
-constexpr double beyond = 1.5;     // how far the others go above it
+constexpr std::size_t sampled = 8;    // every so many parts tell where the threshold is
+constexpr double beyond = 1.5;        // how far the others go above it
+constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
+// Levels below S from this one on are made in parts: finer ones may be too large for the memory.
+// A number of its own, not the limit: what is stored must not depend on that.
+constexpr unsigned firstInParts = 16;
+constexpr double everything = std::numeric_limits<double>::infinity();
 
-Box RelativeBox(const CollapseSpace& space)
+double ErrorOf(const Merge& merge)
 {
-  Box box;
-  box.Add(space.Relative(space.box.lo));
-  box.Add(space.Relative(space.box.hi));
-  return box;
+  return merge.error;
 }
 
-void AppendCluster(
-  const CollapseState& state, const CollapseSpace& space, VertexId cluster, CollapsePart& part)
+}
+
+bool CollapsesInParts(const TreeDepths& depths, unsigned depth)
 {
-  part.positions.push_back(space.Relative(state.level.positions[cluster]));
-  part.quadrics.push_back(state.clusters[cluster].quadric);
-  const auto values = state.attributes.values.begin() +
-                      static_cast<std::ptrdiff_t>(cluster * state.attributes.components);
-  part.attributes.insert(part.attributes.end(), values,
-    values + static_cast<std::ptrdiff_t>(state.attributes.components));
+  return depth >= depths.stitch || depth >= firstInParts;
 }
 
-// Area that a cluster's triangles have on average.
-double AreaPerCluster(const CollapseState& state)
+std::size_t SurfaceWanted(unsigned depth)
 {
-  double area = 0;
-  for (const ClusterSum& cluster : state.clusters)
-  {
-    area += cluster.quadric.Trace();
-  }
-  return area / double(state.clusters.size());
+  const std::size_t all = std::size_t{ 1 } << depth;
+  return all + std::min(all, mostExtra);
 }
 
-CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
-{
-  CollapsePart part;
-  part.components = state.attributes.components;
-  part.bounds = RelativeBox(space);
-  part.keepTopology = false; // handles would take what few vertices there are
-  part.positions.reserve(state.clusters.size());
-  part.quadrics.reserve(state.clusters.size());
-  for (VertexId c = 0; c < state.clusters.size(); ++c)
-  {
-    AppendCluster(state, space, c, part);
-  }
-  part.triangles = state.level.triangles;
-  part.areaPerVertex = AreaPerCluster(state);
-  return part;
-}
-
-}
-
-Vec3 CollapseSpace::Absolute(const Vec3& relative) const
-{
-  Vec3 p;
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    p[k] = std::clamp(relative[k] + this->origin[k], this->box.lo[k], this->box.hi[k]) + 0.0;
-  }
-  return p;
-}
-
-PartitionCollapse::PartitionCollapse(const CollapseState& state, const CollapseSpace& space,
-  std::span<const std::uint32_t> partitionOf, std::size_t partitions, std::size_t surface,
-  const Execution& execution)
-  : State(state)
+CollapseRound::CollapseRound(LevelBlocks& blocks, const TreeDepths& depths, unsigned depth,
+  const CollapseSpace& space, Representative representative, bool sheets,
+  const Execution& execution, const std::function<Status(double)>& report)
+  : Blocks(blocks)
+  , Depths(depths)
+  , Depth(depth)
+  , PartDepth(
+      depth >= depths.stitch ? depths.partition : PieceDepth(Resolution::Level(depth), depths))
   , Space(space)
-  , PartitionOf(partitionOf)
-  , Surface(surface)
+  , How(representative)
+  , Sheets(sheets)
   , Exec(execution)
-  , Buckets(BucketTriangles(
-      state.level.triangles, partitions, [&](VertexId v) { return partitionOf[v]; }, execution))
-  , AreaPerVertex(AreaPerCluster(state))
-  , Lists(partitions)
+  , Report(report)
+  , Summaries(std::size_t{ 1 } << this->PartDepth)
 {
-  // Some partitions collapse as far as any may have to. Their threshold is close to that of all:
-  // the others go a little beyond it.
-  constexpr double everything = std::numeric_limits<double>::infinity();
-  const std::size_t stride = partitions < 4 * sampled ? 1 : sampled;
-  std::vector<std::size_t> whole, others;
-  for (std::size_t p = 0; p < partitions; ++p)
+}
+
+Status CollapseRound::Run()
+{
+  const std::size_t stride = this->Summaries.size() < 4 * sampled ? 1 : sampled;
+  Status status = this->Collapse(
+    [&](std::size_t part) { return part % stride == 0; }, everything, 0, stride == 1 ? 0.7 : 0.1);
+  if (status && stride > 1)
   {
-    (p % stride == 0 ? whole : others).push_back(p);
-  }
-  this->Collapse(whole, everything);
-  if (!others.empty())
-  {
-    std::vector<Entry> entries = this->EntriesOf(0, partitions, stride);
-    const std::size_t count = this->ToTake(0, stride);
-    double enough = everything;
-    if (count < entries.size())
+    const std::size_t count = this->ToTake(stride) + 1;
+    const Result<CheapestErrors> cheapest = this->CheapestOf(stride, count);
+    if (!cheapest)
     {
-      const auto last = entries.begin() + static_cast<std::ptrdiff_t>(count);
-      std::nth_element(entries.begin(), last, entries.end());
-      enough = beyond * last->error;
+      return cheapest.GetError();
     }
-    this->Collapse(others, enough);
+    status = this->Collapse(
+      [&](std::size_t part) { return part % stride != 0; }, beyond * cheapest->error, 0.1, 0.7);
   }
-}
-
-bool PartitionCollapse::Entry::operator<(const Entry& other) const
-{
-  return error != other.error           ? error < other.error
-         : partition != other.partition ? partition < other.partition
-                                        : index < other.index;
-}
-
-// How many merges of the partitions first, first + stride … leave what `surface` allows them.
-std::size_t PartitionCollapse::ToTake(std::size_t first, std::size_t stride) const
-{
-  std::size_t now = 0, wanted = this->Surface / stride;
-  const std::size_t share = this->Share();
-  for (std::size_t p = first; p < this->Lists.size(); p += stride)
+  if (status)
   {
-    const List& list = this->Lists[p];
-    now += list.own;
-    const std::size_t least = list.own - std::min(list.own, list.merges.size());
-    wanted += list.stuck && least > share ? least - share : 0;
+    status = this->TakeUntil();
+  }
+  if (status)
+  {
+    status = this->KeepTargets();
+  }
+  if (status && this->MayOverflow())
+  {
+    status = this->EmptyNodes();
+  }
+  return status ? this->Finish() : status;
+}
+
+std::size_t CollapseRound::Share() const
+{
+  return SurfaceWanted(this->Depth) / this->Summaries.size();
+}
+
+// Makes the lists of the parts wanted; progress goes from `from` to `to`.
+Status CollapseRound::Collapse(const PartFilter& wanted, double enough, double from, double to)
+{
+  const std::size_t parts = this->PartsOfBlock();
+  std::vector<std::size_t> blocks;
+  const BlockRange here = this->Blocks.Here();
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    std::size_t part = block * parts;
+    while (part < (block + 1) * parts && !wanted(part))
+    {
+      ++part;
+    }
+    if (part < (block + 1) * parts)
+    {
+      blocks.push_back(block);
+    }
+  }
+  if (this->Engine && !blocks.empty() && this->LoadedBlock == blocks.back())
+  {
+    std::reverse(blocks.begin(), blocks.end()); // which is in memory already
+  }
+  std::size_t done = 0;
+  const Status status = this->ForEachLoaded(blocks,
+    [&](std::size_t block)
+    {
+      const Status collapsed = this->CollapseBlock(block, wanted, enough);
+      return collapsed ? this->Report(from + (to - from) * double(++done) / double(blocks.size()))
+                       : collapsed;
+    });
+  return status ? this->ShareSummaries() : status;
+}
+
+// use(block) for each of these blocks, which are loaded one after the other, the next while one is
+// used.
+Status CollapseRound::ForEachLoaded(
+  std::span<const std::size_t> blocks, const std::function<Status(std::size_t)>& use)
+{
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+  {
+    Status status;
+    if (const auto loaded = this->Blocks.Load(blocks[i]); !loaded)
+    {
+      return loaded.GetError();
+    }
+    this->Exec.parallelFor(i + 1 < blocks.size() ? 2 : 1, 1,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t which = begin; which < end; ++which)
+        {
+          if (which == 0)
+          {
+            status = use(blocks[i]);
+          }
+          else
+          {
+            this->Blocks.LoadAhead(blocks[i + 1]);
+          }
+        }
+      });
+    if (!status)
+    {
+      return status;
+    }
+  }
+  return {};
+}
+
+Status CollapseRound::ShareSummaries()
+{
+  return this->Blocks.ShareParts(std::as_writable_bytes(std::span(this->Summaries)));
+}
+
+Status CollapseRound::CollapseBlock(std::size_t block, const PartFilter& wanted, double enough)
+{
+  const std::size_t first = block * this->PartsOfBlock();
+  std::vector<std::size_t> parts;
+  bool made = false;
+  for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
+  {
+    made |= this->Summaries[first + local].made;
+    if (wanted(first + local))
+    {
+      parts.push_back(local);
+    }
+  }
+  if (parts.empty())
+  {
+    return {};
+  }
+  const Result<const CollapseState*> state = this->Blocks.Load(block);
+  if (!state)
+  {
+    return state.GetError();
+  }
+  if (!this->Engine || this->LoadedBlock != block)
+  {
+    this->Engine.reset();
+    this->Engine.emplace(**state, this->Space,
+      BlockParts{ this->Depths.finest - this->PartDepth, first, this->PartsOfBlock() },
+      this->Share(), this->Blocks.AreaPerCluster(), this->Exec);
+    this->LoadedBlock = block;
+  }
+  std::vector<MergeList> lists(this->PartsOfBlock());
+  if (made)
+  {
+    const Result<std::vector<MergeList>*> before = this->Blocks.Lists(block);
+    if (!before)
+    {
+      return before.GetError();
+    }
+    lists = std::move(**before);
+  }
+  this->Engine->Collapse(parts, enough, lists);
+  for (const std::size_t local : parts)
+  {
+    this->Summarize(first + local, lists[local]);
+  }
+  return this->Blocks.KeepLists(block, std::move(lists));
+}
+
+void CollapseRound::Summarize(std::size_t part, const MergeList& list)
+{
+  Summary& summary = this->Summaries[part];
+  const std::size_t local = part - this->LoadedBlock * this->PartsOfBlock();
+  summary.clusters = this->Engine->ClustersOf(local);
+  summary.own = list.own;
+  summary.merges = static_cast<std::uint32_t>(list.merges.size());
+  summary.made = true;
+  summary.stuck = list.stuck;
+  summary.whole = list.whole;
+  summary.last = list.merges.empty() ? -1 : list.merges.back().error;
+}
+
+// How many merges of the parts 0, stride … leave what is wanted of them. Parts that are stuck with
+// more than their share are not made up for by others.
+std::size_t CollapseRound::ToTake(std::size_t stride) const
+{
+  std::size_t now = 0, wanted = SurfaceWanted(this->Depth) / stride;
+  const std::size_t share = this->Share();
+  for (std::size_t p = 0; p < this->Summaries.size(); p += stride)
+  {
+    const Summary& summary = this->Summaries[p];
+    now += summary.own;
+    const std::size_t least = summary.own - std::min(summary.own, summary.merges);
+    wanted += summary.stuck && least > share ? least - share : 0;
   }
   return now - std::min(now, wanted);
 }
 
-// The merges that are not taken yet, of the partitions begin, begin + stride … below end.
-std::vector<PartitionCollapse::Entry> PartitionCollapse::EntriesOf(
-  std::size_t begin, std::size_t end, std::size_t stride) const
+// The cheapest `count` merges of the parts 0, stride …; everything where there are fewer.
+Result<CheapestErrors> CollapseRound::CheapestOf(std::size_t stride, std::size_t count)
 {
-  std::vector<Entry> entries;
-  for (std::size_t p = begin; p < end; p += stride)
+  std::size_t all = 0;
+  for (std::size_t p = 0; p < this->Summaries.size(); p += stride)
   {
-    const List& list = this->Lists[p];
-    for (std::size_t i = list.taken; i < list.merges.size(); ++i)
-    {
-      entries.push_back({ list.merges[i].error, p, i });
-    }
+    all += this->Summaries[p].merges;
   }
-  return entries;
+  if (count > all)
+  {
+    return CheapestErrors{ everything, 0 };
+  }
+  return FindCheapest(
+    [&](const auto& visit) -> Status
+    {
+      const BlockRange here = this->Blocks.Here();
+      for (std::size_t block = here.begin; block < here.end; ++block)
+      {
+        const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
+        if (!lists)
+        {
+          return lists.GetError();
+        }
+        for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
+        {
+          const bool counts = (block * this->PartsOfBlock() + local) % stride == 0;
+          for (const Merge& merge : (**lists)[local].merges)
+          {
+            if (counts)
+            {
+              visit(merge.error);
+            }
+          }
+        }
+      }
+      return {};
+    },
+    count, [&](std::span<std::uint64_t> bins) { return this->Blocks.Sum(bins); });
 }
 
-void PartitionCollapse::Collapse(std::span<const std::size_t> partitions, double enough)
+// Takes the cheapest merges of all parts until as many clusters with triangles are left as are
+// wanted. What was left out of a list costs more than its last merge: where the threshold is above
+// one of these the lists are completed.
+Status CollapseRound::TakeUntil()
 {
-  this->Exec.parallelFor(partitions.size(), 1,
-    [&](std::size_t begin, std::size_t end)
+  std::size_t count = this->ToTake(1);
+  if (count == 0)
+  {
+    return {};
+  }
+  Result<CheapestErrors> cheapest = this->CheapestOf(1, count);
+  if (!cheapest)
+  {
+    return cheapest.GetError();
+  }
+  const bool complete = std::all_of(this->Summaries.begin(), this->Summaries.end(),
+    [&](const Summary& summary) { return summary.whole || summary.last > cheapest->error; });
+  if (!complete)
+  {
+    const Status status = this->Collapse(
+      [&](std::size_t part) { return !this->Summaries[part].whole; }, everything, 0.7, 0.7);
+    count = this->ToTake(1);
+    if (!status || count == 0)
     {
-      for (std::size_t i = begin; i < end; ++i)
+      return status;
+    }
+    cheapest = this->CheapestOf(1, count);
+    if (!cheapest)
+    {
+      return cheapest.GetError();
+    }
+  }
+  if (Status status = this->LeaveTies(*cheapest); !status)
+  {
+    return status;
+  }
+  const BlockRange here = this->Blocks.Here();
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
+    if (!lists)
+    {
+      return lists.GetError();
+    }
+    for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
+    {
+      this->Summaries[block * this->PartsOfBlock() + local].taken =
+        cheapest->Take((**lists)[local].merges, 0, ErrorOf);
+    }
+  }
+  return this->ShareSummaries();
+}
+
+// Ties go to the parts in their order: those of other processes' parts come before ours.
+Status CollapseRound::LeaveTies(CheapestErrors& cheapest)
+{
+  if (this->Blocks.Alone())
+  {
+    return {};
+  }
+  const BlockRange here = this->Blocks.Here();
+  std::vector<std::uint64_t> ties(this->Blocks.Count(), 0);
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
+    if (!lists)
+    {
+      return lists.GetError();
+    }
+    for (const MergeList& list : **lists)
+    {
+      ties[block] += static_cast<std::uint64_t>(std::count_if(list.merges.begin(),
+        list.merges.end(), [&](const Merge& merge) { return merge.error == cheapest.error; }));
+    }
+  }
+  const Status status = this->Blocks.Sum(ties);
+  for (std::size_t block = 0; block < here.begin; ++block)
+  {
+    cheapest.ties -= std::min(cheapest.ties, ties[block]);
+  }
+  return status;
+}
+
+// Where clusters go by the merges that are taken, for the neighbours of each block.
+Status CollapseRound::KeepTargets()
+{
+  if (this->Blocks.Count() == 1)
+  {
+    return {};
+  }
+  const BlockRange here = this->Blocks.Here();
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
+    if (!lists)
+    {
+      return lists.GetError();
+    }
+    const std::size_t first = block * this->PartsOfBlock();
+    std::size_t clusters = 0;
+    for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
+    {
+      clusters += this->Summaries[first + local].clusters;
+    }
+    std::vector<VertexId> targets(clusters);
+    std::iota(targets.begin(), targets.end(), VertexId{ 0 });
+    for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
+    {
+      ApplyMerges(
+        std::span((**lists)[local].merges).first(this->Summaries[first + local].taken), targets);
+    }
+    if (Status status = this->Blocks.KeepTargets(block, TargetStage::Merged, targets); !status)
+    {
+      return status;
+    }
+  }
+  return this->Blocks.ShareTargets(TargetStage::Merged);
+}
+
+// Whether a node might be the home of too many clusters: those without triangles, which may be
+// grouped still, are all counted. Nodes of pieces lie in one block, parts below S in one of them.
+bool CollapseRound::MayOverflow() const
+{
+  const std::size_t nodes = std::size_t{ 1 }
+                            << PieceDepth(Resolution::Level(this->Depth), this->Depths);
+  const std::size_t parts = this->Summaries.size() / nodes;
+  for (std::size_t node = 0; node < nodes; ++node)
+  {
+    std::size_t clusters = 0;
+    for (std::size_t p = node * parts; p < (node + 1) * parts; ++p)
+    {
+      clusters += this->Summaries[p].clusters - this->Summaries[p].taken;
+    }
+    if (clusters > MostOfNode(this->Depths, this->Depth))
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Of the block's nodes with excess: takes that many more merges there, if there are any.
+Result<bool> CollapseRound::TakeMore(std::size_t block, const std::vector<std::size_t>& excess)
+{
+  const std::size_t parts = this->Summaries.size() / excess.size();
+  bool more = false;
+  for (std::size_t node = 0; node < excess.size(); ++node)
+  {
+    if (excess[node] == 0)
+    {
+      continue;
+    }
+    const std::size_t begin = node * parts, end = (node + 1) * parts;
+    Status status = this->CollapseBlock(
+      block,
+      [&](std::size_t part) { return part >= begin && part < end && !this->Summaries[part].whole; },
+      everything);
+    const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
+    if (!status || !lists)
+    {
+      return status ? lists.GetError() : status.GetError();
+    }
+    const MergeList* const own = (*lists)->data() - block * this->PartsOfBlock();
+    std::size_t left = 0;
+    for (std::size_t p = begin; p < end; ++p)
+    {
+      left += this->Summaries[p].merges - this->Summaries[p].taken;
+    }
+    if (left == 0)
+    {
+      continue;
+    }
+    Result<CheapestErrors> cheapest = FindCheapest(
+      [&](const auto& visit) -> Status
       {
-        this->CollapsePartition(partitions[i], enough);
-      }
+        for (std::size_t p = begin; p < end; ++p)
+        {
+          for (std::size_t i = this->Summaries[p].taken; i < own[p].merges.size(); ++i)
+          {
+            visit(own[p].merges[i].error);
+          }
+        }
+        return {};
+      },
+      std::min(left, excess[node]));
+    for (std::size_t p = begin; p < end; ++p)
+    {
+      Summary& summary = this->Summaries[p];
+      summary.taken += cheapest->Take(own[p].merges, summary.taken, ErrorOf);
+    }
+    more = true;
+  }
+  return more;
+}
+
+// Nodes that would hold too much have a larger threshold of their own; where that does not do it
+// their clusters are grouped by cells.
+Status CollapseRound::EmptyNodes()
+{
+  std::uint64_t more = 0;
+  const BlockRange here = this->Blocks.Here();
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    const Result<Merging> merging = this->MergingOf(block);
+    const Result<bool> taken =
+      merging ? this->TakeMore(block, merging->ExcessOfNodes()) : merging.GetError();
+    if (!taken)
+    {
+      return taken.GetError();
+    }
+    more += *taken ? 1 : 0;
+  }
+  Status shared = this->Blocks.Sum(std::span(&more, 1));
+  if (shared && more > 0)
+  {
+    shared = this->ShareSummaries();
+    shared = shared ? this->KeepTargets() : shared;
+  }
+  if (!shared)
+  {
+    return shared;
+  }
+  // Of each node; one more says that there is one.
+  std::vector<std::uint64_t> full(
+    (std::size_t{ 1 } << PieceDepth(Resolution::Level(this->Depth), this->Depths)) + 1, 0);
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    Result<Merging> merging = this->MergingOf(block);
+    if (!merging)
+    {
+      return merging.GetError();
+    }
+    const std::vector<std::uint8_t> fullHere = FullNodes(merging->ExcessOfNodes());
+    if (!fullHere.empty())
+    {
+      merging->GroupNodes(fullHere, this->Sheets);
+      std::transform(fullHere.begin(), fullHere.end(), full.begin(), full.begin(),
+        [](std::uint8_t filled, std::uint64_t all) { return all + filled; });
+      full.back() = 1;
+    }
+    if (Status status = this->Blocks.KeepTargets(block, TargetStage::Grouped, merging->Targets());
+        !status)
+    {
+      return status;
+    }
+  }
+  Status status = this->Blocks.ShareTargets(TargetStage::Grouped);
+  status = status ? this->Blocks.Sum(full) : status;
+  this->Full.clear();
+  if (full.back() > 0)
+  {
+    std::transform(full.begin(), full.end() - 1, std::back_inserter(this->Full),
+      [](std::uint64_t count) { return static_cast<std::uint8_t>(count > 0 ? 1 : 0); });
+  }
+  return status;
+}
+
+// What merges in a block; clusters that have lost their triangles are grouped.
+Result<Merging> CollapseRound::MergingOf(std::size_t block)
+{
+  const Result<const CollapseState*> state = this->Blocks.Load(block);
+  const Result<std::vector<MergeList>*> lists =
+    state ? this->Blocks.Lists(block) : Result<std::vector<MergeList>*>(state.GetError());
+  const Result<std::vector<VertexId>> ghosts = lists
+                                                 ? this->Blocks.GhostTargets(TargetStage::Merged)
+                                                 : Result<std::vector<VertexId>>(lists.GetError());
+  if (!ghosts)
+  {
+    return ghosts.GetError();
+  }
+  if (this->LoadedBlock != block)
+  {
+    this->Engine.reset();
+  }
+  Merging merging(**state, this->Depths, this->Depth);
+  for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
+  {
+    const Summary& summary = this->Summaries[block * this->PartsOfBlock() + local];
+    merging.Apply(std::span((**lists)[local].merges).first(summary.taken));
+  }
+  merging.SetGhosts(*ghosts);
+  merging.GroupLoose();
+  return merging;
+}
+
+Status CollapseRound::Finish()
+{
+  const BlockRange here = this->Blocks.Here();
+  std::vector<std::size_t> blocks(here.end - here.begin);
+  std::iota(blocks.begin(), blocks.end(), here.begin);
+  return this->ForEachLoaded(blocks,
+    [&](std::size_t block)
+    {
+      const Status finished = this->FinishBlock(block);
+      return finished ? this->Report(0.7 + 0.3 * double(block + 1) / double(this->Blocks.Count()))
+                      : finished;
     });
 }
 
-// Collapses again, as far as any may have to, those of [begin, end) that left something out. What
-// they had stays the beginning of their lists.
-void PartitionCollapse::Complete(std::size_t begin, std::size_t end)
+Status CollapseRound::FinishBlock(std::size_t block)
 {
-  std::vector<std::size_t> partitions;
-  for (std::size_t p = begin; p < end; ++p)
+  Result<Merging> merging = this->MergingOf(block);
+  if (!merging)
   {
-    if (!this->Lists[p].whole)
+    return merging.GetError();
+  }
+  if (!this->Full.empty())
+  {
+    merging->GroupNodes(this->Full, this->Sheets);
+    const Result<std::vector<VertexId>> ghosts = this->Blocks.GhostTargets(TargetStage::Grouped);
+    if (!ghosts)
     {
-      partitions.push_back(p);
+      return ghosts.GetError();
     }
+    merging->SetGhosts(*ghosts);
+    merging->GroupLoose(); // what has lost its last triangles by that
   }
-  this->Collapse(partitions, std::numeric_limits<double>::infinity());
-}
-
-// enough: merges that cost more need not all be found, if what is left is no more than the share.
-void PartitionCollapse::CollapsePartition(std::size_t partition, double enough)
-{
-  const CollapseState& state = this->State;
-  const CollapseSpace& space = this->Space;
-  const std::span<const std::uint32_t> triangles = this->Buckets.Of(partition);
-  const auto range =
-    std::equal_range(this->PartitionOf.begin(), this->PartitionOf.end(), partition);
-  const auto ownBegin = static_cast<VertexId>(range.first - this->PartitionOf.begin());
-  const auto ownEnd = static_cast<VertexId>(range.second - this->PartitionOf.begin());
-  // Own clusters first, then those of other partitions that the triangles touch.
-  std::vector<VertexId> ghosts;
-  for (const std::uint32_t t : triangles)
+  const Result<const CollapseState*> state = this->Blocks.Load(block);
+  if (!state)
   {
-    for (const VertexId v : state.level.triangles[t])
-    {
-      if (v < ownBegin || v >= ownEnd)
-      {
-        ghosts.push_back(v);
-      }
-    }
+    return state.GetError();
   }
-  std::sort(ghosts.begin(), ghosts.end());
-  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
-  const VertexId own = ownEnd - ownBegin;
-
-  CollapsePart part;
-  part.components = state.attributes.components;
-  part.bounds = RelativeBox(space);
-  part.areaPerVertex = this->AreaPerVertex;
-  part.positions.reserve(own + ghosts.size());
-  part.quadrics.reserve(own + ghosts.size());
-  for (VertexId c = ownBegin; c < ownEnd; ++c)
-  {
-    AppendCluster(state, space, c, part);
-  }
-  for (const VertexId ghost : ghosts)
-  {
-    AppendCluster(state, space, ghost, part);
-  }
-  part.fixed.assign(own, 0);
-  part.fixed.resize(own + ghosts.size(), 1);
-  part.triangles.reserve(triangles.size());
-  for (const std::uint32_t t : triangles)
-  {
-    Triangle local;
-    std::transform(state.level.triangles[t].begin(), state.level.triangles[t].end(), local.begin(),
-      [&](VertexId v)
-      {
-        const auto ghost = std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin();
-        return v >= ownBegin && v < ownEnd ? v - ownBegin : own + static_cast<VertexId>(ghost);
-      });
-    part.triangles.push_back(local);
-  }
-
-  EdgeCollapse engine(std::move(part));
-  List& list = this->Lists[partition];
-  list.own = engine.VertexCount();
-  const auto fewest = static_cast<std::size_t>(deepest * double(list.own));
-  list.stuck = !engine.Run(std::max(fewest, std::min(list.own, this->Share())));
-  if (!list.stuck)
-  {
-    const bool mayStop = engine.Merges().size() + this->Share() >= list.own;
-    list.stuck =
-      !engine.RunBeyond(mayStop ? enough : std::numeric_limits<double>::infinity(), fewest);
-  }
-  list.whole = list.stuck || engine.VertexCount() <= fewest;
-  list.merges = engine.Merges();
-  for (Merge& merge : list.merges) // fixed clusters are in no merge
-  {
-    merge.from += ownBegin;
-    merge.to += ownBegin;
-  }
-}
-
-void PartitionCollapse::TakeUntil()
-{
-  // What was left out costs more than the last merge of its list. Where a threshold is above one of
-  // these the lists are completed.
-  const std::size_t count = this->ToTake(0, 1);
-  std::vector<Entry> entries = this->EntriesOf(0, this->Lists.size(), 1);
-  const auto last = entries.begin() + static_cast<std::ptrdiff_t>(std::min(count, entries.size()));
-  std::nth_element(entries.begin(), last, entries.end());
-  const double most = count > entries.size() ? std::numeric_limits<double>::infinity()
-                      : count == 0           ? -1
-                                             : std::max_element(entries.begin(), last)->error;
-  const bool complete = std::all_of(this->Lists.begin(), this->Lists.end(),
-    [&](const List& list)
-    { return list.whole || (!list.merges.empty() && list.merges.back().error > most); });
-  if (!complete)
-  {
-    entries = {};
-    this->Complete(0, this->Lists.size());
-    this->TakeMore(this->ToTake(0, 1), 0, this->Lists.size());
-    return;
-  }
-  for (auto entry = entries.begin(); entry != last; ++entry)
-  {
-    ++this->Lists[entry->partition].taken; // errors never fall along a list
-  }
-}
-
-bool PartitionCollapse::TakeMore(std::size_t count, std::size_t begin, std::size_t end)
-{
-  this->Complete(begin, end);
-  std::vector<Entry> entries = this->EntriesOf(begin, end, 1);
-  count = std::min(count, entries.size());
-  if (count < entries.size())
-  {
-    std::nth_element(
-      entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(count), entries.end());
-  }
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    ++this->Lists[entries[i].partition].taken; // errors never fall along a list
-  }
-  return count > 0;
-}
-
-void PartitionCollapse::Apply(Merging& merging) const
-{
-  for (const List& list : this->Lists)
-  {
-    merging.Apply(std::span(list.merges).first(list.taken));
-  }
-}
-
-FreeCollapse::FreeCollapse(const CollapseState& state, const CollapseSpace& space)
-  : Clusters(state.clusters.size())
-  , Engine(WholeLevel(state, space))
-{
-}
-
-void FreeCollapse::Apply(Merging& merging) const
-{
-  merging.Apply(this->Engine.Merges());
+  std::vector<VertexId> parents;
+  CollapseState coarser =
+    MakeCoarser(**state, *merging, this->Space, this->How, parents, this->Exec);
+  return this->Blocks.KeepCoarser(block, std::move(coarser), std::move(parents));
 }
 
 }

@@ -1,116 +1,93 @@
-// One round of collapses: from the clusters of a level to those of the next coarser one. For the
-// makers of levels alone.
+// One round of collapses in parts: from a level in blocks to the next coarser one. For the makers
+// of levels alone.
+//
+// Every part (a partition, or below S a node of the coarser level's pieces) collapses alone, with
+// the clusters of other parts fixed, and leaves a list of its merges; one threshold cuts all lists.
+// Blocks tell each other nothing but that threshold and where their clusters go: the result does
+// not depend on how many there are.
 #pragma once
 
-#include "filters/core/EdgeCollapse.h"
 #include "filters/core/Execution.h"
+#include "filters/core/KdTree.h"
+#include "filters/core/LevelBlocks.h"
+#include "filters/core/MergeSelection.h"
 #include "filters/core/Merging.h"
-#include "filters/core/TriangleBuckets.h"
+#include "filters/core/PartCollapse.h"
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace kdstream
 {
 
-// Where the positions of a state are taken from, and where vertices may go. Absolute.
-struct CollapseSpace
-{
-  Vec3 origin{}; // of the clusters' sums
-  Box box;       // the model's
+// Whether the level `depth` is made in parts: down to S, and below S while levels are large.
+bool CollapsesInParts(const TreeDepths& depths, unsigned depth);
 
-  Vec3 Relative(const Vec3& p) const
-  {
-    return { p[0] - this->origin[0], p[1] - this->origin[1], p[2] - this->origin[2] };
-  }
-  // Inside the box, without -0.0.
-  Vec3 Absolute(const Vec3& relative) const;
-};
+// Clusters with triangles that level `depth` is to have: some more than 2^depth where they are few,
+// or limbs are lost. Those without triangles come on top of them.
+std::size_t SurfaceWanted(unsigned depth);
 
-// The collapses of all partitions, each on its own with the clusters of others fixed, in parallel.
-class PartitionCollapse
+class CollapseRound
 {
 public:
-  // partitionOf: the partition of each cluster of the state; clusters of one partition are in one
-  // interval, partitions ascending. surface: how many clusters with triangles TakeUntil will be
-  // asked for: most partitions need not collapse further than that takes. Keeps references to all
-  // but `surface`.
-  PartitionCollapse(const CollapseState& state, const CollapseSpace& space,
-    std::span<const std::uint32_t> partitionOf, std::size_t partitions, std::size_t surface,
-    const Execution& execution);
+  // Makes level `depth` from the blocks of the one below it. report(done): progress, 0-1. Keeps
+  // references to all. REQUIRES: CollapsesInParts; blocks no smaller than parts.
+  CollapseRound(LevelBlocks& blocks, const TreeDepths& depths, unsigned depth,
+    const CollapseSpace& space, Representative representative, bool sheets,
+    const Execution& execution, const std::function<Status(double)>& report);
 
-  // Takes the cheapest merges of all partitions until `surface` clusters with triangles are left.
-  // Partitions that are stuck with more than their share (surface / partitions) are not made up for
-  // by others.
-  void TakeUntil();
-  // Takes the cheapest `count` more, of the partitions [begin, end); fewer where they have no more.
-  // Returns whether any.
-  bool TakeMore(std::size_t count, std::size_t begin, std::size_t end);
-  void Apply(Merging& merging) const;
+  // Errors: those of the blocks and of report. Three passes over the blocks, up to four more where
+  // nodes would hold too much.
+  Status Run();
 
 private:
-  struct List
+  // What is known of all lists while they are not in memory.
+  struct Summary
   {
-    std::vector<Merge> merges; // in the ids of the state
-    std::size_t own = 0;       // vertices with triangles at first
-    bool stuck = false;
-    bool whole = false; // nothing was left out
+    std::uint32_t clusters = 0; // of the part, those without triangles too
+    std::uint32_t own = 0, merges = 0;
+    bool made = false, stuck = false, whole = false;
+    double last = 0; // error
     std::size_t taken = 0;
   };
-  struct Entry
-  {
-    double error;
-    std::size_t partition;
-    std::size_t index;
-    bool operator<(const Entry& other) const;
-  };
+  using PartFilter = std::function<bool(std::size_t part)>;
 
-  std::size_t Share() const { return this->Surface / this->Lists.size(); }
-  std::size_t ToTake(std::size_t first, std::size_t stride) const;
-  std::vector<Entry> EntriesOf(std::size_t begin, std::size_t end, std::size_t stride) const;
-  void Collapse(std::span<const std::size_t> partitions, double enough);
-  void CollapsePartition(std::size_t partition, double enough);
-  void Complete(std::size_t begin, std::size_t end);
+  std::size_t PartsOfBlock() const { return this->Summaries.size() / this->Blocks.Count(); }
+  std::size_t Share() const;
+  Status Collapse(const PartFilter& wanted, double enough, double from, double to);
+  Status ForEachLoaded(
+    std::span<const std::size_t> blocks, const std::function<Status(std::size_t)>& use);
+  Status CollapseBlock(std::size_t block, const PartFilter& wanted, double enough);
+  void Summarize(std::size_t part, const MergeList& list);
+  std::size_t ToTake(std::size_t stride) const;
+  Result<CheapestErrors> CheapestOf(std::size_t stride, std::size_t count);
+  Status TakeUntil();
+  Status LeaveTies(CheapestErrors& cheapest);
+  Status ShareSummaries();
+  Status KeepTargets();
+  bool MayOverflow() const;
+  Result<bool> TakeMore(std::size_t block, const std::vector<std::size_t>& excess);
+  Status EmptyNodes();
+  Result<Merging> MergingOf(std::size_t block);
+  Status Finish();
+  Status FinishBlock(std::size_t block);
 
-  const CollapseState& State;
+  LevelBlocks& Blocks;
+  const TreeDepths& Depths;
+  unsigned Depth;
+  unsigned PartDepth;
   const CollapseSpace& Space;
-  std::span<const std::uint32_t> PartitionOf;
-  std::size_t Surface;
+  Representative How;
+  bool Sheets;
   const Execution& Exec;
-  TriangleBuckets Buckets;
-  double AreaPerVertex;
-  std::vector<List> Lists;
-};
-
-// Collapses the whole level, below S.
-class FreeCollapse
-{
-public:
-  FreeCollapse(const CollapseState& state, const CollapseSpace& space);
-
-  bool Run(std::size_t vertices, std::size_t triangles)
-  {
-    return this->Engine.Run(vertices, triangles);
-  }
-  // Only vertices for which movable(v) is true may collapse from now on.
-  template <class Movable>
-  void Restrict(const Movable& movable)
-  {
-    for (VertexId v = 0; v < this->Clusters; ++v)
-    {
-      if (!movable(v))
-      {
-        this->Engine.Fix(v);
-      }
-    }
-  }
-  std::size_t VertexCount() const { return this->Engine.VertexCount(); }
-  void Apply(Merging& merging) const;
-
-private:
-  std::size_t Clusters;
-  EdgeCollapse Engine;
+  const std::function<Status(double)>& Report;
+  std::vector<Summary> Summaries; // of all parts
+  std::vector<std::uint8_t> Full; // nodes to be grouped by cells; empty = none
+  std::size_t LoadedBlock = 0;
+  std::optional<PartCollapse> Engine; // of the block loaded last
 };
 
 }

@@ -1,5 +1,5 @@
 // Edge collapse: see EdgeCollapse.h.
-//   1. The corners of each vertex in a list; edges, boundary, the first candidates.
+//   1. The triangles around each vertex; edges, boundary, the first candidates.
 //   2. Take the cheapest candidate; skip it where an end has changed since.
 //   3. Measure how far the surface goes back: where that is dearer put it back at that cost.
 //   4. Leave it where topology or normals forbid it.
@@ -7,171 +7,118 @@
 //   6. Candidates anew around it; what neighbours had left is tried again.
 #include "filters/core/EdgeCollapse.h"
 
-#include "filters/core/TriangleDistance.h"
+#include "filters/core/EdgePlacement.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace kdstream
 {
 namespace
 {
 
-constexpr double regularisation = 1e-3; // of the quadric's trace; measured in the prototype
-constexpr double flipCosine = 0.2;      // a normal may turn by 78°
-constexpr double reach = 2; // how many lengths of the edge the vertex may go from its middle
 constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
-constexpr std::uint8_t mostRetries = 64; // of the edges that a vertex could not collapse
+// Of the edges that a vertex could not collapse: not so many times all of them, or in a mesh that
+// is all knots, where every vertex has hundreds, most of the time goes into what never collapses.
+constexpr std::size_t mostRetries = 256;
 
-Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
+// The sums of the quadrics of two edges' ends, side by side.
+QuadraticForm<Lanes> SumsOf(
+  const Quadric& a0, const Quadric& b0, const Quadric& a1, const Quadric& b1)
 {
-  const Vec3 u = Minus(b, a), v = Minus(c, a);
-  return { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-}
-
-bool Has(const Triangle& t, VertexId v)
-{
-  return t[0] == v || t[1] == v || t[2] == v;
-}
-
-}
-
-bool EdgeCollapse::Later::operator()(const Candidate& a, const Candidate& b) const
-{
-  if (a.cost != b.cost)
+  QuadraticForm<Lanes> sums;
+  for (std::size_t k = 0; k < 6; ++k)
   {
-    return a.cost > b.cost;
+    sums.a[k] = Lanes(a0.a[k], a1.a[k]) + Lanes(b0.a[k], b1.a[k]);
   }
-  if (a.u != b.u)
+  for (std::size_t k = 0; k < 3; ++k)
   {
-    return a.u > b.u;
+    sums.b[k] = Lanes(a0.b[k], a1.b[k]) + Lanes(b0.b[k], b1.b[k]);
   }
-  return a.v != b.v ? a.v > b.v : a.stamp > b.stamp;
+  sums.c = Lanes(a0.c, a1.c) + Lanes(b0.c, b1.c);
+  return sums;
+}
+
 }
 
 EdgeCollapse::EdgeCollapse(CollapsePart part)
   : Positions(std::move(part.positions))
   , Quadrics(std::move(part.quadrics))
   , Fixed(std::move(part.fixed))
-  , Triangles(std::move(part.triangles))
   , Components(part.components)
   , Attributes(std::move(part.attributes))
   , Bounds(part.bounds)
   , KeepTopology(part.keepTopology)
   , AreaPerVertex(part.areaPerVertex)
+  , Stars(std::move(part.triangles), this->Positions.size())
 {
   const std::size_t n = this->Positions.size();
   this->Fixed.resize(n, 0);
-  this->DeadTriangle.assign(this->Triangles.size(), 0);
-  this->Degree.assign(n, 0);
   this->Boundary.assign(n, 0);
   this->Stamp.assign(n, 0);
   this->FirstRejection.assign(n, none);
   this->Retries.assign(n, 0);
   this->Mark.assign(n, 0);
-  this->LiveTriangles = this->Triangles.size();
-  this->LinkCorners();
+  for (VertexId v = 0; v < n; ++v)
+  {
+    this->Vertices += !this->Fixed[v] && this->Stars.Degree(v) > 0;
+  }
   this->FindEdges();
-}
-
-void EdgeCollapse::LinkCorners()
-{
-  this->FirstCorner.assign(this->Positions.size(), none);
-  this->NextCorner.resize(3 * this->Triangles.size());
-  for (std::size_t t = this->Triangles.size(); t-- > 0;)
-  {
-    for (std::size_t k = 3; k-- > 0;)
-    {
-      const VertexId v = this->Triangles[t][k];
-      const auto corner = static_cast<Corner>(3 * t + k);
-      this->NextCorner[corner] = this->FirstCorner[v];
-      this->FirstCorner[v] = corner;
-      ++this->Degree[v];
-    }
-  }
-}
-
-// Calls visit(triangle number) for the live triangles of a vertex.
-template <class Visit>
-void EdgeCollapse::ForEachTriangle(VertexId v, const Visit& visit) const
-{
-  for (Corner c = this->FirstCorner[v]; c != none; c = this->NextCorner[c])
-  {
-    if (!this->DeadTriangle[c / 3])
-    {
-      visit(c / 3);
-    }
-  }
 }
 
 void EdgeCollapse::FindEdges()
 {
+  // Boundary vertices must all be known first: they decide where a merged vertex goes.
+  const std::vector<Edge> edges = this->FindBoundary();
+  this->Candidates.Reserve(edges.size());
+  for (const Edge& edge : edges)
+  {
+    this->Push(edge[0], edge[1]);
+  }
+  this->PushWaiting();
+}
+
+// Marks the vertices of the boundary; returns the edges without a fixed end.
+std::vector<EdgeCollapse::Edge> EdgeCollapse::FindBoundary()
+{
+  std::vector<Edge> edges;
+  edges.reserve(3 * this->Positions.size());
   std::vector<std::uint32_t> uses(this->Positions.size(), 0);
-  this->Heap.reserve(this->Triangles.size() * 2);
+  std::vector<VertexId> neighbours;
   for (VertexId u = 0; u < this->Positions.size(); ++u)
   {
     if (this->Fixed[u])
     {
       continue;
     }
-    this->Vertices += this->Degree[u] > 0;
-    this->Scratch.clear();
-    this->ForEachTriangle(u,
-      [&](std::uint32_t t)
+    neighbours.clear();
+    const auto use = [&](VertexId w)
+    {
+      if (uses[w]++ == 0)
       {
-        for (const VertexId w : this->Triangles[t])
-        {
-          if (w != u && uses[w]++ == 0)
-          {
-            this->Scratch.push_back(w);
-          }
-        }
+        neighbours.push_back(w);
+      }
+    };
+    this->Stars.ForEachSide(u,
+      [&](const StarSide& side)
+      {
+        use(side.first);
+        use(side.second);
       });
-    for (const VertexId w : this->Scratch)
+    for (const VertexId w : neighbours)
     {
       if (uses[w] == 1)
       {
         this->Boundary[u] = this->Boundary[w] = 1;
       }
       uses[w] = 0;
-    }
-  }
-  // Boundary vertices are all known only now; they decide where a merged vertex goes.
-  for (VertexId u = 0; u < this->Positions.size(); ++u)
-  {
-    if (!this->Fixed[u])
-    {
-      this->CollectEdges(u);
-      for (const VertexId w : this->Scratch)
+      if (w > u && !this->Fixed[w])
       {
-        if (w > u)
-        {
-          this->Push(u, w);
-        }
+        edges.push_back({ u, w });
       }
     }
   }
-  std::make_heap(this->Heap.begin(), this->Heap.end(), Later{});
-}
-
-// The neighbours of a vertex into Scratch, each once.
-void EdgeCollapse::CollectEdges(VertexId u)
-{
-  this->Scratch.clear();
-  const std::uint32_t mark = ++this->LastMark;
-  this->ForEachTriangle(u,
-    [&](std::uint32_t t)
-    {
-      for (const VertexId w : this->Triangles[t])
-      {
-        if (w != u && this->Mark[w] != mark)
-        {
-          this->Mark[w] = mark;
-          this->Scratch.push_back(w);
-        }
-      }
-    });
+  return edges;
 }
 
 double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
@@ -191,29 +138,20 @@ double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
   return wu * wv / (wu + wv) * squares;
 }
 
-// The best place on the edge itself.
-Vec3 EdgeCollapse::LeastOnEdge(const Quadric& quadric, const Vec3& a, const Vec3& b) const
+// What an edge costs wherever its vertex goes.
+double EdgeCollapse::LastingCost(VertexId u, VertexId v) const
 {
-  const Vec3 middle{ (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2 };
-  // A parabola through the errors at the ends and in the middle.
-  const double atA = quadric.At(a), atB = quadric.At(b), atMiddle = quadric.At(middle);
-  const double curvature = atA + atB - 2 * atMiddle;
-  const double t = curvature > 0 ? 0.5 + (atA - atB) / (4 * curvature) : 0.5;
-  const Vec3 best = t > 0 && t < 1 ? Vec3{ a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]),
-    a[2] + t * (b[2] - a[2]) }
-                                   : middle;
-  const double least = quadric.At(best);
-  return least < atA && least < atB ? best : atA <= atB ? a : b;
+  const Vec3 edge = Minus(this->Positions[v], this->Positions[u]);
+  const double squaredLength = Dot(edge, edge);
+  return this->AttributeCost(u, v) + lengthCost * squaredLength * squaredLength;
 }
 
 // Where the merged vertex goes, and what that costs. False where no number comes out.
-bool EdgeCollapse::Evaluate(VertexId u, VertexId v, double& cost, Vec3& position) const
+bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) const
 {
   const Vec3 &a = this->Positions[u], &b = this->Positions[v];
   Quadric quadric = this->Quadrics[u];
   quadric.Add(this->Quadrics[v]);
-  const Vec3 edge = Minus(b, a);
-  const double squaredLength = Dot(edge, edge);
   if (this->Boundary[u] != this->Boundary[v])
   {
     position = this->Boundary[u] ? a : b;
@@ -221,43 +159,77 @@ bool EdgeCollapse::Evaluate(VertexId u, VertexId v, double& cost, Vec3& position
   }
   else
   {
-    position = this->LeastOnEdge(quadric, a, b);
-    cost = quadric.At(position);
-    const Vec3 middle{ (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2 };
-    Vec3 least = quadric.Minimum(middle, regularisation);
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      least[k] = std::clamp(least[k], this->Bounds.lo[k], this->Bounds.hi[k]);
-    }
-    const Vec3 moved = Minus(least, middle);
-    const double error = quadric.At(least);
     // A straight boundary is left only for much less error: what lies inside must not pull at it.
-    if (Dot(moved, moved) <= reach * reach * squaredLength &&
-        error < (this->Boundary[u] ? offBoundary * cost : cost))
-    {
-      position = least;
-      cost = error;
-    }
+    const PlacedVertex<double> placed =
+      PlaceVertex<double>({ a, b, quadric, this->Boundary[u] ? offBoundary : 1 }, this->Bounds);
+    position = placed.position;
+    cost = placed.cost;
   }
-  cost += this->AttributeCost(u, v) + lengthCost * squaredLength * squaredLength;
+  cost += this->LastingCost(u, v);
   return cost <= std::numeric_limits<double>::max();
 }
 
+// Makes an edge a candidate, at the latest with PushWaiting.
 void EdgeCollapse::Push(VertexId u, VertexId v)
 {
-  if (this->Fixed[u] || this->Fixed[v])
+  if (this->Fixed[u] || this->Fixed[v] ||
+      this->Stars.Degree(u) + this->Stars.Degree(v) > mostTriangles)
   {
     return;
   }
+  ++this->Looked;
   if (u > v)
   {
     std::swap(u, v);
   }
-  double cost = 0;
-  Vec3 position;
-  if (this->Evaluate(u, v, cost, position))
+  if (this->Boundary[u] != this->Boundary[v])
   {
-    this->Heap.push_back({ cost, u, v, this->Stamp[u] + this->Stamp[v], false });
+    double cost = 0;
+    Vec3 position;
+    this->Place(u, v, cost, position);
+    this->PushAt({ u, v }, cost);
+    return;
+  }
+  this->Waiting[this->WaitingCount++] = { u, v };
+  if (this->WaitingCount == this->Waiting.size())
+  {
+    this->PushWaiting();
+  }
+}
+
+// Places the edges that wait, all at once.
+void EdgeCollapse::PushWaiting()
+{
+  if (this->WaitingCount == 0)
+  {
+    return;
+  }
+  const auto [u0, v0] = this->Waiting[0];
+  const auto [u1, v1] = this->Waiting[this->WaitingCount - 1];
+  EdgeToPlace<Lanes> edges;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    edges.a[k] = Lanes(this->Positions[u0][k], this->Positions[u1][k]);
+    edges.b[k] = Lanes(this->Positions[v0][k], this->Positions[v1][k]);
+  }
+  edges.quadric =
+    SumsOf(this->Quadrics[u0], this->Quadrics[v0], this->Quadrics[u1], this->Quadrics[v1]);
+  edges.beside = Lanes(this->Boundary[u0] ? offBoundary : 1, this->Boundary[u1] ? offBoundary : 1);
+  const PlacedVertex<Lanes> placed = PlaceVertex(edges, this->Bounds);
+  for (std::size_t i = 0; i < this->WaitingCount; ++i)
+  {
+    const auto [u, v] = this->Waiting[i];
+    this->PushAt({ u, v }, placed.cost[i] + this->LastingCost(u, v));
+  }
+  this->WaitingCount = 0;
+}
+
+void EdgeCollapse::PushAt(const Edge& edge, double cost)
+{
+  if (cost <= std::numeric_limits<double>::max())
+  {
+    const auto [u, v] = edge;
+    this->Candidates.Push({ cost, u, v, this->Stamp[u] + this->Stamp[v], false });
   }
 }
 
@@ -271,41 +243,44 @@ bool EdgeCollapse::RunBeyond(double error, std::size_t vertices)
   return this->Take(vertices, any, error);
 }
 
+// Both stamps only grow: an equal sum means that neither end has changed.
+bool EdgeCollapse::IsCurrent(const EdgeCandidate& edge) const
+{
+  return this->Stamp[edge.u] + this->Stamp[edge.v] == edge.stamp && !this->Fixed[edge.u] &&
+         !this->Fixed[edge.v];
+}
+
 // Takes candidates while there are too many vertices or triangles, and none has cost more than
 // `error`.
 bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double error)
 {
-  while ((this->Vertices > vertices || this->LiveTriangles > triangles) && this->Largest <= error)
+  const auto isCurrent = [&](const EdgeCandidate& edge) { return this->IsCurrent(edge); };
+  while ((this->Vertices > vertices || this->Stars.TriangleCount() > triangles) &&
+         this->Largest <= error)
   {
-    if (this->Heap.empty())
+    EdgeCandidate edge;
+    if (!this->Candidates.Pop(edge, isCurrent))
     {
       return false;
     }
-    std::pop_heap(this->Heap.begin(), this->Heap.end(), Later{});
-    const Candidate edge = this->Heap.back();
-    this->Heap.pop_back();
-    // Both stamps only grow: an equal sum means that neither end has changed.
-    if (this->Stamp[edge.u] + this->Stamp[edge.v] != edge.stamp || this->Fixed[edge.u] ||
-        this->Fixed[edge.v])
-    {
-      continue;
-    }
     double cost = 0;
     Vec3 position;
-    this->Evaluate(edge.u, edge.v, cost, position);
+    this->Place(edge.u, edge.v, cost, position);
+    this->Stars.Gather(edge.u, edge.v, this->Star);
+    this->Merged.Set(this->Positions, this->Star, edge.u, edge.v, position);
+    this->Looked += this->Star.sides.size() + this->Star.facing.size();
     if (!edge.measured && this->AreaPerVertex > 0)
     {
-      const double retreat = this->RetreatCost(edge.u, edge.v, position, edge.cost);
+      const double retreat =
+        this->AreaPerVertex * this->Merged.SquaredRetreat(this->Positions, this->Star, edge.u,
+                                edge.v, this->AreaPerVertex, edge.cost);
       if (retreat > edge.cost)
       {
-        this->Heap.push_back({ retreat, edge.u, edge.v, edge.stamp, true });
-        std::push_heap(this->Heap.begin(), this->Heap.end(), Later{});
+        this->Candidates.Push({ retreat, edge.u, edge.v, edge.stamp, true });
         continue;
       }
     }
-    if (this->KeepsNormals(edge.u, edge.v, position) &&
-        this->KeepsNormals(edge.v, edge.u, position) &&
-        (!this->KeepTopology || this->KeepsTopology(edge.u, edge.v)))
+    if (this->Merged.KeepsNormals() && (!this->KeepTopology || this->KeepsTopology(edge.u, edge.v)))
     {
       this->Collapse(edge.u, edge.v, position, edge.cost);
     }
@@ -320,190 +295,61 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
 // The link condition: what both ends are linked to must be linked to the edge itself.
 bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
 {
-  // Vertices next to u, those next to both, and those that face the edge.
-  const std::uint32_t nextToU = ++this->LastMark, nextToBoth = ++this->LastMark,
-                      facing = ++this->LastMark;
-  std::size_t common = 0, faces = 0, opposite = 0;
-  this->ForEachTriangle(u,
-    [&](std::uint32_t t)
-    {
-      for (const VertexId w : this->Triangles[t])
-      {
-        this->Mark[w] = nextToU;
-      }
-    });
-  this->ForEachTriangle(v,
-    [&](std::uint32_t t)
-    {
-      for (const VertexId w : this->Triangles[t])
-      {
-        if (w != u && w != v && this->Mark[w] == nextToU)
-        {
-          this->Mark[w] = nextToBoth;
-          ++common;
-        }
-      }
-    });
-  this->ForEachTriangle(u,
-    [&](std::uint32_t t)
-    {
-      const Triangle& triangle = this->Triangles[t];
-      if (!Has(triangle, v))
-      {
-        return;
-      }
-      ++faces;
-      for (const VertexId w : triangle)
-      {
-        if (w != u && w != v && this->Mark[w] != facing)
-        {
-          this->Mark[w] = facing;
-          ++opposite;
-        }
-      }
-    });
-  const bool pinches = this->Boundary[u] && this->Boundary[v] && faces != 1;
-  return common == opposite && !pinches && !this->ShareAnEdgeOpposite(u, v);
-}
-
-// Whether some edge makes a triangle with u and one with v, neither of which holds both.
-bool EdgeCollapse::ShareAnEdgeOpposite(VertexId u, VertexId v)
-{
-  // The edges opposite u with both ends next to v too: few, mostly none.
-  const std::uint32_t nextToV = ++this->LastMark;
-  this->ForEachTriangle(v,
-    [&](std::uint32_t t)
-    {
-      if (!Has(this->Triangles[t], u))
-      {
-        for (const VertexId w : this->Triangles[t])
-        {
-          this->Mark[w] = nextToV;
-        }
-      }
-    });
-  bool shared = false;
-  this->ForEachTriangle(u,
-    [&](std::uint32_t t)
-    {
-      const Triangle& triangle = this->Triangles[t];
-      std::size_t marked = 0;
-      VertexId ends[2] = { none, none };
-      for (const VertexId w : triangle)
-      {
-        if (w != u && this->Mark[w] == nextToV && marked < 2)
-        {
-          ends[marked++] = w;
-        }
-      }
-      if (shared || marked < 2 || Has(triangle, v))
-      {
-        return;
-      }
-      this->ForEachTriangle(v,
-        [&](std::uint32_t other) {
-          shared |= Has(this->Triangles[other], ends[0]) && Has(this->Triangles[other], ends[1]);
-        });
-    });
-  return shared;
-}
-
-// Whether the triangles of v, but for those with `other`, keep their normals when v moves.
-bool EdgeCollapse::KeepsNormals(VertexId v, VertexId other, const Vec3& position) const
-{
-  for (Corner c = this->FirstCorner[v]; c != none; c = this->NextCorner[c])
+  if (this->Boundary[u] && this->Boundary[v] && this->Star.facing.size() != 1)
   {
-    const Triangle& t = this->Triangles[c / 3];
-    if (this->DeadTriangle[c / 3] || Has(t, other))
-    {
-      continue;
-    }
-    const Vec3 &p = this->Positions[v], &q = this->Positions[t[(c % 3 + 1) % 3]],
-               &r = this->Positions[t[(c % 3 + 2) % 3]];
-    const Vec3 before = NormalOf(p, q, r), after = NormalOf(position, q, r);
-    const double squaredBefore = Dot(before, before);
-    const double cosine = Dot(before, after); // × both lengths
-    if (squaredBefore > 0 && !(cosine > 0 && cosine * cosine > flipCosine * flipCosine *
-                                                                 squaredBefore * Dot(after, after)))
+    return false; // it would pinch the boundary
+  }
+  const std::uint32_t nextToU = ++this->LastMark, facing = ++this->LastMark;
+  for (std::size_t i = 0; i < this->Star.ofU; ++i)
+  {
+    this->Mark[this->Star.sides[i].first] = this->Mark[this->Star.sides[i].second] = nextToU;
+  }
+  for (const EdgeStar::Facing& corner : this->Star.facing)
+  {
+    this->Mark[corner.vertex] = facing;
+  }
+  for (std::size_t i = this->Star.ofU; i < this->Star.sides.size(); ++i)
+  {
+    const StarSide& side = this->Star.sides[i];
+    if (this->Mark[side.first] == nextToU || this->Mark[side.second] == nextToU)
     {
       return false;
     }
   }
-  return true;
+  return !this->ShareAnEdgeOpposite(facing);
 }
 
-// The price of how far the ends of an edge, and the vertices that face it, are from the triangles
-// that will be around the merged vertex: what planes do not see when the tip of a limb goes back
-// along it. Where no triangle is left it is the longest side of those that go. `enough`: a price of
-// at most so much need not be exact.
-double EdgeCollapse::RetreatCost(VertexId u, VertexId v, const Vec3& position, double enough)
+// Whether some edge makes a triangle with u and one with v, neither of which holds both. Both its
+// ends are vertices that face the edge, marked so: few edges, mostly none.
+bool EdgeCollapse::ShareAnEdgeOpposite(std::uint32_t facing) const
 {
-  this->Scratch.assign({ u, v });
-  double longest = 0;
-  this->ForEachTriangle(u,
-    [&](std::uint32_t t)
-    {
-      const Triangle& triangle = this->Triangles[t];
-      for (std::size_t k = 0; k < 3 && Has(triangle, v); ++k)
-      {
-        const Vec3 side =
-          Minus(this->Positions[triangle[k]], this->Positions[triangle[(k + 1) % 3]]);
-        longest = std::max(longest, Dot(side, side));
-        if (triangle[k] != u && triangle[k] != v)
-        {
-          this->Scratch.push_back(triangle[k]);
-        }
-      }
-    });
-  // The triangles' other corners, those that stay where they are.
-  this->Ring.clear();
-  for (const auto& [own, other] : { std::pair(u, v), std::pair(v, u) })
+  const auto& sides = this->Star.sides;
+  for (std::size_t i = 0; i < this->Star.ofU; ++i)
   {
-    for (Corner c = this->FirstCorner[own]; c != none; c = this->NextCorner[c])
+    const auto [a, b, corner] = sides[i];
+    if (this->Mark[a] != facing || this->Mark[b] != facing)
     {
-      const Triangle& t = this->Triangles[c / 3];
-      if (!this->DeadTriangle[c / 3] && !Has(t, other))
+      continue;
+    }
+    for (std::size_t k = this->Star.ofU; k < sides.size(); ++k)
+    {
+      if ((sides[k].first == a && sides[k].second == b) ||
+          (sides[k].first == b && sides[k].second == a))
       {
-        this->Ring.emplace_back(t[(c % 3 + 1) % 3], t[(c % 3 + 2) % 3]);
+        return true;
       }
     }
   }
-  double farthest = 0;
-  for (const VertexId from : this->Scratch)
-  {
-    const Vec3& p = this->Positions[from];
-    double nearest = longest;
-    // What is near enough, or nearer than what was found before, changes nothing any more.
-    const auto matters = [&]
-    { return nearest > farthest && this->AreaPerVertex * nearest > enough; };
-    const auto measure = [&](const std::pair<VertexId, VertexId>& side)
-    {
-      nearest = std::min(nearest,
-        SquaredToTriangle(p, position, this->Positions[side.first], this->Positions[side.second]));
-    };
-    // A vertex that faces the edge is mostly a corner of one of them.
-    for (std::size_t i = 0; i < this->Ring.size() && from != u && from != v && matters(); ++i)
-    {
-      if (this->Ring[i].first == from || this->Ring[i].second == from)
-      {
-        measure(this->Ring[i]);
-      }
-    }
-    for (std::size_t i = 0; i < this->Ring.size() && matters(); ++i)
-    {
-      measure(this->Ring[i]);
-    }
-    farthest = std::max(farthest, nearest);
-  }
-  return this->AreaPerVertex * farthest;
+  return false;
 }
 
-void EdgeCollapse::Reject(const Candidate& edge)
+void EdgeCollapse::Reject(const EdgeCandidate& edge)
 {
   const auto add = [&](VertexId v, VertexId other)
   {
     for (std::uint32_t i = this->FirstRejection[v]; i != none; i = this->Rejections[i].next)
     {
+      ++this->Looked;
       if (this->Rejections[i].other == other)
       {
         this->Rejections[i].stamp = edge.stamp;
@@ -529,7 +375,9 @@ void EdgeCollapse::Collapse(VertexId u, VertexId v, const Vec3& position, double
   ++this->Stamp[u];
   ++this->Stamp[v];
   this->FirstRejection[u] = this->FirstRejection[v] = none;
-  this->MergeCorners(u, v);
+  --this->Vertices;
+  this->Stars.Merge(
+    u, v, this->Star, [&](VertexId loose) { this->Vertices -= !this->Fixed[loose]; });
   this->PushAround(u);
 }
 
@@ -544,98 +392,43 @@ void EdgeCollapse::MergeAttributes(VertexId u, VertexId v)
   }
 }
 
-// Drops the triangles on the edge and hands the others of v to u.
-void EdgeCollapse::MergeCorners(VertexId u, VertexId v)
-{
-  this->ForEachTriangle(v,
-    [&](std::uint32_t t)
-    {
-      if (Has(this->Triangles[t], u))
-      {
-        this->DropTriangle(t);
-      }
-    });
-  // v's list in front of u's, without its dead corners.
-  Corner* end = &this->FirstCorner[v];
-  while (*end != none)
-  {
-    const Corner c = *end;
-    if (this->DeadTriangle[c / 3])
-    {
-      *end = this->NextCorner[c];
-      continue;
-    }
-    this->Triangles[c / 3][c % 3] = u;
-    end = &this->NextCorner[c];
-  }
-  *end = this->FirstCorner[u];
-  while (*end != none)
-  {
-    if (this->DeadTriangle[*end / 3])
-    {
-      *end = this->NextCorner[*end];
-    }
-    else
-    {
-      end = &this->NextCorner[*end];
-    }
-  }
-  this->FirstCorner[u] = this->FirstCorner[v];
-  this->FirstCorner[v] = none;
-  this->Vertices -= this->Degree[v] > 0; // 0 where v's last triangles were on the edge
-  if (this->Degree[u] == 0 && this->Degree[v] > 0)
-  {
-    ++this->Vertices; // u had no other triangles: it has v's now
-  }
-  this->Degree[u] += this->Degree[v];
-  this->Degree[v] = 0;
-}
-
-void EdgeCollapse::DropTriangle(std::uint32_t t)
-{
-  this->DeadTriangle[t] = 1;
-  --this->LiveTriangles;
-  for (const VertexId w : this->Triangles[t])
-  {
-    if (--this->Degree[w] == 0)
-    {
-      this->Vertices -= !this->Fixed[w];
-    }
-  }
-}
-
-// Candidates for the edges of a vertex that has changed, and for what its neighbours had left.
+// Candidates for the edges of a vertex that has just been merged, and for what its neighbours had
+// left.
 void EdgeCollapse::PushAround(VertexId u)
 {
-  this->CollectEdges(u);
-  const auto push = [&](VertexId a, VertexId b)
+  const std::uint32_t mark = ++this->LastMark;
+  const auto visit = [&](VertexId w)
   {
-    const std::size_t before = this->Heap.size();
-    this->Push(a, b);
-    if (this->Heap.size() > before)
+    if (this->Mark[w] == mark)
     {
-      std::push_heap(this->Heap.begin(), this->Heap.end(), Later{});
+      return;
     }
-  };
-  for (const VertexId w : this->Scratch)
-  {
-    push(u, w);
+    this->Mark[w] = mark;
+    this->Push(u, w);
     if (this->FirstRejection[w] == none || this->Retries[w] >= mostRetries)
     {
-      continue;
+      return;
     }
-    ++this->Retries[w];
     std::uint32_t next = this->FirstRejection[w];
     this->FirstRejection[w] = none;
+    std::size_t retried = this->Retries[w];
     for (; next != none; next = this->Rejections[next].next)
     {
+      ++retried;
       const Rejection rejected = this->Rejections[next];
       if (rejected.other != u && this->Stamp[w] + this->Stamp[rejected.other] == rejected.stamp)
       {
-        push(w, rejected.other);
+        this->Push(w, rejected.other);
       }
     }
+    this->Retries[w] = static_cast<std::uint16_t>(std::min(mostRetries, retried));
+  };
+  for (const StarSide& side : this->Star.sides)
+  {
+    visit(side.first);
+    visit(side.second);
   }
+  this->PushWaiting();
 }
 
 }

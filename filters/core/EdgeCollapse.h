@@ -6,9 +6,13 @@
 // border vertices are fixed, and the attributes' share of the cost.
 #pragma once
 
+#include "filters/core/EdgeCandidates.h"
+#include "filters/core/MergedStar.h"
 #include "filters/core/Quadric.h"
 #include "filters/core/Types.h"
+#include "filters/core/VertexStars.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -59,13 +63,19 @@ struct Merge
 // triangle by more than about 80°, or would change the topology (link condition) or pinch the
 // boundary; it is tried again when a neighbour has changed, a bounded number of times. Boundary
 // edges are those of a single triangle, unless both ends are fixed. Any triangles will do:
-// duplicates, folds and edges of many triangles only keep their neighbourhood from collapsing.
-// Complexity: O(m log m) for m merges and edges; memory about 350 bytes a vertex. The same bits on
-// every machine.
+// duplicates, folds and edges of many triangles only keep their neighbourhood from collapsing. So
+// do vertices of very many triangles, hubs of fans: an edge whose ends have more than
+// mostTriangles together waits until collapses around it have left fewer.
+// Complexity: O(m log m) for m merges and edges of ordinary surfaces. Whatever the triangles are,
+// each vertex costs at most about 500 looks at mostTriangles triangles: linear in the size, but
+// thousands of times an ordinary vertex. Memory about 350 bytes a vertex. The same bits on every
+// machine.
 class EdgeCollapse
 {
 public:
   static constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
+  // Of both ends of an edge that may collapse; ordinary edges have about ten.
+  static constexpr std::uint32_t mostTriangles = 256;
 
   explicit EdgeCollapse(CollapsePart part);
 
@@ -79,20 +89,14 @@ public:
   void Fix(VertexId v) { this->Fixed[v] = 1; }
 
   std::size_t VertexCount() const { return this->Vertices; }
-  std::size_t TriangleCount() const { return this->LiveTriangles; }
+  std::size_t TriangleCount() const { return this->Stars.TriangleCount(); }
   const std::vector<Merge>& Merges() const { return this->Record; }
+  // Triangles, edges and entries of lists looked at so far: what the time goes with.
+  std::uint64_t Steps() const { return this->Looked + this->Stars.Steps(); }
 
 private:
-  using Corner = std::uint32_t; // 3 × triangle + place
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-  struct Candidate
-  {
-    double cost;
-    VertexId u, v; // u < v
-    std::uint32_t stamp;
-    bool measured; // whether the cost knows how far the surface goes back
-  };
   // An edge that could not collapse, in the list of one of its ends.
   struct Rejection
   {
@@ -100,60 +104,52 @@ private:
     std::uint32_t stamp;
     std::uint32_t next;
   };
+  using Edge = std::array<VertexId, 2>; // the lower one first
 
-  struct Later
-  {
-    bool operator()(const Candidate& a, const Candidate& b) const;
-  };
-  void LinkCorners();
   void FindEdges();
-  Vec3 LeastOnEdge(const Quadric& quadric, const Vec3& a, const Vec3& b) const;
-  bool Evaluate(VertexId u, VertexId v, double& cost, Vec3& position) const;
+  std::vector<Edge> FindBoundary();
+  bool Place(VertexId u, VertexId v, double& cost, Vec3& position) const;
+  double LastingCost(VertexId u, VertexId v) const;
   double AttributeCost(VertexId u, VertexId v) const;
   bool Take(std::size_t vertices, std::size_t triangles, double error);
   void Push(VertexId u, VertexId v);
-  void CollectEdges(VertexId u);
-  double RetreatCost(VertexId u, VertexId v, const Vec3& position, double enough);
+  void PushWaiting();
+  void PushAt(const Edge& edge, double cost);
+  bool IsCurrent(const EdgeCandidate& edge) const;
   bool KeepsTopology(VertexId u, VertexId v);
-  bool KeepsNormals(VertexId v, VertexId other, const Vec3& position) const;
-  bool ShareAnEdgeOpposite(VertexId u, VertexId v);
-  void Reject(const Candidate& edge);
+  bool ShareAnEdgeOpposite(std::uint32_t facing) const;
+  void Reject(const EdgeCandidate& edge);
   void Collapse(VertexId u, VertexId v, const Vec3& position, double cost);
-  void MergeCorners(VertexId u, VertexId v);
-  void DropTriangle(std::uint32_t t);
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
-  template <class Visit>
-  void ForEachTriangle(VertexId v, const Visit& visit) const;
 
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<std::uint8_t> Fixed;
-  std::vector<Triangle> Triangles;
   std::size_t Components;
   std::vector<float> Attributes;
   Box Bounds;
   bool KeepTopology;
   double AreaPerVertex;
 
-  std::vector<std::uint8_t> DeadTriangle;
-  std::vector<Corner> FirstCorner; // of each vertex
-  std::vector<Corner> NextCorner;  // of each corner; corners of dead triangles are skipped
-  std::vector<std::uint32_t> Degree;
+  VertexStars Stars;
+  EdgeCandidates Candidates;
   std::vector<std::uint8_t> Boundary;
   std::vector<std::uint32_t> Stamp; // how often the vertex has changed
   std::vector<std::uint32_t> FirstRejection;
-  std::vector<std::uint8_t> Retries;
+  std::vector<std::uint16_t> Retries; // edges tried again
   std::vector<Rejection> Rejections;
   std::vector<std::uint32_t> Mark;
   std::uint32_t LastMark = 0;
-  std::vector<Candidate> Heap;
   std::vector<Merge> Record;
-  std::vector<VertexId> Scratch;
-  std::vector<std::pair<VertexId, VertexId>> Ring;
+  // Of the edge that is looked at.
+  EdgeStar Star;
+  MergedStar Merged;
+  std::array<Edge, Lanes::count> Waiting; // to be placed together
+  std::size_t WaitingCount = 0;
   double Largest = 0;
   std::size_t Vertices = 0;
-  std::size_t LiveTriangles = 0;
+  std::uint64_t Looked = 0;
 };
 
 }

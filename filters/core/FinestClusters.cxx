@@ -3,14 +3,16 @@
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
 //   4. Per cluster: sums, box and quadric; the representative and its deviation.
-//   5. The triangles' image.
 #include "filters/core/FinestClusters.h"
 
 #include "filters/core/CellSheets.h"
+#include "filters/core/CoincidentClusters.h"
 #include "filters/core/DisjointSets.h"
+#include "filters/core/Lanes.h"
 #include "filters/core/Weld.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <string>
 
@@ -29,25 +31,36 @@ std::uint32_t Scatter(VertexId v)
   return x ^ (x >> 16);
 }
 
+// The form in one lane.
+Quadric QuadricOf(const QuadraticForm<Lanes>& forms, std::size_t lane)
+{
+  Quadric quadric;
+  for (std::size_t k = 0; k < 6; ++k)
+  {
+    quadric.a[k] = forms.a[k][lane];
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    quadric.b[k] = forms.b[k][lane];
+  }
+  quadric.c = forms.c[lane];
+  return quadric;
+}
+
 class FinestBuilder
 {
 public:
-  FinestBuilder(std::span<const Vec3> points, std::span<const Triangle> triangles,
-    const KdTree& tree, const TriangleBuckets& buckets, const ClusterOptions& options,
-    const Execution& execution)
-    : Points(points)
-    , Triangles(triangles)
-    , Tree(tree)
-    , Buckets(buckets)
+  FinestBuilder(const FinestInput& input, const ClusterOptions& options, const Execution& execution)
+    : Points(input.points)
+    , Triangles(input.triangles)
+    , Tree(input.tree)
+    , Buckets(input.partitionTriangles)
+    , Ids(input.ids)
     , Options(options)
     , Exec(execution)
-    , Below(tree.depths.finest - tree.depths.partition)
+    , Below(input.tree.depths.finest - input.tree.depths.partition)
   {
-    const Box& box = tree.boxes[1];
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      this->Output.origin[k] = box.lo[k] / 2 + box.hi[k] / 2;
-    }
+    this->Output.origin = input.origin;
   }
 
   Result<FinestClusters> Build()
@@ -73,11 +86,19 @@ public:
     {
       return status.GetError();
     }
-    this->FinishLevel();
+    if (this->Options.joinCoincident)
+    {
+      JoinCoincidentClusters(this->Output, this->Below);
+    }
+    RepresentClusters(this->Output.clusters, this->Options.representative, this->Output.origin,
+      this->Output.level, this->Exec);
     return std::move(this->Output);
   }
 
 private:
+  // The vertex in the mesh.
+  VertexId IdOf(VertexId v) const { return this->Ids.empty() ? v : this->Ids[v]; }
+
   Vec3 Relative(VertexId v) const
   {
     const Vec3& p = this->Points[v];
@@ -102,8 +123,9 @@ private:
   void FindSheets(std::vector<VertexId>& root, std::vector<std::uint8_t>& surface)
   {
     std::iota(root.begin(), root.end(), VertexId{ 0 });
-    const std::vector<std::uint32_t> cell = CellOfVertex(this->Tree, this->Tree.depths.finest);
-    // A cell lies in one partition, so partitions do not meet in the forest.
+    const std::vector<std::uint32_t> cell =
+      CellOfVertex(this->Tree, this->Tree.depths.finest, this->Points.size(), this->Exec);
+    // Ghosts are in no cell. A cell lies in one partition, so partitions do not meet in the forest.
     this->ForEachPartition(
       [&](std::size_t partition)
       {
@@ -116,7 +138,7 @@ private:
             if (cell[a] >> this->Below == partition)
             {
               surface[a] = 1;
-              if (cell[a] == cell[b])
+              if (cell[a] == cell[b] && root[a] != root[b])
               {
                 Join(root, a, b);
               }
@@ -159,15 +181,24 @@ private:
     const std::size_t cells = this->Tree.cellBegin.size() - 1;
     std::vector<VertexId> clusterBegin(cells + 1, 0);
     std::vector<VertexId>& clusterOf = this->Output.clusterOf;
-    clusterOf.resize(this->Points.size());
+    clusterOf.assign(this->Points.size(), noVertex);
     this->Exec.parallelFor(cells, grain / 8,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t c = begin; c < end; ++c)
         {
+          const std::span<const VertexId> members = this->Tree.Cell(this->Tree.depths.finest, c);
+          const VertexId first = members.empty() ? noVertex : FindRoot(root, members.front());
+          if (!members.empty() && std::all_of(members.begin(), members.end(),
+                                    [&](VertexId v) { return FindRoot(root, v) == first; }))
+          {
+            // One component, as in most cells.
+            std::for_each(members.begin(), members.end(), [&](VertexId v) { clusterOf[v] = 0; });
+            clusterBegin[c + 1] = 1;
+            continue;
+          }
           clusterBegin[c + 1] = static_cast<VertexId>(GroupCell(
-            this->Tree.Cell(this->Tree.depths.finest, c), this->Options.sheets,
-            [&](VertexId v) { return FindRoot(root, v); },
+            members, this->Options.sheets, [&](VertexId v) { return FindRoot(root, v); },
             [&](VertexId v) {
               return Sheet{ 1, this->Relative(v), surface[v] != 0, 0 };
             },
@@ -194,7 +225,7 @@ private:
   {
     this->Output.clusters.assign(clusterBegin.back(), {});
     const bool boundary = this->Options.representative == Representative::Quadric;
-    this->ClusterBegin.assign(this->Buckets.begin.size(), 0);
+    this->Output.partitionBegin.assign(this->Buckets.begin.size(), 0);
     // Of each vertex while its own partition is worked on: see FindUnbalanced.
     std::vector<std::uint32_t> unbalanced(boundary ? this->Points.size() : 0, 0);
     this->ForEachPartition(
@@ -207,7 +238,7 @@ private:
           this->SumVertices(c, surface);
         }
         const VertexId first = clusterBegin[firstCell], end = clusterBegin[endCell];
-        this->ClusterBegin[partition + 1] = end;
+        this->Output.partitionBegin[partition + 1] = end;
         this->SumTriangles(partition, first, end);
         if (boundary)
         {
@@ -224,32 +255,50 @@ private:
     for (const VertexId v : this->Tree.Cell(this->Tree.depths.finest, cell))
     {
       ClusterSum& cluster = this->Output.clusters[this->Output.clusterOf[v]];
-      cluster.AddVertex(v, this->Points[v], this->Relative(v));
+      cluster.AddVertex(this->IdOf(v), this->Points[v], this->Relative(v));
       cluster.surface |= surface[v] != 0;
     }
   }
 
-  // Adds each triangle's plane once to each of its clusters in [firstCluster, endCluster), those of
-  // the partition.
+  // Adds the triangles' planes to the partition's clusters, which are [firstCluster, endCluster).
   void SumTriangles(std::size_t partition, VertexId firstCluster, VertexId endCluster)
   {
-    for (const std::uint32_t t : this->Buckets.Of(partition))
+    const std::span<const std::uint32_t> numbers = this->Buckets.Of(partition);
+    for (std::size_t i = 0; i < numbers.size(); i += 2) // two at a time
     {
-      const Triangle& triangle = this->Triangles[t];
-      Quadric quadric;
-      quadric.AddTriangle(
-        this->Relative(triangle[0]), this->Relative(triangle[1]), this->Relative(triangle[2]));
-      VertexId done[3] = { noVertex, noVertex, noVertex };
+      const Triangle& first = this->Triangles[numbers[i]];
+      const Triangle& second = this->Triangles[numbers[std::min(i + 1, numbers.size() - 1)]];
+      std::array<std::array<Lanes, 3>, 3> corners;
       for (std::size_t k = 0; k < 3; ++k)
       {
-        const VertexId cluster = this->Output.clusterOf[triangle[k]];
-        if (cluster >= firstCluster && cluster < endCluster && cluster != done[0] &&
-            cluster != done[1])
-        {
-          this->Output.clusters[cluster].quadric.Add(quadric);
-        }
-        done[k] = cluster;
+        const Vec3 p = this->Relative(first[k]), q = this->Relative(second[k]);
+        corners[k] = { Lanes(p[0], q[0]), Lanes(p[1], q[1]), Lanes(p[2], q[2]) };
       }
+      const QuadraticForm<Lanes> planes =
+        QuadraticForm<Lanes>::OfTriangle(corners[0], corners[1], corners[2]);
+      this->AddPlane(first, planes, 0, firstCluster, endCluster);
+      if (i + 1 < numbers.size())
+      {
+        this->AddPlane(second, planes, 1, firstCluster, endCluster);
+      }
+    }
+  }
+
+  // Adds a triangle's plane once to each of its clusters that are the partition's.
+  void AddPlane(const Triangle& triangle, const QuadraticForm<Lanes>& planes, std::size_t lane,
+    VertexId firstCluster, VertexId endCluster)
+  {
+    const Quadric quadric = QuadricOf(planes, lane);
+    VertexId done[3] = { noVertex, noVertex, noVertex };
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId cluster = this->Output.clusterOf[triangle[k]];
+      if (cluster >= firstCluster && cluster < endCluster && cluster != done[0] &&
+          cluster != done[1])
+      {
+        this->Output.clusters[cluster].quadric.Add(quadric);
+      }
+      done[k] = cluster;
     }
   }
 
@@ -270,12 +319,16 @@ private:
     for (const std::uint32_t t : this->Buckets.Of(partition))
     {
       const Triangle& triangle = this->Triangles[t];
+      std::uint32_t scattered[3];
       for (std::size_t k = 0; k < 3; ++k)
       {
-        const VertexId v = triangle[k];
-        if (this->IsOwn(v, firstCluster, endCluster))
+        scattered[k] = Scatter(this->IdOf(triangle[k]));
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        if (this->IsOwn(triangle[k], firstCluster, endCluster))
         {
-          sums[v] += Scatter(triangle[(k + 1) % 3]) - Scatter(triangle[(k + 2) % 3]);
+          sums[triangle[k]] += scattered[(k + 1) % 3] - scattered[(k + 2) % 3];
         }
       }
     }
@@ -300,7 +353,8 @@ private:
       const Triangle& triangle = this->Triangles[t];
       for (std::size_t k = 0; k < 3; ++k)
       {
-        const auto [low, high] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
+        const auto [low, high] = std::minmax(triangle[k], triangle[(k + 1) % 3],
+          [&](VertexId a, VertexId b) { return this->IdOf(a) < this->IdOf(b); });
         const VertexId opposite = triangle[(k + 2) % 3];
         if ((own(low) || own(high)) && !balanced(low) && !balanced(high) && low != high &&
             opposite != low && opposite != high)
@@ -310,8 +364,11 @@ private:
       }
     }
     std::sort(edges.begin(), edges.end(),
-      [](const Edge& a, const Edge& b)
-      { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+      [&](const Edge& a, const Edge& b)
+      {
+        return a.low != b.low ? this->IdOf(a.low) < this->IdOf(b.low)
+                              : this->IdOf(a.high) < this->IdOf(b.high);
+      });
     const auto same = [&](std::size_t i, std::size_t j)
     { return edges[i].low == edges[j].low && edges[i].high == edges[j].high; };
     std::vector<VertexId> ends;
@@ -360,34 +417,23 @@ private:
     }
   }
 
-  void FinishLevel()
-  {
-    ClusterLevel& level = this->Output.level;
-    RepresentClusters(
-      this->Output.clusters, this->Options.representative, this->Output.origin, level, this->Exec);
-    level.triangles = ImageInPartitions(
-      this->Triangles, this->Buckets, this->Output.clusterOf, this->ClusterBegin, this->Exec);
-  }
-
   std::span<const Vec3> Points;
   std::span<const Triangle> Triangles;
   const KdTree& Tree;
   const TriangleBuckets& Buckets;
+  std::span<const VertexId> Ids;
   const ClusterOptions& Options;
   const Execution& Exec;
-  unsigned Below;                     // levels from the partitions to the finest
-  std::vector<VertexId> ClusterBegin; // of each partition, and the end
+  unsigned Below; // levels from the partitions to the finest
   FinestClusters Output;
 };
 
 }
 
-Result<FinestClusters> BuildFinestClusters(std::span<const Vec3> points,
-  std::span<const Triangle> triangles, const KdTree& tree,
-  const TriangleBuckets& partitionTriangles, const ClusterOptions& options,
-  const Execution& execution)
+Result<FinestClusters> BuildFinestClusters(
+  const FinestInput& input, const ClusterOptions& options, const Execution& execution)
 {
-  return FinestBuilder(points, triangles, tree, partitionTriangles, options, execution).Build();
+  return FinestBuilder(input, options, execution).Build();
 }
 
 void RepresentClusters(std::vector<ClusterSum>& clusters, Representative representative,

@@ -246,16 +246,28 @@ Result<KdTree> BuildKdTree(
   return tree;
 }
 
-std::vector<std::uint32_t> CellOfVertex(const KdTree& tree, unsigned depth)
+std::vector<std::uint32_t> CellOfVertex(
+  const KdTree& tree, unsigned depth, const Execution& execution)
 {
-  std::vector<std::uint32_t> cell(tree.order.size());
-  for (std::size_t c = 0; c < std::size_t{ 1 } << depth; ++c)
-  {
-    for (const VertexId v : tree.Cell(depth, c))
+  return CellOfVertex(tree, depth, tree.order.size(), execution);
+}
+
+std::vector<std::uint32_t> CellOfVertex(
+  const KdTree& tree, unsigned depth, std::size_t vertices, const Execution& execution)
+{
+  std::vector<std::uint32_t> cell(vertices, noCell);
+  const std::size_t cells = std::size_t{ 1 } << depth;
+  execution.parallelFor(cells, 1 + blockItems * cells / std::max<std::size_t>(1, vertices),
+    [&](std::size_t begin, std::size_t end)
     {
-      cell[v] = static_cast<std::uint32_t>(c);
-    }
-  }
+      for (std::size_t c = begin; c < end; ++c)
+      {
+        for (const VertexId v : tree.Cell(depth, c))
+        {
+          cell[v] = static_cast<std::uint32_t>(c);
+        }
+      }
+    });
   return cell;
 }
 

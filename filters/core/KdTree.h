@@ -6,6 +6,7 @@
 #include "filters/core/Types.h"
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -76,6 +77,12 @@ Result<KdTree> BuildKdTree(
   std::span<const Vec3> points, const KdTreeOptions& options, const Execution& execution = {});
 
 // For each vertex the cell (0 … 2^depth - 1) that holds it. O(n).
-std::vector<std::uint32_t> CellOfVertex(const KdTree& tree, unsigned depth);
+std::vector<std::uint32_t> CellOfVertex(
+  const KdTree& tree, unsigned depth, const Execution& execution = {});
+
+// The same for more vertices than are in the tree: noCell for those that are not.
+inline constexpr std::uint32_t noCell = std::numeric_limits<std::uint32_t>::max();
+std::vector<std::uint32_t> CellOfVertex(
+  const KdTree& tree, unsigned depth, std::size_t vertices, const Execution& execution = {});
 
 }

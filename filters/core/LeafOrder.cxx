@@ -5,6 +5,13 @@
 namespace kdstream
 {
 
+void SortByPlace(std::span<VertexId> vertices, std::span<const Vec3> points)
+{
+  // Numbers are unlike: no stable sort needed.
+  std::sort(vertices.begin(), vertices.end(),
+    [&](VertexId a, VertexId b) { return points[a] != points[b] ? points[a] < points[b] : a < b; });
+}
+
 void OrderLeaves(VertexTree& tree, std::span<const Vec3> points, const Execution& execution)
 {
   if (tree.levels.empty())
@@ -20,12 +27,7 @@ void OrderLeaves(VertexTree& tree, std::span<const Vec3> points, const Execution
       {
         const std::size_t last =
           cluster + 1 < first.size() ? first[cluster + 1] : tree.original.size();
-        // Those in one place are in order of their numbers, which are unlike: no stable sort
-        // needed.
-        std::sort(tree.original.begin() + std::ptrdiff_t(first[cluster]),
-          tree.original.begin() + std::ptrdiff_t(last),
-          [&](VertexId a, VertexId b)
-          { return points[a] != points[b] ? points[a] < points[b] : a < b; });
+        SortByPlace({ tree.original.data() + first[cluster], tree.original.data() + last }, points);
       }
     });
 }

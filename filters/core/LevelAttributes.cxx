@@ -7,8 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <new>
 #include <numeric>
 #include <optional>
+#include <string>
+#include <type_traits>
 
 namespace kdstream
 {
@@ -33,6 +38,12 @@ public:
       this->Sum[k] += child.Sum[k];
     }
     this->Count += child.Count;
+  }
+  // Whether bytes may be these sums: the mean is a number.
+  bool IsPossible() const
+  {
+    return this->Count < noVertex && std::all_of(this->Sum.begin(), this->Sum.end(),
+                                       [&](std::uint64_t sum) { return sum <= 255 * this->Count; });
   }
   void AppendMean(Attribute& means) const
   {
@@ -83,6 +94,13 @@ public:
     }
     this->Count += child.Count;
   }
+  bool IsPossible() const
+  {
+    const auto isFinite = [](double x) { return std::isfinite(x); };
+    return this->Count >= 0 && this->Count < noVertex &&
+           std::all_of(this->Sum.begin(), this->Sum.end(), isFinite) &&
+           std::all_of(this->First.begin(), this->First.end(), isFinite);
+  }
   void AppendMean(Attribute& means) const
   {
     constexpr double cancelled = 1e-9;
@@ -113,41 +131,161 @@ private:
   double Count = 0;
 };
 
+static_assert(std::is_trivially_copyable_v<ColorSum> && sizeof(ColorSum) == 40);
+static_assert(std::is_trivially_copyable_v<NormalSum> && sizeof(NormalSum) == 56);
+
+// The sum in a record. Records are multiples of its alignment, in memory fresh from the allocator.
 template <class Sum>
-void AddMeans(const Mesh& mesh, const Attribute& attribute, ClusterLevels& levels)
+Sum& SumAt(std::byte* record)
 {
-  std::vector<Sum> sums(levels.levels.back().lowest.size());
-  for (std::size_t v = 0; v < mesh.points.size(); ++v)
+  return *std::launder(reinterpret_cast<Sum*>(record));
+}
+
+template <class Sum>
+const Sum& SumAt(const std::byte* record)
+{
+  return *std::launder(reinterpret_cast<const Sum*>(record));
+}
+
+bool HasNormals(const AttributeInfo& attribute)
+{
+  return RoleOf(attribute) == AttributeRole::Normals;
+}
+
+}
+
+AttributeSums::AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters)
+  : Clusters(clusters)
+{
+  for (const AttributeInfo& attribute : attributes)
   {
-    sums[levels.finest[v]].Add(attribute, v);
+    if (IsInLevels(attribute))
+    {
+      this->Columns.push_back({ attribute, this->Record });
+      this->Record += HasNormals(attribute) ? sizeof(NormalSum) : sizeof(ColorSum);
+    }
   }
-  for (std::size_t d = levels.levels.size(); d-- > 0;)
+  this->Records.resize(clusters * this->Record); // all zero: empty sums
+}
+
+// Calls visit(column, sum) with an empty sum of the column's kind.
+template <class Visit>
+void AttributeSums::ForEachColumn(const Visit& visit) const
+{
+  for (const Column& column : this->Columns)
   {
-    ClusterLevel& level = levels.levels[d];
-    Attribute means{ attribute.Info(), {} };
-    means.values.reserve(sums.size() * means.TupleSize());
-    for (const Sum& sum : sums)
+    if (HasNormals(column.attribute))
     {
-      sum.AppendMean(means);
+      visit(column, NormalSum{});
     }
-    level.attributes.push_back(std::move(means));
-    if (level.parents.empty())
+    else
     {
-      return; // the coarsest
+      visit(column, ColorSum{});
     }
-    std::vector<VertexId> order(sums.size());
-    std::iota(order.begin(), order.end(), VertexId{ 0 });
-    std::sort(order.begin(), order.end(),
-      [&](VertexId a, VertexId b) { return level.lowest[a] < level.lowest[b]; });
-    std::vector<Sum> above(levels.levels[d - 1].lowest.size());
-    for (const VertexId cluster : order)
-    {
-      above[level.parents[cluster]].Add(sums[cluster]);
-    }
-    sums = std::move(above);
   }
 }
 
+Result<AttributeSums> AttributeSums::FromBytes(
+  std::span<const AttributeInfo> attributes, std::vector<std::byte> bytes)
+{
+  AttributeSums sums(attributes, 0);
+  if (sums.Record == 0 ? !bytes.empty() : bytes.size() % sums.Record != 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "sums of attributes: " + std::to_string(bytes.size()) +
+                                             " bytes are not records of " +
+                                             std::to_string(sums.Record) };
+  }
+  sums.Clusters = sums.Record == 0 ? 0 : bytes.size() / sums.Record;
+  sums.Records = std::move(bytes);
+  if (Status status = sums.Check(); !status)
+  {
+    return status.GetError();
+  }
+  return sums;
+}
+
+Status AttributeSums::Check() const
+{
+  std::size_t wrong = this->Clusters;
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      for (std::size_t c = 0; c < wrong; ++c)
+      {
+        if (!SumAt<decltype(sum)>(&this->Records[c * this->Record + column.offset]).IsPossible())
+        {
+          wrong = c;
+        }
+      }
+    });
+  if (wrong < this->Clusters)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "sums of attributes: no tuples add up to those of cluster " + std::to_string(wrong) };
+  }
+  return {};
+}
+
+void AttributeSums::AddVertices(
+  std::span<const Attribute> attributes, std::span<const VertexId> clusterOf)
+{
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      const Attribute& tuples = *FindAttribute(attributes, column.attribute);
+      for (std::size_t v = 0; v < clusterOf.size(); ++v)
+      {
+        if (clusterOf[v] != noVertex)
+        {
+          SumAt<decltype(sum)>(&this->Records[clusterOf[v] * this->Record + column.offset])
+            .Add(tuples, v);
+        }
+      }
+    });
+}
+
+AttributeSums AttributeSums::MakeCoarser(
+  std::span<const VertexId> parents, std::span<const VertexId> lowest, std::size_t count) const
+{
+  AttributeSums above;
+  above.Columns = this->Columns;
+  above.Clusters = count;
+  above.Record = this->Record;
+  above.Records.resize(count * this->Record);
+  if (this->Empty())
+  {
+    return above;
+  }
+  std::vector<VertexId> order(this->Clusters);
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  std::sort(
+    order.begin(), order.end(), [&](VertexId a, VertexId b) { return lowest[a] < lowest[b]; });
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      for (const VertexId cluster : order)
+      {
+        SumAt<decltype(sum)>(&above.Records[parents[cluster] * this->Record + column.offset])
+          .Add(SumAt<decltype(sum)>(&this->Records[cluster * this->Record + column.offset]));
+      }
+    });
+  return above;
+}
+
+std::vector<Attribute> AttributeSums::Means() const
+{
+  std::vector<Attribute> means;
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      Attribute& mean = means.emplace_back(Attribute{ column.attribute, {} });
+      mean.values.reserve(this->Clusters * mean.TupleSize());
+      for (std::size_t c = 0; c < this->Clusters; ++c)
+      {
+        SumAt<decltype(sum)>(&this->Records[c * this->Record + column.offset]).AppendMean(mean);
+      }
+    });
+  return means;
 }
 
 void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels)
@@ -156,20 +294,23 @@ void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels)
   {
     return;
   }
-  for (const Attribute& attribute : mesh.attributes)
+  const std::vector<AttributeInfo> attributes(mesh.attributes.begin(), mesh.attributes.end());
+  AttributeSums sums(attributes, levels.levels.back().lowest.size());
+  if (sums.Empty())
   {
-    switch (RoleOf(attribute))
+    return;
+  }
+  sums.AddVertices(mesh.attributes, levels.finest);
+  for (std::size_t d = levels.levels.size(); d-- > 0;)
+  {
+    ClusterLevel& level = levels.levels[d];
+    std::vector<Attribute> means = sums.Means();
+    std::move(means.begin(), means.end(), std::back_inserter(level.attributes));
+    if (level.parents.empty())
     {
-      case AttributeRole::Colors:
-        AddMeans<ColorSum>(mesh, attribute, levels);
-        break;
-      case AttributeRole::Normals:
-        AddMeans<NormalSum>(mesh, attribute, levels);
-        break;
-      case AttributeRole::TextureCoordinates:
-      case AttributeRole::Other:
-        break;
+      return; // the coarsest
     }
+    sums = sums.MakeCoarser(level.parents, level.lowest, levels.levels[d - 1].lowest.size());
   }
 }
 

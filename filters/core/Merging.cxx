@@ -24,18 +24,73 @@ Merging::Merging(const CollapseState& below, const TreeDepths& depths, unsigned 
   std::iota(this->Into.begin(), this->Into.end(), VertexId{ 0 });
 }
 
-void Merging::Apply(std::span<const Merge> merges)
+void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into)
 {
   for (std::size_t i = merges.size(); i-- > 0;) // backwards: where `to` has gone is known
   {
-    const VertexId to = merges[i].to;
-    this->Into[merges[i].from] = this->Into[to];
+    into[merges[i].from] = into[merges[i].to];
+  }
+}
+
+std::vector<std::uint8_t> FullNodes(std::span<const std::size_t> excess)
+{
+  std::vector<std::uint8_t> full(excess.size());
+  std::transform(excess.begin(), excess.end(), full.begin(),
+    [](std::size_t count) { return static_cast<std::uint8_t>(count > 0); });
+  if (std::find(full.begin(), full.end(), 1) == full.end())
+  {
+    full.clear();
+  }
+  return full;
+}
+
+std::size_t MostOfNode(const TreeDepths& depths, unsigned level)
+{
+  return mostSheets << (level - PieceDepth(Resolution::Level(level), depths));
+}
+
+void Merging::Apply(std::span<const Merge> merges)
+{
+  const VertexId first = this->Below.ownBegin;
+  for (std::size_t i = merges.size(); i-- > 0;) // backwards: as above
+  {
+    const VertexId to = merges[i].to + first;
+    this->Into[merges[i].from + first] = this->Into[to];
     if (this->Into[to] == to && this->How[to] == Position::Kept)
     {
       this->Positions[to] = merges[i].position;
       this->How[to] = Position::Moved;
     }
   }
+}
+
+void Merging::SetGhosts(std::span<const VertexId> targets)
+{
+  std::vector<std::pair<VertexId, VertexId>> ghosts; // target, ghost
+  for (VertexId c = 0; c < this->Into.size(); ++c)
+  {
+    if (!this->Below.IsOwn(c))
+    {
+      ghosts.emplace_back(targets[ghosts.size()], c);
+    }
+  }
+  std::sort(ghosts.begin(), ghosts.end());
+  for (std::size_t i = 0; i < ghosts.size(); ++i)
+  {
+    const bool first = i == 0 || ghosts[i].first != ghosts[i - 1].first;
+    const VertexId ghost = ghosts[i].second;
+    this->Into[ghost] = first ? ghost : this->Into[ghosts[i - 1].second];
+  }
+}
+
+std::vector<VertexId> Merging::Targets() const
+{
+  std::vector<VertexId> targets(this->Below.OwnCount());
+  for (std::size_t i = 0; i < targets.size(); ++i)
+  {
+    targets[i] = this->Into[this->Below.ownBegin + i] - this->Below.ownBegin;
+  }
+  return targets;
 }
 
 void Merging::FindHomes()
@@ -98,7 +153,7 @@ void Merging::SortByCell(std::vector<VertexId>& standing) const
 std::vector<VertexId> Merging::Standing() const
 {
   std::vector<VertexId> standing;
-  for (VertexId c = 0; c < this->Into.size(); ++c)
+  for (VertexId c = this->Below.ownBegin; c < this->Below.ownEnd; ++c)
   {
     if (this->Into[c] == c)
     {
@@ -130,7 +185,7 @@ void Merging::GroupLoose()
   this->FindHomes();
   this->FindTouched();
   std::vector<VertexId> loose;
-  for (VertexId c = 0; c < this->Into.size(); ++c)
+  for (VertexId c = this->Below.ownBegin; c < this->Below.ownEnd; ++c)
   {
     if (this->Into[c] == c && !this->Touched[c])
     {
@@ -207,14 +262,14 @@ void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
 std::vector<std::size_t> Merging::ExcessOfNodes() const
 {
   std::vector<std::size_t> counts(this->NodeCount(), 0);
-  for (VertexId c = 0; c < this->Into.size(); ++c)
+  for (VertexId c = this->Below.ownBegin; c < this->Below.ownEnd; ++c)
   {
     if (this->Into[c] == c)
     {
       ++counts[this->NodeOf(c)];
     }
   }
-  const std::size_t limit = mostSheets << (this->Depth - this->NodeDepth);
+  const std::size_t limit = MostOfNode(this->Depths, this->Depth);
   for (std::size_t& count : counts)
   {
     count -= std::min(count, limit);

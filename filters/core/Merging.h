@@ -2,7 +2,7 @@
 // grouping what cannot merge. For the makers of levels alone.
 #pragma once
 
-#include "filters/core/CollapseAttributes.h"
+#include "filters/core/CollapseState.h"
 #include "filters/core/EdgeCollapse.h"
 #include "filters/core/KdTree.h"
 
@@ -13,17 +13,18 @@
 namespace kdstream
 {
 
-// A level, and what is known of its clusters beside it.
-struct CollapseState
-{
-  ClusterLevel level;
-  std::vector<ClusterSum> clusters;
-  std::vector<std::uint32_t> cellOf; // finest cell of each cluster's lowest original vertex
-  CollapseAttributes attributes;
-};
+// Applies merges that were made one after the other to where clusters go. into: of each cluster one
+// that stands for itself; merges are numbered from its first one.
+void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into);
 
-// Every cluster of a level stands for itself at first. A cluster is at home in the cells that hold
-// its lowest original vertex; it keeps the place it has, unless merged or grouped.
+// For each node whether it has any excess; empty if none has.
+std::vector<std::uint8_t> FullNodes(std::span<const std::size_t> excess);
+
+// Most clusters that a node of a level's pieces may be the home of.
+std::size_t MostOfNode(const TreeDepths& depths, unsigned level);
+
+// Every own cluster of a block stands for itself at first. A cluster is at home in the cells that
+// hold its lowest original vertex; it keeps the place it has, unless merged or grouped.
 class Merging
 {
 public:
@@ -34,29 +35,34 @@ public:
     Grouped // to be taken from the sums
   };
 
-  // below: the level; depth: of the next coarser one. Keeps references to both.
+  // below: a block of the level; depth: of the next coarser one. Keeps references to both.
   Merging(const CollapseState& below, const TreeDepths& depths, unsigned depth);
 
-  // Applies merges that were made one after the other. Homes are known after GroupLoose.
+  // Applies merges that were made one after the other, numbered from the first own cluster. Homes
+  // are known after GroupLoose.
   void Apply(std::span<const Merge> merges);
-  // Groups the clusters that no triangle touches, one a cell of this depth. REQUIRED before
+  // Where ghosts go, in their order: equal numbers for those that go to the same cluster.
+  void SetGhosts(std::span<const VertexId> targets);
+  // Groups the own clusters that no triangle touches, one a cell of this depth. REQUIRED before
   // anything below is asked for.
   void GroupLoose();
-  // Groups all clusters at home in the nodes for which full[node] is not 0 by cells of this depth,
-  // or by the sheets of cells. Nodes are those that pieces of this depth are made of.
+  // Groups all own clusters at home in the nodes for which full[node] is not 0 by cells of this
+  // depth, or by the sheets of cells. Nodes are those that pieces of this depth are made of.
   void GroupNodes(std::span<const std::uint8_t> full, bool sheets);
 
   // The cluster that now stands for `cluster`.
   VertexId StandsFor(VertexId cluster) const { return this->Into[cluster]; }
+  // Where each own cluster goes, numbered from the first of them.
+  std::vector<VertexId> Targets() const;
   std::size_t NodeCount() const { return std::size_t{ 1 } << this->NodeDepth; }
   // The node that a standing cluster is at home in.
   std::size_t NodeOf(VertexId standing) const
   {
     return this->CellAt(this->NodeDepth, this->Cell[standing]);
   }
-  // By how many clusters each node is above what a piece may hold.
+  // By how many own clusters each node is above what a piece may hold.
   std::vector<std::size_t> ExcessOfNodes() const;
-  // Standing clusters, by (cell of this depth, lowest original vertex).
+  // Own standing clusters, by (cell of this depth, lowest original vertex).
   std::vector<VertexId> Standing() const;
   std::uint32_t FinestCellOf(VertexId standing) const { return this->Cell[standing]; }
   Position PositionOf(VertexId standing) const { return this->How[standing]; }
@@ -85,7 +91,7 @@ private:
   const TreeDepths& Depths;
   unsigned Depth;
   unsigned NodeDepth;
-  std::vector<VertexId> Into;
+  std::vector<VertexId> Into; // ghosts too
   std::vector<Vec3> Positions;
   std::vector<Position> How;
   // Of standing clusters:

@@ -1,5 +1,6 @@
 // Cutting one resolution into its pieces: see VertexTree.h and Piece.h. Step "cut" of the README's
 // picture.
+#include "filters/core/RadixSort.h"
 #include "filters/core/VertexTree.h"
 
 #include <algorithm>
@@ -9,81 +10,121 @@
 namespace kdstream
 {
 
-PieceCutter::PieceCutter(
-  const VertexTree& tree, const Mesh& mesh, Resolution resolution, const Execution& execution)
+ModelPart PartOfCell(Resolution resolution, const TreeDepths& depths, unsigned depth,
+  std::size_t index, PrimitiveType primitive)
+{
+  const unsigned below = PieceDepth(resolution, depths) - depth;
+  return { index << below, std::size_t{ 1 } << below, primitive };
+}
+
+PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
+  const Execution& execution, const std::optional<ModelPart>& part)
   : Tree(tree)
   , Input(mesh)
   , Which(resolution)
 {
-  const unsigned depth = PieceDepth(resolution, tree.depths);
-  const std::size_t pieces = std::size_t{ 1 } << depth;
-  const unsigned below = tree.depths.partition - depth;
-  this->OwnBegin.resize(pieces + 1);
-  for (std::size_t i = 0; i <= pieces; ++i)
-  {
-    const VertexId begin = tree.partitionBegin[i << below];
-    if (resolution.IsOriginal())
-    {
-      this->OwnBegin[i] = begin;
-      continue;
-    }
-    const std::vector<VertexId>& first = tree.levels[resolution.Depth()].first;
-    this->OwnBegin[i] =
-      static_cast<VertexId>(std::lower_bound(first.begin(), first.end(), begin) - first.begin());
-  }
+  const auto primitive = mesh.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
+  this->FindOwn(part ? *part : PartOfCell(resolution, tree.depths, 0, 0, primitive));
   if (resolution.IsOriginal())
   {
-    this->Number.resize(tree.original.size());
-    execution.parallelFor(this->Number.size(), 1 << 16,
-      [&](std::size_t begin, std::size_t end)
-      {
-        for (std::size_t i = begin; i < end; ++i)
-        {
-          this->Number[tree.original[i]] = static_cast<VertexId>(i);
-        }
-      });
-    this->Triangles = mesh.triangles;
+    this->PlaceMesh(execution);
   }
-  else
+  this->FindTriangles(execution);
+  if (this->IsBelowStitch())
   {
-    this->Triangles = tree.levels[resolution.Depth()].triangles;
+    this->FindReach();
   }
-  std::vector<std::uint32_t> pieceOf(this->OwnBegin.back());
+}
+
+// Which pieces, and where the own vertices of each begin.
+void PieceCutter::FindOwn(const ModelPart& part)
+{
+  const unsigned depth = PieceDepth(this->Which, this->Tree.depths);
+  const unsigned below = this->Tree.depths.partition - depth;
+  this->Primitive = part.primitive;
+  this->FirstNode = static_cast<NodeId>((std::size_t{ 1 } << depth) + part.firstPiece);
+  const std::vector<VertexId>& numbers =
+    this->Which.IsOriginal() ? this->Tree.numbers : this->Tree.levels[this->Which.Depth()].first;
+  this->OwnBegin.resize(part.pieceCount + 1);
+  for (std::size_t i = 0; i <= part.pieceCount; ++i)
+  {
+    const VertexId begin = this->Tree.partitionBegin[(part.firstPiece + i) << below];
+    if (this->Which.IsOriginal() && numbers.empty())
+    {
+      // All vertices, or a part that has none.
+      this->OwnBegin[i] = std::min(begin, static_cast<VertexId>(this->Tree.original.size()));
+      continue;
+    }
+    this->OwnBegin[i] = static_cast<VertexId>(
+      std::lower_bound(numbers.begin(), numbers.end(), begin) - numbers.begin());
+  }
+}
+
+// The place of each vertex of the mesh at hand.
+void PieceCutter::PlaceMesh(const Execution& execution)
+{
+  this->Places.resize(this->Tree.original.size());
+  execution.parallelFor(this->Places.size(), 1 << 16,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        this->Places[this->Tree.original[i]] = static_cast<VertexId>(i);
+      }
+    });
+}
+
+// The triangles of each piece.
+void PieceCutter::FindTriangles(const Execution& execution)
+{
+  const bool original = this->Which.IsOriginal();
+  this->Triangles =
+    original ? this->Input.triangles : this->Tree.levels[this->Which.Depth()].triangles;
+  const std::size_t places =
+    original ? this->Tree.original.size() : this->Tree.levels[this->Which.Depth()].first.size();
+  const std::size_t pieces = this->PieceCount();
+  std::vector<std::uint32_t> pieceOf(places, static_cast<std::uint32_t>(pieces));
   for (std::size_t i = 0; i < pieces; ++i)
   {
     std::fill(pieceOf.data() + this->OwnBegin[i], pieceOf.data() + this->OwnBegin[i + 1],
       static_cast<std::uint32_t>(i));
   }
   this->Buckets = BucketTriangles(
-    this->Triangles, pieces, [&](VertexId v) { return pieceOf[this->NumberOf(v)]; }, execution);
-  if (resolution < Resolution::Level(tree.depths.stitch))
+    this->Triangles, pieces + 1, [&](VertexId v) { return pieceOf[this->PlaceOf(v)]; }, execution);
+  this->OwnTriangles = this->Triangles.size();
+  if (this->VertexCount() < places)
   {
-    this->FindReach();
+    this->OwnTriangles =
+      static_cast<std::size_t>(std::count_if(this->Triangles.begin(), this->Triangles.end(),
+        [&](const Triangle& t)
+        {
+          return pieceOf[std::min(
+                   { this->PlaceOf(t[0]), this->PlaceOf(t[1]), this->PlaceOf(t[2]) })] < pieces;
+        }));
   }
 }
 
-VertexKey PieceCutter::KeyOf(VertexId vertex) const
+// The numbered vertex at a place, or the lowest one of the cluster there.
+VertexId PieceCutter::NumberedAt(VertexId place) const
 {
-  if (this->Which.IsOriginal())
-  {
-    return this->Tree.KeyOf(vertex);
-  }
-  if (this->Which.Depth() < this->Tree.depths.stitch)
-  {
-    return vertex;
-  }
-  return this->Tree.KeyOf(this->Tree.levels[this->Which.Depth()].first[vertex]);
+  return this->Which.IsOriginal() ? this->Tree.NumberAt(place)
+                                  : this->Tree.levels[this->Which.Depth()].first[place];
 }
 
-void PieceCutter::AppendVertex(VertexId vertex, Piece& piece) const
+VertexKey PieceCutter::KeyOf(VertexId place) const
 {
-  piece.keys.push_back(this->KeyOf(vertex));
+  return this->IsBelowStitch() ? place : this->Tree.KeyOf(this->NumberedAt(place));
+}
+
+void PieceCutter::AppendVertex(VertexId place, Piece& piece) const
+{
+  piece.keys.push_back(this->KeyOf(place));
   piece.positions.push_back(this->Which.IsOriginal()
-                              ? this->Input.points[this->Tree.original[vertex]]
-                              : this->Tree.levels[this->Which.Depth()].positions[vertex]);
+                              ? this->Input.points[this->Tree.original[place]]
+                              : this->Tree.levels[this->Which.Depth()].positions[place]);
 }
 
-void PieceCutter::AppendAncestors(VertexId vertex, std::vector<std::uint32_t>& ranks) const
+void PieceCutter::AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const
 {
   const unsigned stitch = this->Tree.depths.stitch;
   if (this->Tree.levels.empty())
@@ -91,12 +132,7 @@ void PieceCutter::AppendAncestors(VertexId vertex, std::vector<std::uint32_t>& r
     ranks.resize(ranks.size() + stitch, 0);
     return;
   }
-  VertexId numbered = vertex;
-  if (!this->Which.IsOriginal())
-  {
-    numbered = this->Tree.levels[this->Which.Depth()].first[vertex];
-  }
-  VertexId cluster = this->Tree.ClusterAt(stitch, numbered);
+  VertexId cluster = this->Tree.ClusterAt(stitch, this->NumberedAt(place));
   const std::size_t begin = ranks.size();
   ranks.resize(begin + stitch);
   for (unsigned d = stitch; d-- > 0;)
@@ -112,6 +148,8 @@ void PieceCutter::FindReach()
   const TreeDepths& depths = this->Tree.depths;
   const VertexTreeLevel& stitch = this->Tree.levels[depths.stitch];
   const unsigned nodeDepth = PieceDepth(Resolution::Level(depths.stitch), depths);
+  std::vector<std::uint64_t> entries; // ancestor, node; nodes ascend with the clusters of S
+  entries.reserve(stitch.first.size());
   for (VertexId cluster = 0; cluster < stitch.first.size(); ++cluster)
   {
     VertexId ancestor = cluster;
@@ -120,11 +158,17 @@ void PieceCutter::FindReach()
       ancestor = this->Tree.levels[d].parents[ancestor];
     }
     const std::uint32_t partition = this->Tree.PartitionOf(stitch.first[cluster]);
-    this->Reach.emplace_back(
-      ancestor, NodeOfPartition(partition, depths) >> (depths.partition - nodeDepth));
+    const NodeId node = NodeOfPartition(partition, depths) >> (depths.partition - nodeDepth);
+    entries.push_back(std::uint64_t{ ancestor } << 32 | node);
   }
-  std::sort(this->Reach.begin(), this->Reach.end());
-  this->Reach.erase(std::unique(this->Reach.begin(), this->Reach.end()), this->Reach.end());
+  SortByUpperHalf(entries);
+  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+  this->Reach.reserve(entries.size());
+  for (const std::uint64_t entry : entries)
+  {
+    this->Reach.emplace_back(
+      static_cast<VertexId>(entry >> 32), static_cast<NodeId>(entry & 0xFFFFFFFFU));
+  }
 }
 
 // Of the own clusters [begin, end).
@@ -149,9 +193,8 @@ Piece PieceCutter::Cut(std::size_t i) const
   const TreeDepths& depths = this->Tree.depths;
   const VertexId begin = this->OwnBegin[i], end = this->OwnBegin[i + 1];
   Piece piece;
-  piece.id = { this->Which, static_cast<NodeId>(this->PieceCount() + i) };
-  piece.primitive =
-    this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
+  piece.id = { this->Which, static_cast<NodeId>(this->FirstNode + i) };
+  piece.primitive = this->Primitive;
   piece.ownVertices = end - begin;
 
   const auto isOwn = [&](VertexId v) { return v >= begin && v < end; };
@@ -161,8 +204,8 @@ Piece PieceCutter::Cut(std::size_t i) const
   for (const std::uint32_t t : this->Buckets.Of(i))
   {
     const Triangle& triangle = this->Triangles[t];
-    triangles.emplace_back(Triangle{ this->NumberOf(triangle[0]), this->NumberOf(triangle[1]),
-                             this->NumberOf(triangle[2]) },
+    triangles.emplace_back(Triangle{ this->PlaceOf(triangle[0]), this->PlaceOf(triangle[1]),
+                             this->PlaceOf(triangle[2]) },
       t);
     for (const VertexId v : triangles.back().first)
     {
@@ -190,16 +233,15 @@ Piece PieceCutter::Cut(std::size_t i) const
         static_cast<float>(std::min(deviation, double(std::numeric_limits<float>::max()))));
     }
   }
-  const bool belowStitch = this->Which < Resolution::Level(depths.stitch);
   for (const VertexId ghost : ghosts)
   {
     this->AppendVertex(ghost, piece);
-    if (!belowStitch)
+    if (!this->IsBelowStitch())
     {
       this->AppendAncestors(ghost, piece.ancestors);
     }
   }
-  if (belowStitch)
+  if (this->IsBelowStitch())
   {
     this->AddReach(piece, begin, end);
   }

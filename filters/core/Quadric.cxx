@@ -7,19 +7,7 @@ namespace kdstream
 
 void Quadric::AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r)
 {
-  const Vec3 u{ q[0] - p[0], q[1] - p[1], q[2] - p[2] };
-  const Vec3 v{ r[0] - p[0], r[1] - p[1], r[2] - p[2] };
-  Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-  if (!(length > 0) || !std::isfinite(length))
-  {
-    return;
-  }
-  for (double& value : n)
-  {
-    value /= length;
-  }
-  this->AddPlane(n, p, length / 2);
+  this->Add(OfTriangle(p, q, r));
 }
 
 void Quadric::AddPlane(const Vec3& n, const Vec3& p, double weight)

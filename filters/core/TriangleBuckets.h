@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// For each bucket the triangles that touch one of its vertices, ascending (until GatherTriangles
-// gives them new numbers); a triangle is in one to three buckets.
+// For each bucket the triangles that touch one of its vertices, ascending (but see GatherMesh); a
+// triangle is in one to three buckets.
 struct TriangleBuckets
 {
   std::vector<std::size_t> begin; // one entry a bucket, and the end
@@ -98,17 +98,5 @@ TriangleBuckets BucketTriangles(std::span<const Triangle> triangles, std::size_t
     });
   return result;
 }
-
-// Whether triangles that follow each other mostly lie in different buckets, by a sample: whoever
-// goes through them bucket by bucket then waits for memory. O(1).
-bool AreScattered(std::span<const Triangle> triangles, std::span<const std::uint32_t> bucketOf);
-
-// Moves triangles of the same bucket next to each other: first those whose lowest bucket is 0, and
-// so on, each in the order they had. The buckets hold the new numbers afterwards, still in the
-// order of the old ones: what is added up bucket by bucket comes to the same bits. bucketOf: of
-// each vertex. The same for any number of threads. O(entries); memory 16 bytes a triangle while it
-// works.
-void GatherTriangles(std::vector<Triangle>& triangles, TriangleBuckets& buckets,
-  std::span<const std::uint32_t> bucketOf, const Execution& execution = {});
 
 }

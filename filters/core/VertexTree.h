@@ -1,10 +1,13 @@
-// The vertex tree, numbered: what pieces are cut from. Step "number" of the README's picture.
+// The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the README's
+// picture.
 //
 // Within a partition the original vertices are numbered depth-first in the vertex tree, so that a
-// cluster of a level
-// >= S is an interval of one partition's numbers (DESIGN section 4, "Pieces"). A numbered vertex
-// below is the position in the list of all partitions' vertices, one partition after the other:
-// partitionBegin[partition] + index.
+// cluster of a level >= S is an interval of one partition's numbers (DESIGN section 4, "Pieces"). A
+// numbered vertex below is the position in the list of all partitions' vertices, one partition
+// after the other: partitionBegin[partition] + index.
+//
+// Of a mesh that does not fit the memory the tree is held in part: the levels 0 … S whole, and at
+// one time one finer resolution around some pieces (PieceCutter, ModelPart).
 #pragma once
 
 #include "filters/core/ClusterLevels.h"
@@ -13,6 +16,7 @@
 #include "filters/core/Types.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,29 +26,37 @@ namespace kdstream
 
 struct VertexTreeLevel
 {
-  std::vector<VertexId>
-    first; // lowest numbered vertex of each cluster, ascending: a cluster's place is its rank
-  std::vector<VertexId> parents; // rank in the next coarser level; empty at level 0
+  // Lowest numbered vertex of each cluster, ascending: a cluster's place is its rank, where the
+  // level is there whole.
+  std::vector<VertexId> first;
+  std::vector<VertexId> parents; // place in the next coarser level; empty at level 0, and in a part
   std::vector<Vec3> positions;
   std::vector<double> deviations;
-  std::vector<Triangle> triangles;     // ranks; lowest first, sorted
+  std::vector<Triangle> triangles;     // places; lowest first, sorted
   std::vector<Attribute> attributes{}; // a tuple a cluster
 };
 
 struct VertexTree
 {
   TreeDepths depths;
-  std::vector<VertexId> original;       // numbered vertex -> original vertex
+  // The numbered vertices at hand, ascending; empty: all. A vertex's place is its position here.
+  std::vector<VertexId> numbers{};
+  std::vector<VertexId> original;       // place -> original vertex, as numbered in the mesh at hand
   std::vector<VertexId> partitionBegin; // 2^P + 1 numbered vertices
-  std::vector<VertexTreeLevel> levels;  // 0 … L
+  std::vector<VertexTreeLevel> levels;  // 0 … L; in a part those finer than S may be empty
 
+  VertexId NumberAt(VertexId place) const
+  {
+    return this->numbers.empty() ? place : this->numbers[place];
+  }
   std::uint32_t PartitionOf(VertexId numbered) const;
   VertexKey KeyOf(VertexId numbered) const;
-  // The cluster of level `depth` >= S that holds a numbered vertex. O(log).
+  // The cluster of level `depth` >= S, there whole, that holds a numbered vertex. O(log).
   VertexId ClusterAt(unsigned depth, VertexId numbered) const;
 };
 
-// Numbers the vertices and orders every level by its clusters' lowest numbered vertices.
+// Numbers the vertices and orders every level by its clusters' lowest numbered vertices; vertices
+// of a finest cluster by id (see OrderLeaves).
 // Without levels (TreeOfClustering) the vertices of a partition are numbered by id.
 // REQUIRES: `levels` go down to depth 0; a cluster of a level >= S lies in one partition; or no
 // levels and L = P.
@@ -52,49 +64,75 @@ struct VertexTree
 VertexTree NumberVertices(
   const KdTree& tree, ClusterLevels levels, const Execution& execution = {});
 
+// Which pieces of a resolution are to be cut, and what they cannot tell of the model: for a mesh
+// that is at hand in part.
+struct ModelPart
+{
+  std::size_t firstPiece = 0; // of the resolution's 2^PieceDepth, nodes ascending
+  std::size_t pieceCount = 0;
+  PrimitiveType primitive = PrimitiveType::Triangles; // of the whole model
+};
+
+// The pieces of a resolution that lie in cell `index` of `depth`. REQUIRES: depth <= PieceDepth.
+ModelPart PartOfCell(Resolution resolution, const TreeDepths& depths, unsigned depth,
+  std::size_t index, PrimitiveType primitive);
+
 // The pieces of one resolution. Keeps references to what it is made from.
 class PieceCutter
 {
 public:
   // mesh: the (welded) original; its triangles and attributes are needed for the original only.
   // Pieces of the original get all arrays, point arrays first; those of a level the level's.
+  //
+  // part: the pieces to be cut; none: all of a tree and mesh that are whole. For a part these must
+  // be at hand: the levels 0 … S whole (of one that is not to be cut, first and parents); of a
+  // finer level every cluster of the part's pieces, every triangle that touches one of them, and
+  // the triangles' other clusters (ghosts), places being positions in the part's lists; of the
+  // original the same with tree.numbers, and a mesh of these vertices and triangles, the triangles
+  // in the order that they have in the whole (NumberPart, OrderLevel in VertexNumbers.h). Clusters
+  // and triangles beyond that do no harm. The pieces are the same, bit for bit, as those of the
+  // whole. O(at hand + pieces).
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
-    const Execution& execution = {});
+    const Execution& execution = {}, const std::optional<ModelPart>& part = {});
 
+  // Of the part.
   std::size_t PieceCount() const { return this->OwnBegin.size() - 1; }
-  // The i-th piece, nodes ascending. Any number of threads may cut at once.
+  // The i-th piece of the part, nodes ascending. Any number of threads may cut at once.
   Piece Cut(std::size_t i) const;
-  // Triangles of the resolution, each once.
-  std::size_t TriangleCount() const { return this->Triangles.size(); }
-  std::size_t VertexCount() const { return this->OwnBegin.back(); }
+  // Triangles of the resolution whose lowest vertex is an own one of these pieces: over all parts
+  // each once.
+  std::size_t TriangleCount() const { return this->OwnTriangles; }
+  // Own vertices of these pieces.
+  std::size_t VertexCount() const { return this->OwnBegin.back() - this->OwnBegin.front(); }
 
 private:
-  VertexKey KeyOf(VertexId vertex) const;
-  void AppendAncestors(VertexId vertex, std::vector<std::uint32_t>& ranks) const;
-  void AppendVertex(VertexId vertex, Piece& piece) const;
+  bool IsBelowStitch() const { return this->Which < Resolution::Level(this->Tree.depths.stitch); }
+  void FindOwn(const ModelPart& part);
+  void PlaceMesh(const Execution& execution);
+  void FindTriangles(const Execution& execution);
+  VertexId NumberedAt(VertexId place) const;
+  VertexKey KeyOf(VertexId place) const;
+  void AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const;
+  void AppendVertex(VertexId place, Piece& piece) const;
   void FindReach();
   void AddReach(Piece& piece, VertexId begin, VertexId end) const;
   void AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
     std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const;
-  VertexId NumberOf(VertexId v) const { return this->Number.empty() ? v : this->Number[v]; }
+  VertexId PlaceOf(VertexId v) const { return this->Places.empty() ? v : this->Places[v]; }
   void AddPointArrays(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const;
 
   const VertexTree& Tree;
   const Mesh& Input;
   Resolution Which;
-  std::vector<VertexId>
-    OwnBegin; // first own vertex of each piece (rank, or numbered vertex), and the end
-  std::vector<VertexId> Number; // of each original vertex; empty for a level
+  PrimitiveType Primitive = PrimitiveType::Triangles;
+  NodeId FirstNode = 1;           // of the pieces
+  std::vector<VertexId> OwnBegin; // place of the first own vertex of each piece, and the end
+  std::vector<VertexId> Places;   // of each vertex of the mesh at hand; empty for a level
   std::span<const Triangle> Triangles;
-  TriangleBuckets Buckets;
+  std::size_t OwnTriangles = 0;
+  TriangleBuckets Buckets; // a piece, and one for what lies in no piece of the part
   std::vector<std::pair<VertexId, NodeId>>
     Reach; // below S: (cluster, node of a level-S piece), sorted
 };
-
-// Edges that more than one triangle uses, and not equally often in both directions: where the input
-// is not consistently oriented or not manifold, "no cracks" does not hold (DESIGN section 3.5). O(t
-// log t) over partitions in parallel.
-std::size_t CountInconsistentEdges(
-  std::span<const Triangle> triangles, std::size_t vertices, const Execution& execution = {});
 
 }

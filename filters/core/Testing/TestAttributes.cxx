@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -387,6 +388,56 @@ TEST(Attributes, ColoursRoundToTheNearest)
   AddLevelAttributes(mesh, levels);
   EXPECT_EQ(
     levels.levels[0].attributes.at(0).values, (std::vector<std::uint8_t>{ 1, 255, 1, 128 }));
+}
+
+TEST(Attributes, SumsRefuseBytesThatNothingAddsUpTo)
+{
+  const std::vector<AttributeInfo> infos{ { "Normals", AttributeType::Float64,
+                                            AttributeAssociation::Point, 3 },
+    { "any", AttributeType::Float64, AttributeAssociation::Point, 3 },
+    { "RGBA", AttributeType::UInt8, AttributeAssociation::Point, 4 } };
+  AttributeSums sums(infos, 3);
+  EXPECT_EQ(sums.RecordSize(), 96U);
+  std::vector<Attribute> tuples;
+  for (const AttributeInfo& info : infos)
+  {
+    tuples.push_back({ info, std::vector<std::uint8_t>(4 * info.TupleSize(), 255) });
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    tuples[0].Set(1, k, -0.5);
+  }
+  sums.AddVertices(tuples, std::vector<VertexId>{ 1, 1, noVertex, 2 });
+  const std::vector<std::byte> good(sums.Bytes().begin(), sums.Bytes().end());
+  const auto problem = [&](const std::vector<std::byte>& bytes)
+  {
+    const auto loaded = AttributeSums::FromBytes(infos, bytes);
+    EXPECT_TRUE(!loaded || loaded->ClusterCount() == 3);
+    return loaded ? "" : loaded.GetError().message;
+  };
+  EXPECT_EQ(problem(good), "");
+  EXPECT_EQ(problem({ good.begin(), good.end() - 1 }),
+    "sums of attributes: 287 bytes are not records of 96");
+  // Of cluster 1: the sum and the first direction, how many, the colours' sums, how many.
+  const auto changed = [&](std::size_t offset, auto value)
+  {
+    std::vector<std::byte> bytes = good;
+    std::memcpy(&bytes[96 + offset], &value, sizeof(value));
+    return problem(bytes);
+  };
+  const std::string wrong = "sums of attributes: no tuples add up to those of cluster 1";
+  EXPECT_EQ(changed(8, infinite), wrong);
+  EXPECT_EQ(changed(24, -infinite), wrong);
+  EXPECT_EQ(changed(48, notANumber), wrong);
+  EXPECT_EQ(changed(48, -1.0), wrong);
+  EXPECT_EQ(changed(48, 7.0), "");
+  EXPECT_EQ(changed(56, std::uint64_t{ 511 }), wrong) << "two tuples add up to 510 at most";
+  EXPECT_EQ(changed(80, std::uint64_t{ 511 }), wrong);
+  EXPECT_EQ(changed(80, std::uint64_t{ 509 }), "");
+  EXPECT_EQ(changed(88, std::uint64_t{ 1 } << 63), wrong) << "twice as many would be none";
+  const std::vector<AttributeInfo> none{ infos[1] };
+  EXPECT_TRUE(AttributeSums(none, 9).Empty());
+  EXPECT_FALSE(AttributeSums::FromBytes(none, std::vector<std::byte>(1)));
 }
 
 TEST(Attributes, WeldingJoinsVerticesThatAreEqualInAllTheirArrays)

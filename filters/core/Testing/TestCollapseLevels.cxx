@@ -10,7 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 #include <set>
 
@@ -375,6 +377,70 @@ TEST(CollapseLevels, BoundariesOfPlatesStayInPlace)
 
 // No merge turns a triangle over. But partitions do not see each other's moves, the finest level is
 // made by clusters, and turns add up: slivers may.
+// A closed surface whose vertices are split along seams, as texture coordinates and hard edges
+// split them: every vertex on some rings and some arcs is there twice, once for the triangles on
+// each side.
+Mesh SplitAlongSeams(const Mesh& mesh, std::uint32_t seed)
+{
+  Mesh split = mesh;
+  std::mt19937 random(seed);
+  std::vector<VertexId> twin(mesh.points.size(), noVertex);
+  for (VertexId v = 0; v < mesh.points.size(); ++v)
+  {
+    if (random() % 3 == 0)
+    {
+      twin[v] = static_cast<VertexId>(split.points.size());
+      split.points.push_back(mesh.points[v]);
+    }
+  }
+  for (Triangle& t : split.triangles)
+  {
+    for (VertexId& corner : t)
+    {
+      corner = twin[corner] != noVertex && random() % 2 == 0 ? twin[corner] : corner;
+    }
+  }
+  return split;
+}
+
+// Edges of a single triangle.
+std::size_t OpenEdges(const std::vector<Triangle>& triangles)
+{
+  std::map<std::pair<VertexId, VertexId>, std::size_t> uses;
+  for (const Triangle& t : triangles)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      ++uses[std::minmax(t[k], t[(k + 1) % 3])];
+    }
+  }
+  return static_cast<std::size_t>(
+    std::count_if(uses.begin(), uses.end(), [](const auto& edge) { return edge.second == 1; }));
+}
+
+// Coincident vertices of one partition are one cluster in every level: nothing opens between them.
+TEST(CollapseLevels, SeamsStayClosed)
+{
+  for (const NamedMesh& named : ClosedMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    const Mesh split = SplitAlongSeams(named.mesh, 7);
+    const Built built = Build(split, {}, { 1U << 20, {}, 8 }); // one partition
+    for (std::size_t d = 0; d < built.levels.levels.size(); ++d)
+    {
+      EXPECT_EQ(OpenEdges(built.levels.levels[d].triangles), 0U) << "level " << d;
+    }
+    for (VertexId v = 0; v < split.points.size(); ++v)
+    {
+      for (VertexId w = v + 1; w < split.points.size() && split.points.size() < 3000; ++w)
+      {
+        ASSERT_TRUE(
+          split.points[v] != split.points[w] || built.levels.finest[v] == built.levels.finest[w]);
+      }
+    }
+  }
+}
+
 TEST(CollapseLevels, NormalsDoNotFlip)
 {
   const Mesh sphere = DisplacedSphere(6);

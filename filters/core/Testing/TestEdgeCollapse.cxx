@@ -386,3 +386,72 @@ TEST(EdgeCollapse, AnyTrianglesWillDo)
     }
   }
 }
+
+// A flat knot: each triangle has a neighbour of its first vertex and one from anywhere, so that
+// most merges would turn one over, and every vertex has far more edges than on a surface.
+TEST(EdgeCollapse, KnotsTakeStepsInProportion)
+{
+  for (const unsigned triangles : { 17U, 60U }) // for each vertex
+  {
+    SCOPED_TRACE(triangles);
+    Mesh knot = GridPlate(20);
+    const std::size_t vertices = knot.points.size();
+    std::mt19937 random(3);
+    for (Vec3& p : knot.points)
+    {
+      p[0] += double(random() % 512) / 1024;
+      p[1] += double(random() % 512) / 1024;
+    }
+    knot.triangles.clear();
+    while (knot.triangles.size() < triangles * vertices)
+    {
+      const auto any = [&] { return static_cast<VertexId>(random() % vertices); };
+      const VertexId a = any(), b = random() % 3 == 0 ? any() : a + 1, c = any();
+      if (b < vertices && a != b && b != c && c != a)
+      {
+        knot.triangles.push_back({ a, b, c });
+      }
+    }
+    CollapsePart part = PartOf(knot);
+    part.quadrics.assign(vertices, {}); // without boundaries: all places cost the same
+    for (const Triangle& t : knot.triangles)
+    {
+      for (const VertexId v : t)
+      {
+        part.quadrics[v].AddTriangle(knot.points[t[0]], knot.points[t[1]], knot.points[t[2]]);
+      }
+    }
+    part.keepTopology = false;
+    part.areaPerVertex = 1;
+    EdgeCollapse engine(std::move(part));
+    EXPECT_FALSE(engine.Run(vertices / 8));
+    EXPECT_LT(engine.Steps(), 100000 * vertices);
+  }
+}
+
+// The hub of a fan, which may be fixed: its triangles are walked through once, not once for each
+// neighbour.
+TEST(EdgeCollapse, FansTakeStepsInProportion)
+{
+  for (const bool fixed : { false, true })
+  {
+    constexpr VertexId rim = 30000;
+    Mesh fan{ { { 0, 0, 0 } }, {} };
+    for (VertexId i = 1; i <= rim; ++i)
+    {
+      const double angle = i * (6.283185307179586 / rim);
+      fan.points.push_back({ std::cos(angle), std::sin(angle), 0.01 * std::sin(5 * angle) });
+      fan.triangles.push_back({ 0, i, i % rim + 1 });
+    }
+    CollapsePart part = PartOf(fan);
+    part.areaPerVertex = 1e-4;
+    part.fixed.assign(fan.points.size(), 0);
+    part.fixed[0] = fixed ? 1 : 0;
+    EdgeCollapse engine(std::move(part));
+    EXPECT_TRUE(engine.Run(20));
+    EXPECT_EQ(engine.VertexCount(), 20U);
+    const Mesh left = Replayed(fan, engine.Merges());
+    EXPECT_EQ(engine.TriangleCount(), left.triangles.size());
+    EXPECT_LT(engine.Steps(), 500 * std::uint64_t{ rim });
+  }
+}

@@ -3,6 +3,7 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/app/TbbExecution.h"
+#include "filters/core/EdgeCount.h"
 #include "filters/core/Glue.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // Triangles sorted, sorted into buckets, gathered by bucket; their image partition by partition.
 #include "filters/app/TbbExecution.h"
 #include "filters/core/ClusterLevels.h"
+#include "filters/core/RadixSort.h"
 #include "filters/core/SortTriangles.h"
 #include "filters/core/TriangleBuckets.h"
 
@@ -70,6 +71,27 @@ TEST(SortTriangles, SortsAsByComparing)
   EXPECT_TRUE(none.empty());
 }
 
+TEST(SortByUpperHalf, KeepsTheOrderOfEqualOnes)
+{
+  std::mt19937_64 random(5);
+  for (const std::size_t count : { 0U, 1U, 100U, 5000U, 70000U })
+  {
+    for (const unsigned bits : { 0U, 4U, 11U, 12U, 24U, 32U })
+    {
+      std::vector<std::uint64_t> entries(count);
+      for (std::uint64_t& entry : entries)
+      {
+        entry = (bits == 0 ? 7 : random() >> (64 - bits)) << 32 | random() >> 32;
+      }
+      std::vector<std::uint64_t> expected = entries;
+      std::stable_sort(expected.begin(), expected.end(),
+        [](std::uint64_t a, std::uint64_t b) { return a >> 32 < b >> 32; });
+      SortByUpperHalf(entries);
+      EXPECT_EQ(entries, expected) << count << " of " << bits << " bits";
+    }
+  }
+}
+
 // Buckets of vertices: neighbouring ids in one bucket, or none of them.
 std::vector<std::uint32_t> BucketsOf(VertexId vertices, std::uint32_t buckets, bool neighbours)
 {
@@ -106,38 +128,6 @@ TEST(BucketTriangles, HoldsEveryTriangleWhereItTouches)
         << b;
     }
   }
-}
-
-TEST(GatherTriangles, KeepsTheOrderInsideBuckets)
-{
-  constexpr std::uint32_t buckets = 16;
-  std::vector<Triangle> triangles = AnyTriangles(20000, 3000, 2);
-  const std::vector<Triangle> before = triangles;
-  const std::vector<std::uint32_t> bucketOf = BucketsOf(3000, buckets, true);
-  const TriangleBuckets old =
-    BucketTriangles(triangles, buckets, [&](VertexId v) { return bucketOf[v]; });
-  EXPECT_TRUE(AreScattered(triangles, bucketOf));
-  TriangleBuckets gathered = old;
-  GatherTriangles(triangles, gathered, bucketOf, MakeTbbExecution(3));
-  ASSERT_EQ(triangles.size(), before.size());
-  std::uint32_t last = 0;
-  for (const Triangle& t : triangles)
-  {
-    const std::uint32_t lowest = std::min({ bucketOf[t[0]], bucketOf[t[1]], bucketOf[t[2]] });
-    ASSERT_GE(lowest, last);
-    last = lowest;
-  }
-  std::vector<int> hits(triangles.size(), 0);
-  for (std::uint32_t b = 0; b < buckets; ++b)
-  {
-    ASSERT_EQ(gathered.Of(b).size(), old.Of(b).size());
-    for (std::size_t i = 0; i < old.Of(b).size(); ++i)
-    {
-      ASSERT_EQ(triangles[gathered.Of(b)[i]], before[old.Of(b)[i]]);
-      ++hits[gathered.Of(b)[i]];
-    }
-  }
-  EXPECT_EQ(std::count(hits.begin(), hits.end(), 0), 0);
 }
 
 TEST(ImageInPartitions, IsTheImageOfAll)

@@ -1,0 +1,170 @@
+// The edges that wait for their collapse, the cheapest first. For EdgeCollapse alone.
+#pragma once
+
+#include "filters/core/BitCast.h"
+#include "filters/core/Types.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace kdstream
+{
+
+struct EdgeCandidate
+{
+  double cost;   // at least 0
+  VertexId u, v; // u < v
+  std::uint32_t stamp;
+  bool measured; // whether the cost knows how far the surface goes back
+
+  // By cost, of equal ones by vertices: what comes later is greater.
+  bool operator<(const EdgeCandidate& other) const
+  {
+    return this->cost != other.cost ? this->cost < other.cost
+           : this->u != other.u     ? this->u < other.u
+           : this->v != other.v     ? this->v < other.v
+                                    : this->stamp < other.stamp;
+  }
+};
+
+// A queue that most candidates never reach the front of: collapses near them make them out of date,
+// or there are enough vertices gone before their turn. So candidates wait unsorted in buckets of
+// half an octave of cost each; only what is still current of the cheapest bucket goes into a heap,
+// and what comes later but costs no more than that bucket's. Candidates leave in their full order.
+// Push O(1), or O(log h) for a heap of h; memory 24 bytes for each candidate in the queue at once.
+class EdgeCandidates
+{
+public:
+  EdgeCandidates()
+    : First(2 * buckets, none)
+  {
+  }
+
+  // Memory for so many at once.
+  void Reserve(std::size_t candidates) { this->Slots.reserve(candidates); }
+  void Push(const EdgeCandidate& candidate);
+  // Takes out the first one for which isCurrent(candidate) is true, and all before it. False: there
+  // is none. What is not current once must not become so again.
+  template <class IsCurrent>
+  bool Pop(EdgeCandidate& first, const IsCurrent& isCurrent);
+
+private:
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  static constexpr unsigned shift = 51; // what is left of a double: exponent and a binary digit
+  static constexpr std::size_t buckets = std::size_t{ 1 } << (63 - shift);
+
+  struct Waiting
+  {
+    double cost;
+    VertexId u, v;
+    std::uint32_t stamp;
+    std::uint32_t next; // in the same bucket, or of those that are free
+  };
+
+  static std::size_t BucketOf(double cost)
+  {
+    return cost > 0 ? static_cast<std::size_t>(BitCast<std::uint64_t>(cost) >> shift) : 0;
+  }
+  static bool IsLater(const EdgeCandidate& a, const EdgeCandidate& b) { return b < a; }
+  template <class IsCurrent>
+  void Fill(std::size_t list, const IsCurrent& isCurrent);
+  template <class IsCurrent>
+  bool FillFromNextBucket(const IsCurrent& isCurrent);
+
+  std::vector<EdgeCandidate> Near; // a heap: what costs no more than the buckets below Begin
+  std::size_t Begin = 0;
+  std::size_t Lowest = buckets;     // no bucket below has any
+  std::vector<std::uint32_t> First; // of each bucket, those not measured and those measured
+  std::vector<Waiting> Slots;
+  std::uint32_t Free = none;
+};
+
+inline void EdgeCandidates::Push(const EdgeCandidate& candidate)
+{
+  const std::size_t bucket = BucketOf(candidate.cost);
+  if (bucket < this->Begin)
+  {
+    this->Near.push_back(candidate);
+    std::push_heap(this->Near.begin(), this->Near.end(), IsLater);
+    return;
+  }
+  this->Lowest = std::min(this->Lowest, bucket);
+  std::uint32_t& first = this->First[2 * bucket + candidate.measured];
+  const Waiting waiting{ candidate.cost, candidate.u, candidate.v, candidate.stamp, first };
+  if (this->Free == none)
+  {
+    first = static_cast<std::uint32_t>(this->Slots.size());
+    this->Slots.push_back(waiting);
+    return;
+  }
+  first = this->Free;
+  this->Free = this->Slots[first].next;
+  this->Slots[first] = waiting;
+}
+
+template <class IsCurrent>
+bool EdgeCandidates::Pop(EdgeCandidate& first, const IsCurrent& isCurrent)
+{
+  do
+  {
+    while (!this->Near.empty())
+    {
+      std::pop_heap(this->Near.begin(), this->Near.end(), IsLater);
+      first = this->Near.back();
+      this->Near.pop_back();
+      if (isCurrent(first))
+      {
+        return true;
+      }
+    }
+  } while (this->FillFromNextBucket(isCurrent));
+  return false;
+}
+
+// Whether there was a bucket with something in it.
+template <class IsCurrent>
+bool EdgeCandidates::FillFromNextBucket(const IsCurrent& isCurrent)
+{
+  std::size_t bucket = this->Lowest;
+  while (bucket < buckets && this->First[2 * bucket] == none && this->First[2 * bucket + 1] == none)
+  {
+    ++bucket;
+  }
+  this->Lowest = bucket;
+  if (bucket == buckets)
+  {
+    return false;
+  }
+  this->Fill(2 * bucket, isCurrent);
+  this->Fill(2 * bucket + 1, isCurrent);
+  std::make_heap(this->Near.begin(), this->Near.end(), IsLater);
+  this->Lowest = this->Begin = bucket + 1;
+  return true;
+}
+
+// Moves what is current of a list into the heap, which is not in order then.
+template <class IsCurrent>
+void EdgeCandidates::Fill(std::size_t list, const IsCurrent& isCurrent)
+{
+  std::uint32_t slot = this->First[list];
+  this->First[list] = none;
+  while (slot != none)
+  {
+    Waiting& waiting = this->Slots[slot];
+    const EdgeCandidate candidate{ waiting.cost, waiting.u, waiting.v, waiting.stamp,
+      list % 2 != 0 };
+    if (isCurrent(candidate))
+    {
+      this->Near.push_back(candidate);
+    }
+    const std::uint32_t next = waiting.next;
+    waiting.next = this->Free;
+    this->Free = slot;
+    slot = next;
+  }
+}
+
+}

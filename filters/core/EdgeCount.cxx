@@ -1,0 +1,128 @@
+// Counting of edges: see EdgeCount.h.
+#include "filters/core/EdgeCount.h"
+
+#include "filters/core/TriangleBuckets.h"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+using Counts = std::function<bool(VertexId)>;
+
+// How unevenly the edges around a vertex are used: of each directed edge from or to it the other
+// end's number, scattered. 0 where every edge is used as often in one direction as in the other.
+std::uint64_t Scatter(VertexId v)
+{
+  std::uint64_t x = (v + std::uint64_t{ 1 }) * 0x9E3779B97F4A7C15U;
+  x = (x ^ (x >> 32)) * 0xD6E8FEB86659FD93U;
+  return x ^ (x >> 32);
+}
+
+struct DirectedEdge
+{
+  VertexId low, high;
+  int direction;
+};
+
+bool IsDegenerate(const Triangle& t)
+{
+  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+}
+
+// The edges whose lower end is one of the vertices [first, first + sums.size()), counts, and
+// has not all of its edges in balance. `triangles`: all that touch these vertices.
+void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std::uint32_t> touching,
+  VertexId first, std::vector<std::uint64_t>& sums, std::vector<DirectedEdge>& edges,
+  const Counts& counts)
+{
+  const auto isOwn = [&](VertexId v) { return v >= first && v - first < sums.size(); };
+  for (const std::uint32_t t : touching)
+  {
+    const Triangle& triangle = triangles[t];
+    for (std::size_t k = 0; k < 3 && !IsDegenerate(triangle); ++k)
+    {
+      if (isOwn(triangle[k]))
+      {
+        sums[triangle[k] - first] +=
+          Scatter(triangle[(k + 1) % 3]) - Scatter(triangle[(k + 2) % 3]);
+      }
+    }
+  }
+  edges.clear();
+  for (std::size_t i = 0; counts && i < sums.size(); ++i)
+  {
+    // Of a vertex that does not count some triangles may not be here.
+    sums[i] = counts(static_cast<VertexId>(first + i)) ? sums[i] : 0;
+  }
+  if (std::all_of(sums.begin(), sums.end(), [](std::uint64_t sum) { return sum == 0; }))
+  {
+    return;
+  }
+  for (const std::uint32_t t : touching)
+  {
+    const Triangle& triangle = triangles[t];
+    for (std::size_t k = 0; k < 3 && !IsDegenerate(triangle); ++k)
+    {
+      const VertexId from = triangle[k], to = triangle[(k + 1) % 3], low = std::min(from, to);
+      if (isOwn(low) && sums[low - first] != 0)
+      {
+        edges.push_back({ low, std::max(from, to), from < to ? 1 : -1 });
+      }
+    }
+  }
+}
+
+// Edges that are used more than once, and not equally often in both directions.
+std::size_t CountUneven(std::vector<DirectedEdge>& edges)
+{
+  std::sort(edges.begin(), edges.end(),
+    [](const DirectedEdge& x, const DirectedEdge& y)
+    { return x.low != y.low ? x.low < y.low : x.high < y.high; });
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < edges.size();)
+  {
+    std::size_t j = i;
+    int sum = 0;
+    for (; j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high; ++j)
+    {
+      sum += edges[j].direction;
+    }
+    count += j - i > 1 && sum != 0;
+    i = j;
+  }
+  return count;
+}
+
+}
+
+std::size_t CountInconsistentEdges(std::span<const Triangle> triangles, std::size_t vertices,
+  const Execution& execution, const Counts& counts)
+{
+  constexpr std::size_t block =
+    1 << 12; // vertices: an edge is counted in the block of its lower end
+  const std::size_t blocks = (vertices + block - 1) / block;
+  const TriangleBuckets buckets = BucketTriangles(
+    triangles, blocks, [](VertexId v) { return v / block; }, execution);
+  std::vector<std::size_t> uneven(blocks, 0);
+  execution.parallelFor(blocks, 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      std::vector<std::uint64_t> sums;
+      std::vector<DirectedEdge> edges;
+      for (std::size_t b = begin; b < end; ++b)
+      {
+        sums.assign(std::min(block, vertices - b * block), 0);
+        CollectUnbalanced(
+          triangles, buckets.Of(b), static_cast<VertexId>(b * block), sums, edges, counts);
+        uneven[b] = CountUneven(edges);
+      }
+    });
+  return std::accumulate(uneven.begin(), uneven.end(), std::size_t{ 0 });
+}
+
+}

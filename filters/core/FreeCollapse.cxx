@@ -1,0 +1,72 @@
+#include "filters/core/FreeCollapse.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kdstream
+{
+namespace
+{
+
+CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
+{
+  CollapsePart part;
+  part.components = state.attributes.components;
+  part.bounds = space.RelativeBox();
+  part.keepTopology = false; // handles would take what few vertices there are
+  part.positions.reserve(state.clusters.size());
+  part.quadrics.reserve(state.clusters.size());
+  for (VertexId c = 0; c < state.clusters.size(); ++c)
+  {
+    AppendCluster(state, space, c, part);
+  }
+  part.triangles = state.level.triangles;
+  part.areaPerVertex = AddAreas(0, state.clusters) / double(state.clusters.size());
+  return part;
+}
+
+Merging MergeEdges(const CollapseState& below, const CollapseSpace& space, const TreeDepths& depths,
+  unsigned depth, std::size_t surface)
+{
+  FreeCollapse collapse(below, space);
+  bool more = collapse.Run(surface, EdgeCollapse::any);
+  for (;;)
+  {
+    Merging merging(below, depths, depth);
+    collapse.Apply(merging);
+    merging.GroupLoose();
+    // Nodes that would hold too much go on alone.
+    const std::vector<std::size_t> excess = merging.ExcessOfNodes();
+    const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
+    if (total == 0 || !more || collapse.VertexCount() == 0)
+    {
+      return merging;
+    }
+    collapse.Restrict([&](VertexId v) { return excess[merging.NodeOf(merging.StandsFor(v))] > 0; });
+    more = collapse.Run(
+      collapse.VertexCount() - std::min(collapse.VertexCount(), total), EdgeCollapse::any);
+  }
+}
+
+}
+
+FreeCollapse::FreeCollapse(const CollapseState& state, const CollapseSpace& space)
+  : Clusters(state.clusters.size())
+  , Engine(WholeLevel(state, space))
+{
+}
+
+Merging CollapseFreely(const CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets)
+{
+  Merging merging = MergeEdges(below, space, depths, depth, surface);
+  const std::vector<std::uint8_t> full = FullNodes(merging.ExcessOfNodes());
+  if (!full.empty())
+  {
+    merging.GroupNodes(full, sheets);
+    merging.GroupLoose(); // what has lost its last triangles by that
+  }
+  return merging;
+}
+
+}

@@ -1,0 +1,47 @@
+// Collapses of a whole level at once, for levels coarser than S that are small. For the makers of
+// levels alone.
+#pragma once
+
+#include "filters/core/CollapseState.h"
+#include "filters/core/EdgeCollapse.h"
+#include "filters/core/Merging.h"
+
+namespace kdstream
+{
+
+class FreeCollapse
+{
+public:
+  FreeCollapse(const CollapseState& state, const CollapseSpace& space);
+
+  bool Run(std::size_t vertices, std::size_t triangles)
+  {
+    return this->Engine.Run(vertices, triangles);
+  }
+  // Only vertices for which movable(v) is true may collapse from now on.
+  template <class Movable>
+  void Restrict(const Movable& movable)
+  {
+    for (VertexId v = 0; v < this->Clusters; ++v)
+    {
+      if (!movable(v))
+      {
+        this->Engine.Fix(v);
+      }
+    }
+  }
+  std::size_t VertexCount() const { return this->Engine.VertexCount(); }
+  void Apply(Merging& merging) const { merging.Apply(this->Engine.Merges()); }
+
+private:
+  std::size_t Clusters;
+  EdgeCollapse Engine;
+};
+
+// What merges from a whole level to the next coarser one, `depth`: until about `surface` clusters
+// with triangles are left, then on in nodes that would hold too much (MostOfNode), and where edges
+// do not do it by cells.
+Merging CollapseFreely(const CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets);
+
+}

@@ -1,0 +1,112 @@
+// The cheapest of many merges, found in passes: however many they are, none need be in memory. For
+// the makers of levels alone.
+#pragma once
+
+#include "filters/core/BitCast.h"
+#include "filters/core/Result.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// All errors below `error`, and of those equal to it the first `ties`, in the order of the passes.
+struct CheapestErrors
+{
+  double error = -1;
+  std::uint64_t ties = 0;
+
+  // How many of a sorted list belong to them; takes what it uses off `ties`.
+  template <class Errors, class ErrorOf>
+  std::size_t Take(const Errors& sorted, std::size_t first, const ErrorOf& errorOf)
+  {
+    std::size_t end = first;
+    while (end < sorted.size() && errorOf(sorted[end]) < this->error)
+    {
+      ++end;
+    }
+    while (end < sorted.size() && this->ties > 0 && errorOf(sorted[end]) == this->error)
+    {
+      ++end;
+      --this->ties;
+    }
+    return end - first;
+  }
+};
+
+// Finds the cheapest `count` of a multiset of errors. forEach(visit) calls visit(error) for each of
+// them, none negative or NaN, always in the same order, and returns a Status; it is called twice,
+// or up to four times where very many are nearly equal, and there are at least `count` >= 1 of
+// them. O(errors); memory 1 MiB. The same as sorting them by (error, place). sum(bins) adds to
+// counts those of other processes, which visit errors of their own: `count` is of all of them.
+template <class ForEach, class Sum>
+Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count, const Sum& sum)
+{
+  constexpr unsigned digits = 16; // bits
+  constexpr std::uint64_t mostKept = std::uint64_t{ 1 } << digits;
+  std::uint64_t known = 0;         // the upper bits of the error sought
+  std::uint64_t rest = count;      // its place among those that begin with them, from 1
+  std::vector<std::uint64_t> kept; // all that begin with them, once they are few
+  bool few = false, areKept = false;
+  std::vector<std::uint64_t> bins;
+  for (unsigned shift = 64; shift > 0;)
+  {
+    const unsigned before = shift;
+    shift -= digits;
+    bins.assign(std::size_t{ 1 } << digits, 0);
+    const auto begins = [&](std::uint64_t bits) { return before == 64 || bits >> before == known; };
+    const auto add = [&](std::uint64_t bits) { ++bins[(bits >> shift) & (bins.size() - 1)]; };
+    Status status;
+    if (areKept)
+    {
+      std::erase_if(kept, [&](std::uint64_t bits) { return !begins(bits); });
+      std::for_each(kept.begin(), kept.end(), add);
+    }
+    else
+    {
+      status = forEach(
+        [&](double error)
+        {
+          const auto bits = BitCast<std::uint64_t>(error + 0.0); // no -0.0
+          if (begins(bits))
+          {
+            add(bits);
+            if (few)
+            {
+              kept.push_back(bits);
+            }
+          }
+        });
+      areKept = few;
+    }
+    if (status)
+    {
+      status = sum(std::span<std::uint64_t>(bins));
+    }
+    if (!status)
+    {
+      return status.GetError();
+    }
+    std::size_t bin = 0;
+    while (rest > bins[bin])
+    {
+      rest -= bins[bin++];
+    }
+    known = known << digits | bin;
+    few = bins[bin] <= mostKept;
+  }
+  return CheapestErrors{ BitCast<double>(known), rest };
+}
+
+template <class ForEach>
+Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count)
+{
+  return FindCheapest(forEach, count, [](std::span<std::uint64_t>) { return Status{}; });
+}
+
+}
