@@ -46,4 +46,46 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
     "the ending '" + ending + "' names no known mesh format; convert it to .ply" };
 }
 
+namespace
+{
+
+constexpr std::uint64_t droppedAtOnce = std::uint64_t{ 1 } << 15; // elements
+
+// read(mesh, limit): as ReadVertices.
+template <class Read>
+Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
+{
+  std::uint64_t done = 0;
+  while (done < count)
+  {
+    Mesh dropped;
+    const Result<std::size_t> some =
+      read(dropped, static_cast<std::size_t>(std::min(droppedAtOnce, count - done)));
+    if (!some)
+    {
+      return some.GetError();
+    }
+    if (*some == 0)
+    {
+      break;
+    }
+    done += *some;
+  }
+  return done;
+}
+
+}
+
+Result<std::uint64_t> MeshReader::SkipVertices(std::uint64_t count)
+{
+  return ReadAndDrop(
+    count, [this](Mesh& mesh, std::size_t limit) { return this->ReadVertices(mesh, limit); });
+}
+
+Result<std::uint64_t> MeshReader::SkipFaces(std::uint64_t count)
+{
+  return ReadAndDrop(
+    count, [this](Mesh& mesh, std::size_t limit) { return this->ReadTriangles(mesh, limit); });
+}
+
 }

@@ -58,6 +58,14 @@ public:
   // vertices, a truncated body, as above.
   virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;
 
+  // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
+  // how many, 0 at the end. Where the format tells where they end (binary STL; binary PLY without
+  // lists, or whose faces can be triangles alone) no byte of them is read: what is skipped is not
+  // checked, but faces that are read between are, for what is assumed of all. Else they are read
+  // and dropped. Errors: as above.
+  virtual Result<std::uint64_t> SkipVertices(std::uint64_t count);
+  virtual Result<std::uint64_t> SkipFaces(std::uint64_t count);
+
   // Bytes of the file, and how far into it the reader is: for progress.
   virtual std::uint64_t FileSize() const = 0;
   virtual std::uint64_t Position() const = 0;

@@ -297,7 +297,8 @@ Status PlyReader::SkipToRecord(std::uint64_t record)
   return skipped;
 }
 
-Result<std::size_t> PlyReader::Remember(Result<std::size_t> result)
+template <class Number>
+Result<Number> PlyReader::Remember(Result<Number> result)
 {
   if (!result)
   {
@@ -314,6 +315,109 @@ Result<std::size_t> PlyReader::ReadVertices(Mesh& mesh, std::size_t limit)
 Result<std::size_t> PlyReader::ReadTriangles(Mesh& mesh, std::size_t limit)
 {
   return this->Failure ? *this->Failure : this->Remember(this->ReadSomeTriangles(mesh, limit));
+}
+
+Result<std::uint64_t> PlyReader::SkipVertices(std::uint64_t count)
+{
+  if (this->Failure)
+  {
+    return *this->Failure;
+  }
+  const std::uint64_t number = std::min(count, this->FileInfo.vertices - this->VerticesRead);
+  if (number > 0)
+  {
+    const Status moved = this->MoveTo(this->VertexElement, this->VerticesRead + number);
+    if (!moved)
+    {
+      return this->Remember(Result<std::uint64_t>(moved.GetError()));
+    }
+  }
+  this->VerticesRead += number;
+  return number;
+}
+
+Result<std::uint64_t> PlyReader::SkipFaces(std::uint64_t count)
+{
+  return this->Failure ? *this->Failure : this->Remember(this->SkipSomeFaces(count));
+}
+
+Result<std::uint64_t> PlyReader::SkipSomeFaces(std::uint64_t count)
+{
+  std::uint64_t done = 0;
+  while (this->FaceElementsDone < this->Faces.size())
+  {
+    const FaceElement& faces = this->Faces[this->FaceElementsDone];
+    const PlyElement& element = this->Header.elements[faces.element];
+    const std::uint64_t number = std::min(count - done, element.count - this->FacesRead);
+    Status moved = this->MoveTo(faces.element, this->FacesRead);
+    if (moved && this->TriangleBytes == 0)
+    {
+      this->TriangleBytes = this->BytesOfTriangles(faces);
+      this->TrianglesBegin = this->Source.Position() - this->FacesRead * this->TriangleBytes;
+    }
+    if (moved && this->TriangleBytes > 0)
+    {
+      this->Source.Seek(this->Source.Position() + number * this->TriangleBytes);
+      this->CurrentRecord += number;
+    }
+    else if (moved)
+    {
+      moved = this->MoveTo(faces.element, this->FacesRead + number);
+    }
+    if (!moved)
+    {
+      return moved.GetError();
+    }
+    this->FacesRead += number;
+    done += number;
+    if (done == count)
+    {
+      break;
+    }
+    ++this->FaceElementsDone;
+    this->FacesRead = 0;
+  }
+  return done;
+}
+
+// The bytes of each of the faces from here on, where there is just room for as many triangles: as a
+// polygon has three corners at least, all are triangles then. 0: they may differ.
+std::uint64_t PlyReader::BytesOfTriangles(const FaceElement& faces) const
+{
+  const PlyElement& element = this->Header.elements[faces.element];
+  if (this->Header.encoding == PlyEncoding::Ascii || faces.kind != PlyFaceSink::Kind::Polygon ||
+      faces.element + 1 != this->Header.elements.size())
+  {
+    return 0;
+  }
+  std::uint64_t bytes = 0;
+  for (std::size_t p = 0; p < element.properties.size(); ++p)
+  {
+    const PlyProperty& property = element.properties[p];
+    if (property.isList && p != faces.list)
+    {
+      return 0;
+    }
+    bytes += property.isList ? SizeOf(property.countType) + 3 * SizeOf(property.type)
+                             : SizeOf(property.type);
+  }
+  const std::uint64_t rest = this->Source.Size() - this->Source.Position();
+  return rest % bytes == 0 && rest / bytes == element.count - this->FacesRead ? bytes : 0;
+}
+
+// Whether what was skipped can have been triangles: so are those that were read, up to here.
+Status PlyReader::CheckTriangles(const FaceElement& faces) const
+{
+  const std::uint64_t expected = this->TrianglesBegin + this->FacesRead * this->TriangleBytes;
+  if (this->TriangleBytes == 0 || this->Source.Position() == expected)
+  {
+    return {};
+  }
+  return Error{ ErrorCode::InvalidInput,
+    "element '" + this->Header.elements[faces.element].name +
+      "': truncated, or a face of fewer than three vertices: " +
+      "the file has room for triangles alone, and up to face " + std::to_string(this->FacesRead) +
+      " there is another" };
 }
 
 Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
@@ -375,8 +479,49 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     this->FacesRead += number;
     this->CurrentRecord = this->FacesRead;
     done += number;
+    if (Status triangles = this->CheckTriangles(faces); !triangles)
+    {
+      return triangles.GetError();
+    }
+  }
+  if (this->FaceElementsDone == this->Faces.size() && !this->LookedBehind)
+  {
+    if (Status looked = this->LookBehindLastFace(); !looked)
+    {
+      return looked.GetError();
+    }
   }
   return static_cast<std::size_t>(done);
+}
+
+// A header that counts too few faces leaves some of them behind the last: they are not read, but
+// not silently. Blank lines at the end of a file are no loss.
+Status PlyReader::LookBehindLastFace()
+{
+  this->LookedBehind = true;
+  const std::vector<PlyElement>& elements = this->Header.elements;
+  const bool more =
+    std::any_of(elements.begin() + static_cast<std::ptrdiff_t>(this->CurrentElement) + 1,
+      elements.end(), [](const PlyElement& element) { return element.count > 0; });
+  if (this->Faces.empty() || this->CurrentElement != this->Faces.back().element || more)
+  {
+    return {};
+  }
+  constexpr std::uint64_t mostBlank = 4096;
+  const std::uint64_t rest = this->Source.Remaining();
+  const Result<std::string_view> bytes =
+    this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostBlank)));
+  if (!bytes)
+  {
+    return bytes.GetError();
+  }
+  const bool blank = rest <= mostBlank && bytes->find_first_not_of(" \t\r\n") == bytes->npos;
+  if (!blank)
+  {
+    this->FileInfo.ignoredAttributes.push_back(
+      std::to_string(rest) + " bytes behind the last face, which the header does not count");
+  }
+  return {};
 }
 
 }

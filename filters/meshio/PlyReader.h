@@ -17,13 +17,14 @@ namespace kdstream
 // "tristrips" (the list "vertex_indices" or "vertex_index", of any integer types), and the other
 // scalar properties of these as attributes (PlyArrays.h says under which names): at most 255, of
 // faces those that every element with faces has. Everything else is skipped, and named in
-// Info().ignoredAttributes. Coordinates: if x, y and z all are float or
-// integers of at most 16 bits, which floats hold exactly, the scalar type is Float32, else Float64.
-// ASCII values are rounded once, to the type that the header gives them. Strips of fewer than three
-// vertices hold no triangle and are passed over; polygons of fewer are an error. Memory: one block
-// of the file, and what is appended to the caller's vectors, which grow with the bytes that were
-// read, never with what the header or a list claims. One face can have as many triangles as the
-// file has bytes; its attributes, repeated for each, may take 16 times the file's bytes.
+// Info().ignoredAttributes, and so are bytes behind the last face, once that is read. Coordinates:
+// if x, y and z all are float or integers of at most 16 bits, which floats hold exactly, the scalar
+// type is Float32, else Float64. ASCII values are rounded once, to the type that the header gives
+// them. Strips of fewer than three vertices hold no triangle and are passed over; polygons of fewer
+// are an error. Memory: one block of the file, and what is appended to the caller's vectors, which
+// grow with the bytes that were read, never with what the header or a list claims. One face can
+// have as many triangles as the file has bytes; its attributes, repeated for each, may take 16
+// times the file's bytes.
 class PlyReader : public MeshReader
 {
 public:
@@ -35,6 +36,8 @@ public:
   // After an error, every further call gives the same error.
   Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override;
   Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
+  Result<std::uint64_t> SkipVertices(std::uint64_t count) override;
+  Result<std::uint64_t> SkipFaces(std::uint64_t count) override;
   std::uint64_t FileSize() const override { return this->Source.Size(); }
   std::uint64_t Position() const override { return this->Source.Position(); }
 
@@ -62,7 +65,12 @@ private:
   Status SkipToRecord(std::uint64_t record);
   Result<std::size_t> ReadSomeVertices(Mesh& mesh, std::size_t limit);
   Result<std::size_t> ReadSomeTriangles(Mesh& mesh, std::size_t limit);
-  Result<std::size_t> Remember(Result<std::size_t> result);
+  Result<std::uint64_t> SkipSomeFaces(std::uint64_t count);
+  std::uint64_t BytesOfTriangles(const FaceElement& faces) const;
+  Status CheckTriangles(const FaceElement& faces) const;
+  template <class Number>
+  Result<Number> Remember(Result<Number> result);
+  Status LookBehindLastFace();
 
   ByteSource Source;
   PlyHeader Header;
@@ -84,6 +92,9 @@ private:
   std::uint64_t VerticesRead = 0;
   std::size_t FaceElementsDone = 0;
   std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
+  // Where some of these were skipped because all must be triangles: of one, and where the first is.
+  std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
+  bool LookedBehind = false;
   std::optional<Error> Failure;
 };
 

@@ -78,6 +78,13 @@ public:
     return number;
   }
 
+  Result<std::uint64_t> SkipFaces(std::uint64_t count) override
+  {
+    const std::uint64_t number = std::min(count, this->FileInfo.faces - this->TrianglesRead);
+    this->TrianglesRead += number;
+    return number;
+  }
+
   std::uint64_t FileSize() const override { return this->Source.Size(); }
   std::uint64_t Position() const override { return this->Source.Position(); }
 
@@ -131,6 +138,14 @@ public:
   {
     this->Source.Seek(headerBytes);
     return this->SetFacets(this->Facets);
+  }
+
+  Result<std::uint64_t> SkipVertices(std::uint64_t count) override
+  {
+    const std::uint64_t number = std::min(count, this->FileInfo.vertices - this->VerticesRead);
+    this->VerticesRead += number;
+    this->Source.Seek(headerBytes + this->VerticesRead / 3 * facetBytes);
+    return number;
   }
 
 private:

@@ -61,6 +61,7 @@ inline Contents ReadAll(
       }
     }
   }
+  contents.info = (*reader)->Info(); // what was ignored at the end is known now
   return contents;
 }
 

@@ -123,6 +123,39 @@ TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
                                    { 0, 1, 2 }, { 0, 2, 3 }, { 3, 3, 1 } }));
 }
 
+// A header that counts too few faces loses the others, but not silently.
+TEST(PlyReader, TellsBytesBehindTheLastFace)
+{
+  const auto ignored = [](const std::string& bytes)
+  {
+    const Contents read = ReadBytes(bytes);
+    EXPECT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.faces, 1U);
+    return read.info.ignoredAttributes;
+  };
+  const auto behind = [](std::size_t bytes)
+  {
+    return std::vector<std::string>{
+      std::to_string(bytes) + " bytes behind the last face, which the header does not count"
+    };
+  };
+  const std::vector<std::string> none;
+  EXPECT_EQ(
+    ignored(WithFaces(1, "3 0 1 2\n3 1 2 3\n")), behind(9)); // with the end of the face's line
+  EXPECT_EQ(ignored(WithFaces(1, "3 0 1 2\n \r\n\n")), none);
+  EXPECT_EQ(ignored(WithFaces(1, "3 0 1 2\n" + std::string(5000, '\n'))), behind(5001));
+  const std::string list = "property list uchar uchar vertex_indices\n";
+  const std::string face("\3\0\1\0", 4);
+  EXPECT_EQ(ignored(BinaryWithFace(list, face)), none);
+  EXPECT_EQ(ignored(BinaryWithFace(list, face + face)), behind(4));
+  // What the header counts behind the faces is no surprise.
+  std::string edges = WithFaces(1, "3 0 1 2\n0 1\n");
+  edges.insert(
+    edges.find("end_header"), "element edge 1\nproperty int vertex1\nproperty int vertex2\n");
+  EXPECT_EQ(ignored(edges).size(), 1U);
+  EXPECT_EQ(ignored(edges).front().find("behind"), std::string::npos);
+}
+
 TEST(PlyReader, ReadsAListLongerThanABlock)
 {
   for (const EmitEncoding encoding :
