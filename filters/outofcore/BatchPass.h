@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace kdstream
@@ -37,6 +38,7 @@ public:
 
   // Reads the records [begin, end) of `file`. work(slot, records) -> Status is called for each
   // block, on any threads: slot i works on the blocks i, i + slots, …; the records may be changed.
+  // Or work(slot, records, number of the first) -> Status.
   // Then after(used, last) -> Status, from the calling thread, for each batch: the slots [0, used)
   // have worked, and `last` is the number of the record behind the batch's.
   template <class Work, class After>
@@ -59,7 +61,15 @@ public:
             this->Statuses[slot] = ReadRecords<Record>(file, from, std::span<Record>(records));
             if (this->Statuses[slot])
             {
-              this->Statuses[slot] = work(slot, std::span<Record>(records));
+              if constexpr (std::is_invocable_v<Work, std::size_t, std::span<Record>,
+                              std::uint64_t>)
+              {
+                this->Statuses[slot] = work(slot, std::span<Record>(records), from);
+              }
+              else
+              {
+                this->Statuses[slot] = work(slot, std::span<Record>(records));
+              }
             }
           }
         });

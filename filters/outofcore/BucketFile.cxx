@@ -25,16 +25,24 @@ Result<BucketFile> BucketFile::Create(SpillFolder& folder, std::string_view purp
   return result;
 }
 
-Status BucketFile::Add(std::size_t bucket, std::span<const std::byte> record)
+Status BucketFile::Add(std::size_t bucket, std::span<const std::byte> records)
 {
   Bucket& target = this->Buckets[bucket];
   if (target.open.capacity() == 0)
   {
     target.open.reserve(this->BlockBytes);
   }
-  target.open.insert(target.open.end(), record.begin(), record.end());
-  ++target.records;
-  return target.open.size() == this->BlockBytes ? this->Flush(target) : Status{};
+  target.records += records.size() / this->RecordBytes;
+  Status status;
+  while (status && !records.empty())
+  {
+    const auto some =
+      records.first(std::min(records.size(), this->BlockBytes - target.open.size()));
+    target.open.insert(target.open.end(), some.begin(), some.end());
+    records = records.subspan(some.size());
+    status = target.open.size() == this->BlockBytes ? this->Flush(target) : Status{};
+  }
+  return status;
 }
 
 Status BucketFile::Finish()
@@ -84,6 +92,49 @@ Status BucketFile::ForEachBlock(
     }
   }
   return {};
+}
+
+SpillFile BucketFile::Save(BlobWriter& blob)
+{
+  blob.Add(static_cast<std::uint64_t>(this->BlockBytes));
+  blob.Add(static_cast<std::uint64_t>(this->Buckets.size()));
+  for (const Bucket& bucket : this->Buckets)
+  {
+    blob.Add(bucket.records);
+    blob.AddList(bucket.blocks);
+  }
+  return std::move(this->File);
+}
+
+Result<BucketFile> BucketFile::Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob)
+{
+  const Error damaged{ ErrorCode::Damaged, "buckets of a finished phase do not fit their file" };
+  BucketFile result;
+  result.RecordBytes = recordBytes;
+  result.BlockBytes = static_cast<std::size_t>(blob.Read<std::uint64_t>());
+  const auto buckets = blob.Read<std::uint64_t>();
+  if (result.BlockBytes == 0 || result.BlockBytes % recordBytes != 0)
+  {
+    return damaged;
+  }
+  const std::uint64_t most = file.Size() / recordBytes, perBlock = result.BlockBytes / recordBytes;
+  for (std::uint64_t b = 0; b < buckets && blob.Good(); ++b)
+  {
+    Bucket& bucket = result.Buckets.emplace_back();
+    bucket.records = blob.Read<std::uint64_t>();
+    bucket.blocks = blob.ReadList<std::uint32_t>();
+    if (bucket.records > most ||
+        bucket.blocks.size() != bucket.records / perBlock + (bucket.records % perBlock != 0))
+    {
+      return damaged;
+    }
+  }
+  if (!blob.Good() || result.Buckets.size() != buckets)
+  {
+    return damaged;
+  }
+  result.File = std::move(file);
+  return result;
 }
 
 }

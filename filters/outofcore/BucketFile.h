@@ -2,6 +2,7 @@
 // together when it does not fit the memory.
 #pragma once
 
+#include "filters/outofcore/PhaseBlob.h"
 #include "filters/outofcore/RecordFile.h"
 #include "filters/outofcore/SpillFile.h"
 
@@ -29,8 +30,9 @@ public:
     std::size_t recordBytes, std::size_t buckets, std::uint64_t expectedRecords,
     std::uint64_t memory);
 
-  // REQUIRES: bucket < BucketCount(), record.size() == recordBytes. Errors: those of SpillFile.
-  Status Add(std::size_t bucket, std::span<const std::byte> record);
+  // One record or several. REQUIRES: bucket < BucketCount(), records.size() a multiple of
+  // recordBytes. Errors: those of SpillFile.
+  Status Add(std::size_t bucket, std::span<const std::byte> records);
   // Writes what is left in memory; nothing is added afterwards.
   Status Finish();
 
@@ -41,6 +43,12 @@ public:
   // Finish() was called. Errors: those of SpillFile and of `visit`.
   Status ForEachBlock(std::size_t bucket,
     const std::function<Status(std::span<const std::byte> records)>& visit) const;
+
+  // For a phase of a build that leaves buckets (BuildFolder.h): what is not in the file, about 4
+  // bytes a block, and the file itself. REQUIRES: Finish() was called; nothing else is afterwards.
+  SpillFile Save(BlobWriter& blob);
+  // What Save took apart. Errors: Damaged where the two do not fit each other.
+  static Result<BucketFile> Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob);
 
 private:
   struct Bucket
@@ -80,9 +88,35 @@ public:
   {
     return this->File.Add(bucket, std::as_bytes(std::span(&record, 1)));
   }
+  Status Add(std::size_t bucket, std::span<const Record> records)
+  {
+    return this->File.Add(bucket, std::as_bytes(records));
+  }
   Status Finish() { return this->File.Finish(); }
+  SpillFile Save(BlobWriter& blob) { return this->File.Save(blob); }
+  static Result<RecordBuckets> Restore(SpillFile file, BlobReader& blob)
+  {
+    Result<BucketFile> restored = BucketFile::Restore(std::move(file), sizeof(Record), blob);
+    return restored ? Result<RecordBuckets>(RecordBuckets(std::move(*restored)))
+                    : restored.GetError();
+  }
   std::size_t BucketCount() const { return this->File.BucketCount(); }
   std::uint64_t Size(std::size_t bucket) const { return this->File.Size(bucket); }
+
+  // All records of a bucket in the order in which they came.
+  Result<std::vector<Record>> ReadAll(std::size_t bucket) const
+  {
+    std::vector<Record> all(static_cast<std::size_t>(this->Size(bucket)));
+    std::size_t read = 0;
+    const Status status = this->File.ForEachBlock(bucket,
+      [&](std::span<const std::byte> records) -> Status
+      {
+        std::memcpy(all.data() + read, records.data(), records.size());
+        read += records.size() / sizeof(Record);
+        return {};
+      });
+    return status ? Result<std::vector<Record>>(std::move(all)) : status.GetError();
+  }
 
   // visit(const Record&) -> Status, for each record of the bucket in the order in which they came.
   template <class Visit>

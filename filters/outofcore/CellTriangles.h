@@ -8,14 +8,16 @@
 #include "filters/outofcore/VertexMap.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kdstream
 {
 
 // For each vertex its rank: its place in the order of the tree's leaves. records: that order
-// (PointRecord<Scalar>), `count` of them, ids 0 … count - 1. A pass over the records and one over
-// the ids. Peak memory: `memory` and two blocks. Errors: InputOutput; Cancelled.
+// (PointRecord<Scalar>), `count` of them, ids 0 … count - 1. A pass over the records where the
+// ranks fit half of the memory, else they are written and read once more. Peak memory: `memory` and
+// two blocks. Errors: InputOutput; Cancelled.
 template <class Scalar>
 Result<VertexMap> RankVertices(SpillFolder& folder, const SpillFile& records, std::uint32_t count,
   std::uint64_t memory, const Execution& execution = {});
@@ -30,13 +32,15 @@ class CellOfRank
 {
 public:
   CellOfRank(std::uint32_t vertices, unsigned depth);
+  // Of cells of any size, none empty: where each begins, and the end.
+  explicit CellOfRank(std::span<const VertexId> begin);
 
   std::size_t Count() const { return this->Begin.size() - 1; }
-  // O(1): cells differ by one vertex at most. REQUIRES: rank < vertices.
+  // O(1) where cells differ by one vertex at most, else O(log). REQUIRES: rank < vertices.
   std::size_t operator()(VertexId rank) const;
 
 private:
-  std::uint64_t Vertices;
+  double Scale; // cells a vertex; 0: of any size
   std::vector<std::uint64_t> Begin;
 };
 
@@ -47,6 +51,10 @@ private:
 // triangles.
 Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
   const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, unsigned depth,
+  std::uint64_t memory, const Execution& execution = {});
+// The same for any cells.
+Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
+  const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, const CellOfRank& cellOf,
   std::uint64_t memory, const Execution& execution = {});
 
 }

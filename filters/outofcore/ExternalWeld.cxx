@@ -1,11 +1,16 @@
 // Welding out of core: see ExternalWeld.h.
-//   1. Vertices into buckets by a hash of their bytes: equal ones meet.
+//   1. Where not all fit the memory: those whose place has a hash that may come twice are sought,
+//      and are all that step 2 sees; where these do not fit either, they go into buckets by a hash
+//      of their bytes: equal ones meet.
 //   2. Bucket by bucket: each vertex that equals a lower one, with the lowest such.
 //   3. The map: new numbers for those that stay, in the order of ids, then for those that go.
 //   4. What stays is moved together.
 #include "filters/outofcore/ExternalWeld.h"
 
 #include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/MemoryPlan.h"
+#include "filters/outofcore/RepeatedHashes.h"
+#include "filters/outofcore/ScatteredRead.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -13,6 +18,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -204,12 +211,26 @@ private:
     return XXH3_64bits_withSeed(key.data(), key.size(), this->Seed);
   }
 
-  // Steps 1 and 2; only 2 where all keys fit.
+  // How many buckets of that many keys there must be for one to fit.
+  std::size_t BucketsFor(std::uint64_t keys) const
+  {
+    return static_cast<std::size_t>(
+      1 + keys * KeyTable::BytesOf(this->KeyBytes) / std::max<std::uint64_t>(1, this->Memory / 2));
+  }
+
+  // Steps 1 and 2.
   Status FindTwins(RecordBuckets<Twin>& twins)
   {
-    const std::uint64_t need = this->Input.count * KeyTable::BytesOf(this->KeyBytes);
-    const auto count =
-      static_cast<std::size_t>(1 + need / std::max<std::uint64_t>(1, this->Memory / 2));
+    std::size_t count = this->BucketsFor(this->Input.count);
+    if (count > 1)
+    {
+      const Result<std::uint64_t> most = this->FindRepeated();
+      if (!most)
+      {
+        return most.GetError();
+      }
+      count = this->BucketsFor(*most);
+    }
     KeyTable table(this->KeyBytes);
     const auto look = [&](VertexId id, std::span<const std::byte> key) -> Status
     {
@@ -223,9 +244,10 @@ private:
     };
     if (count == 1)
     {
-      return this->ForEachVertex(look);
+      return this->Repeated ? this->ForEachRepeated(look) : this->ForEachVertex(look);
     }
     Result<BucketFile> buckets = this->BucketVertices(count);
+    this->Repeated.reset();
     if (!buckets)
     {
       return buckets.GetError();
@@ -260,7 +282,94 @@ private:
     return {};
   }
 
-  // Step 1. By the upper half of the hash; tables go by the lower.
+  std::uint64_t HashOfPlace(const Vec3& p) const
+  {
+    return XXH3_64bits_withSeed(p.data(), sizeof(p), this->Seed);
+  }
+
+  // Step 1: where a vertex may have an equal. Returns how many such vertices there are at most.
+  Result<std::uint64_t> FindRepeated()
+  {
+    RepeatedHashes& repeated =
+      this->Repeated.emplace(std::uint64_t{ this->Input.count }, this->Memory / 4 * 3);
+    const BatchShape shape = ShapeOfPass(this->Memory / 8, sizeof(Vec3));
+    std::vector<std::vector<std::uint64_t>> hashes(shape.slots);
+    std::vector<std::uint64_t> repeats(shape.slots, 0);
+    BatchPass<Vec3> batches(shape, this->Exec);
+    const Status status = batches.Over(
+      this->Input.points, 0, this->Input.count,
+      [&](std::size_t slot, std::span<Vec3> points) -> Status
+      {
+        hashes[slot].resize(points.size());
+        std::transform(points.begin(), points.end(), hashes[slot].begin(),
+          [&](const Vec3& p) { return this->HashOfPlace(p); });
+        repeats[slot] += repeated.Add(hashes[slot]);
+        return {};
+      },
+      [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); });
+    repeated.Finish();
+    if (!status)
+    {
+      return status.GetError();
+    }
+    // Each has one before it in its class, but for the first of the class.
+    return std::min<std::uint64_t>(
+      this->Input.count, 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 }));
+  }
+
+  // visit(id, key) for each vertex that may have an equal, ascending.
+  template <class Visit>
+  Status ForEachRepeated(const Visit& visit) const
+  {
+    const BatchShape shape = ShapeOfPass(this->Memory / 8, sizeof(Vec3));
+    struct Found
+    {
+      std::vector<VertexId> ids;
+      std::vector<Vec3> points;
+      std::vector<std::byte> tuples;
+    };
+    std::vector<Found> found(shape.slots);
+    BatchPass<Vec3> batches(shape, this->Exec);
+    std::vector<std::byte> key(this->KeyBytes);
+    return batches.Over(
+      this->Input.points, 0, this->Input.count,
+      [&](std::size_t slot, std::span<Vec3> points, std::uint64_t first) -> Status
+      {
+        Found& those = found[slot];
+        those.ids.clear();
+        those.points.clear();
+        for (std::size_t i = 0; i < points.size(); ++i)
+        {
+          if (this->Repeated->MayRepeat(this->HashOfPlace(points[i])))
+          {
+            those.ids.push_back(static_cast<VertexId>(first + i));
+            those.points.push_back(points[i]);
+          }
+        }
+        those.tuples.resize(those.ids.size() * this->Input.tupleBytes);
+        return those.tuples.empty() ? Status{}
+                                    : ReadElementsAt(this->Input.tuples, this->Input.tupleBytes,
+                                        those.ids, those.tuples);
+      },
+      [&](std::size_t used, std::uint64_t last) -> Status
+      {
+        Status status = this->Report(0.2, 0.4, last);
+        for (std::size_t slot = 0; slot < used; ++slot)
+        {
+          const Found& those = found[slot];
+          for (std::size_t i = 0; status && i < those.ids.size(); ++i)
+          {
+            std::memcpy(key.data(), &those.points[i], sizeof(Vec3));
+            std::copy_n(those.tuples.begin() + std::ptrdiff_t(i * this->Input.tupleBytes),
+              this->Input.tupleBytes, key.begin() + sizeof(Vec3));
+            status = visit(those.ids[i], std::span<const std::byte>(key));
+          }
+        }
+        return status;
+      });
+  }
+
+  // By the upper half of the hash; tables go by the lower.
   Result<BucketFile> BucketVertices(std::size_t count)
   {
     const std::size_t stride = this->KeyBytes + sizeof(VertexId);
@@ -271,14 +380,14 @@ private:
       return buckets.GetError();
     }
     std::vector<std::byte> record(stride);
-    Status status = this->ForEachVertex(
+    Status status = this->ForEachRepeated(
       [&](VertexId id, std::span<const std::byte> key) -> Status
       {
         std::copy(key.begin(), key.end(), record.begin());
         std::memcpy(record.data() + this->KeyBytes, &id, sizeof(id));
         const Status added =
           buckets->Add(static_cast<std::size_t>(((this->HashOf(key) >> 32) * count) >> 32), record);
-        return added && id % (1 << 20) == 0 ? this->Report(0, 0.4, id) : added;
+        return added;
       });
     if (status)
     {
@@ -466,6 +575,7 @@ private:
   const Execution& Exec;
   MapSections Sections;
   std::uint64_t Seed;
+  std::optional<RepeatedHashes> Repeated; // of places
   std::uint64_t Twins = 0;
   std::uint32_t Kept = 0;
 };

@@ -1,21 +1,48 @@
 // Freed memory goes back to the system, where a memory limit is watched from outside.
 #pragma once
 
+#include <cstdint>
 #include <cstdlib>
 
 #ifdef __GLIBC__
+#include <cstdio>
 #include <malloc.h>
+#include <unistd.h>
 #endif
 
 namespace kdstream
 {
 
-// glibc keeps freed blocks of up to 32 MiB, in an arena a thread: the buffers of a pass would be
-// held beside the cell that comes next.
-inline void ReturnFreeMemory()
+// Bytes of the process that are in memory; the most that there are where nobody knows.
+inline std::uint64_t ResidentBytes()
 {
 #ifdef __GLIBC__
-  malloc_trim(0);
+  unsigned long long size = 0, resident = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "r"))
+  {
+    const int read = std::fscanf(file, "%llu %llu", &size, &resident);
+    std::fclose(file);
+    if (read == 2)
+    {
+      return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    }
+  }
+#endif
+  return UINT64_MAX;
+}
+
+// glibc keeps freed blocks of up to 32 MiB, in an arena a thread: the buffers of a pass would be
+// held beside the cell that comes next. But what goes back is filled with zeros when it is wanted
+// again, so it stays while the process holds no more than `keep` bytes.
+inline void ReturnFreeMemory(std::uint64_t keep = 0)
+{
+#ifdef __GLIBC__
+  if (keep == 0 || ResidentBytes() > keep)
+  {
+    malloc_trim(0);
+  }
+#else
+  (void)keep;
 #endif
 }
 

@@ -10,6 +10,15 @@
 namespace kdstream
 {
 
+// The blocks of a pass that takes about `memory` bytes and keeps nothing else: a block is there
+// twice, as it was read and as what becomes of it.
+inline BatchShape ShapeOfPass(std::uint64_t memory, std::size_t recordBytes)
+{
+  constexpr std::size_t slots = 8;
+  return { slots, static_cast<std::size_t>(std::clamp<std::uint64_t>(
+                    memory / (2 * slots * recordBytes), 1, spillBlockBytes / recordBytes)) };
+}
+
 // The parts of a pass come to the limit together: blocks a quarter, records that are kept and
 // histograms an eighth each, a method's own half. A cell in memory has all of it.
 struct MemoryPlan

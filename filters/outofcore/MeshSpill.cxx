@@ -1,6 +1,9 @@
 #include "filters/outofcore/MeshSpill.h"
 
+#include "filters/outofcore/Tuples.h"
+
 #include <algorithm>
+#include <array>
 #include <string>
 
 namespace kdstream
@@ -22,26 +25,15 @@ std::size_t TupleBytes(std::span<const AttributeInfo> attributes, AttributeAssoc
 std::vector<std::byte> Interleaved(const Mesh& chunk, std::span<const AttributeInfo> attributes,
   AttributeAssociation association, std::size_t count)
 {
-  const std::size_t stride = TupleBytes(attributes, association);
-  std::vector<std::byte> tuples(count * stride);
-  std::size_t offset = 0;
+  std::vector<const Attribute*> arrays;
   for (const AttributeInfo& wanted : attributes)
   {
-    if (wanted.association != association)
+    if (wanted.association == association)
     {
-      continue;
+      arrays.push_back(FindAttribute(chunk.attributes, wanted));
     }
-    const std::size_t size = wanted.TupleSize();
-    const auto values =
-      std::as_bytes(std::span<const std::uint8_t>(FindAttribute(chunk.attributes, wanted)->values));
-    for (std::size_t i = 0; i < count; ++i)
-    {
-      const auto tuple = values.subspan(i * size, size);
-      std::copy(tuple.begin(), tuple.end(), tuples.begin() + std::ptrdiff_t(i * stride + offset));
-    }
-    offset += size;
   }
-  return tuples;
+  return InterleaveTuples(arrays, count);
 }
 
 bool FitsFloats(const Vec3& p)
@@ -62,12 +54,13 @@ std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attribute
 class Spiller
 {
 public:
-  Spiller(
-    SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes, const Execution& execution)
+  Spiller(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+    const Execution& execution, bool part)
     : Folder(folder)
     , Reader(reader)
     , ChunkBytes(chunkBytes)
     , Exec(execution)
+    , Part(part)
   {
   }
 
@@ -78,7 +71,7 @@ public:
     {
       status = this->ReadVertices();
     }
-    if (status && this->Output.vertices.count == 0)
+    if (status && this->Output.vertices.count == 0 && !this->Part)
     {
       status = Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
     }
@@ -148,102 +141,129 @@ private:
     return this->Exec.Report("read", std::min(1.0, double(this->Reader.Position()) / size));
   }
 
+  // Calls read(chunk) -> Result<count> until there is nothing left, and use(chunk) -> Status for
+  // each chunk; the next one is read while one is used, if the execution has a thread for it.
+  template <class Read, class Use>
+  Status ForEachChunk(const Read& read, const Use& use)
+  {
+    std::array<Mesh, 2> chunks;
+    Result<std::size_t> found = read(chunks[0]);
+    for (std::size_t i = 0; found && *found > 0; ++i)
+    {
+      const Mesh& chunk = chunks[i % 2];
+      Mesh& next = chunks[(i + 1) % 2];
+      next.points.clear();
+      next.triangles.clear();
+      for (Attribute& array : next.attributes)
+      {
+        array.values.clear();
+      }
+      Status used;
+      this->Exec.parallelFor(2, 1,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t which = begin; which < end; ++which)
+          {
+            if (which == 0)
+            {
+              used = use(chunk);
+            }
+            else
+            {
+              found = read(next);
+            }
+          }
+        });
+      if (used)
+      {
+        used = this->ReportRead();
+      }
+      if (!used)
+      {
+        return used;
+      }
+    }
+    return found ? Status{} : Status(found.GetError());
+  }
+
   Status ReadVertices()
+  {
+    const std::size_t limit =
+      this->ElementsOfChunk(sizeof(Vec3) + this->Output.vertices.tupleBytes);
+    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadVertices(chunk, limit); },
+      [&](const Mesh& chunk) { return this->WriteVertices(chunk); });
+  }
+
+  Status WriteVertices(const Mesh& chunk)
   {
     SpilledMesh& output = this->Output;
     std::uint32_t& done = output.vertices.count;
-    const std::size_t limit = this->ElementsOfChunk(sizeof(Vec3) + output.vertices.tupleBytes);
-    for (;;)
+    if (done + chunk.points.size() >= noVertex)
     {
-      Mesh chunk;
-      const Result<std::size_t> read = this->Reader.ReadVertices(chunk, limit);
-      if (!read || *read == 0)
-      {
-        return read ? Status{} : Status(read.GetError());
-      }
-      if (done + chunk.points.size() >= noVertex)
-      {
-        return TooMany(done + chunk.points.size(), "vertices");
-      }
-      output.scalarType = chunk.scalarType;
-      output.fitFloats =
-        output.fitFloats && std::all_of(chunk.points.begin(), chunk.points.end(), FitsFloats);
-      Status status =
-        WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points));
-      if (status && output.vertices.tupleBytes > 0)
-      {
-        status = output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
-          Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size()));
-      }
-      done += static_cast<std::uint32_t>(chunk.points.size());
-      if (status)
-      {
-        status = this->ReportRead();
-      }
-      if (!status)
-      {
-        return status;
-      }
+      return TooMany(done + chunk.points.size(), "vertices");
     }
+    output.scalarType = chunk.scalarType;
+    output.fitFloats =
+      output.fitFloats && std::all_of(chunk.points.begin(), chunk.points.end(), FitsFloats);
+    Status status =
+      WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points));
+    if (status && output.vertices.tupleBytes > 0)
+    {
+      status = output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size()));
+    }
+    done += static_cast<std::uint32_t>(chunk.points.size());
+    return status;
   }
 
   Status ReadTriangles()
   {
+    const std::size_t limit =
+      this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + this->Output.cellTupleBytes);
+    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadTriangles(chunk, limit); },
+      [&](const Mesh& chunk) { return this->WriteTriangles(chunk); });
+  }
+
+  Status WriteTriangles(const Mesh& chunk)
+  {
     SpilledMesh& output = this->Output;
     std::uint32_t& done = output.triangleCount;
-    const std::size_t limit =
-      this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + output.cellTupleBytes);
-    std::vector<NumberedTriangle> numbered;
-    for (;;)
+    if (done + chunk.triangles.size() >= noVertex)
     {
-      Mesh chunk;
-      const Result<std::size_t> read = this->Reader.ReadTriangles(chunk, limit);
-      if (!read || *read == 0)
-      {
-        return read ? Status{} : Status(read.GetError());
-      }
-      if (done + chunk.triangles.size() >= noVertex)
-      {
-        return TooMany(done + chunk.triangles.size(), "triangles");
-      }
-      numbered.clear();
-      for (const Triangle& corners : chunk.triangles)
-      {
-        numbered.push_back({ corners, done + static_cast<std::uint32_t>(numbered.size()) });
-      }
-      Status status = WriteRecords<NumberedTriangle>(
-        output.triangles, done, std::span<const NumberedTriangle>(numbered));
-      if (status && output.cellTupleBytes > 0)
-      {
-        status = output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
-          Interleaved(
-            chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size()));
-      }
-      done += static_cast<std::uint32_t>(numbered.size());
-      if (status)
-      {
-        status = this->ReportRead();
-      }
-      if (!status)
-      {
-        return status;
-      }
+      return TooMany(done + chunk.triangles.size(), "triangles");
     }
+    this->Numbered.clear();
+    for (const Triangle& corners : chunk.triangles)
+    {
+      this->Numbered.push_back(
+        { corners, done + static_cast<std::uint32_t>(this->Numbered.size()) });
+    }
+    Status status = WriteRecords<NumberedTriangle>(
+      output.triangles, done, std::span<const NumberedTriangle>(this->Numbered));
+    if (status && output.cellTupleBytes > 0)
+    {
+      status = output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size()));
+    }
+    done += static_cast<std::uint32_t>(this->Numbered.size());
+    return status;
   }
 
   SpillFolder& Folder;
   MeshReader& Reader;
   std::size_t ChunkBytes;
   const Execution& Exec;
+  bool Part;
   SpilledMesh Output;
+  std::vector<NumberedTriangle> Numbered; // of a chunk
 };
 
 }
 
-Result<SpilledMesh> SpillMesh(
-  SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes, const Execution& execution)
+Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+  const Execution& execution, bool part)
 {
-  return Spiller(folder, reader, chunkBytes, execution).Run();
+  return Spiller(folder, reader, chunkBytes, execution, part).Run();
 }
 
 }

@@ -32,7 +32,8 @@ struct SpilledMesh
 // file holds, but for a face of that many corners. Errors: those of the reader; InvalidInput where
 // there are no vertices, or an array that no mesh can have (CheckAttributes); LimitExceeded for
 // more than 2^32 - 2 vertices or triangles; InputOutput; Cancelled.
-Result<SpilledMesh> SpillMesh(
-  SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes, const Execution& execution = {});
+// part: of a mesh, so that it may have no vertices.
+Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+  const Execution& execution = {}, bool part = false);
 
 }

@@ -39,18 +39,33 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder)
   return std::uint64_t{ state.f_bavail } * state.f_frsize;
 }
 
+// "the build takes about 12 MiB there; ", if that is known.
+std::string InAll(std::uint64_t bytes)
+{
+  return bytes == 0 ? std::string()
+                    : "the build takes about " + std::to_string((bytes >> 20) + 1) + " MiB there; ";
+}
+
 Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std::uint64_t needed,
   std::uint64_t present, int reason)
 {
   return { ErrorCode::InputOutput,
-    "the temporary folder " + ledger.folder.parent_path().string() + " is too small: " +
-      std::string(purpose) + " need " + std::to_string(needed) + " bytes, of which " +
-      std::to_string(present) + " are there; " + std::to_string(FreeBytes(ledger.folder)) +
+    "the temporary folder is too small: " + InAll(ledger.expected) + std::string(purpose) +
+      " need " + std::to_string(needed) + " bytes, of which " + std::to_string(present) +
+      " are there; " + std::to_string(FreeBytes(ledger.folder)) +
       " bytes are free on its disk, and other temporary files take " +
       std::to_string(ledger.onDisk.load() - std::min(ledger.onDisk.load(), present)) + " (" +
       ReasonText(reason) + ")" };
 }
 
+}
+
+void detail::SpillLedger::Note(FileOperation operation) const
+{
+  if (this->hook)
+  {
+    this->hook(operation);
+  }
 }
 
 void detail::SpillLedger::Grow(std::uint64_t bytes)
@@ -69,10 +84,12 @@ SpillFile& SpillFile::operator=(SpillFile&& other) noexcept
     this->Remove();
     this->Ledger = std::move(other.Ledger);
     this->Path = std::exchange(other.Path, {});
+    this->Number = std::exchange(other.Number, 0);
     this->Purpose = std::exchange(other.Purpose, {});
     this->Expected = std::exchange(other.Expected, 0);
     this->Bytes = other.Bytes.exchange(0);
     this->Descriptor = std::exchange(other.Descriptor, -1);
+    this->Kept = std::exchange(other.Kept, false);
   }
   return *this;
 }
@@ -84,8 +101,13 @@ void SpillFile::Remove()
     return;
   }
   close(std::exchange(this->Descriptor, -1));
-  unlink(this->Path.c_str());
-  this->Ledger->onDisk -= this->Bytes.exchange(0);
+  const std::uint64_t bytes = this->Bytes.exchange(0);
+  if (!std::exchange(this->Kept, false))
+  {
+    this->Ledger->Note(FileOperation::Remove);
+    unlink(this->Path.c_str());
+    this->Ledger->onDisk -= bytes;
+  }
   this->Ledger.reset();
 }
 
@@ -120,8 +142,14 @@ Status SpillFile::Read(std::uint64_t offset, std::span<std::byte> bytes) const
 
 Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
 {
+  if (this->Kept)
+  {
+    return Error{ ErrorCode::InputOutput,
+      this->Describe() + " belongs to a finished phase and cannot be written" };
+  }
   while (!bytes.empty())
   {
+    this->Ledger->Note(FileOperation::Write);
     const ssize_t count = pwrite(this->Descriptor, bytes.data(), std::min(bytes.size(), mostAtOnce),
       static_cast<off_t>(offset));
     if (count < 0)
@@ -155,6 +183,20 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
   return {};
 }
 
+Status SpillFile::Sync() const
+{
+  this->Ledger->Note(FileOperation::Sync);
+  if (fsync(this->Descriptor) != 0)
+  {
+    const int reason = errno;
+    return IsFull(reason)
+             ? FullDisk(*this->Ledger, this->Purpose, this->Expected, this->Size(), reason)
+             : Error{ ErrorCode::InputOutput,
+                 this->Describe() + " cannot be written: " + ReasonText(reason) };
+  }
+  return {};
+}
+
 Result<SpillFolder> SpillFolder::Create(const std::filesystem::path& parent)
 {
   std::string name = (parent.empty() ? std::filesystem::path(".") : parent) / "kdstream-XXXXXX";
@@ -170,8 +212,9 @@ Result<SpillFolder> SpillFolder::Create(const std::filesystem::path& parent)
 
 SpillFolder::~SpillFolder()
 {
-  if (this->Ledger)
+  if (this->Ledger && !this->Ledger->keepFolder)
   {
+    this->Ledger->Note(FileOperation::Remove);
     std::error_code ignored;
     std::filesystem::remove_all(this->Ledger->folder, ignored);
   }
@@ -189,7 +232,9 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
   file.Ledger = this->Ledger;
   file.Purpose = purpose;
   file.Expected = bytes;
-  file.Path = this->Ledger->folder / std::to_string(this->Ledger->files++);
+  file.Number = this->Ledger->files++;
+  file.Path = this->Ledger->folder / std::to_string(file.Number);
+  this->Ledger->Note(FileOperation::Create);
   file.Descriptor = open(file.Path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (file.Descriptor < 0)
   {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -29,6 +30,17 @@ struct SpillCounts
   std::uint64_t peakBytesOnDisk = 0;
 };
 
+// What is about to be done in a folder. Only tests look: they end a process there.
+enum class FileOperation
+{
+  Create,
+  Write,
+  Sync,
+  Rename,
+  Remove
+};
+using FileHook = std::function<void(FileOperation)>;
+
 namespace detail
 {
 struct SpillLedger
@@ -36,12 +48,20 @@ struct SpillLedger
   std::filesystem::path folder;
   std::atomic<std::uint64_t> bytesRead{ 0 }, bytesWritten{ 0 }, onDisk{ 0 }, peakOnDisk{ 0 };
   std::atomic<std::uint64_t> files{ 0 };
+  bool keepFolder = false;
+  FileHook hook;
+  std::shared_ptr<void> lock; // of the folder, as long as a file of it is open
+
+  std::uint64_t expected = 0; // SpillFolder::Expect; 0: nobody knows
+
+  void Note(FileOperation operation) const;
 
   void Grow(std::uint64_t bytes);
 };
 }
 
-// One file of a folder; it is removed when this goes. Moved, not copied. Any number of threads may
+// One file of a folder; it is removed when this goes, unless it is what a finished phase of a build
+// left (BuildFolder.h): such a file can only be read. Moved, not copied. Any number of threads may
 // read and write at once, places that do not overlap.
 class SpillFile
 {
@@ -60,20 +80,25 @@ public:
   Status Read(std::uint64_t offset, std::span<std::byte> bytes) const;
   Status Write(std::uint64_t offset, std::span<const std::byte> bytes);
 
-  // Closes and removes the file now.
+  // Closes the file now, and removes it unless it is what a finished phase left.
   void Remove();
 
 private:
   friend class SpillFolder;
+  friend class BuildFolder;
 
   std::string Describe() const;
+  // Waits until the disk has all that was written.
+  Status Sync() const;
 
   std::shared_ptr<detail::SpillLedger> Ledger;
   std::filesystem::path Path;
+  std::uint64_t Number = 0; // its name in the folder
   std::string Purpose;
   std::uint64_t Expected = 0;
   std::atomic<std::uint64_t> Bytes{ 0 };
   int Descriptor = -1;
+  bool Kept = false;
 };
 
 // A folder with a name of its own below a given one. It is removed with all that is in it when this
@@ -90,6 +115,10 @@ public:
   ~SpillFolder();
 
   const std::filesystem::path& Path() const { return this->Ledger->folder; }
+
+  // The most bytes that all files together are likely to take, for the error of a full disk.
+  void Expect(std::uint64_t bytes) { this->Ledger->expected = bytes; }
+
   SpillCounts Counts() const;
 
   // A new empty file that will need `bytes` in all; `purpose` is what messages call it. The bytes
@@ -98,6 +127,8 @@ public:
   Result<SpillFile> CreateFile(std::string_view purpose, std::uint64_t bytes);
 
 private:
+  friend class BuildFolder;
+
   explicit SpillFolder(std::shared_ptr<detail::SpillLedger> ledger)
     : Ledger(std::move(ledger))
   {

@@ -15,15 +15,21 @@
 namespace kdstream
 {
 
-// The vertices of one cell and the vertices of other cells that its triangles use (ghosts). Inside
-// a block vertices are numbered by ascending id, own and ghosts together, so that whatever goes by
-// the order of ids comes out as for the whole mesh.
+// How the vertices of a block are numbered.
+enum class BlockOrder
+{
+  ById,  // ascending, own and ghosts together: whatever goes by the order of ids comes out as for
+         // the whole mesh
+  ByRank // the own vertices, then the ghosts: less work, for whoever does not look at the order
+};
+
+// The vertices of one cell and the vertices of other cells that its triangles use (ghosts).
 struct TreeBlock
 {
   std::size_t cell = 0;   // at the depth of the blocks
   VertexId firstRank = 0; // of the own vertices, which are ranks firstRank … + order.size() - 1
   Mesh mesh;              // points; triangles that touch an own vertex, ascending by number
-  std::vector<VertexId> ids;          // of each vertex, ascending
+  std::vector<VertexId> ids;          // of each vertex, ascending if ordered by id
   std::vector<VertexId> ranks;        // of each vertex
   std::vector<VertexId> order;        // the own vertices in the order of ranks
   std::vector<std::uint32_t> numbers; // of each triangle, ascending
@@ -37,15 +43,27 @@ struct TreeBlock
 
 // Loads block `cell` of depth `depth`. records: those of an ExternalTree over `vertices` vertices
 // (PointRecord<Scalar>); triangles: SortTrianglesIntoCells at that depth. Ghosts are read in the
-// order of their ranks, a page of 64 KiB once. O(v log v + t log t) for v vertices and t triangles
-// of the block; memory about 60 bytes a vertex and 40 a triangle. Errors: InputOutput.
+// order of their ranks, a page of 16 KiB once. O(v + t + g log g) for v vertices, g of them ghosts,
+// and t triangles of the block, O(t log t) where they do not ascend in their file; memory about 80
+// bytes a vertex and 40 a triangle. Errors: InputOutput.
 template <class Scalar>
 Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,
-  const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell);
+  const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell,
+  BlockOrder order = BlockOrder::ById);
 
-extern template Result<TreeBlock> LoadBlock<float>(
-  const SpillFile&, std::uint32_t, const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t);
-extern template Result<TreeBlock> LoadBlock<double>(
-  const SpillFile&, std::uint32_t, const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t);
+// The same for a cell of any size, the vertices of the ranks `range`.
+template <class Scalar>
+Result<TreeBlock> LoadBlock(const SpillFile& records, const CellRange& range,
+  const RecordBuckets<NumberedTriangle>& triangles, std::size_t cell,
+  BlockOrder order = BlockOrder::ById);
+
+extern template Result<TreeBlock> LoadBlock<float>(const SpillFile&, std::uint32_t,
+  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
+extern template Result<TreeBlock> LoadBlock<double>(const SpillFile&, std::uint32_t,
+  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
+extern template Result<TreeBlock> LoadBlock<float>(const SpillFile&, const CellRange&,
+  const RecordBuckets<NumberedTriangle>&, std::size_t, BlockOrder);
+extern template Result<TreeBlock> LoadBlock<double>(const SpillFile&, const CellRange&,
+  const RecordBuckets<NumberedTriangle>&, std::size_t, BlockOrder);
 
 }

@@ -1,6 +1,7 @@
 #include "filters/outofcore/VertexMap.h"
 
 #include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/LoadAhead.h"
 
 #include <algorithm>
 #include <optional>
@@ -50,34 +51,47 @@ private:
 
   Status MapAtOnce()
   {
-    Status status = this->Map.count > 0 ? this->Load(0) : Status{};
-    RecordReader<NumberedTriangle> reader(this->Triangles, 0, this->Count);
-    std::vector<NumberedTriangle> mapped;
-    for (std::uint64_t done = 0; status && done < this->Count; done += mapped.size())
+    if (Status status = this->Map.count > 0 ? this->Load(0) : Status{}; !status)
     {
-      const Result<std::span<const NumberedTriangle>> block = reader.Next();
-      if (!block)
-      {
-        return block.GetError();
-      }
-      mapped.assign(block->begin(), block->end());
-      this->Exec.parallelFor(mapped.size(), grain,
-        [&](std::size_t begin, std::size_t end)
-        {
-          for (std::size_t i = begin; i < end; ++i)
-          {
-            for (VertexId& corner : mapped[i].corners)
-            {
-              corner = this->Entries[corner];
-            }
-          }
-        });
-      status = this->Output(mapped);
-      if (status)
-      {
-        status = this->Report(done + mapped.size(), this->Count);
-      }
+      return status;
     }
+    const std::uint64_t most = RecordsOfBlock<NumberedTriangle>(
+      static_cast<std::size_t>(std::min<std::uint64_t>(this->Memory / 16, 4 * spillBlockBytes)));
+    std::vector<NumberedTriangle> blocks[2]; // one is given away while the other is read
+    std::uint64_t done = 0;
+    return ForEachLoaded(
+      static_cast<std::size_t>((this->Count + most - 1) / most),
+      [&](std::size_t i) -> Result<std::vector<NumberedTriangle>*>
+      {
+        std::vector<NumberedTriangle>& block = blocks[i % 2];
+        block.resize(static_cast<std::size_t>(std::min(most, this->Count - i * most)));
+        const Status read = this->ReadMapped(i * most, block);
+        return read ? Result<std::vector<NumberedTriangle>*>(&block) : read.GetError();
+      },
+      [&](const std::vector<NumberedTriangle>* block)
+      {
+        const Status given = this->Output(*block);
+        done += block->size();
+        return given ? this->Report(done, this->Count) : given;
+      },
+      this->Exec);
+  }
+
+  // The triangles from `first` on, all corners replaced.
+  Status ReadMapped(std::uint64_t first, std::span<NumberedTriangle> triangles)
+  {
+    const Status status = ReadRecords<NumberedTriangle>(this->Triangles, first, triangles);
+    this->Exec.parallelFor(status ? triangles.size() : 0, grain,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t i = begin; i < end; ++i)
+        {
+          for (VertexId& corner : triangles[i].corners)
+          {
+            corner = this->Entries[corner];
+          }
+        }
+      });
     return status;
   }
 

@@ -55,7 +55,7 @@ struct MapSections
 };
 
 // Replaces each corner of the triangles by its entry of the map and gives them to `visit` in
-// blocks, from the thread that called; in any order, but the same for the same input and memory.
+// blocks, never two at once; in any order, but the same for the same input and memory.
 // Where the map fits half of the memory that is one pass over the triangles; else the triangles are
 // sorted into buckets by a corner at a time, so that three more passes are written and read. Peak
 // memory: `memory` and two blocks. Errors: InputOutput; Cancelled; those of `visit`. REQUIRES:

@@ -1,12 +1,8 @@
 // The whole way from a mesh to blocks: spilled, welded, sorted by the tree, joined with its
 // triangles, loaded; against the mesh in memory.
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/Weld.h"
-#include "filters/outofcore/CellTriangles.h"
-#include "filters/outofcore/ExternalTree.h"
-#include "filters/outofcore/ExternalWeld.h"
-#include "filters/outofcore/Testing/SpillTools.h"
-#include "filters/outofcore/TreeBlock.h"
+#include "filters/core/EdgeCount.h"
+#include "filters/outofcore/Testing/BlockTools.h"
 
 #include <algorithm>
 
@@ -18,36 +14,6 @@ namespace
 {
 
 constexpr std::uint64_t memory = 20000; // less than most of the meshes take
-
-template <class Scalar>
-SpillFile RecordsOf(SpillFolder& folder, const SpillFile& points)
-{
-  std::vector<PointRecord<Scalar>> records;
-  for (const Vec3& p : ReadBack<Vec3>(points))
-  {
-    records.push_back(
-      { { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, static_cast<VertexId>(records.size()) });
-  }
-  return Spilled(folder, records);
-}
-
-// The triangles' file after welding.
-SpillFile Renumbered(SpillFolder& folder, const SpillFile& triangles, std::size_t count,
-  const std::optional<VertexMap>& map)
-{
-  std::vector<NumberedTriangle> renumbered;
-  const auto add = [&](std::span<const NumberedTriangle> block) -> Status
-  {
-    renumbered.insert(renumbered.end(), block.begin(), block.end());
-    return {};
-  };
-  if (!map)
-  {
-    return Spilled(folder, ReadBack<NumberedTriangle>(triangles));
-  }
-  EXPECT_TRUE(MapTriangles(folder, triangles, count, *map, memory, {}, add));
-  return Spilled(folder, renumbered);
-}
 
 void CheckBlock(const TreeBlock& block, const Mesh& mesh, const KdTree& tree, unsigned depth)
 {
@@ -96,45 +62,23 @@ template <class Scalar>
 void CheckAllBlocks(const NamedMesh& named)
 {
   SCOPED_TRACE(named.name);
-  SpillFolder folder = MakeSpillFolder();
-  VertexFiles files;
-  files.count = static_cast<std::uint32_t>(named.mesh.points.size());
-  files.points = Spilled(folder, named.mesh.points);
-  std::vector<NumberedTriangle> numbered;
-  for (const Triangle& t : named.mesh.triangles)
+  SpilledTree<Scalar> spilled(named.mesh, memory);
+  const Mesh& mesh = spilled.mesh;
+  const unsigned partition = spilled.tree.depths.partition;
+  const std::size_t inconsistent = CountInconsistentEdges(mesh.triangles, mesh.points.size());
+  for (const unsigned depth : { 0U, std::min(2U, partition), partition })
   {
-    numbered.push_back({ t, static_cast<std::uint32_t>(numbered.size()) });
-  }
-  const Result<ExternalWeld> welded = WeldExternally(folder, std::move(files), memory);
-  ASSERT_TRUE(welded);
-  const SpillFile triangles =
-    Renumbered(folder, Spilled(folder, numbered), numbered.size(), welded->map);
-
-  Mesh mesh = named.mesh;
-  WeldVertices(mesh);
-  KdTreeOptions options;
-  options.verticesPerPartition = 60;
-  const KdTree tree = std::move(*BuildKdTree(mesh.points, options));
-
-  SpillFile records = RecordsOf<Scalar>(folder, welded->vertices.points);
-  ExternalTreeOptions external;
-  external.memory = 1 << 20;
-  const auto sorted = BuildExternalTree<Scalar>(folder, records, tree.depths, external);
-  ASSERT_TRUE(sorted) << sorted.GetError().message;
-  const auto ranks = RankVertices<Scalar>(folder, sorted->records, welded->vertices.count, memory);
-  ASSERT_TRUE(ranks);
-  for (const unsigned depth : { 0U, std::min(2U, tree.depths.partition), tree.depths.partition })
-  {
-    const auto cells =
-      SortTrianglesIntoCells(folder, triangles, numbered.size(), *ranks, depth, memory);
-    ASSERT_TRUE(cells);
-    for (std::size_t cell = 0; cell < cells->BucketCount(); ++cell)
+    const auto cells = spilled.Cells(depth, memory);
+    std::size_t inconsistentOfBlocks = 0;
+    for (std::size_t cell = 0; cell < cells.BucketCount(); ++cell)
     {
-      const auto block =
-        LoadBlock<Scalar>(sorted->records, welded->vertices.count, *cells, depth, cell);
+      const auto block = spilled.Block(cells, depth, cell);
       ASSERT_TRUE(block) << block.GetError().message;
-      CheckBlock(*block, mesh, tree, depth);
+      CheckBlock(*block, mesh, spilled.tree, depth);
+      inconsistentOfBlocks += CountInconsistentEdges(block->mesh.triangles,
+        block->mesh.points.size(), {}, [&](VertexId v) { return block->IsOwn(v); });
     }
+    EXPECT_EQ(inconsistentOfBlocks, inconsistent) << "in blocks of depth " << depth;
   }
 }
 
@@ -145,6 +89,20 @@ TEST(TreeBlock, AsInMemory)
   for (const NamedMesh& named : AllMeshes())
   {
     CheckAllBlocks<double>(named);
+  }
+}
+
+// Many edges, all over the mesh, that are used unevenly.
+TEST(TreeBlock, CountsInconsistentEdgesOfFlippedTriangles)
+{
+  for (NamedMesh named : ClosedMeshes())
+  {
+    for (std::size_t t = 0; t < named.mesh.triangles.size(); t += 7)
+    {
+      std::swap(named.mesh.triangles[t][0], named.mesh.triangles[t][1]);
+    }
+    ASSERT_GT(CountInconsistentEdges(named.mesh.triangles, named.mesh.points.size()), 50U);
+    CheckAllBlocks<double>({ named.name, Shuffled(named.mesh, 5) });
   }
 }
 

@@ -1,0 +1,64 @@
+// One block after the other, the next being loaded while one is worked on.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+namespace kdstream
+{
+
+// Calls use(item) for the items 0 … count - 1 in their order, which load(i) -> Result<Item> brings.
+// While one is used the next is loaded if the execution has a thread for it; `use` may run on
+// another thread than the one that called, never two at once. Memory: two items. Errors: those of
+// `load` and `use`; the first in the order of the items.
+template <class Load, class Use>
+Status ForEachLoaded(
+  std::size_t count, const Load& load, const Use& use, const Execution& execution)
+{
+  using Loaded = decltype(load(std::size_t{}));
+  std::optional<Loaded> next;
+  if (count > 0)
+  {
+    next.emplace(load(0));
+  }
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    if (!*next)
+    {
+      return next->GetError();
+    }
+    Loaded current = std::move(*next);
+    next.reset();
+    Status used;
+    const auto step = [&](std::size_t which)
+    {
+      if (which == 0)
+      {
+        used = use(*current);
+      }
+      else if (i + 1 < count)
+      {
+        next.emplace(load(i + 1));
+      }
+    };
+    execution.parallelFor(2, 1,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t which = begin; which < end; ++which)
+        {
+          step(which);
+        }
+      });
+    if (!used)
+    {
+      return used;
+    }
+  }
+  return {};
+}
+
+}

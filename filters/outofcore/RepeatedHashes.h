@@ -1,0 +1,66 @@
+// Which of many hashes may have come twice: what looks for equal things need look at no others.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// A bit for each of a number of classes of hashes, by their upper halves: one that was seen, and
+// one that was seen twice. Equal hashes are in one class; of n unlike ones in c classes about n^2 /
+// c are in a class with another. All hashes are added once, then looked up.
+class RepeatedHashes
+{
+public:
+  // count: how many hashes there will be. memory: bytes for the bits, at most 8 a hash are taken.
+  RepeatedHashes(std::uint64_t count, std::uint64_t memory)
+    : Words(
+        std::clamp<std::uint64_t>(std::min(memory, 8 * count) / 16, 1, std::uint64_t{ 1 } << 26))
+    , Seen(static_cast<std::size_t>(this->Words), 0)
+    , Twice(static_cast<std::size_t>(this->Words), 0)
+  {
+  }
+
+  // By any threads at once. Returns how many of the hashes came into a class that was seen before.
+  template <class Hashes>
+  std::uint64_t Add(const Hashes& hashes)
+  {
+    std::uint64_t repeats = 0;
+    for (const std::uint64_t hash : hashes)
+    {
+      const std::uint64_t place = this->PlaceOf(hash), bit = std::uint64_t{ 1 } << (place & 63);
+      const auto word = static_cast<std::size_t>(place >> 6);
+      if ((std::atomic_ref(this->Seen[word]).fetch_or(bit, std::memory_order_relaxed) & bit) != 0)
+      {
+        std::atomic_ref(this->Twice[word]).fetch_or(bit, std::memory_order_relaxed);
+        ++repeats;
+      }
+    }
+    return repeats;
+  }
+
+  // After all were added: gives the memory of half the bits back.
+  void Finish() { this->Seen = {}; }
+
+  // Whether another hash was in its class.
+  bool MayRepeat(std::uint64_t hash) const
+  {
+    const std::uint64_t place = this->PlaceOf(hash);
+    return (this->Twice[static_cast<std::size_t>(place >> 6)] >> (place & 63) & 1) != 0;
+  }
+
+private:
+  std::uint64_t PlaceOf(std::uint64_t hash) const
+  {
+    return (hash >> 32) * (this->Words << 6) >> 32;
+  }
+
+  std::uint64_t Words;
+  std::vector<std::uint64_t> Seen, Twice;
+};
+
+}

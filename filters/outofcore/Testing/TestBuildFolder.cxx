@@ -1,0 +1,509 @@
+// Builds that are killed, and taken up again.
+#include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/BuildFolder.h"
+#include "filters/outofcore/RecordFile.h"
+#include "filters/outofcore/Testing/SpillTools.h"
+
+#include <csignal>
+#include <fstream>
+#include <numeric>
+#include <optional>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace kdstream;
+using namespace kdstream::testing;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+constexpr std::size_t count = 1000;
+
+std::vector<fs::path> EntriesOf(const fs::path& folder)
+{
+  std::vector<fs::path> entries;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+  {
+    entries.push_back(entry.path());
+  }
+  return entries;
+}
+
+Status MakeNumbers(BuildFolder& folder)
+{
+  std::vector<std::uint64_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 1U);
+  PhaseFile files[] = { { "numbers", {} }, { "nothing", {} } };
+  Result<SpillFile> file = folder.Files().CreateFile("numbers", 0);
+  if (!file)
+  {
+    return file.GetError();
+  }
+  RecordWriter<std::uint64_t> writer(*file, 0, 3000);
+  for (const std::uint64_t number : numbers)
+  {
+    writer.Append(number);
+  }
+  if (Status status = writer.Finish(); !status)
+  {
+    return status;
+  }
+  files[0].file = std::move(*file);
+  BlobWriter blob;
+  blob.Add(std::uint64_t{ count });
+  return folder.Finish("numbers", blob, files);
+}
+
+// Passes the numbers on, beside their squares.
+Status Square(BuildFolder& folder)
+{
+  const auto size = folder.BlobOf("numbers").Read<std::uint64_t>();
+  Result<SpillFile> numbers = folder.TakeFile("numbers", "numbers");
+  Result<SpillFile> nothing = folder.TakeFile("numbers", "nothing");
+  Result<SpillFile> squares = folder.Files().CreateFile("squares", size * sizeof(std::uint64_t));
+  Result<SpillFile> scratch = folder.Files().CreateFile("scratch", 10);
+  if (!numbers || !nothing || nothing->IsOpen() || !squares || !scratch)
+  {
+    return Error{ ErrorCode::InputOutput, "files of squares" };
+  }
+  std::vector<std::uint64_t> values = ReadBack<std::uint64_t>(*numbers);
+  for (std::uint64_t& value : values)
+  {
+    value *= value;
+  }
+  Status status = WriteRecords<std::uint64_t>(*squares, 0, std::span<const std::uint64_t>(values));
+  BlobWriter blob;
+  blob.AddList(std::vector<double>{ 1.5, -2 });
+  blob.AddText("squares");
+  PhaseFile files[] = { { "squares", std::move(*squares) }, { "numbers", std::move(*numbers) } };
+  return status ? folder.Finish("squares", blob, files, { { "numbers", "" } }) : status;
+}
+
+Status Sum(BuildFolder& folder)
+{
+  Result<SpillFile> numbers = folder.TakeFile("squares", "numbers");
+  Result<SpillFile> squares = folder.TakeFile("squares", "squares");
+  if (!numbers || !squares)
+  {
+    return !numbers ? numbers.GetError() : squares.GetError();
+  }
+  std::vector<std::uint64_t> sums = ReadBack<std::uint64_t>(*numbers);
+  const std::vector<std::uint64_t> values = ReadBack<std::uint64_t>(*squares);
+  std::transform(sums.begin(), sums.end(), values.begin(), sums.begin(), std::plus<>());
+  PhaseFile files[] = { { "sums", Spilled(folder.Files(), sums) } };
+  return folder.Finish("sums", {}, files, { { "squares", "squares" }, { "squares", "numbers" } });
+}
+
+// A build of three phases; what it makes, or an error.
+Result<std::vector<std::uint64_t>> Build(BuildFolder& folder)
+{
+  Status status = folder.Finished("numbers") ? Status{} : MakeNumbers(folder);
+  if (status && !folder.Finished("squares"))
+  {
+    status = Square(folder);
+  }
+  if (status && !folder.Finished("sums"))
+  {
+    status = Sum(folder);
+  }
+  if (!status)
+  {
+    return status.GetError();
+  }
+  BlobReader blob = folder.BlobOf("squares");
+  EXPECT_EQ(blob.ReadList<double>(), (std::vector<double>{ 1.5, -2 }));
+  EXPECT_EQ(blob.ReadText(), "squares");
+  EXPECT_TRUE(blob.Finish());
+  const Result<SpillFile> sums = folder.TakeFile("sums", "sums");
+  return sums ? ReadBack<std::uint64_t>(*sums)
+              : Result<std::vector<std::uint64_t>>(sums.GetError());
+}
+
+std::vector<std::uint64_t> Expected()
+{
+  std::vector<std::uint64_t> sums(count);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    sums[i] = (i + 1) * (i + 2);
+  }
+  return sums;
+}
+
+class BuildFolderTest : public ::testing::Test
+{
+protected:
+  fs::path Path() const { return this->Parent.Path() / "build"; }
+  BuildFolder Open(bool resume, std::string_view fingerprint = "same") const
+  {
+    return std::move(*BuildFolder::Open(this->Path(), fingerprint, resume));
+  }
+  // Leaves what the phases up to this many have left.
+  void Leave(std::size_t phases) const
+  {
+    BuildFolder folder = this->Open(false);
+    Status status = MakeNumbers(folder);
+    if (status && phases > 1)
+    {
+      status = Square(folder);
+    }
+    if (status && phases > 2)
+    {
+      status = Sum(folder);
+    }
+    ASSERT_TRUE(status);
+    folder.Keep(true);
+  }
+  std::size_t FinishedPhases(std::string_view fingerprint = "same") const
+  {
+    return this->Open(true, fingerprint).FinishedPhases();
+  }
+  // A build in a process of its own that is killed before the k-th operation on its files; whether
+  // it was.
+  bool BuildAndKill(std::size_t k) const
+  {
+    const pid_t child = fork();
+    if (child == 0)
+    {
+      bool good = false;
+      {
+        std::size_t operations = 0;
+        Result<BuildFolder> folder = BuildFolder::Open(this->Path(), "same", true,
+          [&](FileOperation)
+          {
+            if (operations++ == k)
+            {
+              kill(getpid(), SIGKILL);
+            }
+          });
+        good = folder && Build(*folder);
+      }
+      _exit(good ? 0 : 1);
+    }
+    int state = 0;
+    waitpid(child, &state, 0);
+    EXPECT_TRUE(WIFSIGNALED(state) ? WTERMSIG(state) == SIGKILL : WEXITSTATUS(state) == 0);
+    return WIFSIGNALED(state);
+  }
+
+  SpillFolder Parent = MakeSpillFolder();
+};
+
+}
+
+TEST_F(BuildFolderTest, GoesOnFromTheLastFinishedPhaseWhereverItWasKilled)
+{
+  std::vector<std::size_t> finished;
+  for (std::size_t k = 0; this->BuildAndKill(k); ++k)
+  {
+    ASSERT_LT(k, 200U);
+    BuildFolder folder = this->Open(true);
+    finished.push_back(folder.FinishedPhases());
+    const auto result = Build(folder);
+    ASSERT_TRUE(result) << "killed before operation " << k << ": " << result.GetError().message;
+    EXPECT_EQ(*result, Expected());
+    EXPECT_EQ(folder.Files().Counts().bytesOnDisk, count * sizeof(std::uint64_t));
+    EXPECT_EQ(EntriesOf(this->Path()).size(), 2U) << "journal and sums";
+    {
+      const BuildFolder gone = std::move(folder);
+    }
+    ASSERT_TRUE(EntriesOf(this->Parent.Path()).empty()) << "killed before operation " << k;
+  }
+  EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
+  // Nothing that was finished is done again, until the journal is removed: folder and lock are
+  // left.
+  ASSERT_GT(finished.size(), 20U);
+  const auto most = std::max_element(finished.begin(), finished.end());
+  EXPECT_EQ(*most, 3U);
+  EXPECT_TRUE(std::is_sorted(finished.begin(), finished.end() - 2));
+  EXPECT_EQ(*(finished.end() - 3), 3U);
+  EXPECT_EQ(finished.back(), 0U);
+}
+
+TEST_F(BuildFolderTest, MayBeKilledAgainAndAgain)
+{
+  for (const std::size_t step : { 6U, 7U, 11U, 17U })
+  {
+    // Taking up costs a few operations too.
+    std::size_t kills = 0;
+    for (std::size_t k = step; this->BuildAndKill(k); k += step)
+    {
+      ++kills;
+    }
+    EXPECT_GT(kills, 0U);
+    EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
+  }
+}
+
+TEST_F(BuildFolderTest, AnotherBuildThrowsAwayWhatIsThere)
+{
+  this->Leave(2);
+  EXPECT_EQ(this->Open(false).FinishedPhases(), 0U);
+  this->Leave(2);
+  EXPECT_EQ(this->FinishedPhases("other"), 0U);
+  this->Leave(2);
+  {
+    BuildFolder folder = this->Open(true, "other");
+    EXPECT_TRUE(EntriesOf(this->Path()).empty());
+    folder.Keep(true);
+  }
+  EXPECT_EQ(this->FinishedPhases(), 0U) << "the journal went too";
+}
+
+TEST_F(BuildFolderTest, GoesUnlessItIsKept)
+{
+  this->Leave(1);
+  EXPECT_EQ(EntriesOf(this->Parent.Path()).size(), 1U) << "no lock";
+  {
+    BuildFolder folder = this->Open(true);
+    EXPECT_EQ(folder.FinishedPhases(), 1U);
+    EXPECT_EQ(folder.Files().Counts().bytesOnDisk, count * sizeof(std::uint64_t));
+    const SpillFile scratch = std::move(*folder.Files().CreateFile("scratch", 0));
+    EXPECT_EQ(EntriesOf(this->Path()).size(), 3U);
+  }
+  EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
+}
+
+TEST_F(BuildFolderTest, RemovesWhatTheJournalDoesNotName)
+{
+  this->Leave(2);
+  std::ofstream(this->Path() / "77") << "of a phase that was not finished";
+  fs::create_directory(this->Path() / "folder");
+  std::ofstream(this->Path() / "folder" / "file") << "whoever made it";
+  BuildFolder folder = this->Open(true);
+  EXPECT_EQ(folder.FinishedPhases(), 2U);
+  EXPECT_EQ(EntriesOf(this->Path()).size(), 3U) << "journal, numbers, squares";
+}
+
+TEST_F(BuildFolderTest, APhaseWithoutItsFilesIsNotFinished)
+{
+  for (std::size_t phases = 1; phases <= 3; ++phases)
+  {
+    // Each file that is there in turn: shorter, longer, gone.
+    for (int damage = 0; damage < 3; ++damage)
+    {
+      this->Leave(phases);
+      std::size_t files = EntriesOf(this->Path()).size();
+      for (std::size_t i = 0; i < files; ++i)
+      {
+        const fs::path file = EntriesOf(this->Path())[i];
+        if (file.filename() == "journal")
+        {
+          continue;
+        }
+        damage == 2 ? static_cast<void>(fs::remove(file))
+                    : fs::resize_file(file, damage == 0 ? 7999 : 8001);
+        BuildFolder folder = this->Open(true);
+        EXPECT_LT(folder.FinishedPhases(), phases);
+        const auto result = Build(folder);
+        ASSERT_TRUE(result) << result.GetError().message;
+        EXPECT_EQ(*result, Expected());
+        {
+          const BuildFolder gone = std::move(folder);
+        }
+        this->Leave(phases);
+      }
+    }
+  }
+}
+
+TEST_F(BuildFolderTest, ADamagedJournalCountsAsNone)
+{
+  this->Leave(2);
+  const fs::path journal = this->Path() / "journal";
+  std::ifstream stream(journal, std::ios::binary);
+  const std::string whole{ std::istreambuf_iterator<char>(stream), {} };
+  for (std::size_t i = 0; i < whole.size(); i += 3)
+  {
+    std::string flipped = whole;
+    flipped[i] = char(flipped[i] ^ (1 << (i % 8)));
+    for (const std::string& damaged : { whole.substr(0, i), flipped, whole + "x" })
+    {
+      EXPECT_FALSE(DecodeJournal(std::as_bytes(std::span(damaged))));
+    }
+  }
+  EXPECT_TRUE(DecodeJournal(std::as_bytes(std::span(whole))));
+  std::ofstream(journal, std::ios::binary) << whole.substr(0, whole.size() - 1);
+  EXPECT_EQ(this->FinishedPhases(), 0U);
+}
+
+TEST_F(BuildFolderTest, OneBuildOfAStoreAtATime)
+{
+  std::optional<BuildFolder> first(this->Open(true));
+  const Result<BuildFolder> second = BuildFolder::Open(this->Path(), "same", true);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.GetError().code, ErrorCode::LimitExceeded);
+  EXPECT_EQ(second.GetError().message,
+    "another build of this store is running: it has locked " + this->Path().string() + ".lock");
+  std::optional<SpillFile> file(std::move(*first->Files().CreateFile("points", 0)));
+  first.reset();
+  EXPECT_FALSE(BuildFolder::Open(this->Path(), "same", true)) << "a file is still open";
+  file.reset();
+  EXPECT_TRUE(BuildFolder::Open(this->Path(), "same", true));
+  EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
+}
+
+TEST_F(BuildFolderTest, FilesOfFinishedPhasesAreOnlyRead)
+{
+  BuildFolder folder = this->Open(false);
+  ASSERT_TRUE(MakeNumbers(folder));
+  SpillFile numbers = std::move(*folder.TakeFile("numbers", "numbers"));
+  const Status status = numbers.Write(0, std::vector<std::byte>(8));
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.GetError().message.find("belongs to a finished phase"), std::string::npos);
+  EXPECT_EQ(folder.TakeFile("numbers", "letters").GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(folder.TakeFile("letters", "numbers").GetError().code, ErrorCode::NotFound);
+  ASSERT_TRUE(folder.Finish("next", {}, {}, { { "numbers", "numbers" } }));
+  EXPECT_EQ(folder.TakeFile("numbers", "numbers").GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(ReadBack<std::uint64_t>(numbers).size(), count) << "as long as it is open";
+}
+
+TEST_F(BuildFolderTest, AFullDiskDoesNotFinishAPhase)
+{
+  BuildFolder folder = this->Open(false);
+  const auto oldHandler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit old = {};
+  getrlimit(RLIMIT_FSIZE, &old);
+  const rlimit limit{ 100, old.rlim_max };
+  setrlimit(RLIMIT_FSIZE, &limit);
+  BlobWriter blob;
+  blob.AddText(std::string(1000, 'x'));
+  const Status status = folder.Finish("large", blob);
+  setrlimit(RLIMIT_FSIZE, &old);
+  std::signal(SIGXFSZ, oldHandler);
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.GetError().message.find("entries of the journal need "), std::string::npos)
+    << status.GetError().message;
+  EXPECT_FALSE(folder.Finished("large"));
+  EXPECT_TRUE(folder.Finish("large", blob));
+}
+
+TEST_F(BuildFolderTest, TakesNoFolderOfSomebodyElse)
+{
+  fs::create_directory(this->Path());
+  fs::permissions(this->Path(), fs::perms::all);
+  EXPECT_FALSE(BuildFolder::Open(this->Path(), "same", true));
+  EXPECT_TRUE(fs::exists(this->Path()));
+  fs::remove(this->Path());
+  fs::create_directory_symlink("/tmp", this->Path());
+  EXPECT_FALSE(BuildFolder::Open(this->Path(), "same", true));
+  const Result<BuildFolder> nowhere = BuildFolder::Open("/nowhere/at/all", "same", true);
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(nowhere.GetError().message,
+    "no lock can be made at /nowhere/at/all.lock: No such file or directory");
+}
+
+TEST(BuildFolder, HasAPathOfItsOwnForEachStore)
+{
+  const fs::path store = BuildFolder::PathFor("/models/a/dragon.kds", "");
+  EXPECT_EQ(store.parent_path(), "/models/a");
+  EXPECT_EQ(store.filename().string().substr(0, 12), ".dragon.kds.");
+  EXPECT_EQ(store.extension(), ".build");
+  const fs::path elsewhere = BuildFolder::PathFor("/models/a/dragon.kds", "/scratch");
+  EXPECT_EQ(elsewhere, "/scratch" / store.filename());
+  EXPECT_NE(elsewhere, BuildFolder::PathFor("/models/b/dragon.kds", "/scratch"));
+  EXPECT_EQ(elsewhere, BuildFolder::PathFor("/models/b/../a/dragon.kds", "/scratch"));
+  EXPECT_EQ(BuildFolder::PathFor("dragon.kds", ""),
+    BuildFolder::PathFor(fs::current_path() / "dragon.kds", ""));
+  EXPECT_LT(BuildFolder::PathFor(std::string(255, 'x'), "").filename().string().size(), 250U);
+}
+
+TEST(BuildFolder, FingerprintsTellBuildsApart)
+{
+  const SpillFolder folder = MakeSpillFolder();
+  const fs::path input = folder.Path() / "mesh.ply";
+  std::ofstream(input) << "ply";
+  const BuildIdentity identity{ "kdstream-build 1", input, "bits=20" };
+  const std::string fingerprint = *FingerprintOf(identity);
+  EXPECT_EQ(fingerprint, *FingerprintOf(identity));
+  EXPECT_NE(fingerprint, *FingerprintOf({ "kdstream-build 2", input, "bits=20" }));
+  EXPECT_NE(fingerprint, *FingerprintOf({ "kdstream-build 1", input, "bits=21" }));
+  fs::copy(input, folder.Path() / "copy.ply");
+  EXPECT_NE(
+    fingerprint, *FingerprintOf({ "kdstream-build 1", folder.Path() / "copy.ply", "bits=20" }));
+  fs::last_write_time(input, fs::last_write_time(input) + std::chrono::microseconds(1));
+  const std::string touched = *FingerprintOf(identity);
+  EXPECT_NE(fingerprint, touched);
+  const auto time = fs::last_write_time(input);
+  std::ofstream(input) << "plys";
+  fs::last_write_time(input, time);
+  EXPECT_NE(touched, *FingerprintOf(identity));
+  EXPECT_FALSE(FingerprintOf({ "kdstream-build 1", folder.Path() / "none.ply", "" }));
+}
+
+TEST_F(BuildFolderTest, BucketsComeBack)
+{
+  constexpr std::size_t buckets = 5;
+  BlobWriter blob;
+  BuildFolder folder = this->Open(false);
+  auto made = std::move(
+    *RecordBuckets<std::uint64_t>::Create(folder.Files(), "numbers", buckets, count, 300));
+  for (std::uint64_t i = 0; i < count; ++i)
+  {
+    ASSERT_TRUE(made.Add(i * i % (buckets - 1), i)); // the last one stays empty
+  }
+  ASSERT_TRUE(made.Finish());
+  PhaseFile files[] = { { "buckets", made.Save(blob) } };
+  ASSERT_TRUE(folder.Finish("buckets", blob, files));
+
+  BlobReader reader = folder.BlobOf("buckets");
+  const auto back = RecordBuckets<std::uint64_t>::Restore(
+    std::move(*folder.TakeFile("buckets", "buckets")), reader);
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(reader.Finish());
+  ASSERT_EQ(back->BucketCount(), buckets);
+  std::size_t found = 0;
+  for (std::size_t b = 0; b < buckets; ++b)
+  {
+    std::uint64_t next = 0;
+    EXPECT_TRUE(back->ForEach(b,
+      [&](std::uint64_t i) -> Status
+      {
+        EXPECT_EQ(i * i % (buckets - 1), b);
+        EXPECT_GE(i, next);
+        next = i + 1;
+        ++found;
+        return {};
+      }));
+  }
+  EXPECT_EQ(found, count);
+
+  const std::vector<std::byte>& whole = blob.Bytes();
+  for (std::size_t length = 0; length < whole.size(); ++length)
+  {
+    BlobReader shorter(std::span<const std::byte>(whole).first(length));
+    EXPECT_FALSE(RecordBuckets<std::uint64_t>::Restore(
+      std::move(*folder.TakeFile("buckets", "buckets")), shorter));
+  }
+  // Twice as many records a block, and more than the file has.
+  for (const std::size_t place : { 0U, 16U })
+  {
+    std::vector<std::byte> wrong = whole;
+    wrong[place + 1] = std::byte{ 77 };
+    BlobReader damaged(wrong);
+    EXPECT_FALSE(RecordBuckets<std::uint64_t>::Restore(
+      std::move(*folder.TakeFile("buckets", "buckets")), damaged));
+  }
+}
+
+TEST(PhaseBlob, TellsWhatIsNotThere)
+{
+  BlobWriter writer;
+  writer.Add(std::uint64_t{ 1 } << 61); // a list of that length, if it were one
+  writer.Add(7.5F);
+  const std::vector<std::byte> bytes = writer.Bytes();
+  BlobReader list(bytes);
+  EXPECT_TRUE(list.ReadList<double>().empty());
+  EXPECT_FALSE(list.Good());
+  EXPECT_EQ(list.Read<float>(), 0) << "nothing is read after an error";
+  EXPECT_EQ(list.Finish().GetError().message,
+    "2305843009213693952 values of 8 bytes are not there at offset 8");
+  BlobReader left(bytes);
+  EXPECT_EQ(left.Read<std::uint64_t>(), std::uint64_t{ 1 } << 61);
+  EXPECT_EQ(left.Finish().GetError().message, "4 bytes too many at offset 8");
+  EXPECT_EQ(left.Read<float>(), 7.5F);
+  EXPECT_TRUE(left.Finish());
+}

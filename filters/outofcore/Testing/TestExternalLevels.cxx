@@ -1,0 +1,319 @@
+// The levels out of core against those in memory: to the bit, whatever the blocks are.
+#include "Testing/Fixtures/Attributes.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/Levels.h"
+#include "filters/outofcore/CoincidentRanks.h"
+#include "filters/outofcore/ExternalLevels.h"
+#include "filters/outofcore/RankTuples.h"
+#include "filters/outofcore/Testing/BlockTools.h"
+
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+using namespace kdstream::testing;
+
+namespace
+{
+
+constexpr std::uint64_t memory = 1 << 20;
+
+MeshBlocks BlocksOf(SpilledTree<double>& spilled, unsigned depth)
+{
+  MeshBlocks mesh;
+  mesh.depths = spilled.tree.depths;
+  mesh.vertexCount = spilled.vertices.count;
+  mesh.triangleCount = static_cast<std::uint32_t>(spilled.mesh.triangles.size());
+  mesh.box = spilled.tree.boxes[1];
+  mesh.floats = false;
+  mesh.blockDepth = depth;
+  mesh.records = std::move(spilled.records);
+  mesh.triangles.emplace(spilled.Cells(depth, memory));
+  mesh.scalarType = spilled.mesh.scalarType;
+  mesh.attributes = spilled.attributes;
+  if (spilled.vertices.tupleBytes > 0)
+  {
+    mesh.pointTuples = std::move(*SortTuplesByRank(
+      spilled.folder, spilled.vertices.tuples, spilled.vertices.tupleBytes, spilled.ranks, memory));
+  }
+  return mesh;
+}
+
+void CheckLevel(const ClusterLevel& expected, const LevelFile& level)
+{
+  const auto clusters = ReadBack<ClusterRecord>(level.clusters);
+  ASSERT_EQ(clusters.size(), expected.lowest.size());
+  ASSERT_EQ(level.ClusterCount(), clusters.size());
+  for (std::size_t c = 0; c < clusters.size(); ++c)
+  {
+    ASSERT_EQ(clusters[c].position, expected.positions[c]) << "cluster " << c;
+    ASSERT_EQ(clusters[c].deviation, expected.deviations[c]) << "cluster " << c;
+    ASSERT_EQ(clusters[c].lowest, expected.lowest[c]) << "cluster " << c;
+  }
+  if (level.parents.IsOpen() || !expected.parents.empty())
+  {
+    EXPECT_EQ(ReadBack<VertexId>(level.parents), expected.parents);
+  }
+  EXPECT_EQ(*LoadAllTriangles(level), expected.triangles);
+  for (std::size_t block = 0; block < level.BlockCount(); ++block)
+  {
+    const VertexId begin = level.begin[block], end = level.begin[block + 1];
+    std::vector<Triangle> touching;
+    std::copy_if(expected.triangles.begin(), expected.triangles.end(), std::back_inserter(touching),
+      [&](const Triangle& t) {
+        return std::any_of(t.begin(), t.end(), [&](VertexId c) { return c >= begin && c < end; });
+      });
+    const LevelBlock loaded = *LoadLevelBlock(level, block);
+    ASSERT_EQ(loaded.triangles.size(), touching.size());
+    for (std::size_t t = 0; t < touching.size(); ++t)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        ASSERT_EQ(loaded.clusters[loaded.triangles[t][k]], touching[t][k]);
+      }
+    }
+  }
+}
+
+std::vector<std::byte> MeansOf(const ClusterLevel& level)
+{
+  Mesh arrays;
+  arrays.attributes = level.attributes;
+  return TuplesOf(arrays, AttributeAssociation::Point, level.lowest.size());
+}
+
+// How levels are made.
+struct Way
+{
+  std::string name;
+  LevelOptions options{};
+  bool weld = true;
+};
+
+std::vector<Way> ClusterWays()
+{
+  LevelOptions cluster;
+  cluster.maker = LevelMaker::Cluster;
+  LevelOptions paper = cluster;
+  paper.representative = Representative::Mean;
+  paper.sheets = false;
+  LevelOptions mean = cluster;
+  mean.representative = Representative::Mean;
+  return { { "clusters", cluster }, { "clusters, not welded", cluster, false },
+    { "mean, no sheets", paper }, { "mean, not welded", mean, false } };
+}
+
+void CheckLevels(const NamedMesh& named, std::uint32_t verticesPerPartition,
+  std::uint32_t cellVertices, const std::vector<unsigned>& blockDepths, const Way& way = {})
+{
+  SCOPED_TRACE(named.name + " " + way.name);
+  SpilledTree<double> spilled(named.mesh, memory, verticesPerPartition, cellVertices, way.weld);
+  const auto partition = CellOfVertex(spilled.tree, spilled.tree.depths.partition);
+  const TriangleBuckets buckets = BucketTriangles(spilled.mesh.triangles,
+    std::size_t{ 1 } << spilled.tree.depths.partition, [&](VertexId v) { return partition[v]; });
+  const ClusterLevels expected = *BuildLevels(spilled.mesh, spilled.tree, buckets, way.options);
+  for (const unsigned wanted : blockDepths)
+  {
+    const unsigned depth = std::min(wanted, spilled.tree.depths.partition);
+    SCOPED_TRACE("blocks of depth " + std::to_string(depth));
+    MeshBlocks mesh = BlocksOf(spilled, depth);
+    mesh.mayCoincide = !way.weld || spilled.vertices.tupleBytes > 0;
+    const Result<ExternalLevels> levels = BuildExternalLevels(spilled.folder, mesh, way.options);
+    spilled.records = std::move(mesh.records);
+    ASSERT_TRUE(levels) << levels.GetError().message;
+    const auto clusterOfRank = ReadBack<VertexId>(levels->clusterOfRank);
+    for (std::size_t rank = 0; rank < clusterOfRank.size(); ++rank)
+    {
+      ASSERT_EQ(clusterOfRank[rank], expected.finest[spilled.tree.order[rank]]);
+    }
+    ASSERT_EQ(levels->coarse.size(), levels->firstInFiles);
+    ASSERT_LE(levels->firstInFiles, spilled.tree.depths.stitch);
+    for (unsigned d = 0; d <= spilled.tree.depths.finest; ++d)
+    {
+      SCOPED_TRACE("level " + std::to_string(d));
+      if (d >= levels->firstInFiles)
+      {
+        CheckLevel(expected.levels[d], levels->files[d]);
+        const SpillFile& tuples = levels->files[d].tuples;
+        EXPECT_EQ(tuples.IsOpen() ? ReadBack<std::byte>(tuples) : std::vector<std::byte>(),
+          MeansOf(expected.levels[d]));
+        continue;
+      }
+      const ClusterLevel& coarse = levels->coarse[d];
+      EXPECT_EQ(coarse.positions, expected.levels[d].positions);
+      EXPECT_EQ(coarse.deviations, expected.levels[d].deviations);
+      EXPECT_EQ(coarse.lowest, expected.levels[d].lowest);
+      EXPECT_EQ(coarse.parents, expected.levels[d].parents);
+      EXPECT_EQ(coarse.triangles, expected.levels[d].triangles);
+      EXPECT_EQ(coarse.attributes, expected.levels[d].attributes);
+    }
+  }
+}
+
+// Vertices on a grid of side^3 places: most share theirs with others all over the tree. Some zeros
+// are negative.
+Mesh OnGrid(Mesh mesh, double side)
+{
+  std::size_t zeros = 0;
+  for (Vec3& p : mesh.points)
+  {
+    for (double& x : p)
+    {
+      x = std::round(x * side / 2);
+      x = x == 0 && ++zeros % 3 == 0 ? -0.0 : std::abs(x);
+    }
+  }
+  return mesh;
+}
+
+// Small arrays of all that levels carry. Lengths of normals differ so much that the order of their
+// sums is seen.
+Mesh Painted(Mesh mesh, std::uint32_t seed)
+{
+  std::mt19937 random(seed);
+  const std::size_t count = mesh.points.size();
+  Attribute normals{ { "Normals", AttributeType::Float64, AttributeAssociation::Point, 3 }, {} };
+  Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
+  normals.values.resize(count * normals.TupleSize());
+  colors.values.resize(count * colors.TupleSize());
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      normals.Set(i, k, std::ldexp(double(random() % 2000) - 1000, -int(random() % 40)));
+      colors.Set(i, k, double(random() % 256));
+    }
+  }
+  mesh.attributes = { std::move(normals), std::move(colors) };
+  return mesh;
+}
+
+Mesh WithoutTriangles(Mesh mesh)
+{
+  mesh.triangles.clear();
+  return mesh;
+}
+
+std::vector<PointRecord<double>> RecordsOnGrid(std::size_t count, int side)
+{
+  std::mt19937 random(side);
+  std::vector<PointRecord<double>> records(count);
+  for (PointRecord<double>& record : records)
+  {
+    for (double& x : record.p)
+    {
+      x = double(int(random() % side)) * (random() % 2 == 0 ? 1 : -1);
+    }
+    record.id = static_cast<VertexId>(random());
+  }
+  return records;
+}
+
+template <class Scalar>
+void CheckPairs(const std::vector<PointRecord<double>>& points, std::uint64_t limit)
+{
+  std::vector<PointRecord<Scalar>> records;
+  std::set<std::pair<VertexId, VertexId>> expected;
+  std::map<Vec3, VertexId> last;
+  for (VertexId rank = 0; rank < points.size(); ++rank)
+  {
+    const Vec3& p = points[rank].p;
+    records.push_back({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, points[rank].id });
+    const auto [found, isNew] = last.try_emplace(p, rank);
+    if (!isNew)
+    {
+      expected.emplace(std::exchange(found->second, rank), rank);
+    }
+  }
+  SpillFolder folder = MakeSpillFolder();
+  const SpillFile file = Spilled(folder, records);
+  std::set<std::pair<VertexId, VertexId>> pairs;
+  ASSERT_TRUE(
+    ForEachCoincidentPair<Scalar>(folder, file, static_cast<std::uint32_t>(records.size()), limit,
+      [&](VertexId a, VertexId b) -> Status
+      {
+        EXPECT_TRUE(pairs.emplace(a, b).second);
+        return {};
+      }));
+  EXPECT_EQ(pairs, expected);
+}
+
+}
+
+TEST(CoincidentRanks, ChainsInTheOrderOfRanks)
+{
+  for (const int side : { 1, 3, 40 })
+  {
+    for (const std::uint64_t limit : { 1 << 9, 1 << 14, 1 << 24 })
+    {
+      SCOPED_TRACE("side " + std::to_string(side) + ", memory " + std::to_string(limit));
+      CheckPairs<double>(RecordsOnGrid(20000, side), limit);
+      CheckPairs<float>(RecordsOnGrid(20000, side), limit);
+    }
+  }
+}
+
+TEST(ExternalLevels, AsInMemory)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    CheckLevels(named, 60, 8, { 0, 2, 31 });
+  }
+}
+
+TEST(ExternalLevels, ClustersAsInMemory)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    for (const Way& way : ClusterWays())
+    {
+      CheckLevels(named, 60, 8, { 0, 2, 31 }, way);
+    }
+  }
+}
+
+// Deep enough for rounds that go by blocks.
+TEST(ExternalLevels, ClustersByBlocks)
+{
+  const Mesh surface = Painted(Shuffled(Torus(300, 150), 4), 3);
+  const std::vector<Way> ways = ClusterWays();
+  for (const Way& way : ways)
+  {
+    CheckLevels({ "torus", surface }, 500, 2, { 0, 2, 5 }, way);
+  }
+  CheckLevels({ "cloud", Cloud(6) }, 1000, 1, { 1, 5 });
+  CheckLevels({ "cloud", WithoutTriangles(surface) }, 20, 1, { 4, 31 });
+  CheckLevels({ "soup", Soup(20000, 5) }, 1000, 2, { 3 }, ways[0]);
+  CheckLevels({ "soup", Soup(20000, 5) }, 1000, 2, { 3 }, ways[2]);
+}
+
+// Of vertices in one place those of the next block know.
+TEST(ExternalLevels, CoincidentInOtherBlocks)
+{
+  for (const double side : { 2.0, 8.0, 40.0 })
+  {
+    for (const Way& way : ClusterWays())
+    {
+      CheckLevels({ "soup", OnGrid(Soup(12000, 7), side) }, 400, 2, { 1, 5 }, way);
+    }
+    const Way cloud{ "not welded", {}, false };
+    CheckLevels({ "cloud", OnGrid(Cloud(6), side) }, 400, 1, { 0, 5 }, cloud);
+  }
+}
+
+// Deep enough for rounds that go by blocks.
+TEST(ExternalLevels, RoundsByBlocks)
+{
+  CheckLevels({ "sphere", DisplacedSphere(7) }, 1000, 8, { 0, 1, 3, 5 });
+  CheckLevels({ "shuffled", Painted(Shuffled(Torus(400, 200), 4), 3) }, 500, 4, { 2, 4 });
+  CheckLevels({ "soup", Soup(30000, 5) }, 1000, 8, { 3 });
+}
+
+// Levels below S that are made in parts.
+TEST(ExternalLevels, LargeLevelsBelowStitch)
+{
+  CheckLevels({ "sphere", DisplacedSphere(7) }, 20, 1, { 0, 4 });
+}

@@ -1,0 +1,633 @@
+// Pieces cut out of core, part by part, against those cut in memory: ExternalNumbers,
+// ExternalPieces. The levels are made in memory and written as files, so that nothing but the
+// numbers and parts can differ.
+#include "Testing/Fixtures/Attributes.h"
+#include "Testing/Fixtures/Invariants.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/app/TbbExecution.h"
+#include "filters/core/LeafOrder.h"
+#include "filters/core/Levels.h"
+#include "filters/core/PointRecord.h"
+#include "filters/outofcore/CellTriangles.h"
+#include "filters/outofcore/ExternalPieces.h"
+#include "filters/outofcore/Testing/SpillTools.h"
+#include "filters/outofcore/Tuples.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+#include <numeric>
+#include <random>
+#include <string>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+using namespace kdstream::testing;
+
+namespace
+{
+
+// A resolution cut in memory.
+struct CutResolution
+{
+  Resolution resolution;
+  std::vector<Piece> pieces;
+  std::size_t triangles = 0;
+};
+
+// A mesh taken through core in memory.
+struct InMemory
+{
+  Mesh mesh;
+  KdTree tree;
+  ClusterLevels levels;
+  std::vector<CutResolution> cut; // coarse to fine
+
+  const TreeDepths& Depths() const { return this->tree.depths; }
+};
+
+InMemory BuildInMemory(const Mesh& mesh, const KdTreeOptions& options, LevelMaker maker)
+{
+  InMemory built;
+  built.mesh = mesh;
+  built.tree = *BuildKdTree(mesh.points, options);
+  const unsigned partition = built.Depths().partition;
+  const std::vector<std::uint32_t> partitions = CellOfVertex(built.tree, partition);
+  const TriangleBuckets buckets = BucketTriangles(
+    mesh.triangles, std::size_t{ 1 } << partition, [&](VertexId v) { return partitions[v]; });
+  LevelOptions levelOptions;
+  levelOptions.maker = maker;
+  built.levels = *BuildLevels(mesh, built.tree, buckets, levelOptions);
+  VertexTree numbered = NumberVertices(built.tree, built.levels);
+  OrderLeaves(numbered, mesh.points);
+  for (unsigned d = 0; d <= built.Depths().finest + 1; ++d)
+  {
+    const auto resolution =
+      d > built.Depths().finest ? Resolution::Original() : Resolution::Level(d);
+    const PieceCutter cutter(numbered, mesh, resolution);
+    CutResolution& cut = built.cut.emplace_back();
+    cut.resolution = resolution;
+    cut.triangles = cutter.TriangleCount();
+    for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
+    {
+      cut.pieces.push_back(cutter.Cut(i));
+    }
+  }
+  return built;
+}
+
+// How the files are cut into blocks.
+struct Blocks
+{
+  unsigned ofMesh = 0;
+  unsigned ofLevels = 0; // those of a level finer than S at most as deep as its pieces
+  unsigned firstInFiles = 0;
+
+  std::string Describe() const
+  {
+    return "blocks of depth " + std::to_string(this->ofMesh) + " and " +
+           std::to_string(this->ofLevels) + ", files from level " +
+           std::to_string(this->firstInFiles);
+  }
+};
+
+// The same tree and levels in files.
+struct InFiles
+{
+  SpillFolder folder = MakeSpillFolder();
+  MeshBlocks mesh;
+  ExternalLevels levels;
+
+  InFiles(const InMemory& built, const Blocks& blocks)
+  {
+    this->WriteMesh(built, blocks.ofMesh);
+    const TreeDepths& depths = built.Depths();
+    this->levels.firstInFiles = blocks.firstInFiles;
+    this->levels.files.resize(depths.finest + 1);
+    this->levels.coarse.assign(
+      built.levels.levels.begin(), built.levels.levels.begin() + blocks.firstInFiles);
+    std::copy_if(this->mesh.attributes.begin(), this->mesh.attributes.end(),
+      std::back_inserter(this->levels.attributes), IsInLevels);
+    std::vector<VertexId> finest;
+    for (const VertexId v : built.tree.order)
+    {
+      finest.push_back(built.levels.finest[v]);
+    }
+    this->levels.clusterOfRank = Spilled(this->folder, finest);
+    std::vector<VertexId> counts(built.levels.levels.back().lowest.size(), 0);
+    for (const VertexId cluster : finest)
+    {
+      ++counts[cluster];
+    }
+    for (unsigned d = depths.finest + 1; d-- > blocks.firstInFiles;)
+    {
+      const unsigned deepest = d > depths.stitch ? PieceDepth(Resolution::Level(d), depths) : d;
+      this->WriteLevel(built, d, std::min(blocks.ofLevels, deepest), counts);
+      const std::vector<VertexId>& parents = built.levels.levels[d].parents;
+      std::vector<VertexId> above(d > 0 ? built.levels.levels[d - 1].lowest.size() : 0, 0);
+      for (std::size_t cluster = 0; cluster < parents.size(); ++cluster)
+      {
+        above[parents[cluster]] += counts[cluster];
+      }
+      counts = std::move(above);
+    }
+  }
+
+private:
+  std::vector<std::byte> Interleaved(
+    const std::vector<Attribute>& attributes, AttributeAssociation association, std::size_t count)
+  {
+    std::vector<const Attribute*> arrays;
+    for (const Attribute& array : attributes)
+    {
+      if (array.association == association)
+      {
+        arrays.push_back(&array);
+      }
+    }
+    return InterleaveTuples(arrays, count);
+  }
+
+  template <class Scalar>
+  SpillFile Records(const InMemory& built)
+  {
+    std::vector<PointRecord<Scalar>> records;
+    for (const VertexId v : built.tree.order)
+    {
+      const Vec3& p = built.mesh.points[v];
+      records.push_back({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, v });
+    }
+    return Spilled(this->folder, records);
+  }
+
+  void WriteMesh(const InMemory& built, unsigned blockDepth)
+  {
+    const Mesh& input = built.mesh;
+    this->mesh.depths = built.Depths();
+    this->mesh.vertexCount = static_cast<std::uint32_t>(input.points.size());
+    this->mesh.triangleCount = static_cast<std::uint32_t>(input.triangles.size());
+    this->mesh.box = built.tree.boxes[1];
+    this->mesh.blockDepth = blockDepth;
+    this->mesh.scalarType = input.scalarType;
+    this->mesh.floats = std::all_of(input.points.begin(), input.points.end(),
+      [](const Vec3& p)
+      { return std::all_of(p.begin(), p.end(), [](double x) { return double(float(x)) == x; }); });
+    this->mesh.records =
+      this->mesh.floats ? this->Records<float>(built) : this->Records<double>(built);
+    for (const Attribute& array : input.attributes)
+    {
+      this->mesh.attributes.push_back(array.Info());
+    }
+    std::vector<Attribute> byRank;
+    for (const Attribute& array : input.attributes)
+    {
+      Attribute& moved = byRank.emplace_back(Attribute{ array.Info(), {} });
+      for (std::size_t i = 0;
+           array.association == AttributeAssociation::Point && i < built.tree.order.size(); ++i)
+      {
+        moved.Append(array, built.tree.order[i]);
+      }
+    }
+    if (!input.attributes.empty())
+    {
+      this->mesh.pointTuples = Spilled(
+        this->folder, this->Interleaved(byRank, AttributeAssociation::Point, input.points.size()));
+      this->mesh.cellTuples = Spilled(this->folder,
+        this->Interleaved(input.attributes, AttributeAssociation::Cell, input.triangles.size()));
+    }
+    this->WriteTriangles(built, blockDepth);
+  }
+
+  void WriteTriangles(const InMemory& built, unsigned blockDepth)
+  {
+    std::vector<VertexId> rankOf(built.mesh.points.size());
+    for (std::size_t rank = 0; rank < rankOf.size(); ++rank)
+    {
+      rankOf[built.tree.order[rank]] = static_cast<VertexId>(rank);
+    }
+    const CellOfRank cellOf(this->mesh.vertexCount, blockDepth);
+    this->mesh.triangles = std::move(*RecordBuckets<NumberedTriangle>::Create(this->folder, "test",
+      this->mesh.BlockCount(), 3 * built.mesh.triangles.size(), std::uint64_t{ 1 } << 20));
+    // From the last to the first: blocks hold them in any order.
+    for (std::size_t t = built.mesh.triangles.size(); t-- > 0;)
+    {
+      NumberedTriangle triangle{ {}, static_cast<std::uint32_t>(t) };
+      std::array<std::size_t, 3> cells{};
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        triangle.corners[k] = rankOf[built.mesh.triangles[t][k]];
+        cells[k] = cellOf(triangle.corners[k]);
+      }
+      std::sort(cells.begin(), cells.end());
+      const auto end = std::unique(cells.begin(), cells.end());
+      for (auto cell = cells.begin(); cell != end; ++cell)
+      {
+        EXPECT_TRUE(this->mesh.triangles->Add(*cell, triangle));
+      }
+    }
+    EXPECT_TRUE(this->mesh.triangles->Finish());
+  }
+
+  void WriteLevel(
+    const InMemory& built, unsigned depth, unsigned blockDepth, const std::vector<VertexId>& counts)
+  {
+    const ClusterLevel& level = built.levels.levels[depth];
+    LevelFile& file = this->levels.files[depth];
+    file.depth = depth;
+    file.blockDepth = blockDepth;
+    const std::vector<std::uint32_t> cell = CellOfVertex(built.tree, blockDepth);
+    file.begin.assign(file.BlockCount() + 1, 0);
+    std::vector<ClusterRecord> clusters;
+    for (std::size_t i = 0; i < level.lowest.size(); ++i)
+    {
+      clusters.push_back({ level.positions[i], level.deviations[i], level.lowest[i], counts[i] });
+      ++file.begin[cell[level.lowest[i]] + 1];
+    }
+    std::partial_sum(file.begin.begin(), file.begin.end(), file.begin.begin());
+    EXPECT_TRUE(std::is_sorted(level.lowest.begin(), level.lowest.end(),
+      [&](VertexId a, VertexId b) { return cell[a] < cell[b]; }));
+    file.clusters = Spilled(this->folder, clusters);
+    if (depth > 0)
+    {
+      file.parents = Spilled(this->folder, level.parents);
+    }
+    if (!level.attributes.empty())
+    {
+      file.tuples = Spilled(this->folder,
+        this->Interleaved(level.attributes, AttributeAssociation::Point, clusters.size()));
+    }
+    ImageWriter writer(this->folder, file);
+    EXPECT_TRUE(writer.Begin(0));
+    for (std::size_t block = 0; block < file.BlockCount(); ++block)
+    {
+      std::vector<Triangle> all = level.triangles;
+      EXPECT_TRUE(writer.Add(all));
+    }
+  }
+};
+
+std::vector<std::uint64_t> Bits(const std::vector<Vec3>& points)
+{
+  std::vector<std::uint64_t> bits;
+  for (const Vec3& p : points)
+  {
+    const PointBits of = BitsOf(p);
+    bits.insert(bits.end(), of.begin(), of.end());
+  }
+  return bits;
+}
+
+void ExpectEqual(const Piece& a, const Piece& b)
+{
+  EXPECT_EQ(a.id, b.id);
+  EXPECT_EQ(a.primitive, b.primitive);
+  EXPECT_EQ(a.ownVertices, b.ownVertices);
+  EXPECT_EQ(Bits(a.positions), Bits(b.positions));
+  EXPECT_EQ(a.keys, b.keys);
+  EXPECT_EQ(a.deviations, b.deviations);
+  EXPECT_EQ(a.ancestors, b.ancestors);
+  EXPECT_EQ(a.reachBegin, b.reachBegin);
+  EXPECT_EQ(a.reachNodes, b.reachNodes);
+  EXPECT_EQ(a.triangles, b.triangles);
+  EXPECT_EQ(a.attributes, b.attributes);
+}
+
+const Error enough{ ErrorCode::NotFound, "one difference is enough to read" };
+
+// Cuts the parts that it is given, and compares.
+class PartCheck
+{
+public:
+  PartCheck(const InMemory& built, const InFiles& files, const Execution& execution)
+    : Expected(built)
+    , Files(files)
+    , Exec(execution)
+  {
+  }
+
+  Status Add(const VertexTree& tree, const Mesh& mesh, Resolution resolution, const ModelPart& part)
+  {
+    if (this->At == this->Expected.cut.size())
+    {
+      ADD_FAILURE() << "a part too many";
+      return enough;
+    }
+    const CutResolution& expected = this->Expected.cut[this->At];
+    SCOPED_TRACE(
+      resolution.IsOriginal() ? "original" : "level " + std::to_string(resolution.Depth()));
+    EXPECT_EQ(resolution, expected.resolution);
+    EXPECT_EQ(part.firstPiece, this->NextPiece);
+    if (::testing::Test::HasFailure() || part.pieceCount > expected.pieces.size() - this->NextPiece)
+    {
+      ADD_FAILURE() << "pieces " << part.firstPiece << " + " << part.pieceCount;
+      return enough;
+    }
+    this->CheckSize(tree, mesh, resolution);
+    const PieceCutter cutter(tree, mesh, resolution, this->Exec, part);
+    EXPECT_EQ(cutter.PieceCount(), part.pieceCount);
+    for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
+    {
+      ExpectEqual(cutter.Cut(i), expected.pieces[this->NextPiece++]);
+      if (::testing::Test::HasFailure())
+      {
+        return enough;
+      }
+    }
+    this->Triangles += cutter.TriangleCount();
+    ++this->Parts;
+    if (this->NextPiece == expected.pieces.size())
+    {
+      EXPECT_EQ(this->Triangles, expected.triangles);
+      EXPECT_EQ(this->Parts, this->PartsOf(resolution));
+      this->NextPiece = this->Triangles = this->Parts = 0;
+      ++this->At;
+    }
+    return {};
+  }
+
+  void Finish() const { EXPECT_EQ(this->At, this->Expected.cut.size()); }
+
+private:
+  std::size_t PartsOf(Resolution resolution) const
+  {
+    if (resolution.IsOriginal())
+    {
+      return this->Files.mesh.BlockCount();
+    }
+    const unsigned d = resolution.Depth();
+    return d > this->Expected.Depths().stitch ? this->Files.levels.files[d].BlockCount() : 1;
+  }
+
+  // No more is at hand than was promised.
+  void CheckSize(const VertexTree& tree, const Mesh& mesh, Resolution resolution) const
+  {
+    for (unsigned d = 0; d < tree.levels.size(); ++d)
+    {
+      if (resolution != Resolution::Level(d))
+      {
+        const VertexTreeLevel& level = tree.levels[d];
+        EXPECT_EQ(level.positions.capacity() + level.deviations.capacity() +
+                    level.triangles.capacity() + level.attributes.capacity(),
+          0U);
+        EXPECT_EQ(level.first.empty(), d > tree.depths.stitch);
+      }
+    }
+    EXPECT_EQ(tree.original.size(), mesh.points.size());
+    EXPECT_TRUE(resolution.IsOriginal() || mesh.points.empty());
+    EXPECT_EQ(mesh.scalarType,
+      resolution.IsOriginal() ? this->Expected.mesh.scalarType : ScalarType::Float32);
+  }
+
+  const InMemory& Expected;
+  const InFiles& Files;
+  const Execution& Exec;
+  std::size_t At = 0, NextPiece = 0, Triangles = 0, Parts = 0;
+};
+
+void Check(const InMemory& built, const Blocks& blocks, const Execution& execution)
+{
+  SCOPED_TRACE(blocks.Describe());
+  InFiles files(built, blocks);
+  const Result<ExternalNumbers> numbers =
+    NumberExternally(files.folder, files.mesh, files.levels, execution);
+  ASSERT_TRUE(numbers) << numbers.GetError().message;
+  PartCheck check(built, files, execution);
+  const Status status = ForEachPart(
+    files.mesh, files.levels, *numbers,
+    [&](const VertexTree& tree, const Mesh& mesh, Resolution resolution, const ModelPart& part)
+    { return check.Add(tree, mesh, resolution, part); },
+    execution);
+  ASSERT_TRUE(status) << status.GetError().message;
+  check.Finish();
+}
+
+// Levels finer than S, some of them in several pieces, come with few vertices a cell.
+const KdTreeOptions optionSets[] = { { 300, {}, 8 }, { 20, {}, 4 }, { 2000, {}, 8 }, { 1, {}, 1 },
+  { 300, {}, 1 }, { 3000, {}, 2 } };
+
+std::vector<NamedMesh> Meshes()
+{
+  std::vector<NamedMesh> meshes = ClosedMeshes();
+  for (NamedMesh& hard : HardMeshes())
+  {
+    meshes.push_back({ hard.name + " with arrays", WithAttributes(std::move(hard.mesh), 3) });
+  }
+  meshes.push_back({ "torus with arrays", WithAttributes(Shuffled(Torus(90, 60), 4), 1) });
+  return meshes;
+}
+
+}
+
+TEST(ExternalPieces, AreThoseCutInMemory)
+{
+  std::mt19937 random(7);
+  const auto upTo = [&](unsigned most) { return static_cast<unsigned>(random() % (most + 1)); };
+  const Execution execution = MakeTbbExecution(2);
+  std::size_t parts = 0; // of levels finer than S, in several blocks
+  for (const NamedMesh& named : Meshes())
+  {
+    for (const KdTreeOptions& options : optionSets)
+    {
+      if (options.verticesPerPartition < 20 && named.mesh.points.size() > 2000)
+      {
+        continue; // thousands of partitions of one vertex say nothing new
+      }
+      for (const LevelMaker maker : { LevelMaker::Collapse, LevelMaker::Cluster })
+      {
+        SCOPED_TRACE(named.name + ", " + std::to_string(options.verticesPerPartition) +
+                     " a partition, maker " + std::to_string(int(maker)));
+        const InMemory built = BuildInMemory(named.mesh, options, maker);
+        const TreeDepths& depths = built.Depths();
+        // Files of thousands of blocks take long, and say nothing new.
+        const unsigned deepest = std::min(depths.partition, 5U);
+        Check(built,
+          maker == LevelMaker::Collapse
+            ? Blocks{ deepest, deepest, 0 }
+            : Blocks{ upTo(deepest), upTo(deepest), upTo(depths.stitch) },
+          execution);
+        if (::testing::Test::HasFailure())
+        {
+          return;
+        }
+        for (unsigned d = depths.stitch + 1; d <= depths.finest; ++d)
+        {
+          parts += PieceDepth(Resolution::Level(d), depths) > 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(parts, 20U);
+}
+
+// Deep trees: many partitions, levels finer than S in several blocks.
+TEST(ExternalPieces, OfManyPartitions)
+{
+  const Execution execution = MakeTbbExecution(2);
+  Mesh torus = WithAttributes(Shuffled(Torus(300, 210), 9), 5);
+  std::size_t arrays = 0; // all of them take long
+  std::erase_if(torus.attributes,
+    [&](const Attribute& array) { return !IsInLevels(array) && ++arrays % 7 != 0; });
+  ASSERT_GT(torus.attributes.size(), 3U);
+  struct Deep
+  {
+    KdTreeOptions options;
+    TreeDepths depths;
+  };
+  for (const Deep& deep : { Deep{ { 50, {}, 8 }, { 11, 13, 13 } },
+         Deep{ { 300, {}, 8 }, { 8, 12, 13 } }, Deep{ { 2000, {}, 4 }, { 5, 9, 14 } } })
+  {
+    const InMemory built = BuildInMemory(torus, deep.options, LevelMaker::Collapse);
+    ASSERT_EQ(built.Depths(), deep.depths);
+    for (const Blocks& blocks :
+      { Blocks{ 3, 1, 5 }, Blocks{ std::min(6U, deep.depths.partition), 3, deep.depths.stitch } })
+    {
+      Check(built, blocks, execution);
+      if (::testing::Test::HasFailure())
+      {
+        return;
+      }
+    }
+  }
+}
+
+namespace
+{
+
+InMemory SmallModel()
+{
+  InMemory built = BuildInMemory(Torus(90, 60), { 300, {}, 1 }, LevelMaker::Collapse);
+  EXPECT_EQ(built.Depths(), (TreeDepths{ 5, 9, 13 }));
+  return built;
+}
+
+}
+
+TEST(ExternalPieces, ReportBlocksAndStop)
+{
+  const InMemory built = SmallModel();
+  InFiles files(built, { 3, 1, 5 });
+  // A block of each of the levels 10 and 11, two of 12 and 13, eight of the mesh.
+  constexpr std::size_t blocks = 1 + 1 + 2 + 2 + 8;
+  constexpr std::size_t reports = 1 + 1 + 1 + 1 + 2; // four blocks of a level are numbered at once
+  for (std::size_t most = 1; most <= reports + 1; ++most)
+  {
+    std::vector<double> fractions;
+    Execution execution;
+    execution.progress = [&](std::string_view step, double fraction)
+    {
+      EXPECT_EQ(step, "levels");
+      fractions.push_back(fraction);
+      return fractions.size() < most;
+    };
+    const auto numbers = NumberExternally(files.folder, files.mesh, files.levels, execution);
+    ASSERT_EQ(bool(numbers), most > reports);
+    EXPECT_EQ(fractions.size(), std::min(most, reports));
+    EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+    if (!numbers)
+    {
+      EXPECT_EQ(numbers.GetError().code, ErrorCode::Cancelled);
+      continue;
+    }
+    EXPECT_EQ(fractions.back(), 1.0);
+    // Ten levels whole, then blocks.
+    for (std::size_t last = 1; last <= 10 + blocks; ++last)
+    {
+      std::size_t visits = 0;
+      const Status status = ForEachPart(files.mesh, files.levels, *numbers,
+        [&](const VertexTree&, const Mesh&, Resolution, const ModelPart&) {
+          return ++visits < last ? Status{} : Error{ ErrorCode::Cancelled, "enough" };
+        });
+      ASSERT_FALSE(status);
+      EXPECT_EQ(status.GetError().message, "enough");
+      EXPECT_EQ(visits, last);
+    }
+  }
+}
+
+TEST(ExternalPieces, RefuseFilesThatDoNotFitTogether)
+{
+  const InMemory built = SmallModel();
+  const auto problem = [&](const std::function<void(InFiles&)>& damage)
+  {
+    InFiles files(built, { 2, 1, 3 });
+    damage(files);
+    const auto numbers = NumberExternally(files.folder, files.mesh, files.levels);
+    if (numbers)
+    {
+      return std::string();
+    }
+    EXPECT_EQ(numbers.GetError().code, ErrorCode::Damaged);
+    return numbers.GetError().message;
+  };
+  const auto put = [](SpillFile& file, std::uint64_t at, VertexId value)
+  { EXPECT_TRUE(WriteRecords<VertexId>(file, at, std::span<const VertexId>(&value, 1))); };
+  const auto countOf = [&](std::size_t d)
+  { return std::to_string(built.levels.levels[d].lowest.size()); };
+
+  EXPECT_EQ(problem([](InFiles&) {}), "");
+  for (const unsigned d : { 3U, 9U, 10U, 13U })
+  {
+    EXPECT_EQ(problem([&](InFiles& files) { put(files.levels.files[d].parents, 5, noVertex - 1); }),
+      "level " + std::to_string(d) + ": the parent of cluster 5 is 4294967294 of " +
+        countOf(d - 1));
+  }
+  EXPECT_EQ(problem([&](InFiles& files) { put(files.levels.clusterOfRank, 9, noVertex); }),
+    "level 13: vertices of cluster 4294967295 of " + countOf(13));
+  // A vertex of the next cluster, of the same block.
+  const VertexId cluster = built.levels.finest[built.tree.order[0]];
+  const auto isOther = [&](VertexId v) { return built.levels.finest[v] != cluster; };
+  const auto other = std::find_if(built.tree.order.begin(), built.tree.order.end(), isOther);
+  const std::string wrong = problem(
+    [&](InFiles& files)
+    {
+      put(files.levels.clusterOfRank, static_cast<std::uint64_t>(other - built.tree.order.begin()),
+        cluster);
+    });
+  EXPECT_NE(wrong.find("does not count its vertices"), std::string::npos) << wrong;
+}
+
+TEST(ExternalPieces, SayWhatCannotBeRead)
+{
+  const InMemory built = SmallModel();
+  const std::vector<VertexId> few(3, 0);
+  const auto codeOf = [&](const std::function<void(InFiles&, ExternalNumbers*)>& damage)
+  {
+    InFiles files(built, { 2, 1, 3 });
+    damage(files, nullptr);
+    Result<ExternalNumbers> numbers = NumberExternally(files.folder, files.mesh, files.levels);
+    if (!numbers)
+    {
+      return numbers.GetError().code;
+    }
+    damage(files, &*numbers);
+    const Status status = ForEachPart(files.mesh, files.levels, *numbers,
+      [](const VertexTree&, const Mesh&, Resolution, const ModelPart&) { return Status{}; });
+    return status ? ErrorCode::NotFound : status.GetError().code;
+  };
+  const auto shorten = [&](InFiles& files, SpillFile& file) { file = Spilled(files.folder, few); };
+  using Member = SpillFile LevelFile::*;
+  for (const Member member : { &LevelFile::clusters, &LevelFile::parents, &LevelFile::triangles })
+  {
+    for (const unsigned d : { 4U, 12U })
+    {
+      EXPECT_EQ(codeOf([&](InFiles& files, ExternalNumbers* numbers)
+                  { numbers ? void() : shorten(files, files.levels.files[d].*member); }),
+        ErrorCode::InputOutput);
+    }
+  }
+  EXPECT_EQ(codeOf([&](InFiles& files, ExternalNumbers* numbers)
+              { numbers ? void() : shorten(files, files.mesh.records); }),
+    ErrorCode::InputOutput);
+  EXPECT_EQ(codeOf([&](InFiles& files, ExternalNumbers* numbers)
+              { numbers ? void() : shorten(files, files.levels.clusterOfRank); }),
+    ErrorCode::InputOutput);
+  EXPECT_EQ(codeOf([&](InFiles& files, ExternalNumbers* numbers)
+              { numbers ? shorten(files, numbers->first[11]) : void(); }),
+    ErrorCode::InputOutput);
+  EXPECT_EQ(codeOf([&](InFiles& files, ExternalNumbers* numbers)
+              { numbers ? shorten(files, numbers->numberOfRank) : void(); }),
+    ErrorCode::InputOutput);
+  EXPECT_EQ(codeOf([](InFiles&, ExternalNumbers*) {}), ErrorCode::NotFound) << "nothing is wrong";
+}
