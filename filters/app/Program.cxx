@@ -210,6 +210,7 @@ void CatchInterrupts()
   {
     std::signal(signal, OnInterrupt);
   }
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 void ReleaseInterrupts()
@@ -225,12 +226,14 @@ bool Interrupted()
   return interrupted;
 }
 
-ProgressReporter::ProgressReporter(std::string_view program, bool quiet)
+ProgressReporter::ProgressReporter(
+  std::string_view program, bool quiet, std::vector<StepShare> shares)
   : Program(program)
   , Quiet(quiet)
   , Terminal(::isatty(STDERR_FILENO) == 1)
-  , StepBegin(std::chrono::steady_clock::now())
-  , LastShown(this->StepBegin)
+  , Estimate(std::move(shares))
+  , Begin(std::chrono::steady_clock::now())
+  , LastShown(this->Begin)
 {
 }
 
@@ -245,39 +248,51 @@ ProgressReporter::~ProgressReporter()
 bool ProgressReporter::operator()(std::string_view step, double fraction)
 {
   const auto now = std::chrono::steady_clock::now();
-  if (step != this->Step)
-  {
-    this->Step = step;
-    this->StepBegin = now;
-  }
+  const double done = std::clamp(fraction, 0.0, 1.0);
+  this->Estimate.Add(step, done, std::chrono::duration<double>(now - this->Begin).count());
   const double pause = this->Terminal ? 0.1 : 3.0;
-  if (!this->Quiet && std::chrono::duration<double>(now - this->LastShown).count() >= pause)
+  // A line that says that a step has just ended tells nothing of what is to come.
+  const bool worthALine = this->Terminal || done < 1;
+  if (!this->Quiet && worthALine &&
+      std::chrono::duration<double>(now - this->LastShown).count() >= pause)
   {
     this->LastShown = now;
-    this->Show(
-      std::clamp(fraction, 0.0, 1.0), std::chrono::duration<double>(now - this->StepBegin).count());
+    this->Show(step, done);
   }
   return !Interrupted();
 }
 
-void ProgressReporter::Show(double fraction, double seconds)
+void ProgressReporter::Show(std::string_view step, double fraction)
 {
-  const double rate = seconds > 0 ? 100 * fraction / seconds : 0;
-  // Nothing done yet says nothing of what is left.
-  const std::string left =
-    fraction > 0
-      ? std::to_string(static_cast<long long>(std::ceil(seconds * (1 - fraction) / fraction)))
-      : "?";
+  const std::string name(step);
+  std::string told;
+  const auto append = [&](const char* separator, const char* format, double value)
+  {
+    char text[64] = {};
+    std::snprintf(text, sizeof(text), format, value);
+    told += separator;
+    told += text;
+  };
+  const char* separator = this->Terminal ? "  " : ", ";
+  if (const std::optional<double> rate = this->Estimate.Rate())
+  {
+    append(separator, "%.1f %%/s", 100 * *rate);
+  }
+  if (const std::optional<ProgressEstimate::Time> left = this->Estimate.Left())
+  {
+    append(separator, "about %.0f s left", std::max(1.0, std::ceil(left->seconds)));
+    told += left->whole ? " in all" : " of " + name;
+  }
   if (!this->Terminal)
   {
-    std::fprintf(stderr, "%s: %s %.0f %%, %.1f %%/s, %s s left\n", this->Program.c_str(),
-      this->Step.c_str(), 100 * fraction, rate, left.c_str());
+    std::fprintf(stderr, "%s: %s %.0f %%%s\n", this->Program.c_str(), name.c_str(), 100 * fraction,
+      told.c_str());
     return;
   }
   constexpr int width = 30;
   const int done = static_cast<int>(fraction * width);
-  std::fprintf(stderr, "\r\033[K%-8s [%.*s%*s] %3.0f %%  %.1f %%/s  %s s left", this->Step.c_str(),
-    done, "##############################", width - done, "", 100 * fraction, rate, left.c_str());
+  std::fprintf(stderr, "\r\033[K%-8s [%.*s%*s] %3.0f %%%s", name.c_str(), done,
+    "##############################", width - done, "", 100 * fraction, told.c_str());
   this->LineOpen = true;
 }
 

@@ -2,6 +2,7 @@
 // (CLI.md).
 #pragma once
 
+#include "filters/app/ProgressEstimate.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 
@@ -14,6 +15,7 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -56,19 +58,22 @@ Result<std::filesystem::path> CheckOutput(
 CLI::Option* CheckText(CLI::Option* option);
 
 // From now on SIGINT, SIGTERM and SIGHUP set the flag that Interrupted tells, once; a second one
-// ends the process.
+// ends the process. A file that may not grow any more
+// (SIGXFSZ) is an error of writing, like a full disk.
 void CatchInterrupts();
 // Signals end the process again.
 void ReleaseInterrupts();
 bool Interrupted();
 
-// Progress on stderr: a bar with rate and time left on a terminal, a line every few seconds
-// otherwise, nothing if quiet. Returns false, which cancels the work, once the process is
-// interrupted.
+// Progress on stderr: a bar on a terminal, a line every few seconds otherwise, nothing if quiet;
+// with the rate of the step and the time left of all steps whose shares are known, or of the step,
+// once they can be told (ProgressEstimate.h). Returns false, which cancels the work, once the
+// process is interrupted.
 class ProgressReporter
 {
 public:
-  explicit ProgressReporter(std::string_view program, bool quiet);
+  explicit ProgressReporter(
+    std::string_view program, bool quiet, std::vector<StepShare> shares = {});
   ~ProgressReporter();
   ProgressReporter(const ProgressReporter&) = delete;
   ProgressReporter& operator=(const ProgressReporter&) = delete;
@@ -76,12 +81,12 @@ public:
   bool operator()(std::string_view step, double fraction);
 
 private:
-  void Show(double fraction, double seconds);
+  void Show(std::string_view step, double fraction);
 
   std::string Program;
   bool Quiet, Terminal;
-  std::string Step;
-  std::chrono::steady_clock::time_point StepBegin, LastShown;
+  ProgressEstimate Estimate;
+  std::chrono::steady_clock::time_point Begin, LastShown;
   bool LineOpen = false;
 };
 

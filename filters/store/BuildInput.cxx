@@ -69,6 +69,31 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
   return mesh;
 }
 
+BlockedSize ClaimedBlocks(const MeshReader& reader)
+{
+  const MeshSize claimed = ClaimedSize(reader);
+  BlockedSize size{ claimed.vertices, claimed.triangles };
+  for (const AttributeInfo& attribute : reader.Info().attributes)
+  {
+    const bool points = attribute.association == AttributeAssociation::Point;
+    (points ? size.pointTupleBytes : size.cellTupleBytes) += attribute.TupleSize();
+  }
+  return size;
+}
+
+Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options)
+{
+  const BlockedSize claimed = ClaimedBlocks(reader);
+  // Vertices of triangles that share none are welded to far fewer: they count when that is done.
+  const bool indexed = claimed.triangles == 0 || claimed.vertices <= claimed.triangles;
+  if (options.partitioner != Partitioner::KdTree || reader.Info().soup ||
+      (options.weld && !indexed) || claimed.vertices == 0)
+  {
+    return {};
+  }
+  return CheckPartitionMemory(claimed, options.tree, options.memory);
+}
+
 Status PrepareMesh(Mesh& mesh)
 {
   if (mesh.points.empty())

@@ -6,6 +6,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/store/BuildMemory.h"
 #include "filters/store/Builder.h"
 
 namespace kdstream
@@ -16,6 +17,14 @@ namespace kdstream
 // LimitExceeded, Cancelled.
 Result<Mesh> ReadMesh(
   MeshReader& reader, const BuildOptions& options, const Execution& execution = {});
+
+// What the header claims of the mesh, if the file is large enough to hold it; else nothing.
+BlockedSize ClaimedBlocks(const MeshReader& reader);
+
+// Whether partitions of the mesh that the header claims fit options.memory where they are made out
+// of core. Only what is certain counts: vertices that welding may leave, and triangles that
+// polygons have at least, do not. Errors: LimitExceeded.
+Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options);
 
 // Puts point arrays first, as pieces have them. Errors: InvalidInput where the mesh has no vertices
 // or an attribute that no store can hold (CheckAttributes, IsAttributeName).

@@ -1,5 +1,7 @@
 #include "filters/store/BuildMemory.h"
 
+#include "filters/store/PieceWriting.h"
+
 #include <algorithm>
 #include <string>
 
@@ -10,12 +12,44 @@ namespace
 
 constexpr std::uint64_t bytesPerCluster = 560; // measured
 
-std::string Mebibytes(std::uint64_t bytes)
+// Of a limit: for libraries, threads and SQLite.
+constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
+
+// Bytes that a block takes at most in any step, for each of its vertices: measured on surfaces and
+// soups (Testing/EndToEnd).
+constexpr std::uint64_t bytesPerBlockVertex = 600;
+// For each triangle that it has beyond two a vertex, as surfaces have.
+constexpr std::uint64_t bytesPerBlockTriangle = 100;
+
+// Of a piece that is cut and encoded in memory, beyond what a batch of small ones takes (measured).
+constexpr std::uint64_t bytesPerPieceVertex = 400;
+constexpr std::uint64_t bytesPerPieceTriangle = 50; // beyond two a vertex
+
+std::uint64_t BytesOfBlocks(const BlockedSize& mesh)
 {
-  return bytes < 1 << 20 ? std::to_string(bytes >> 10) + " KiB"
-                         : std::to_string(bytes >> 20) + " MiB";
+  const std::uint64_t beyondSurface = mesh.triangles - std::min(mesh.triangles, 2 * mesh.vertices);
+  return mesh.vertices * (bytesPerBlockVertex + 3 * mesh.pointTupleBytes) +
+         beyondSurface * bytesPerBlockTriangle + mesh.triangles * 3 * mesh.cellTupleBytes;
 }
 
+std::uint64_t BytesOfLargePieces(const MeshSize& size, std::uint64_t partitions)
+{
+  const std::uint64_t largest = size.vertices / std::max<std::uint64_t>(1, partitions);
+  const std::uint64_t triangles = size.triangles / std::max<std::uint64_t>(1, partitions);
+  const std::uint64_t beyondBatch = largest - std::min<std::uint64_t>(largest, encodeBatchVertices);
+  return beyondBatch == 0
+           ? 0
+           : bytesPerPieceVertex * beyondBatch +
+               bytesPerPieceTriangle * (triangles - std::min(triangles, 2 * largest));
+}
+
+}
+
+std::string Mebibytes(std::uint64_t bytes)
+{
+  return bytes < 1 << 10   ? std::to_string(bytes) + " bytes"
+         : bytes < 1 << 20 ? std::to_string(bytes >> 10) + " KiB"
+                           : std::to_string(bytes >> 20) + " MiB";
 }
 
 MeshSize SizeOf(const Mesh& mesh)
@@ -36,7 +70,8 @@ std::uint64_t EstimateBuildMemory(
   const std::uint64_t inBatch = std::min<std::uint64_t>(size.attributeBytes,
     size.attributeBytes / std::max<std::uint64_t>(1, partitions) * encodeBatch);
   return (std::uint64_t{ 32 } << 20) + 44 * size.vertices + 40 * size.triangles +
-         2 * size.attributeBytes + 3 * inBatch + bytesPerCluster * clusters;
+         2 * size.attributeBytes + 3 * inBatch + bytesPerCluster * clusters +
+         BytesOfLargePieces(size, partitions);
 }
 
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
@@ -49,10 +84,10 @@ Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::ui
   {
     return {};
   }
-  return Error{ ErrorCode::LimitExceeded,
-    "needs about " + Mebibytes(need) + " of memory for " + std::to_string(size.vertices) +
-      " vertices and " + std::to_string(size.triangles) + " triangles; the limit is " +
-      Mebibytes(limit) + " (building out of core is not supported yet)" };
+  return Error{ ErrorCode::LimitExceeded, "needs about " + Mebibytes(need) + " of memory for " +
+                                            std::to_string(size.vertices) + " vertices and " +
+                                            std::to_string(size.triangles) +
+                                            " triangles; the limit is " + Mebibytes(limit) };
 }
 
 std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit)
@@ -63,10 +98,79 @@ std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::
            : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / bytesPerCluster : 0);
 }
 
+std::uint64_t StepMemory(std::uint64_t limit)
+{
+  return limit - std::min<std::uint64_t>(limit / 4, mostKeptFromSteps);
+}
+
+std::uint64_t KeptMemory(std::uint64_t stepMemory)
+{
+  // What one thread has freed is not always where another looks: so it is bounded.
+  return std::min(stepMemory, std::uint64_t{ 192 } << 20);
+}
+
+unsigned DepthOfBlocks(const BlockedSize& mesh, std::uint64_t memory, unsigned least, unsigned most)
+{
+  const std::uint64_t bytes = BytesOfBlocks(mesh);
+  unsigned depth = least;
+  while (depth < most && (bytes >> depth) > memory)
+  {
+    ++depth;
+  }
+  return depth;
+}
+
+std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory)
+{
+  const std::uint64_t ofVertex =
+    (BytesOfBlocks(mesh) + mesh.vertices - 1) / std::max<std::uint64_t>(1, mesh.vertices);
+  return std::max<std::uint64_t>(1, memory / std::max<std::uint64_t>(1, ofVertex));
+}
+
+Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit)
+{
+  const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
+  if (!depths)
+  {
+    return {}; // that is told when the tree is made
+  }
+  const unsigned depth = depths->partition;
+  const std::uint64_t bytes = BytesOfBlocks(mesh) >> depth;
+  if (bytes <= StepMemory(limit))
+  {
+    return {};
+  }
+  // A limit that leaves so much for the steps; or that the whole mesh fits.
+  const std::uint64_t inBlocks = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
+  const MeshSize whole{ mesh.vertices, mesh.triangles,
+    mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes };
+  const std::uint64_t inMemory =
+    EstimateBuildMemory(whole, std::uint64_t{ 1 } << depth, std::uint64_t{ 1 } << depths->finest);
+  const std::uint64_t largest = (mesh.vertices + (std::uint64_t{ 1 } << depth) - 1) >> depth;
+  return Error{ ErrorCode::LimitExceeded,
+    "partitions of " + std::to_string(largest) + " vertices need about " +
+      Mebibytes(std::min(inBlocks, inMemory)) + " of memory; the limit (--memory) is " +
+      Mebibytes(limit) + "; smaller partitions need less" };
+}
+
+std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars)
+{
+  const std::uint64_t welding = 68 * mesh.vertices + 16 * mesh.triangles;
+  if (mesh.vertices == 0)
+  {
+    return 0;
+  }
+  const std::uint64_t ofDoubles = scalars == ScalarType::Float64 ? 24 : 0;
+  const std::uint64_t later =
+    (52 + ofDoubles) * mesh.vertices + 52 * mesh.triangles + (std::uint64_t{ 4 } << 20);
+  const std::uint64_t tuples =
+    mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes;
+  return (soup ? welding : std::max(welding, later)) + 5 * tuples / 2;
+}
+
 Error BeyondMemory(const std::string& what, std::uint64_t limit)
 {
-  return { ErrorCode::LimitExceeded,
-    what + " with " + Mebibytes(limit) + " of memory (building out of core is not supported yet)" };
+  return { ErrorCode::LimitExceeded, what + " with " + Mebibytes(limit) + " of memory" };
 }
 
 }

@@ -2,58 +2,27 @@
 // store.
 #include "filters/store/Builder.h"
 
+#include "filters/core/EdgeCount.h"
+#include "filters/core/GatherMesh.h"
 #include "filters/core/LeafOrder.h"
 #include "filters/core/VertexTree.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/outofcore/BuildFolder.h"
+#include "filters/outofcore/FreeMemory.h"
 #include "filters/store/BuildInput.h"
 #include "filters/store/BuildMemory.h"
-#include "filters/store/StoreWriter.h"
+#include "filters/store/ExternalBuilder.h"
+#include "filters/store/ModelDescription.h"
+#include "filters/store/PieceWriting.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace kdstream
 {
 namespace
 {
-
-// Adds the time since the last call to a named step.
-class StepClock
-{
-public:
-  void Finish(const std::string& step)
-  {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - this->Last).count();
-    this->Last = now;
-    const auto found = std::find_if(this->Steps.begin(), this->Steps.end(),
-      [&](const auto& entry) { return entry.first == step; });
-    if (found == this->Steps.end())
-    {
-      this->Steps.emplace_back(step, seconds);
-    }
-    else
-    {
-      found->second += seconds;
-    }
-  }
-  std::vector<std::pair<std::string, double>> Take()
-  {
-    double total = 0;
-    for (const auto& entry : this->Steps)
-    {
-      total += entry.second;
-    }
-    this->Steps.emplace_back("total", total);
-    return std::move(this->Steps);
-  }
-
-private:
-  std::chrono::steady_clock::time_point Last = std::chrono::steady_clock::now();
-  std::vector<std::pair<std::string, double>> Steps;
-};
 
 class StoreBuilder
 {
@@ -73,14 +42,14 @@ public:
     {
       return numbered.GetError();
     }
-    this->Information.input = name;
     this->Clock.Finish("levels");
-    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, this->Information);
+    const StoreInfo description = DescribeModel(this->Options, this->Facts, name);
+    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
     if (!writer)
     {
       return writer.GetError();
     }
-    if (Status status = this->WritePieces(*numbered, **writer); !status)
+    if (Status status = this->WriteAll(*numbered, description.Codec(), **writer); !status)
     {
       return status.GetError();
     }
@@ -101,13 +70,12 @@ private:
   // Weld, tree, faces, levels, numbers; fills in what the store says of the model.
   Result<VertexTree> BuildTree()
   {
-    StoreInfo& info = this->Information;
+    ModelFacts& facts = this->Facts;
     if (Status status = PrepareMesh(this->Input); !status)
     {
       return status.GetError();
     }
-    info.weld = this->Options.weld;
-    info.welded = info.weld ? WeldVertices(this->Input, this->Exec) : 0;
+    facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
     Result<PartitionTree> partitioned =
       PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
     if (!partitioned)
@@ -115,20 +83,19 @@ private:
       return partitioned.GetError();
     }
     KdTree& tree = partitioned->tree;
-    info.partitions = partitioned->partitions;
-    info.box = tree.boxes[1];
-    info.grid = this->Options.bits == 0
-                  ? CoordinateGrid::Exact(this->Input.scalarType)
-                  : CoordinateGrid::Over(info.box, this->Options.bits, this->Input.scalarType);
+    facts.partitions = partitioned->partitions;
+    facts.box = tree.boxes[1];
+    facts.depths = tree.depths;
+    facts.scalarType = this->Input.scalarType;
     this->CountMergedByGrid();
     this->Clock.Finish("tree");
     if (this->Options.partitioner == Partitioner::KdTree)
     {
       this->BucketByPartition(tree);
     }
-    info.inconsistentEdges =
+    facts.inconsistentEdges =
       CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
-    this->Describe(tree);
+    this->Measure(tree);
     this->Clock.Finish("faces");
     Result<ClusterLevels> levels = this->Options.partitioner == Partitioner::KdTree
                                      ? this->MakeLevels(tree)
@@ -143,26 +110,29 @@ private:
     return numbered;
   }
 
-  void BucketByPartition(const KdTree& tree)
+  void BucketByPartition(KdTree& tree)
   {
-    const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
+    std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition, this->Exec);
+    if (IsScattered(this->Input.triangles, partition))
+    {
+      partition = {};
+      GatheredMesh gathered = GatherMesh(this->Input, tree, this->Exec);
+      this->Ids = std::move(gathered.ids);
+      this->Buckets = std::move(gathered.buckets);
+      return;
+    }
     this->Buckets = BucketTriangles(
       this->Input.triangles, std::size_t{ 1 } << tree.depths.partition,
       [&](VertexId v) { return partition[v]; }, this->Exec);
-    // Tuples of triangles would have to move too. Without them the order is not seen in the store.
-    const bool bare = std::none_of(this->Input.attributes.begin(), this->Input.attributes.end(),
-      [](const Attribute& array) { return array.association == AttributeAssociation::Cell; });
-    if (bare && AreScattered(this->Input.triangles, partition))
-    {
-      GatherTriangles(this->Input.triangles, this->Buckets, partition, this->Exec);
-    }
   }
 
   Result<ClusterLevels> MakeLevels(const KdTree& tree)
   {
     const TriangleBuckets buckets = std::move(this->Buckets);
+    const std::vector<VertexId> ids = std::move(this->Ids);
     LevelOptions options = this->Options.levels;
     options.mayCoincide = !this->AllPlacesDiffer();
+    options.ids = ids;
     options.mostClusters = MostClusters(
       SizeOf(this->Input), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
     Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
@@ -177,10 +147,12 @@ private:
   // by its arrays, or by the sign of a zero.
   bool AllPlacesDiffer() const
   {
-    return this->Information.weld &&
-           std::none_of(this->Input.attributes.begin(), this->Input.attributes.end(),
-             [](const Attribute& array)
-             { return array.association == AttributeAssociation::Point; }) &&
+    std::vector<AttributeInfo> arrays;
+    for (const Attribute& array : this->Input.attributes)
+    {
+      arrays.push_back(array.Info());
+    }
+    return WeldingSeparates(this->Options.weld, arrays) &&
            std::none_of(this->Input.points.begin(), this->Input.points.end(),
              [](const Vec3& p) {
                return std::any_of(
@@ -190,12 +162,12 @@ private:
 
   void CountMergedByGrid()
   {
-    if (this->Information.grid.Lossless())
+    const std::vector<Vec3>& points = this->Input.points;
+    const CoordinateGrid grid = GridOf(this->Options, this->Facts.box, this->Facts.scalarType);
+    if (grid.Lossless())
     {
       return;
     }
-    const std::vector<Vec3>& points = this->Input.points;
-    const CoordinateGrid& grid = this->Information.grid;
     const std::size_t places =
       this->AllPlacesDiffer() ? points.size()
                               : CountPlaces(
@@ -205,121 +177,66 @@ private:
                  points.size(), [&](VertexId v) { return grid.Snap(points[v]); }, this->Exec);
   }
 
-  void Describe(const KdTree& tree)
+  void Measure(const KdTree& tree)
   {
-    StoreInfo& info = this->Information;
-    info.depths = tree.depths;
-    info.primitive =
-      this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
-    info.vertices = this->Input.points.size();
-    info.triangles = this->Input.triangles.size();
+    ModelFacts& facts = this->Facts;
+    facts.vertices = this->Input.points.size();
+    facts.triangles = this->Input.triangles.size();
     for (const Attribute& attribute : this->Input.attributes)
     {
-      info.attributes.push_back(attribute.Info());
+      facts.attributes.push_back(attribute.Info());
     }
-    info.partitioner = NameOf(this->Options.partitioner);
-    info.smallestPartition = info.vertices;
-    for (std::size_t p = 0; p < info.partitions; ++p)
+    facts.smallestPartition = facts.vertices;
+    for (std::size_t p = 0; p < facts.partitions; ++p)
     {
       const std::uint64_t size = tree.Cell(tree.depths.partition, p).size();
-      info.smallestPartition = std::min(info.smallestPartition, size);
-      info.largestPartition = std::max(info.largestPartition, size);
+      facts.smallestPartition = std::min(facts.smallestPartition, size);
+      facts.largestPartition = std::max(facts.largestPartition, size);
     }
-    for (unsigned d = 0; info.HasLevels() && d <= tree.depths.finest; ++d)
-    {
-      info.levels.push_back({ Resolution::Level(d) });
-    }
-    info.original.resolution = Resolution::Original();
-    info.title = this->Options.title;
-    info.credit = this->Options.credit;
-    info.license = this->Options.license;
-    info.unit = this->Options.unit;
-    if (!info.HasLevels())
-    {
-      return;
-    }
-    info.levelMaker = this->Options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
-    info.representative =
-      this->Options.levels.representative == Representative::Quadric ? "quadric" : "mean";
-    info.sheets = this->Options.levels.sheets;
   }
 
-  Status WritePieces(const VertexTree& numbered, StoreWriter& writer)
+  Status WriteAll(const VertexTree& numbered, const CodecContext& codec, StoreWriter& writer)
   {
-    for (const NodeId page : TreePages(numbered.depths))
+    Status status = WriteTreePages(this->Boxes, numbered.depths, writer);
+    for (unsigned d = 0; status && d < numbered.levels.size(); ++d)
     {
-      if (Status status =
-            writer.AddTreePage(page, EncodeTreePage(this->Boxes, page, numbered.depths));
-          !status)
-      {
-        return status;
-      }
+      status = this->WriteResolution(numbered, Resolution::Level(d), codec, writer);
     }
-    for (unsigned d = 0; d < numbered.levels.size(); ++d)
-    {
-      if (Status status = this->WriteResolution(numbered, Resolution::Level(d), writer); !status)
-      {
-        return status;
-      }
-    }
-    return this->WriteResolution(numbered, Resolution::Original(), writer);
+    return status ? this->WriteResolution(numbered, Resolution::Original(), codec, writer) : status;
   }
 
-  Status WriteResolution(const VertexTree& numbered, Resolution resolution, StoreWriter& writer)
+  Status WriteResolution(const VertexTree& numbered, Resolution resolution,
+    const CodecContext& codec, StoreWriter& writer)
   {
     const PieceCutter cutter(numbered, this->Input, resolution, this->Exec);
-    const std::size_t pieceCount =
-      resolution.IsOriginal() ? this->Information.partitions : cutter.PieceCount();
-    const CodecContext context = this->Information.Codec();
-    std::vector<Piece> pieces(encodeBatch);
-    std::vector<std::vector<std::uint8_t>> blobs(encodeBatch);
-    for (std::size_t first = 0; first < pieceCount; first += encodeBatch)
-    {
-      const std::size_t count = std::min(encodeBatch, pieceCount - first);
-      this->Exec.parallelFor(count, 1,
-        [&](std::size_t begin, std::size_t end)
-        {
-          for (std::size_t i = begin; i < end; ++i)
-          {
-            pieces[i] = cutter.Cut(first + i);
-            blobs[i] = EncodePiece(pieces[i], context);
-          }
-        });
-      this->Clock.Finish("encode");
-      for (std::size_t i = 0; i < count; ++i)
+    const std::size_t pieces =
+      resolution.IsOriginal() ? this->Facts.partitions : cutter.PieceCount();
+    const Status status = WritePieces(cutter, pieces, codec, writer, this->Clock, this->Exec,
+      [&](std::size_t written)
       {
-        if (Status status = writer.AddPiece(pieces[i], blobs[i]); !status)
-        {
-          return status;
-        }
-      }
-      this->Clock.Finish("write");
-      const double part = double(first + count) / double(pieceCount);
-      const double done = resolution.IsOriginal()
-                            ? 0.5 + 0.5 * part
-                            : 0.5 * (resolution.Depth() + part) / (numbered.depths.finest + 1);
-      if (Status status = this->Exec.Report("encode", done); !status)
-      {
-        return status;
-      }
-    }
-    writer.FinishResolution(resolution, cutter.TriangleCount());
-    return {};
+        const double part = double(written) / double(pieces);
+        return this->Exec.Report("encode", EncodedPart(resolution, numbered.depths, part));
+      });
+    return status ? writer.FinishResolution(resolution, cutter.TriangleCount()) : status;
   }
 
   Mesh Input;
   const BuildOptions& Options;
   const Execution& Exec;
   StepClock Clock;
-  StoreInfo Information;
-  TriangleBuckets Buckets; // the triangles by partition, from faces to levels
+  ModelFacts Facts;
+  TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
+  std::vector<VertexId> Ids; // of each vertex, where it has another number since
   std::vector<Box> Boxes;
   std::uint64_t MergedByGrid = 0;
 };
 
 }
 
-Result<BuildReport> BuildStore(const std::filesystem::path& input,
+namespace
+{
+
+Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
   StepClock clock;
@@ -346,6 +263,62 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
     report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
   }
   return report;
+}
+
+}
+
+namespace
+{
+
+// Clears away what an interrupted build out of core has left, unless another one is at work there.
+void RemoveBuildFolder(const std::filesystem::path& folder)
+{
+  std::error_code ignored;
+  if (std::filesystem::exists(folder, ignored))
+  {
+    (void)BuildFolder::Open(folder, {}, false); // without a fingerprint nothing in it is kept
+  }
+}
+
+}
+
+Result<BuildReport> BuildStore(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& wanted, const Execution& execution)
+{
+  const Status external = CheckExternalBuild(wanted);
+  const std::filesystem::path folder = BuildFolder::PathFor(store, wanted.temporaryFolder);
+  std::error_code ignored;
+  BuildOptions options = wanted;
+  if (options.resume)
+  {
+    const bool left = std::filesystem::exists(folder, ignored);
+    if (left && external)
+    {
+      return BuildStoreExternally(input, store, options, execution);
+    }
+    options.resume = false; // that is told once
+    options.tellResumed(left
+                          ? "nothing to resume: " + external.GetError().message
+                          : "nothing to resume: no earlier build in " +
+                              folder.parent_path().string() + " (was another --temp-dir given?)");
+  }
+  Result<BuildReport> report = BuildInMemory(input, store, options, execution);
+  if (report)
+  {
+    RemoveBuildFolder(folder);
+    return report;
+  }
+  const Error& error = report.GetError();
+  if (error.code != ErrorCode::LimitExceeded || options.memory == 0)
+  {
+    return report;
+  }
+  if (!external)
+  {
+    return Error{ error.code, error.message + " (" + external.GetError().message + ")" };
+  }
+  ReturnFreeMemory(); // what the attempt in memory has read
+  return BuildStoreExternally(input, store, options, execution);
 }
 
 Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,

@@ -13,7 +13,7 @@
 namespace kdstream
 {
 
-inline constexpr int storeVersion = 4;
+inline constexpr int storeVersion = 6;
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
 inline constexpr const char* storeSchema = R"(

@@ -1,15 +1,18 @@
 #include "filters/store/StoreWriter.h"
 
+#include "filters/store/DeviationList.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/StoreSchema.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
+#include <utility>
 
 namespace kdstream
 {
@@ -19,6 +22,45 @@ namespace
 Error SystemError(const std::string& what)
 {
   return { ErrorCode::InputOutput, what + ": " + std::strerror(errno) };
+}
+
+// What a store is called until it is whole: ".NAME.XXXXXX" and this.
+constexpr std::string_view unfinished = ".unfinished";
+constexpr std::size_t randomLetters = 6;
+
+// Removes what writers of this store that were killed have left: theirs are locked by nobody.
+void RemoveLeftovers(const std::filesystem::path& folder, const std::string& prefix)
+{
+  std::error_code ignored;
+  std::vector<std::filesystem::path> left;
+  for (std::filesystem::directory_iterator entry(folder, ignored), end; entry != end;
+       entry.increment(ignored))
+  {
+    const std::string name = entry->path().filename().string();
+    if (name.size() == prefix.size() + randomLetters + unfinished.size() &&
+        name.starts_with(prefix) && name.ends_with(unfinished))
+    {
+      left.push_back(entry->path());
+    }
+  }
+  for (const std::filesystem::path& path : left)
+  {
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0)
+    {
+      ::unlink(path.c_str());
+    }
+    if (descriptor >= 0)
+    {
+      ::close(descriptor);
+    }
+  }
+}
+
+bool IsLinked(int descriptor)
+{
+  struct stat state = {};
+  return ::fstat(descriptor, &state) == 0 && state.st_nlink > 0;
 }
 
 Status Sync(const std::filesystem::path& path, int flags)
@@ -39,11 +81,12 @@ Status Sync(const std::filesystem::path& path, int flags)
 struct StoreWriter::State
 {
   std::filesystem::path target, temporary;
+  int lock = -1; // of the temporary file, as long as this process writes it
   StoreInfo info;
   Database database;
   Statement page, piece;
   std::unique_ptr<ContentDigest> digest;
-  std::vector<float> deviations; // of the resolution that is being written
+  std::unique_ptr<DeviationList> deviations; // of the resolution that is being written
 
   ~State()
   {
@@ -54,6 +97,10 @@ struct StoreWriter::State
     {
       ::unlink(this->temporary.c_str());
     }
+    if (this->lock >= 0)
+    {
+      ::close(this->lock);
+    }
   }
 
   // A new file beside the store, open for SQLite.
@@ -61,15 +108,28 @@ struct StoreWriter::State
   {
     const std::filesystem::path folder =
       this->target.has_parent_path() ? this->target.parent_path() : ".";
-    std::string name = (folder / ("." + this->target.filename().string() + ".XXXXXX")).string();
-    const int descriptor = ::mkstemp(name.data());
-    if (descriptor < 0)
+    const std::string prefix = "." + this->target.filename().string() + ".";
+    RemoveLeftovers(folder, prefix);
+    while (this->lock < 0)
     {
-      return SystemError("cannot create a file in " + folder.string());
+      std::string name =
+        (folder / (prefix + std::string(randomLetters, 'X') + std::string(unfinished))).string();
+      this->lock = ::mkostemps(name.data(), static_cast<int>(unfinished.size()), O_CLOEXEC);
+      if (this->lock < 0)
+      {
+        return SystemError("cannot create a file in " + folder.string());
+      }
+      ::fchmod(this->lock, 0644);
+      // Before it was locked another writer may have taken it for a leftover.
+      const bool taken = ::flock(this->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+      if (!taken && IsLinked(this->lock))
+      {
+        this->temporary = name;
+        return {};
+      }
+      ::unlink(name.c_str());
+      ::close(std::exchange(this->lock, -1));
     }
-    ::fchmod(descriptor, 0644);
-    ::close(descriptor);
-    this->temporary = name;
     return {};
   }
 };
@@ -86,6 +146,8 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
 {
   auto state = std::make_unique<State>();
   state->target = store;
+  state->deviations =
+    std::make_unique<DeviationList>(store.has_parent_path() ? store.parent_path() : ".");
   state->digest = std::make_unique<ContentDigest>(info);
   state->info = std::move(info);
   if (Status status = state->MakeTemporary(); !status)
@@ -141,8 +203,10 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
   ++resolution.pieces;
-  this->S->deviations.insert(
-    this->S->deviations.end(), piece.deviations.begin(), piece.deviations.end());
+  if (Status status = this->S->deviations->Add(piece.deviations); !status)
+  {
+    return status;
+  }
   this->S->digest->AddPiece(piece.id, data);
   const std::int64_t row = PieceRow(piece.id);
   Statement& insert = this->S->piece;
@@ -158,22 +222,20 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   return done ? Status{} : Status{ done.GetError() };
 }
 
-void StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
+Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
 {
   StoreInfo& info = this->S->info;
   ResolutionInfo& finished =
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
-  std::vector<float>& deviations = this->S->deviations;
-  if (!deviations.empty())
+  const Result<DeviationList::Summary> deviations = this->S->deviations->Finish();
+  if (!deviations)
   {
-    const auto at99 =
-      deviations.begin() + static_cast<std::ptrdiff_t>((deviations.size() - 1) * 99 / 100);
-    std::nth_element(deviations.begin(), at99, deviations.end());
-    finished.deviation99 = *at99;
-    finished.deviation = *std::max_element(at99, deviations.end());
-    deviations.clear();
+    return deviations.GetError();
   }
+  finished.deviation99 = deviations->at99;
+  finished.deviation = deviations->largest;
+  return {};
 }
 
 Result<StoreInfo> StoreWriter::Finish()

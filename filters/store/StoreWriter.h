@@ -28,8 +28,8 @@ public:
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
-  // once.
-  void FinishResolution(Resolution resolution, std::uint64_t triangles);
+  // once. Errors: InputOutput.
+  Status FinishResolution(Resolution resolution, std::uint64_t triangles);
 
   // Returns the metadata as stored.
   Result<StoreInfo> Finish();

@@ -1,0 +1,48 @@
+// The command line of the programs that build stores: kdstream-build and kdstream-build-mpi.
+#pragma once
+
+#include "filters/app/Program.h"
+#include "filters/store/Builder.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+struct BuildCommand
+{
+  std::string input, output, stats, reconstruct;
+  BuildOptions build;
+  std::uint32_t partitions = 0;
+  std::string partitioner = "kdtree", maker = "collapse", representative = "quadric", sheets = "on",
+              weld = "on";
+  std::string precision = "20", median = "auto";
+  unsigned threads = 0;
+  bool quiet = false;
+};
+
+// All options; `line` takes what is given. Keeps a reference to it.
+void AddBuildOptions(CLI::App& app, BuildCommand& line);
+
+// Fills in line.build from what was parsed. Errors: InvalidArgument.
+Status Interpret(const CLI::App& app, BuildCommand& line);
+
+// The parts of a build's time that its steps take, for the time left; none where they are not
+// known.
+std::vector<StepShare> SharesOfSteps(const BuildCommand& line);
+
+// What the line of an error names: the folder of the files out of core for theirs, whose message
+// tells the path.
+std::string FileAtFault(
+  const BuildCommand& line, const std::filesystem::path& store, const Error& error);
+
+// What a build says on stderr beside errors.
+void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
+
+// Writes the file of statistics that was asked for; returns the exit code.
+int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report);
+
+}

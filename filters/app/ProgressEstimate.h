@@ -1,0 +1,66 @@
+// How fast a step goes and how long the work still takes, from fractions that are reported now and
+// then: what the programs' progress lines tell (CLI.md).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// The part of the whole time that a step takes. Parts add up to 1.
+struct StepShare
+{
+  std::string step;
+  double share = 0;
+};
+
+// Nothing is told before there is enough to tell it from. No clock of its own: times are seconds
+// since any moment.
+class ProgressEstimate
+{
+public:
+  // shares: of the steps in their order, if they are known; else only single steps are estimated.
+  explicit ProgressEstimate(std::vector<StepShare> shares = {})
+    : Shares(std::move(shares))
+  {
+  }
+
+  // `fraction` (0-1) of the step is done. A step may begin with some of it done; one that falls
+  // back begins anew.
+  void Add(std::string_view step, double fraction, double seconds);
+
+  // Parts of the step a second, since its beginning.
+  std::optional<double> Rate() const;
+  struct Time
+  {
+    double seconds = 0; // above 0
+    bool whole = false; // of all steps; else of this one
+  };
+  // None at the end.
+  std::optional<Time> Left() const;
+
+private:
+  // From where and when a fraction is followed, and how far it has come.
+  struct Run
+  {
+    double beginFraction = 0, beginSeconds = 0;
+    double fraction = 0, seconds = 0;
+
+    void Begin(double atFraction, double atSeconds);
+    bool IsTelling(double leastSeconds, double leastFraction) const;
+    double Rate() const;
+  };
+
+  // Of all steps; none for a step without a share.
+  std::optional<double> WholeFraction() const;
+
+  std::vector<StepShare> Shares;
+  std::string Step;
+  Run OfStep, OfWhole;
+  bool WholeKnown = false;
+};
+
+}

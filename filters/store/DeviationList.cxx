@@ -1,0 +1,180 @@
+#include "filters/store/DeviationList.h"
+
+#include "filters/core/BitCast.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned digits = 16; // bits of a float that a pass tells apart
+
+Error SystemError(const std::filesystem::path& folder)
+{
+  return { ErrorCode::InputOutput,
+    "deviations cannot be put aside in " + folder.string() + ": " + std::strerror(errno) };
+}
+
+// The bits of what is not negative are in the order of the numbers.
+std::uint32_t BitsOf(float deviation)
+{
+  return BitCast<std::uint32_t>(deviation + 0.0F); // no -0.0
+}
+
+// A file that nobody else sees, and that goes with the process.
+int MakeFile(const std::filesystem::path& folder)
+{
+  std::string name = (folder / ".kdstream-deviations.XXXXXX").string();
+  const int file = ::mkostemp(name.data(), O_CLOEXEC);
+  if (file >= 0)
+  {
+    ::unlink(name.c_str());
+  }
+  return file;
+}
+
+}
+
+DeviationList::DeviationList(std::filesystem::path folder, std::size_t inMemory)
+  : Folder(std::move(folder))
+  , InMemory(std::max<std::size_t>(1, inMemory))
+{
+}
+
+DeviationList::~DeviationList()
+{
+  if (this->File >= 0)
+  {
+    ::close(this->File);
+  }
+}
+
+Status DeviationList::Add(std::span<const float> deviations)
+{
+  while (!deviations.empty())
+  {
+    if (this->Last.size() == this->InMemory)
+    {
+      if (Status status = this->Flush(); !status)
+      {
+        return status;
+      }
+    }
+    const std::size_t count = std::min(deviations.size(), this->InMemory - this->Last.size());
+    this->Last.insert(
+      this->Last.end(), deviations.begin(), deviations.begin() + std::ptrdiff_t(count));
+    deviations = deviations.subspan(count);
+  }
+  return {};
+}
+
+Status DeviationList::Flush()
+{
+  if (this->File < 0 && (this->File = MakeFile(this->Folder)) < 0)
+  {
+    return SystemError(this->Folder);
+  }
+  std::span<const std::byte> bytes = std::as_bytes(std::span(this->Last));
+  std::uint64_t at = this->InFile * sizeof(float);
+  while (!bytes.empty())
+  {
+    const ssize_t written =
+      ::pwrite(this->File, bytes.data(), bytes.size(), static_cast<off_t>(at));
+    if (written <= 0 && errno != EINTR)
+    {
+      return SystemError(this->Folder);
+    }
+    const auto done = static_cast<std::size_t>(std::max<ssize_t>(0, written));
+    bytes = bytes.subspan(done);
+    at += done;
+  }
+  this->InFile += this->Last.size();
+  this->Last.clear();
+  return {};
+}
+
+// Calls visit(bits) for all of them.
+template <class Visit>
+Status DeviationList::ForEach(const Visit& visit) const
+{
+  std::vector<float> block(std::min<std::uint64_t>(this->InFile, std::uint64_t{ 1 } << 16));
+  for (std::uint64_t at = 0; at < this->InFile;)
+  {
+    const std::size_t wanted = std::min<std::uint64_t>(block.size(), this->InFile - at);
+    const ssize_t read = ::pread(
+      this->File, block.data(), wanted * sizeof(float), static_cast<off_t>(at * sizeof(float)));
+    if (read < 0 && errno == EINTR)
+    {
+      continue;
+    }
+    const std::size_t count = read < 0 ? 0 : static_cast<std::size_t>(read) / sizeof(float);
+    if (count == 0)
+    {
+      return SystemError(this->Folder);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      visit(BitsOf(block[i]));
+    }
+    at += count;
+  }
+  for (const float deviation : this->Last)
+  {
+    visit(BitsOf(deviation));
+  }
+  return {};
+}
+
+Result<DeviationList::Summary> DeviationList::Finish()
+{
+  const std::uint64_t all = this->InFile + this->Last.size();
+  if (all == 0)
+  {
+    return Summary{};
+  }
+  std::vector<std::uint64_t> bins(std::size_t{ 1 } << digits, 0);
+  std::uint32_t largest = 0;
+  Status status = this->ForEach(
+    [&](std::uint32_t bits)
+    {
+      ++bins[bits >> digits];
+      largest = std::max(largest, bits);
+    });
+  std::uint64_t rest = (all - 1) * 99 / 100; // of those in the bin, how many come before
+  const auto find = [&]
+  {
+    std::uint32_t bin = 0;
+    while (rest >= bins[bin])
+    {
+      rest -= bins[bin++];
+    }
+    return bin;
+  };
+  std::uint32_t upper = 0, lower = 0;
+  if (status)
+  {
+    upper = find();
+    std::fill(bins.begin(), bins.end(), 0);
+    status = this->ForEach([&](std::uint32_t bits)
+      { bins[bits & (bins.size() - 1)] += (bits >> digits) == upper ? 1 : 0; });
+  }
+  if (!status)
+  {
+    return status.GetError();
+  }
+  lower = find();
+  this->Last.clear();
+  this->InFile = 0;
+  return Summary{ BitCast<float>(upper << digits | lower), BitCast<float>(largest) };
+}
+
+}
