@@ -1,0 +1,85 @@
+#include "filters/Parallel/ShareReader.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t toTheEnd = std::numeric_limits<std::uint64_t>::max();
+
+}
+
+ShareReader::ShareReader(std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares)
+  : Reader(std::move(reader))
+  , Share(share)
+  , Shares(shares)
+  , Vertices(this->SpanOf(this->Reader->Info().vertices))
+  , Faces(this->SpanOf(this->Reader->Info().faces))
+{
+}
+
+ShareReader::Span ShareReader::SpanOf(std::uint64_t count) const
+{
+  // Without overflow whatever a header claims.
+  const auto begin = [&](std::size_t share)
+  { return count / this->Shares * share + count % this->Shares * share / this->Shares; };
+  return { begin(this->Share), this->Share + 1 == this->Shares ? toTheEnd : begin(this->Share + 1),
+    0 };
+}
+
+// Goes to element `to`, or the end.
+Status ShareReader::GoTo(Skip skip, Span& span, std::uint64_t to)
+{
+  // Also where nothing is to be skipped: a reader that seeks on other ranks checks here, too, what
+  // it assumes there.
+  const Result<std::uint64_t> count = (*this->Reader.*skip)(to - std::min(to, span.at));
+  span.at += count ? *count : 0;
+  return count ? Status{} : Status(count.GetError());
+}
+
+Result<std::size_t> ShareReader::ReadShare(Read read, Span& span, Mesh& mesh, std::size_t limit)
+{
+  const auto most = static_cast<std::size_t>(
+    std::min<std::uint64_t>(limit, span.end - std::min(span.end, span.at)));
+  if (most == 0)
+  {
+    return std::size_t{ 0 };
+  }
+  const Result<std::size_t> count = (*this->Reader.*read)(mesh, most);
+  span.at += count ? *count : 0;
+  return count;
+}
+
+Result<std::size_t> ShareReader::ReadVertices(Mesh& mesh, std::size_t limit)
+{
+  if (this->Vertices.at < this->Vertices.begin)
+  {
+    const Status status =
+      this->GoTo(&MeshReader::SkipVertices, this->Vertices, this->Vertices.begin);
+    if (!status)
+    {
+      return status.GetError();
+    }
+  }
+  return this->ReadShare(&MeshReader::ReadVertices, this->Vertices, mesh, limit);
+}
+
+Result<std::size_t> ShareReader::ReadTriangles(Mesh& mesh, std::size_t limit)
+{
+  if (!this->AtFaces)
+  {
+    this->AtFaces = true;
+    Status status = this->GoTo(&MeshReader::SkipVertices, this->Vertices, toTheEnd);
+    status = status ? this->GoTo(&MeshReader::SkipFaces, this->Faces, this->Faces.begin) : status;
+    if (!status)
+    {
+      return status.GetError();
+    }
+  }
+  return this->ReadShare(&MeshReader::ReadTriangles, this->Faces, mesh, limit);
+}
+
+}

@@ -1,0 +1,48 @@
+// A rank's share of a mesh file: step "read" of a parallel build.
+#pragma once
+
+#include "filters/meshio/MeshReader.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace kdstream
+{
+
+// Gives of a file the vertices [r n / R, (r + 1) n / R) and of its faces the same, as if it held no
+// more; n as the header claims, the last share goes up to the end. Vertices have the file's numbers
+// in the corners of triangles. What lies before and between is skipped as the format allows
+// (MeshReader::SkipVertices): by seeking, or read and dropped. Errors: the reader's; InvalidInput
+// where the file ends before the share.
+class ShareReader : public MeshReader
+{
+public:
+  // REQUIRES: share < shares.
+  ShareReader(std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares);
+
+  const MeshFileInfo& Info() const override { return this->Reader->Info(); }
+  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override;
+  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
+  std::uint64_t FileSize() const override { return this->Reader->FileSize(); }
+  std::uint64_t Position() const override { return this->Reader->Position(); }
+
+private:
+  using Skip = Result<std::uint64_t> (MeshReader::*)(std::uint64_t);
+  using Read = Result<std::size_t> (MeshReader::*)(Mesh&, std::size_t);
+  struct Span
+  {
+    std::uint64_t begin = 0, end = 0, at = 0;
+  };
+
+  Span SpanOf(std::uint64_t count) const;
+  Status GoTo(Skip skip, Span& span, std::uint64_t to);
+  Result<std::size_t> ReadShare(Read read, Span& span, Mesh& mesh, std::size_t limit);
+
+  std::unique_ptr<MeshReader> Reader;
+  std::size_t Share, Shares;
+  Span Vertices, Faces;
+  bool AtFaces = false;
+};
+
+}

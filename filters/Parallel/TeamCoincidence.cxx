@@ -1,0 +1,202 @@
+// Vertices in one place: see TeamCoincidence.h.
+//   1. Each place with its rank to a process, and there into a bucket, by the place's hash.
+//   2. Bucket by bucket, ranks ascending: the last rank that was met in each place.
+//   3. The pairs that this gives, to the processes that have their lower ends.
+#include "filters/Parallel/TeamCoincidence.h"
+
+#include "filters/Parallel/NumberSet.h"
+#include "filters/core/ClusterRound.h"
+#include "filters/core/PointRecord.h"
+#include "filters/outofcore/CellTriangles.h"
+#include "filters/outofcore/LastRanks.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+struct Pair
+{
+  VertexId low, high;
+};
+
+template <class Scalar>
+class Linker
+{
+public:
+  using Record = PointRecord<Scalar>;
+
+  Linker(MpiTeam& team, SpillFolder& folder, const MeshBlocks& mesh, std::uint64_t memory)
+    : Team(team)
+    , Folder(folder)
+    , Mesh(mesh)
+    , Memory(memory)
+    , BlockOf(mesh.vertexCount, mesh.blockDepth)
+  {
+  }
+
+  Result<TeamCoincidence> Link()
+  {
+    Status status = this->SendPlaces();
+    status = status ? this->FindPairs() : status;
+    this->Places.reset();
+    status = status ? this->SendPairs() : status;
+    return status ? Result<TeamCoincidence>(std::move(this->Output)) : status.GetError();
+  }
+
+private:
+  // Buckets of places: for each of some hashes one of each process, so that ranks ascend when they
+  // are gone through one after the other.
+  Status SendPlaces()
+  {
+    const std::size_t processes = this->Team.Count();
+    const std::uint64_t most =
+      std::max<std::uint64_t>(1, this->Memory / 4 / LastRanks<Scalar>::bytesPerPlace);
+    this->Hashes = this->Mesh.vertexCount / processes / most + 1;
+    Result<RecordBuckets<Record>> buckets = RecordBuckets<Record>::Create(this->Folder, "places",
+      static_cast<std::size_t>(this->Hashes) * processes, 0, this->Memory / 4);
+    if (!buckets)
+    {
+      return buckets.GetError();
+    }
+    this->Places.emplace(std::move(*buckets));
+    const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
+    const std::vector<VertexId> begins = this->Mesh.BlockBegins();
+    const VertexId first = begins[here.begin], end = begins[here.end];
+    constexpr std::size_t ofRound = ElementsOfRound(sizeof(Record));
+    const auto make = [&](std::uint64_t round, RankLists<Record>& out)
+    {
+      const auto from = static_cast<VertexId>(first + round * ofRound);
+      std::vector<Record> records(std::min<std::size_t>(ofRound, end - from));
+      const Status status =
+        ReadRecords<Record>(this->Mesh.records, from, std::span<Record>(records));
+      for (std::size_t i = 0; i < records.size(); ++i)
+      {
+        const Record place = RankedPlace(records[i], static_cast<VertexId>(from + i));
+        out[HashOfPlace()(place.p) % processes].push_back(place);
+      }
+      return status;
+    };
+    const auto take = [&](std::size_t from, std::span<const Record> places)
+    {
+      Status status;
+      for (std::size_t i = 0; status && i < places.size(); ++i)
+      {
+        const std::uint64_t hash = HashOfPlace()(places[i].p) / processes % this->Hashes;
+        status = this->Places->Add(static_cast<std::size_t>(hash) * processes + from, places[i]);
+      }
+      return status;
+    };
+    const Status status =
+      this->Team.ExchangeInRounds<Record>(RoundsOf(end - first, ofRound), make, take);
+    return status ? this->Places->Finish() : status;
+  }
+
+  Status FindPairs()
+  {
+    Result<SpillFile> file = this->Folder.CreateFile("coincident vertices", 0);
+    if (!file)
+    {
+      return file.GetError();
+    }
+    this->Pairs = std::move(*file);
+    RecordWriter<Pair> writer(this->Pairs);
+    const std::function<Status(VertexId, VertexId)> visit = [&](VertexId a, VertexId b) -> Status
+    {
+      writer.Append({ a, b });
+      return {};
+    };
+    LastRanks<Scalar> last(visit);
+    Status status;
+    for (std::size_t bucket = 0; status && bucket < this->Places->BucketCount(); ++bucket)
+    {
+      if (bucket % this->Team.Count() == 0)
+      {
+        last.Clear();
+      }
+      status = this->Places->ForEach(bucket, [&](const Record& place) { return last.Add(place); });
+    }
+    this->PairCount = writer.Position();
+    return status ? writer.Finish() : status;
+  }
+
+  Status SendPairs()
+  {
+    Result<RecordBuckets<Triangle>> links = RecordBuckets<Triangle>::Create(
+      this->Folder, "coincident vertices", this->Mesh.BlockCount(), 0, this->Memory / 4);
+    if (!links)
+    {
+      return links.GetError();
+    }
+    NumberSet<VertexId> foreign;
+    constexpr std::size_t ofRound = ElementsOfRound(sizeof(Pair));
+    const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
+    const auto make = [&](std::uint64_t round, RankLists<Pair>& out)
+    {
+      const std::uint64_t from = round * ofRound;
+      std::vector<Pair> pairs(std::min<std::uint64_t>(ofRound, this->PairCount - from));
+      const Status status = ReadRecords<Pair>(this->Pairs, from, std::span<Pair>(pairs));
+      for (const Pair& pair : pairs)
+      {
+        out[this->Team.OwnerOf(this->BlockOf(pair.low), this->Mesh.blockDepth)].push_back(pair);
+      }
+      return status;
+    };
+    const auto take = [&](std::size_t, std::span<const Pair> pairs)
+    {
+      Status status;
+      for (std::size_t i = 0; status && i < pairs.size(); ++i)
+      {
+        const std::size_t block = this->BlockOf(pairs[i].high);
+        if (block < here.begin || block >= here.end)
+        {
+          foreign.Add(pairs[i].high);
+        }
+        status = links->Add(
+          this->BlockOf(pairs[i].low), CollapsedTriangleOf({ pairs[i].low, pairs[i].high }));
+      }
+      return status;
+    };
+    Status status =
+      this->Team.ExchangeInRounds<Pair>(RoundsOf(this->PairCount, ofRound), make, take);
+    status = status ? links->Finish() : status;
+    this->Output.foreign = foreign.Take();
+    this->Output.links.emplace(std::move(*links));
+    return status;
+  }
+
+  MpiTeam& Team;
+  SpillFolder& Folder;
+  const MeshBlocks& Mesh;
+  const std::uint64_t Memory;
+  const CellOfRank BlockOf;
+  std::uint64_t Hashes = 1;
+  std::optional<RecordBuckets<Record>> Places;
+  SpillFile Pairs;
+  std::uint64_t PairCount = 0;
+  TeamCoincidence Output;
+};
+
+}
+
+Status TeamCoincidence::Load(std::size_t block, std::vector<Triangle>& triangles) const
+{
+  return this->links ? this->links->ForEach(block,
+                         [&](const Triangle& link) -> Status
+                         {
+                           triangles.push_back(link);
+                           return {};
+                         })
+                     : Status{};
+}
+
+Result<TeamCoincidence> LinkCoincidentTogether(
+  MpiTeam& team, SpillFolder& folder, const MeshBlocks& mesh, std::uint64_t memory)
+{
+  return mesh.floats ? Linker<float>(team, folder, mesh, memory).Link()
+                     : Linker<double>(team, folder, mesh, memory).Link();
+}
+
+}

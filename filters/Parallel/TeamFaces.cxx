@@ -1,0 +1,486 @@
+#include "filters/Parallel/TeamFaces.h"
+
+#include "filters/Parallel/NumberSet.h"
+#include "filters/core/PointRecord.h"
+#include "filters/core/TakeResult.h"
+#include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/CellTriangles.h"
+#include "filters/outofcore/RecordFile.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 18; // triangles
+// Bytes of a triangle while its corners are looked up, beside its tuples: here, and of another rank
+// that asks.
+constexpr std::uint64_t bytesOfTriangle = 160;
+constexpr std::uint64_t bytesOfQuestion = 36;
+
+class FaceDealer
+{
+public:
+  FaceDealer(MpiTeam& team, SpillFolder& folder, const SpilledMesh& share, TeamVertices& vertices,
+    std::uint64_t memory, MeshBlocks& mesh, const Execution& execution)
+    : Team(team)
+    , Folder(folder)
+    , Share(share)
+    , Vertices(vertices)
+    , Memory(memory)
+    , Mesh(mesh)
+    , Exec(execution)
+    , BlockOf(mesh.vertexCount, mesh.blockDepth)
+  {
+  }
+
+  Status Deal()
+  {
+    Status status = this->FindPlaces();
+    if (status)
+    {
+      status = this->DealTuples();
+    }
+    if (status)
+    {
+      status = this->CountTriangles();
+    }
+    if (status)
+    {
+      status = this->DealTriangles();
+    }
+    return status ? this->FetchForeign() : status;
+  }
+
+private:
+  std::size_t OwnerOfRank(VertexId rank) const
+  {
+    return this->Team.OwnerOf(this->BlockOf(rank), this->Mesh.blockDepth);
+  }
+
+  // For the vertices that are numbered here, and then for those that were read here, their ranks in
+  // the tree.
+  Status FindPlaces()
+  {
+    Status status = this->Mesh.floats ? this->SendPlaces<float>() : this->SendPlaces<double>();
+    SpillFile ranks;
+    status = status ? this->RanksOfSections(ranks) : status;
+    this->Places.reset();
+    status =
+      status
+        ? Take(NumberTable::Open(std::move(ranks), this->Vertices.kept.count, this->Memory / 4),
+            this->Ranks)
+        : status;
+    return status && this->Vertices.welded > 0 ? this->FindRanksOfRead() : status;
+  }
+
+  struct Place
+  {
+    VertexId vertex, rank;
+  };
+
+  // To where the vertices are numbered.
+  template <class Scalar>
+  Status SendPlaces()
+  {
+    using Record = PointRecord<Scalar>;
+    this->Sections =
+      MapSections::Over(this->Vertices.kept.count, this->Memory / 4, sizeof(VertexId));
+    Result<RecordBuckets<Place>> buckets = RecordBuckets<Place>::Create(this->Folder,
+      "places of vertices", std::max<std::size_t>(1, this->Sections.Number()), 0, this->Memory / 4);
+    if (!buckets)
+    {
+      return buckets.GetError();
+    }
+    this->Places.emplace(std::move(*buckets));
+    const std::vector<VertexId>& begin = this->Vertices.begin;
+    const VertexId own = begin[this->Team.Rank()];
+    const CellRange here = this->RanksHere();
+    constexpr std::size_t ofRound = ElementsOfRound(sizeof(Record));
+    const auto make = [&](std::uint64_t round, RankLists<Place>& out)
+    {
+      const std::uint64_t from = here.begin + round * ofRound;
+      std::vector<Record> records(std::min<std::uint64_t>(ofRound, here.begin + here.size - from));
+      const Status status =
+        ReadRecords<Record>(this->Mesh.records, from, std::span<Record>(records));
+      for (std::size_t i = 0; i < records.size(); ++i)
+      {
+        const auto behind = std::upper_bound(begin.begin(), begin.end() - 1, records[i].id);
+        out[static_cast<std::size_t>(behind - begin.begin() - 1)].push_back(
+          { records[i].id, static_cast<VertexId>(from + i) });
+      }
+      return status;
+    };
+    const auto take = [&](std::size_t, std::span<const Place> places)
+    {
+      Status status;
+      for (std::size_t i = 0; status && i < places.size(); ++i)
+      {
+        const VertexId vertex = places[i].vertex - own;
+        status = this->Places->Add(this->Sections.Of(vertex), { vertex, places[i].rank });
+      }
+      return status;
+    };
+    const Status status =
+      this->Team.ExchangeInRounds<Place>(RoundsOf(here.size, ofRound), make, take);
+    return status ? this->Places->Finish() : status;
+  }
+
+  Status RanksOfSections(SpillFile& ranks)
+  {
+    Status status = Take(this->Folder.CreateFile("ranks of vertices", 0), ranks);
+    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
+    {
+      const VertexId begin = this->Sections.Begin(section);
+      std::vector<VertexId> some(this->Sections.End(section) - begin);
+      status = this->Places->ForEach(section,
+        [&](const Place& place) -> Status
+        {
+          some[place.vertex - begin] = place.rank;
+          return {};
+        });
+      status =
+        status ? WriteRecords<VertexId>(ranks, begin, std::span<const VertexId>(some)) : status;
+    }
+    return status;
+  }
+
+  Status FindRanksOfRead()
+  {
+    const std::vector<VertexId>& readBegin = this->Vertices.readBegin;
+    const std::uint64_t count = readBegin[this->Team.Rank() + 1] - readBegin[this->Team.Rank()];
+    constexpr std::size_t ofRound = ElementsOfRound(4 * sizeof(VertexId));
+    SpillFile ranks;
+    Status status = Take(this->Folder.CreateFile("ranks of vertices", 0), ranks);
+    const Result<std::uint64_t> rounds =
+      status ? this->Team.Most(RoundsOf(count, ofRound)) : status.GetError();
+    status = rounds ? status : Status(rounds.GetError());
+    for (std::uint64_t round = 0; status && round < *rounds; ++round)
+    {
+      const std::uint64_t from = std::min(round * ofRound, count);
+      std::vector<VertexId> numbers(std::min<std::uint64_t>(ofRound, count - from));
+      status = ReadRecords<VertexId>(this->Vertices.numberOf, from, std::span<VertexId>(numbers));
+      const Result<std::vector<VertexId>> found =
+        status ? this->Team.LookUp(this->Vertices.begin, this->Ranks, numbers) : status.GetError();
+      status = found ? WriteRecords<VertexId>(ranks, from, std::span<const VertexId>(*found))
+                     : Status(found.GetError());
+    }
+    this->Vertices.numberOf = {};
+    return status
+             ? Take(NumberTable::Open(std::move(ranks), count, this->Memory / 4), this->RanksOfRead)
+             : status;
+  }
+
+  // The vertices' places in the tree that are here.
+  CellRange RanksHere() const
+  {
+    const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
+    const std::vector<VertexId> begins = this->Mesh.BlockBegins();
+    return { begins[here.begin], begins[here.end] - begins[here.begin] };
+  }
+
+  // The tuples of vertices to where they lie in the tree.
+  Status DealTuples()
+  {
+    const std::size_t bytes = this->Vertices.kept.tupleBytes;
+    if (bytes == 0)
+    {
+      return {};
+    }
+    const CellRange here = this->RanksHere();
+    const MapSections sections =
+      MapSections::Over(static_cast<std::uint32_t>(here.size), this->Memory / 4, bytes);
+    const std::size_t entryBytes = sizeof(VertexId) + bytes;
+    Result<BucketFile> entries = BucketFile::Create(this->Folder, "attributes of vertices",
+      entryBytes, std::max<std::size_t>(1, sections.Number()), 0, this->Memory / 4);
+    if (!entries)
+    {
+      return entries.GetError();
+    }
+    const std::size_t ofRound = ElementsOfRound(entryBytes);
+    const auto make = [&](std::uint64_t round, RankLists<std::byte>& out)
+    { return this->ReadTuples(round * ofRound, ofRound, out); };
+    const auto take = [&](std::size_t, std::span<const std::byte> tuples)
+    {
+      Status status;
+      for (std::size_t at = 0; status && at < tuples.size(); at += entryBytes)
+      {
+        const auto place = static_cast<VertexId>(RankAt(tuples, at) - here.begin);
+        status = entries->Add(sections.Of(place), tuples.subspan(at, entryBytes));
+      }
+      return status;
+    };
+    Status status = this->Team.ExchangeInRounds<std::byte>(
+      RoundsOf(this->Vertices.kept.count, ofRound), make, take);
+    this->Vertices.kept.tuples = {};
+    status = status ? entries->Finish() : status;
+    status = status
+               ? Take(this->Folder.CreateFile("attributes of vertices", 0), this->Mesh.pointTuples)
+               : status;
+    for (std::size_t section = 0; status && section < sections.Number(); ++section)
+    {
+      const std::uint64_t first = here.begin + sections.Begin(section);
+      std::vector<std::byte> sorted((sections.End(section) - sections.Begin(section)) * bytes);
+      status = entries->ForEachBlock(section,
+        [&](std::span<const std::byte> tuples) -> Status
+        {
+          for (std::size_t at = 0; at < tuples.size(); at += entryBytes)
+          {
+            std::memcpy(sorted.data() + (RankAt(tuples, at) - first) * bytes,
+              tuples.data() + at + sizeof(VertexId), bytes);
+          }
+          return {};
+        });
+      status = status ? this->Mesh.pointTuples.Write(first * bytes, sorted) : status;
+    }
+    return status;
+  }
+
+  static VertexId RankAt(std::span<const std::byte> entries, std::size_t at)
+  {
+    VertexId rank = 0;
+    std::memcpy(&rank, entries.data() + at, sizeof(rank));
+    return rank;
+  }
+
+  // Those of at most `count` vertices from `first` on, each behind its vertex's rank.
+  Status ReadTuples(std::uint64_t first, std::size_t count, RankLists<std::byte>& out) const
+  {
+    const VertexFiles& kept = this->Vertices.kept;
+    count = std::min<std::size_t>(count, kept.count - first);
+    std::vector<VertexId> ranks(count);
+    std::iota(ranks.begin(), ranks.end(), static_cast<VertexId>(first));
+    std::vector<std::byte> tuples(count * kept.tupleBytes);
+    Status status = this->Ranks.Look(ranks);
+    status = status ? kept.tuples.Read(first * kept.tupleBytes, tuples) : status;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      std::vector<std::byte>& list = out[this->OwnerOfRank(ranks[i])];
+      const auto rank = std::as_bytes(std::span(ranks).subspan(i, 1));
+      const auto tuple = std::span(tuples).subspan(i * kept.tupleBytes, kept.tupleBytes);
+      list.insert(list.end(), rank.begin(), rank.end());
+      list.insert(list.end(), tuple.begin(), tuple.end());
+    }
+    return status;
+  }
+
+  Status CountTriangles()
+  {
+    const Result<std::vector<std::uint64_t>> counts = this->Team.Gather(this->Share.triangleCount);
+    if (!counts)
+    {
+      return counts.GetError();
+    }
+    std::uint64_t all = 0, most = 0;
+    for (std::size_t rank = 0; rank < counts->size(); ++rank)
+    {
+      this->FirstNumber += rank < this->Team.Rank() ? (*counts)[rank] : 0;
+      all += (*counts)[rank];
+      most = std::max(most, (*counts)[rank]);
+    }
+    if (all >= noVertex)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        std::to_string(all) + " triangles; at most 4294967294 are possible" };
+    }
+    this->Mesh.triangleCount = static_cast<std::uint32_t>(all);
+    const std::uint64_t bytes = bytesOfTriangle + bytesOfQuestion * this->Team.Count() +
+                                4 * std::uint64_t{ this->Share.cellTupleBytes };
+    this->Batch =
+      static_cast<std::size_t>(std::clamp<std::uint64_t>(this->Memory / 4 / bytes, 1, mostAtOnce));
+    this->Batches = static_cast<std::size_t>(RoundsOf(most, this->Batch));
+    return {};
+  }
+
+  Status DealTriangles()
+  {
+    Result<RecordBuckets<NumberedTriangle>> buckets = RecordBuckets<NumberedTriangle>::Create(
+      this->Folder, "triangles of cells", this->Mesh.BlockCount(), 0, this->Memory / 4);
+    if (!buckets)
+    {
+      return buckets.GetError();
+    }
+    if (this->Share.cellTupleBytes > 0)
+    {
+      Result<SpillFile> file = this->Folder.CreateFile("attributes of triangles", 0);
+      if (!file)
+      {
+        return file.GetError();
+      }
+      this->Mesh.cellTuples = std::move(*file);
+    }
+    Status status;
+    for (std::size_t i = 0; status && i < this->Batches; ++i)
+    {
+      status = this->DealBatch(i, *buckets);
+      status = status ? this->Exec.Report("faces", double(i + 1) / double(this->Batches)) : status;
+    }
+    if (status)
+    {
+      status = buckets->Finish();
+    }
+    this->Mesh.triangles.emplace(std::move(*buckets));
+    return status;
+  }
+
+  Status DealBatch(std::size_t index, RecordBuckets<NumberedTriangle>& buckets)
+  {
+    const std::size_t bytes = this->Share.cellTupleBytes;
+    const std::size_t first = std::min<std::size_t>(index * this->Batch, this->Share.triangleCount);
+    std::vector<NumberedTriangle> triangles(
+      std::min<std::size_t>(this->Batch, this->Share.triangleCount - first));
+    std::vector<std::byte> tuples(triangles.size() * bytes);
+    Status status = ReadRecords<NumberedTriangle>(
+      this->Share.triangles, first, std::span<NumberedTriangle>(triangles));
+    if (status && bytes > 0)
+    {
+      status = this->Share.cellTuples.Read(first * bytes, tuples);
+    }
+    if (status)
+    {
+      status = this->RankCorners(triangles);
+    }
+    if (!status)
+    {
+      return status;
+    }
+    RankLists<NumberedTriangle> out(this->Team.Count());
+    RankLists<std::byte> outTuples(this->Team.Count());
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+    {
+      NumberedTriangle& t = triangles[i];
+      t.number += static_cast<std::uint32_t>(this->FirstNumber);
+      std::array<std::size_t, 3> owners;
+      std::transform(t.corners.begin(), t.corners.end(), owners.begin(),
+        [&](VertexId corner) { return this->OwnerOfRank(corner); });
+      std::sort(owners.begin(), owners.end());
+      const auto end = std::unique(owners.begin(), owners.end());
+      for (auto owner = owners.begin(); owner != end; ++owner)
+      {
+        out[*owner].push_back(t);
+        const auto tuple = tuples.begin() + std::ptrdiff_t(i * bytes);
+        outTuples[*owner].insert(outTuples[*owner].end(), tuple, tuple + std::ptrdiff_t(bytes));
+      }
+    }
+    const Result<RankLists<NumberedTriangle>> in = this->Team.Exchange(out);
+    if (!in)
+    {
+      return in.GetError();
+    }
+    const Result<RankLists<std::byte>> inTuples =
+      bytes > 0 ? this->Team.Exchange(outTuples) : RankLists<std::byte>(this->Team.Count());
+    if (!inTuples)
+    {
+      return inTuples.GetError();
+    }
+    for (std::size_t rank = 0; status && rank < this->Team.Count(); ++rank)
+    {
+      status = this->AddTriangles((*in)[rank], (*inTuples)[rank], buckets);
+    }
+    return status;
+  }
+
+  Status RankCorners(std::vector<NumberedTriangle>& triangles)
+  {
+    std::vector<VertexId> corners;
+    corners.reserve(3 * triangles.size());
+    for (const NumberedTriangle& t : triangles)
+    {
+      corners.insert(corners.end(), t.corners.begin(), t.corners.end());
+    }
+    const Result<std::vector<VertexId>> ranks = this->Team.LookUp(this->Vertices.readBegin,
+      this->Vertices.welded > 0 ? this->RanksOfRead : this->Ranks, corners);
+    if (!ranks)
+    {
+      return ranks.GetError();
+    }
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+    {
+      std::copy_n(ranks->begin() + std::ptrdiff_t(3 * i), 3, triangles[i].corners.begin());
+    }
+    return {};
+  }
+
+  // Triangles that touch blocks of this rank.
+  Status AddTriangles(std::span<const NumberedTriangle> triangles,
+    std::span<const std::byte> tuples, RecordBuckets<NumberedTriangle>& buckets)
+  {
+    const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
+    const std::size_t bytes = this->Share.cellTupleBytes;
+    Status status;
+    for (std::size_t i = 0; status && i < triangles.size(); ++i)
+    {
+      const NumberedTriangle& t = triangles[i];
+      std::array<std::size_t, 3> blocks;
+      std::transform(t.corners.begin(), t.corners.end(), blocks.begin(), this->BlockOf);
+      for (std::size_t k = 0; status && k < 3; ++k)
+      {
+        const std::size_t block = blocks[k];
+        if (block < here.begin || block >= here.end)
+        {
+          this->Foreign.Add(t.corners[k]);
+        }
+        else if (std::find(blocks.begin(), blocks.begin() + std::ptrdiff_t(k), block) ==
+                 blocks.begin() + std::ptrdiff_t(k))
+        {
+          status = buckets.Add(block, t);
+        }
+      }
+    }
+    if (status && bytes > 0)
+    {
+      std::vector<VertexId> numbers;
+      std::transform(triangles.begin(), triangles.end(), std::back_inserter(numbers),
+        [](const NumberedTriangle& t) { return t.number; });
+      status = WriteElementsAt(this->Mesh.cellTuples, bytes, numbers, tuples);
+    }
+    return status;
+  }
+
+  Status FetchForeign()
+  {
+    this->Mesh.foreign = this->Foreign.Take();
+    const std::vector<VertexId> begins = this->Mesh.BlockBegins();
+    Status status = this->Team.Fetch(this->Mesh.records,
+      this->Mesh.floats ? sizeof(PointRecord<float>) : sizeof(PointRecord<double>), begins,
+      this->Mesh.blockDepth, this->Mesh.foreign);
+    if (status && this->Vertices.kept.tupleBytes > 0)
+    {
+      status = this->Team.Fetch(this->Mesh.pointTuples, this->Vertices.kept.tupleBytes, begins,
+        this->Mesh.blockDepth, this->Mesh.foreign);
+    }
+    return status;
+  }
+
+  MpiTeam& Team;
+  SpillFolder& Folder;
+  const SpilledMesh& Share;
+  TeamVertices& Vertices;
+  std::uint64_t Memory;
+  MeshBlocks& Mesh;
+  const Execution& Exec;
+  const CellOfRank BlockOf;
+  MapSections Sections; // of the vertices that are numbered here
+  std::optional<RecordBuckets<Place>> Places;
+  NumberTable Ranks;              // of these vertices
+  NumberTable RanksOfRead;        // of those that were read here; empty where none went
+  NumberSet<VertexId> Foreign;    // ranks of other processes' vertices
+  std::size_t Batch = mostAtOnce; // triangles
+  std::uint64_t FirstNumber = 0;  // of this rank's triangles
+  std::size_t Batches = 0;
+};
+
+}
+
+Status DealFaces(MpiTeam& team, SpillFolder& folder, const SpilledMesh& share,
+  TeamVertices& vertices, std::uint64_t memory, MeshBlocks& mesh, const Execution& execution)
+{
+  return FaceDealer(team, folder, share, vertices, memory, mesh, execution).Deal();
+}
+
+}

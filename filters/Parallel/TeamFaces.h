@@ -1,0 +1,26 @@
+// Triangles and attributes on several ranks: step "faces" of a parallel build.
+#pragma once
+
+#include "filters/Parallel/MpiTeam.h"
+#include "filters/Parallel/TeamWeld.h"
+#include "filters/core/Execution.h"
+#include "filters/outofcore/MeshBlocks.h"
+#include "filters/outofcore/MeshSpill.h"
+
+#include <cstdint>
+
+namespace kdstream
+{
+
+// Sends every triangle to the ranks whose blocks it touches, and vertices' and triangles' tuples to
+// where they are needed; fills mesh.triangles, triangleCount, pointTuples, cellTuples and foreign,
+// and fetches the foreign vertices' records. Triangles' corners become ranks of the tree by a list
+// that lies in parts with those who have read the vertices: 4 bytes a vertex read, in memory where
+// it fits a quarter of `memory`, asked in batches of up to 2^18 triangles. Memory: `memory`, and
+// twice 4 bytes for each foreign vertex. vertices: their tuples and numbers are given away.
+// REQUIRES: a tree (BuildTreeTogether), mesh.blockDepth not above the team's nodes. Errors:
+// LimitExceeded for more than 2^32 - 2 triangles; InputOutput; Cancelled; MpiTeam's.
+Status DealFaces(MpiTeam& team, SpillFolder& folder, const SpilledMesh& share,
+  TeamVertices& vertices, std::uint64_t memory, MeshBlocks& mesh, const Execution& execution);
+
+}

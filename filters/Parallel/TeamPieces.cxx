@@ -1,0 +1,128 @@
+#include "filters/Parallel/TeamPieces.h"
+
+#include <cstring>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
+
+// What the writer needs of a piece beside its bytes, which follow: deviations, then the blob.
+struct PieceHead
+{
+  std::uint64_t blobBytes = 0;
+  std::uint32_t node = 0, ownVertices = 0, triangles = 0, deviations = 0;
+};
+
+}
+
+Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
+{
+  if (this->Writer != nullptr)
+  {
+    return this->Writer->AddPiece(piece, blob);
+  }
+  if (!this->Kept.IsOpen())
+  {
+    Result<SpillFile> file = this->Folder.CreateFile("encoded pieces", 0);
+    if (!file)
+    {
+      return file.GetError();
+    }
+    this->Kept = std::move(*file);
+  }
+  const PieceHead head{ blob.size(), piece.id.node, piece.ownVertices,
+    static_cast<std::uint32_t>(piece.triangles.size()),
+    static_cast<std::uint32_t>(piece.deviations.size()) };
+  const std::span<const std::byte> parts[] = { std::as_bytes(std::span(&head, 1)),
+    std::as_bytes(std::span(piece.deviations)), std::as_bytes(blob) };
+  std::vector<std::byte> bytes;
+  for (const std::span<const std::byte> part : parts)
+  {
+    bytes.insert(bytes.end(), part.begin(), part.end());
+  }
+  const std::uint64_t end = this->Kept.Size() + bytes.size();
+  const Status status = this->Kept.Write(this->Kept.Size(), bytes);
+  const std::size_t batches = this->BatchBegin.size();
+  if (batches > 1 && end - this->BatchBegin[batches - 2] <= batchBytes)
+  {
+    this->BatchBegin.back() = end;
+  }
+  else
+  {
+    this->BatchBegin.push_back(end);
+  }
+  return status;
+}
+
+Status TeamPieces::Finish(Resolution resolution, std::uint64_t triangles)
+{
+  const Result<std::vector<std::uint64_t>> batches = this->Team.Gather(this->BatchBegin.size() - 1);
+  if (!batches)
+  {
+    return batches.GetError();
+  }
+  for (std::size_t rank = 1; rank < this->Team.Count(); ++rank)
+  {
+    for (std::size_t batch = 0; batch < (*batches)[rank]; ++batch)
+    {
+      RankLists<std::byte> out(this->Team.Count());
+      Status status;
+      if (rank == this->Team.Rank())
+      {
+        const std::uint64_t begin = this->BatchBegin[batch];
+        out[0].resize(static_cast<std::size_t>(this->BatchBegin[batch + 1] - begin));
+        status = this->Kept.Read(begin, out[0]);
+      }
+      const Result<RankLists<std::byte>> in =
+        status ? this->Team.Exchange(out) : Result<RankLists<std::byte>>(status.GetError());
+      if (!in)
+      {
+        return in.GetError();
+      }
+      status = this->Write((*in)[rank], resolution);
+      if (!status)
+      {
+        return status;
+      }
+    }
+  }
+  this->Kept = {};
+  this->BatchBegin.assign(1, 0);
+  const Status status = this->Team.Sum(std::span(&triangles, 1));
+  return status && this->Writer != nullptr ? this->Writer->FinishResolution(resolution, triangles)
+                                           : status;
+}
+
+// Writes pieces of another rank; there are none but on rank 0.
+Status TeamPieces::Write(std::span<const std::byte> bytes, Resolution resolution)
+{
+  while (!bytes.empty())
+  {
+    PieceHead head;
+    std::memcpy(&head, bytes.data(), sizeof(head));
+    bytes = bytes.subspan(sizeof(head));
+    Piece piece; // as much of it as the writer reads
+    piece.id = { resolution, head.node };
+    piece.ownVertices = head.ownVertices;
+    piece.triangles.resize(head.triangles);
+    piece.deviations.resize(head.deviations);
+    if (head.deviations > 0)
+    {
+      std::memcpy(piece.deviations.data(), bytes.data(), head.deviations * sizeof(float));
+    }
+    bytes = bytes.subspan(head.deviations * sizeof(float));
+    const std::span<const std::uint8_t> blob(
+      reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
+    if (Status status = this->Writer->AddPiece(piece, blob); !status)
+    {
+      return status;
+    }
+    bytes = bytes.subspan(head.blobBytes);
+  }
+  return {};
+}
+
+}

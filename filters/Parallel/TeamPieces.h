@@ -1,0 +1,46 @@
+// Pieces of several ranks on their way into one store: step "store" of a parallel build.
+#pragma once
+
+#include "filters/Parallel/MpiTeam.h"
+#include "filters/core/Piece.h"
+#include "filters/outofcore/SpillFile.h"
+#include "filters/store/StoreWriter.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Takes the pieces of a resolution on each rank: rank 0, whose pieces come first, writes them at
+// once, the others keep them in a file until the resolution is complete.
+class TeamPieces
+{
+public:
+  // writer: of rank 0; none elsewhere.
+  TeamPieces(MpiTeam& team, SpillFolder& folder, StoreWriter* writer)
+    : Team(team)
+    , Folder(folder)
+    , Writer(writer)
+  {
+  }
+
+  // Errors: those of the writer; InputOutput.
+  Status Add(const Piece& piece, std::span<const std::uint8_t> blob);
+  // All of a resolution's pieces of this rank have been added. The others' come to rank 0 in the
+  // order of ranks, about 4 MiB at a time, which is the order of nodes. triangles: those of this
+  // rank's pieces.
+  Status Finish(Resolution resolution, std::uint64_t triangles);
+
+private:
+  Status Write(std::span<const std::byte> bytes, Resolution resolution);
+
+  MpiTeam& Team;
+  SpillFolder& Folder;
+  StoreWriter* Writer;
+  SpillFile Kept;
+  std::vector<std::uint64_t> BatchBegin{ 0 }; // in the file, and the end
+};
+
+}

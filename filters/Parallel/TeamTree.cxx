@@ -1,0 +1,354 @@
+#include "filters/Parallel/TeamTree.h"
+
+#include "filters/core/PointRecord.h"
+#include "filters/core/RecordTree.h"
+#include "filters/core/TakeResult.h"
+#include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/OrderKey.h"
+#include "filters/outofcore/RecordFile.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned bitsOfKey = 96; // 64 of the coordinate, 32 of the id
+
+// The bits that a pass of the search finds, of each of some nodes: more while they are few, so that
+// bins take no more than 2 MiB.
+unsigned DigitFor(std::size_t nodes)
+{
+  return nodes <= 4 ? 16 : 8;
+}
+
+// So many bits of a key from `shift` on, the lowest ones first.
+std::uint64_t KeyBits(const OrderKey& key, unsigned shift, unsigned bits)
+{
+  const std::uint64_t from = shift >= 32 ? key.coordinate >> (shift - 32) : key.id >> shift;
+  return from & ((std::uint64_t{ 1 } << bits) - 1);
+}
+
+template <class Scalar>
+class TreeBuilder
+{
+public:
+  using Record = PointRecord<Scalar>;
+
+  TreeBuilder(MpiTeam& team, SpillFolder& folder, std::uint64_t memory, MeshBlocks& mesh,
+    const Execution& execution)
+    : Team(team)
+    , Folder(folder)
+    , Memory(memory)
+    , Mesh(mesh)
+    , Exec(execution)
+    , Boxes(std::size_t{ 2 } << mesh.depths.partition)
+    , SplitDepth(team.DividedDepth())
+  {
+    // What is left to a rank alone fits its memory.
+    while (this->SplitDepth < mesh.depths.partition &&
+           (mesh.vertexCount >> this->SplitDepth) > memory / 2 / sizeof(Record))
+    {
+      ++this->SplitDepth;
+    }
+  }
+
+  Result<std::vector<Box>> Build(const VertexFiles& vertices, VertexId firstId)
+  {
+    Status status = this->WriteRecordsOf(vertices, firstId);
+    for (unsigned depth = 0; status && depth < this->SplitDepth; ++depth)
+    {
+      status = this->Split(depth);
+    }
+    std::optional<RecordBuckets<Record>> own;
+    status = status ? this->TakeOwn(own) : status;
+    this->Records = {};
+    this->NodeOf = {};
+    status = status ? this->BuildBelow(own) : status;
+    status = status ? this->Team.JoinBoxes(this->Boxes) : status;
+    if (!status)
+    {
+      return status.GetError();
+    }
+    this->Mesh.box = this->Boxes[1];
+    return std::move(this->Boxes);
+  }
+
+private:
+  struct NodeRecord
+  {
+    Record record;
+    std::uint32_t node;
+  };
+  static constexpr std::size_t recordsAtOnce = spillBlockBytes / sizeof(Record);
+
+  std::size_t Nodes(unsigned depth) const { return std::size_t{ 1 } << depth; }
+
+  Status WriteRecordsOf(const VertexFiles& vertices, VertexId firstId)
+  {
+    this->Count = vertices.count;
+    Status status = Take(this->Folder.CreateFile("vertices", 0), this->Records);
+    status = status ? Take(this->Folder.CreateFile("nodes of vertices", 0), this->NodeOf) : status;
+    RecordWriter<Record> writer(this->Records);
+    RecordWriter<std::uint32_t> nodes(this->NodeOf);
+    RecordReader<Vec3> reader(vertices.points, 0, this->Count);
+    while (status && writer.Position() < this->Count)
+    {
+      const Result<std::span<const Vec3>> read = reader.Next();
+      status = read ? Status{} : Status(read.GetError());
+      for (std::size_t i = 0; status && i < read->size(); ++i)
+      {
+        const Vec3& p = (*read)[i];
+        writer.Append({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, firstId++ });
+        nodes.Append(0);
+      }
+    }
+    status = status ? writer.Finish() : status;
+    return status ? nodes.Finish() : status;
+  }
+
+  // visit(records, nodes, first) -> Status for blocks of this rank's records from number `first`
+  // on.
+  template <class Visit>
+  Status ForEachBlock(const Visit& visit) const
+  {
+    RecordReader<Record> records(this->Records, 0, this->Count, recordsAtOnce * sizeof(Record));
+    RecordReader<std::uint32_t> nodes(
+      this->NodeOf, 0, this->Count, recordsAtOnce * sizeof(std::uint32_t));
+    for (std::uint64_t first = 0; first < this->Count;)
+    {
+      const Result<std::span<const Record>> some = records.Next();
+      const Result<std::span<const std::uint32_t>> theirs =
+        some ? nodes.Next() : Result<std::span<const std::uint32_t>>(some.GetError());
+      const Status status = theirs ? visit(*some, *theirs, first) : Status(theirs.GetError());
+      if (!status)
+      {
+        return status;
+      }
+      first += some->size();
+    }
+    return {};
+  }
+
+  // Which half of its node each vertex lies in.
+  Status Split(unsigned depth)
+  {
+    const std::size_t nodes = this->Nodes(depth);
+    const std::span<Box> boxes = std::span(this->Boxes).subspan(nodes, nodes);
+    Status status = this->ForEachBlock(
+      [&](std::span<const Record> records, std::span<const std::uint32_t> nodeOf,
+        std::uint64_t) -> Status
+      {
+        for (std::size_t i = 0; i < records.size(); ++i)
+        {
+          const std::array<Scalar, 3>& p = records[i].p;
+          boxes[nodeOf[i]].Add(Vec3{ p[0], p[1], p[2] });
+        }
+        return {};
+      });
+    status = status ? this->Team.JoinBoxes(boxes) : status;
+    if (!status)
+    {
+      return status;
+    }
+    std::vector<std::size_t> axes;
+    std::transform(boxes.begin(), boxes.end(), std::back_inserter(axes), LongestAxis);
+    const Result<std::vector<OrderKey>> medians = this->FindMedians(depth, axes);
+    if (!medians)
+    {
+      return medians.GetError();
+    }
+    std::vector<std::uint32_t> halves;
+    status = this->ForEachBlock(
+      [&](
+        std::span<const Record> records, std::span<const std::uint32_t> nodeOf, std::uint64_t first)
+      {
+        halves.clear();
+        for (std::size_t i = 0; i < records.size(); ++i)
+        {
+          const std::uint32_t node = nodeOf[i];
+          const bool lower = KeyOf(records[i], axes[node]) < (*medians)[node];
+          halves.push_back(2 * node + (lower ? 0 : 1));
+        }
+        return WriteRecords<std::uint32_t>(
+          this->NodeOf, first, std::span<const std::uint32_t>(halves));
+      });
+    return status ? this->Exec.Report("tree", 0.5 * (depth + 1) / this->SplitDepth) : status;
+  }
+
+  static OrderKey KeyOf(const Record& record, std::size_t axis)
+  {
+    return { OrderedBits(record.p[axis]), record.id };
+  }
+
+  // The lowest key of the upper half of each node: bits from the highest down, the records counted
+  // that begin with those that are known.
+  Result<std::vector<OrderKey>> FindMedians(unsigned depth, const std::vector<std::size_t>& axes)
+  {
+    const std::size_t nodes = this->Nodes(depth);
+    const unsigned digit = DigitFor(nodes);
+    const std::size_t binsOfNode = std::size_t{ 1 } << digit;
+    std::vector<OrderKey> known(nodes); // the bits found so far; the rest is 0
+    std::vector<std::uint64_t> rest;    // the place among those that begin with them, from 0
+    for (std::size_t node = 0; node < nodes; ++node)
+    {
+      rest.push_back(RangeOfCell(this->Mesh.vertexCount, depth + 1, 2 * node).size);
+    }
+    for (unsigned shift = bitsOfKey; shift > 0;)
+    {
+      shift -= digit;
+      std::vector<std::uint64_t> bins(nodes * binsOfNode, 0);
+      Status status = this->ForEachBlock(
+        [&](std::span<const Record> records, std::span<const std::uint32_t> nodeOf,
+          std::uint64_t) -> Status
+        {
+          for (std::size_t i = 0; i < records.size(); ++i)
+          {
+            const std::uint32_t node = nodeOf[i];
+            const OrderKey key = KeyOf(records[i], axes[node]);
+            bins[node * binsOfNode + KeyBits(key, shift, digit)] +=
+              BeginsWith(key, known[node], shift + digit) ? 1 : 0;
+          }
+          return {};
+        });
+      status = status ? this->Team.Sum(bins) : status;
+      if (!status)
+      {
+        return status.GetError();
+      }
+      for (std::size_t node = 0; node < nodes; ++node)
+      {
+        std::size_t bin = node * binsOfNode;
+        while (rest[node] >= bins[bin])
+        {
+          rest[node] -= bins[bin++];
+        }
+        const std::uint64_t bits = bin - node * binsOfNode;
+        (shift >= 32 ? known[node].coordinate : known[node].id) |=
+          bits << (shift >= 32 ? shift - 32 : shift);
+      }
+    }
+    return known;
+  }
+
+  // Whether keys agree in the bits from `shift` on.
+  static bool BeginsWith(const OrderKey& a, const OrderKey& b, unsigned shift)
+  {
+    if (shift >= bitsOfKey)
+    {
+      return true;
+    }
+    return shift >= 32 ? a.coordinate >> (shift - 32) == b.coordinate >> (shift - 32)
+                       : a.coordinate == b.coordinate && a.id >> shift == b.id >> shift;
+  }
+
+  // Every rank gets the records of its nodes.
+  Status TakeOwn(std::optional<RecordBuckets<Record>>& own)
+  {
+    const BlockRange here = this->Team.Here(this->SplitDepth);
+    Result<RecordBuckets<Record>> buckets = RecordBuckets<Record>::Create(this->Folder,
+      "vertices of nodes", std::max<std::size_t>(1, here.end - here.begin), 0, this->Memory / 4);
+    if (!buckets)
+    {
+      return buckets.GetError();
+    }
+    own.emplace(std::move(*buckets));
+    constexpr std::size_t ofRound = ElementsOfRound(sizeof(NodeRecord));
+    const auto make = [&](std::uint64_t round, RankLists<NodeRecord>& out)
+    {
+      const std::uint64_t from = round * ofRound;
+      std::vector<Record> records(std::min<std::uint64_t>(ofRound, this->Count - from));
+      std::vector<std::uint32_t> nodes(records.size());
+      Status status = ReadRecords<Record>(this->Records, from, std::span<Record>(records));
+      status = status
+                 ? ReadRecords<std::uint32_t>(this->NodeOf, from, std::span<std::uint32_t>(nodes))
+                 : status;
+      for (std::size_t i = 0; i < records.size(); ++i)
+      {
+        out[this->Team.OwnerOf(nodes[i], this->SplitDepth)].push_back({ records[i], nodes[i] });
+      }
+      return status;
+    };
+    const auto take = [&](std::size_t, std::span<const NodeRecord> records)
+    {
+      Status status;
+      for (std::size_t i = 0; status && i < records.size(); ++i)
+      {
+        status = own->Add(records[i].node - here.begin, records[i].record);
+      }
+      return status;
+    };
+    const Status status =
+      this->Team.ExchangeInRounds<NodeRecord>(RoundsOf(this->Count, ofRound), make, take);
+    return status ? own->Finish() : status;
+  }
+
+  Status BuildBelow(std::optional<RecordBuckets<Record>>& own)
+  {
+    Status status = Take(this->Folder.CreateFile("vertices", 0), this->Mesh.records);
+    const BlockRange here = this->Team.Here(this->SplitDepth);
+    Execution quiet = this->Exec;
+    quiet.progress = [this](std::string_view, double)
+    { return bool(this->Exec.Report("tree", 0.5)); };
+    for (std::size_t node = here.begin; status && node < here.end; ++node)
+    {
+      const CellRange range = RangeOfCell(this->Mesh.vertexCount, this->SplitDepth, node);
+      std::vector<Record> records;
+      records.reserve(static_cast<std::size_t>(range.size));
+      status = own->ForEach(node - here.begin,
+        [&](const Record& record) -> Status
+        {
+          records.push_back(record);
+          return {};
+        });
+      if (status)
+      {
+        status = BuildRecordTree<Scalar>(
+          records, this->SplitDepth, node, this->Mesh.depths, this->Boxes, quiet);
+      }
+      if (status)
+      {
+        status =
+          WriteRecords<Record>(this->Mesh.records, range.begin, std::span<const Record>(records));
+      }
+    }
+    return status;
+  }
+
+  MpiTeam& Team;
+  SpillFolder& Folder;
+  const std::uint64_t Memory;
+  MeshBlocks& Mesh;
+  const Execution& Exec;
+  std::vector<Box> Boxes;
+  unsigned SplitDepth;
+  std::uint32_t Count = 0; // of the vertices that are numbered here
+  SpillFile Records;       // of these
+  SpillFile NodeOf;        // std::uint32_t: of each the node, of the depth that is split
+};
+
+}
+
+unsigned DepthOfTeam(std::size_t ranks, const TreeDepths& depths)
+{
+  unsigned depth = 0;
+  while (std::size_t{ 1 } << depth < ranks)
+  {
+    ++depth;
+  }
+  const bool even = std::size_t{ 1 } << depth == ranks;
+  return std::min(depth + (even ? 0 : 2), depths.partition);
+}
+
+Result<std::vector<Box>> BuildTreeTogether(MpiTeam& team, SpillFolder& folder,
+  const VertexFiles& vertices, VertexId firstId, std::uint64_t memory, MeshBlocks& mesh,
+  const Execution& execution)
+{
+  return mesh.floats
+           ? TreeBuilder<float>(team, folder, memory, mesh, execution).Build(vertices, firstId)
+           : TreeBuilder<double>(team, folder, memory, mesh, execution).Build(vertices, firstId);
+}
+
+}

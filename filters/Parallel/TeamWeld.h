@@ -1,0 +1,46 @@
+// Welding on several ranks: step "weld" of a parallel build.
+#pragma once
+
+#include "filters/Parallel/MpiTeam.h"
+#include "filters/core/Execution.h"
+#include "filters/outofcore/ExternalWeld.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace kdstream
+{
+
+// A rank's share of the vertices, those that it has read and that stay. Their numbers follow each
+// other from rank to rank, in the file's order.
+struct TeamVertices
+{
+  std::vector<VertexId> readBegin; // of each rank the first number in the file, and the end
+  std::vector<VertexId> begin;     // of each rank the first number now, and the end
+  VertexFiles kept;                // those that stay
+  SpillFile numberOf; // VertexId: of each vertex that was read here the number now; closed where
+                      // none went
+  std::uint64_t welded = 0; // how many went, of all ranks
+
+  VertexId Count() const { return this->begin.back(); }
+};
+
+// Joins vertices as WeldVertices does (Weld.h), if weld is wanted; numbers them. Every vertex goes
+// to the rank that its bytes' hash tells (28 bytes and its tuples), which finds the lowest number
+// of those that are equal; what goes is told to those who have read it (8 bytes), who ask for the
+// new numbers (4 bytes there and back). Memory: `memory` and what a round carries. Errors:
+// LimitExceeded for more than 2^32 - 2 vertices; InvalidInput for none; InputOutput; Cancelled;
+// MpiTeam's.
+Result<TeamVertices> WeldTogether(MpiTeam& team, SpillFolder& folder, VertexFiles share, bool weld,
+  std::uint64_t memory, const Execution& execution);
+
+// Joins what is equal of all ranks' places, -0.0 and 0.0 being equal, and counts what is left: by
+// 64 bits of a hash, as CountPlacesExternally (PlaceCount.h). vertices: of this rank; allVertices:
+// of all. placeOf: the place of a point. Memory and errors: as above.
+Result<std::uint64_t> CountPlacesTogether(MpiTeam& team, SpillFolder& folder,
+  const VertexFiles& vertices, std::uint64_t allVertices,
+  const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory);
+
+}

@@ -1,0 +1,134 @@
+// Run by TestBuildMpi on the ranks of a job: builds hard meshes by all ranks, with so little memory
+// for each step that everything is done in parts, and by one process in memory; the stores are the
+// same. Usage: RanksAgainstOne FOLDER; exit code 1 and a line for each store that differs.
+#include "Testing/Fixtures/Attributes.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/Parallel/MpiTeam.h"
+#include "filters/Parallel/TeamBuilder.h"
+#include "filters/meshio/MeshWriter.h"
+#include "filters/store/Builder.h"
+
+#include <vtkMPIController.h>
+#include <vtkNew.h>
+
+#include <iostream>
+#include <sstream>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+constexpr std::uint64_t little = std::uint64_t{ 1 } << 14;
+
+struct Way
+{
+  const char* name;
+  BuildOptions options;
+  std::uint64_t stepMemory = 0; // as options.memory leaves
+};
+
+std::vector<Way> Ways()
+{
+  std::vector<Way> ways{ { "collapse", {} }, { "collapse, not welded, little memory", {}, little },
+    { "clusters, not welded, little memory", {}, little },
+    { "clusters without sheets, lossless", {}, 64 * little } };
+  for (Way& way : ways)
+  {
+    way.options.memory = std::uint64_t{ 64 } << 20;
+  }
+  ways[0].options.tree = { 40, {}, 4 };
+  ways[1].options.tree = { 6, {}, 2 };
+  ways[1].options.weld = false;
+  ways[2].options.tree = { 20, {}, 1 };
+  ways[2].options.weld = false;
+  ways[2].options.levels.maker = LevelMaker::Cluster;
+  ways[3].options.tree = { 40, {}, 2 };
+  ways[3].options.levels.maker = LevelMaker::Cluster;
+  ways[3].options.levels.sheets = false;
+  ways[3].options.bits = 0;
+  return ways;
+}
+
+// What is in the store, and what is said of it.
+std::string Describe(const Result<BuildReport>& report)
+{
+  std::ostringstream text;
+  if (!report)
+  {
+    text << "error: " << report.GetError().message;
+    return text.str();
+  }
+  text << report->info.digest << ", " << report->info.welded << " welded, "
+       << report->info.inconsistentEdges << " inconsistent, " << report->mergedByGrid << " merged";
+  return text.str();
+}
+
+class Comparison
+{
+public:
+  Comparison(MpiTeam& team, std::filesystem::path folder)
+    : Team(team)
+    , Folder(std::move(folder))
+  {
+  }
+
+  void Check(const NamedMesh& named, const Way& way)
+  {
+    const std::filesystem::path file = this->Folder / "mesh.ply";
+    if (this->Team.IsFirst() && !WriteMesh(file, named.mesh))
+    {
+      std::cout << "cannot write " << file << '\n';
+    }
+    (void)this->Team.Finish(); // all see the file
+    const Result<BuildReport> together = BuildStoreTogether(
+      this->Team, file, this->Folder / "some.kds", way.options, {}, way.stepMemory);
+    if (this->Team.IsFirst())
+    {
+      BuildOptions options = way.options;
+      options.memory = 0;
+      const std::string expected = Describe(BuildStore(file, this->Folder / "one.kds", options));
+      if (Describe(together) != expected)
+      {
+        this->AnyDiffers = true;
+        std::cout << named.name << ", " << way.name << ": " << Describe(together) << " instead of "
+                  << expected << '\n';
+      }
+    }
+    this->AnyDiffers |= !together; // nothing more can be carried
+  }
+  bool Differs() const { return this->AnyDiffers; }
+
+private:
+  MpiTeam& Team;
+  std::filesystem::path Folder;
+  bool AnyDiffers = false;
+};
+
+}
+
+int main(int argc, char** argv)
+{
+  vtkNew<vtkMPIController> controller;
+  controller->Initialize(&argc, &argv);
+  MpiTeam team(*controller);
+  Comparison comparison(team, argc > 1 ? argv[1] : ".");
+  std::vector<NamedMesh> meshes = AllMeshes();
+  meshes.push_back(
+    { "sphere with attributes", WithAttributes(Shuffled(DisplacedSphere(3), 5), 3) });
+  meshes.push_back({ "soup with attributes", WithAttributes(Soup(100, 4), 6) });
+  const std::vector<Way> ways = Ways();
+  for (const NamedMesh& named : meshes)
+  {
+    for (const Way& way : ways)
+    {
+      comparison.Check(named, way);
+    }
+  }
+  // Levels below S that are too large for memory.
+  comparison.Check({ "large cloud", Shuffled(Cloud(6), 3) }, ways[2]);
+  comparison.Check({ "large soup", Soup(12000, 8) }, ways[2]);
+  controller->Finalize();
+  return comparison.Differs() ? 1 : 0;
+}

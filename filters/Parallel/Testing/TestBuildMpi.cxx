@@ -1,0 +1,302 @@
+// kdstream-build-mpi against kdstream-build: the same store, whatever the number of ranks; one
+// message and no store where it fails.
+#include "Testing/EndToEnd/Process.h"
+#include "Testing/Fixtures/Attributes.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/meshio/MeshWriter.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+// `mpirun -np RANKS …`: what comes behind the program's name.
+std::vector<std::string> Ranks(unsigned ranks, const std::vector<std::string>& command)
+{
+  ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+  ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
+  ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
+  std::vector<std::string> all{ KDSTREAM_NUMBER_FLAG, std::to_string(ranks) };
+  all.insert(all.end(), command.begin(), command.end());
+  return all;
+}
+
+const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build-mpi";
+
+// Runs `mpirun -np RANKS kdstream-build-mpi …` in the folder.
+Outcome RunRanks(
+  const TemporaryFolder& folder, unsigned ranks, const std::vector<std::string>& arguments)
+{
+  std::vector<std::string> command{ program };
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return RunProgram(folder, KDSTREAM_MPIRUN, Ranks(ranks, command));
+}
+
+nlohmann::json StatsOf(const TemporaryFolder& folder, const std::string& name)
+{
+  nlohmann::json stats = nlohmann::json::parse(ReadWhole(folder / name), nullptr, false);
+  for (const char* const measured : { "seconds", "peak_rss_bytes", "passes", "temp_bytes",
+         "temp_bytes_read", "temp_bytes_written", "bytes" })
+  {
+    stats.erase(measured);
+  }
+  return stats;
+}
+
+// What was said, without the program's name.
+std::string WithoutName(const std::string& said)
+{
+  return said.substr(std::min(said.size(), said.find(": ")));
+}
+
+// Files beside those that are named.
+std::vector<std::string> Others(
+  const TemporaryFolder& folder, const std::vector<std::string>& known)
+{
+  std::vector<std::string> others;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.Path))
+  {
+    const std::string name = entry.path().filename().string();
+    if (std::find(known.begin(), known.end(), name) == known.end())
+    {
+      others.push_back(name);
+    }
+  }
+  return others;
+}
+
+// Builds the mesh by one process and by some ranks; all that the stores and statistics say of it is
+// the same.
+void CheckSame(
+  const Mesh& mesh, const std::vector<unsigned>& ranks, const std::vector<std::string>& options)
+{
+  const TemporaryFolder folder;
+  ASSERT_TRUE(WriteMesh(folder / "mesh.ply", mesh));
+  std::vector<std::string> arguments{ "mesh.ply", "-o", "one.kds", "--quiet", "--stats",
+    "one.json" };
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  const Outcome one = RunTool(folder, "build", arguments);
+  ASSERT_EQ(one.exitCode, 0) << one.err;
+  const nlohmann::json expected = StatsOf(folder, "one.json");
+  ASSERT_TRUE(expected.contains("digest"));
+  for (const unsigned count : ranks)
+  {
+    SCOPED_TRACE(std::to_string(count) + " ranks");
+    arguments[2] = "some.kds";
+    arguments[5] = "some.json";
+    const Outcome some = RunRanks(folder, count, arguments);
+    ASSERT_EQ(some.exitCode, 0) << some.err;
+    EXPECT_EQ(StatsOf(folder, "some.json"), expected);
+    EXPECT_EQ(WithoutName(some.err), WithoutName(one.err));
+    EXPECT_EQ(Others(folder, { "mesh.ply", "one.kds", "one.json", "some.kds", "some.json" }),
+      std::vector<std::string>{});
+  }
+}
+
+}
+
+TEST(BuildMpi, HardMeshes)
+{
+  const TemporaryFolder folder;
+  const Outcome outcome = RunProgram(folder, KDSTREAM_MPIRUN,
+    Ranks(3, { std::string(KDSTREAM_PROGRAMS) + "/RanksAgainstOne", folder.Path.string() }));
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+  EXPECT_EQ(Others(folder, { "mesh.ply", "one.kds", "some.kds" }), std::vector<std::string>{});
+}
+
+TEST(BuildMpi, OptionsAndRanks)
+{
+  const Mesh mesh = Shuffled(DisplacedSphere(5), 7);
+  CheckSame(mesh, { 1, 5 }, { "--vertices-per-partition", "3" }); // S of 16 and more
+  // A plate: many merges cost the same.
+  CheckSame(GridPlate(220), { 3 }, { "--vertices-per-partition", "200", "--cell-vertices", "2" });
+  // Clusters that lose their last triangle at the border of a block; rounds on three ranks.
+  CheckSame(Soup(30000, 5), { 3 }, { "--vertices-per-partition", "500", "--cell-vertices", "2" });
+  CheckSame(mesh, { 3 },
+    { "--partitions", "64", "--sheets", "off", "--representative", "mean", "--title", "A ball" });
+  CheckSame(mesh, { 2 }, { "--precision", "8" }); // warns that vertices fall together
+}
+
+TEST(BuildMpi, Clouds)
+{
+  CheckSame(WithAttributes(Cloud(5), 3), { 2 }, { "--vertices-per-partition", "50" });
+}
+
+// The limit counts for each rank; what is measured is the rank that takes most, from outside.
+TEST(BuildMpi, EachRankHoldsItsLimitOfMemory)
+{
+  const TemporaryFolder folder;
+  ASSERT_TRUE(WriteMesh(folder / "mesh.ply", Shuffled(GridPlate(700), 2)));
+  const Outcome outcome =
+    RunRanks(folder, 2, { "mesh.ply", "-o", "some.kds", "--quiet", "--memory", "64M" });
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_LE(outcome.peakBytes, std::uint64_t{ 128 } << 20);
+  RecordProperty("peak_mib", std::to_string(outcome.peakBytes >> 20));
+}
+
+namespace
+{
+
+void ExpectOneMessage(const Outcome& outcome, const std::string& said)
+{
+  EXPECT_EQ(outcome.exitCode, 1) << outcome.err;
+  const std::string prefix = "kdstream-build-mpi: error: ";
+  const std::size_t first = outcome.err.find(prefix);
+  ASSERT_NE(first, std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find(prefix, first + 1), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
+}
+
+// Runs three ranks, of which one is other than the rest: `differs` is done in its shell before.
+Outcome RunWithOneOther(const TemporaryFolder& folder, const std::string& differs)
+{
+  const std::string script = "in=mesh.ply; if [ \"$OMPI_COMM_WORLD_RANK\" = 1 ]; then " + differs +
+                             "; fi; exec " + program + " \"$in\" -o out.kds --quiet";
+  return RunProgram(folder, KDSTREAM_MPIRUN, Ranks(3, { "/bin/sh", "-c", script }));
+}
+
+}
+
+TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
+{
+  const TemporaryFolder folder;
+  ASSERT_TRUE(WriteMesh(folder / "mesh.ply", DisplacedSphere(6)));
+  const std::string whole = ReadWhole(folder / "mesh.ply");
+  std::ofstream(folder / "cut.ply", std::ios::binary) << whole.substr(0, whole.size() - 7);
+  // Only the rank that reads the end sees this.
+  ExpectOneMessage(RunRanks(folder, 3, { "cut.ply", "-o", "out.kds", "--quiet" }), "cut.ply: ");
+  ExpectOneMessage(RunWithOneOther(folder, "in=none.ply"), "no such file");
+  // A disk on which files get no larger than 8 MB: levels need more.
+  ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(700)));
+  ExpectOneMessage(RunWithOneOther(folder, "ulimit -f 16000"), "is too small");
+  EXPECT_EQ(Others(folder, { "mesh.ply", "cut.ply" }), std::vector<std::string>{});
+}
+
+namespace
+{
+
+// Starts mpirun in the folder; its process.
+pid_t Start(const TemporaryFolder& folder, std::vector<std::string> arguments)
+{
+  arguments.insert(arguments.begin(), KDSTREAM_MPIRUN);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments)
+  {
+    argv.push_back(argument.data());
+  }
+  argv.push_back(nullptr);
+  const std::string out = (folder / ".said").string();
+  const pid_t child = ::fork();
+  if (child == 0)
+  {
+    if (::chdir(folder.Path.c_str()) == 0 && std::freopen(out.c_str(), "w", stdout) != nullptr &&
+        ::dup2(STDOUT_FILENO, STDERR_FILENO) >= 0)
+    {
+      ::execv(KDSTREAM_MPIRUN, argv.data());
+    }
+    ::_exit(127);
+  }
+  return child;
+}
+
+// Whether a rank has begun to read: a folder of its own is there, with a file. Or whether the first
+// one has begun to write the store: it is there under another name.
+bool HasBegun(const TemporaryFolder& folder, bool store)
+{
+  std::error_code gone; // files go while they are looked at
+  for (const auto& entry : std::filesystem::directory_iterator(folder.Path, gone))
+  {
+    const bool unfinished = entry.path().extension() == ".unfinished";
+    if (store ? unfinished
+              : entry.is_directory(gone) && !std::filesystem::is_empty(entry.path(), gone))
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+// A rank: a child of mpirun's.
+pid_t ChildOf(pid_t parent)
+{
+  std::ifstream children(
+    "/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children");
+  pid_t child = 0, last = 0;
+  while (children >> child)
+  {
+    last = child;
+  }
+  return last;
+}
+
+void CheckInterrupted(bool oneRank, bool whileItWrites)
+{
+  const TemporaryFolder folder;
+  ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(700)));
+  const pid_t mpirun = Start(folder, Ranks(2, { program, "mesh.ply", "-o", "out.kds", "--quiet",
+                                                "--threads", "1", "--memory", "64M" }));
+  while (!HasBegun(folder, whileItWrites) && ::waitpid(mpirun, nullptr, WNOHANG) == 0)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  const pid_t to = oneRank ? ChildOf(mpirun) : mpirun;
+  ASSERT_GT(to, 0);
+  ::kill(to, SIGINT);
+  int status = 0;
+  ASSERT_EQ(::waitpid(mpirun, &status, 0), mpirun);
+  const std::string said = ReadWhole(folder / ".said");
+  // Ranks hear of mpirun's signal a second later: they may have done by then what was left.
+  const bool late = whileItWrites || !oneRank;
+  if (late && std::filesystem::exists(folder / "out.kds"))
+  {
+    EXPECT_EQ(Others(folder, { "mesh.ply", ".said", "out.kds" }), std::vector<std::string>{});
+    EXPECT_EQ(RunTool(folder, "store", { "verify", "out.kds" }).exitCode, 0);
+    return;
+  }
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << status;
+  const std::size_t first = said.find("kdstream-build-mpi: error: ");
+  EXPECT_NE(first, std::string::npos) << said;
+  EXPECT_EQ(said.find("kdstream-build-mpi: error: ", first + 1), std::string::npos) << said;
+  EXPECT_NE(said.find("cancelled"), std::string::npos) << said;
+  EXPECT_EQ(Others(folder, { "mesh.ply", ".said" }), std::vector<std::string>{});
+}
+
+}
+
+TEST(BuildMpi, LeavesNothingWhenItIsInterrupted)
+{
+  CheckInterrupted(false, false);
+  CheckInterrupted(false, true);
+  CheckInterrupted(true, false);
+  CheckInterrupted(true, true);
+}
+
+TEST(BuildMpi, SaysWhatItDoesNotDo)
+{
+  const TemporaryFolder folder;
+  ASSERT_TRUE(WriteMesh(folder / "mesh.ply", DisplacedSphere(3)));
+  const auto check = [&](std::vector<std::string> arguments, int exitCode, const std::string& said)
+  {
+    arguments.insert(arguments.end(), { "-o", "out.kds", "--quiet" });
+    const Outcome outcome = RunRanks(folder, 2, arguments);
+    EXPECT_EQ(outcome.exitCode, exitCode);
+    EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
+  };
+  check({ "mesh.ply", "--partitioner", "octree" }, 1, "octree and k-means");
+  check({ "mesh.ply", "--resume" }, 1, "resumed by kdstream-build alone");
+  check({ "mesh.ply", "--memory", "8M" }, 1, "takes at least 64 MiB on each");
+  check({ "mesh.ply", "--precision", "7" }, 2, "neither 8 to 24 bits");
+  EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
+}
