@@ -44,11 +44,10 @@ inline std::string ReadWhole(const std::filesystem::path& file)
   return { std::istreambuf_iterator<char>(stream), {} };
 }
 
-// Runs kdstream-NAME from the build's bin folder with the arguments, in `folder`.
-inline Outcome RunTool(
-  const TemporaryFolder& folder, const std::string& name, const std::vector<std::string>& arguments)
+// Runs a program with the arguments, in `folder`.
+inline Outcome RunProgram(const TemporaryFolder& folder, const std::string& program,
+  const std::vector<std::string>& arguments)
 {
-  const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-" + name;
   const std::filesystem::path out = folder / ".stdout", err = folder / ".stderr";
   const pid_t child = ::fork();
   if (child == 0)
@@ -77,6 +76,13 @@ inline Outcome RunTool(
   std::filesystem::remove(out);
   std::filesystem::remove(err);
   return outcome;
+}
+
+// Runs kdstream-NAME from the build's bin folder.
+inline Outcome RunTool(
+  const TemporaryFolder& folder, const std::string& name, const std::vector<std::string>& arguments)
+{
+  return RunProgram(folder, std::string(KDSTREAM_PROGRAMS) + "/kdstream-" + name, arguments);
 }
 
 }
