@@ -1,6 +1,5 @@
 // Cutting one resolution into its pieces: see VertexTree.h and Piece.h. Step "cut" of the README's
 // picture.
-#include "filters/core/RadixSort.h"
 #include "filters/core/VertexTree.h"
 
 #include <algorithm>
@@ -30,10 +29,6 @@ PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution re
     this->PlaceMesh(execution);
   }
   this->FindTriangles(execution);
-  if (this->IsBelowStitch())
-  {
-    this->FindReach();
-  }
 }
 
 // Which pieces, and where the own vertices of each begin.
@@ -113,7 +108,8 @@ VertexId PieceCutter::NumberedAt(VertexId place) const
 
 VertexKey PieceCutter::KeyOf(VertexId place) const
 {
-  return this->IsBelowStitch() ? place : this->Tree.KeyOf(this->NumberedAt(place));
+  return this->IsBelowStitch() ? this->Tree.levels[this->Which.Depth()].RankOf(place)
+                               : this->Tree.KeyOf(this->NumberedAt(place));
 }
 
 void PieceCutter::AppendVertex(VertexId place, Piece& piece) const
@@ -138,36 +134,7 @@ void PieceCutter::AppendAncestors(VertexId place, std::vector<std::uint32_t>& ra
   for (unsigned d = stitch; d-- > 0;)
   {
     cluster = this->Tree.levels[d + 1].parents[cluster];
-    ranks[begin + d] = cluster;
-  }
-}
-
-// For every cluster of a level below S the nodes of the level-S pieces that hold its descendants.
-void PieceCutter::FindReach()
-{
-  const TreeDepths& depths = this->Tree.depths;
-  const VertexTreeLevel& stitch = this->Tree.levels[depths.stitch];
-  const unsigned nodeDepth = PieceDepth(Resolution::Level(depths.stitch), depths);
-  std::vector<std::uint64_t> entries; // ancestor, node; nodes ascend with the clusters of S
-  entries.reserve(stitch.first.size());
-  for (VertexId cluster = 0; cluster < stitch.first.size(); ++cluster)
-  {
-    VertexId ancestor = cluster;
-    for (unsigned d = depths.stitch; d > this->Which.Depth(); --d)
-    {
-      ancestor = this->Tree.levels[d].parents[ancestor];
-    }
-    const std::uint32_t partition = this->Tree.PartitionOf(stitch.first[cluster]);
-    const NodeId node = NodeOfPartition(partition, depths) >> (depths.partition - nodeDepth);
-    entries.push_back(std::uint64_t{ ancestor } << 32 | node);
-  }
-  SortByUpperHalf(entries);
-  entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
-  this->Reach.reserve(entries.size());
-  for (const std::uint64_t entry : entries)
-  {
-    this->Reach.emplace_back(
-      static_cast<VertexId>(entry >> 32), static_cast<NodeId>(entry & 0xFFFFFFFFU));
+    ranks[begin + d] = this->Tree.levels[d].RankOf(cluster);
   }
 }
 
@@ -175,12 +142,12 @@ void PieceCutter::FindReach()
 void PieceCutter::AddReach(Piece& piece, VertexId begin, VertexId end) const
 {
   piece.reachBegin.assign(end - begin + 1, 0);
-  auto entry =
-    std::lower_bound(this->Reach.begin(), this->Reach.end(), std::pair{ begin, NodeId{ 0 } });
-  for (; entry != this->Reach.end() && entry->first < end; ++entry)
+  const std::vector<ReachedNode>& reach = this->Tree.levels[this->Which.Depth()].reach;
+  auto entry = std::lower_bound(reach.begin(), reach.end(), ReachedNode{ begin, 0 });
+  for (; entry != reach.end() && entry->cluster < end; ++entry)
   {
-    ++piece.reachBegin[entry->first - begin + 1];
-    piece.reachNodes.push_back(entry->second);
+    ++piece.reachBegin[entry->cluster - begin + 1];
+    piece.reachNodes.push_back(entry->node);
   }
   for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
   {

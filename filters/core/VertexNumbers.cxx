@@ -7,87 +7,55 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace kdstream
 {
 namespace
 {
 
-// Items sorted by a key < keys, stable, and where those of each key begin.
-struct Groups
+// The clusters of a level, parent by parent, siblings by lowest original vertex.
+struct Siblings
 {
-  std::vector<VertexId> items;
-  std::vector<VertexId> begin; // one entry a key, and the end
+  std::vector<VertexId> clusters;
+  std::vector<VertexId> begin; // one entry a parent, and the end
 
-  std::span<VertexId> Of(std::size_t key)
+  std::span<VertexId> Of(std::size_t parent)
   {
-    return { this->items.data() + this->begin[key], this->items.data() + this->begin[key + 1] };
+    return { this->clusters.data() + this->begin[parent],
+      this->clusters.data() + this->begin[parent + 1] };
   }
 };
 
-// item(i): the i-th of `count` items. By counting.
-template <class Item, class Key>
-Groups GroupByKey(std::size_t count, std::size_t keys, const Item& item, const Key& key)
-{
-  Groups groups;
-  // Shifted by one key: where the next item goes, and in the end where the following key begins.
-  std::vector<VertexId> next(keys + 2, 0);
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    ++next[key(item(i)) + 2];
-  }
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  groups.items.resize(count);
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    groups.items[next[key(item(i)) + 1]++] = item(i);
-  }
-  next.pop_back();
-  groups.begin = std::move(next);
-  return groups;
-}
-
-// The clusters of a level by parent's key, siblings by lowest original vertex.
-template <class Key>
-Groups GroupSiblings(
-  const LevelLinks& level, std::size_t parents, const Key& keyOfParent, const Execution& execution)
+Siblings GroupSiblings(const LevelLinks& level, std::size_t parents, const Execution& execution)
 {
   constexpr std::size_t grain = 1 << 12; // parents
-  Groups groups = GroupByKey(
-    level.lowest.size(), parents, [](std::size_t i) { return static_cast<VertexId>(i); },
-    [&](VertexId cluster) { return keyOfParent(level.parents[cluster]); });
+  Siblings siblings;
+  // Shifted by one parent: where the next cluster goes, in the end where the next parent's begin.
+  std::vector<VertexId> next(parents + 2, 0);
+  for (const VertexId parent : level.parents)
+  {
+    ++next[parent + std::size_t{ 2 }];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  siblings.clusters.resize(level.parents.size());
+  for (std::size_t i = 0; i < level.parents.size(); ++i)
+  {
+    siblings.clusters[next[level.parents[i] + std::size_t{ 1 }]++] = static_cast<VertexId>(i);
+  }
+  next.pop_back();
+  siblings.begin = std::move(next);
   execution.parallelFor(parents, grain,
     [&](std::size_t begin, std::size_t end)
     {
       for (std::size_t parent = begin; parent < end; ++parent)
       {
-        const std::span<VertexId> siblings = groups.Of(parent);
-        std::sort(siblings.begin(), siblings.end(),
+        const std::span<VertexId> some = siblings.Of(parent);
+        std::sort(some.begin(), some.end(),
           [&](VertexId a, VertexId b) { return level.lowest[a] < level.lowest[b]; });
       }
     });
-  return groups;
-}
-
-// The clusters of one level depth-first, given the same of the level above; none for level 0.
-std::vector<VertexId> OrderDepthFirst(
-  const LevelLinks& level, const std::vector<VertexId>& above, bool coarsest)
-{
-  if (coarsest)
-  {
-    std::vector<VertexId> order(level.lowest.size());
-    std::iota(order.begin(), order.end(), VertexId{ 0 });
-    std::sort(order.begin(), order.end(),
-      [&](VertexId a, VertexId b) { return level.lowest[a] < level.lowest[b]; });
-    return order;
-  }
-  std::vector<VertexId> ranks(above.size());
-  for (std::size_t i = 0; i < above.size(); ++i)
-  {
-    ranks[above[i]] = static_cast<VertexId>(i);
-  }
-  return GroupSiblings(level, ranks.size(), [&](VertexId parent) { return ranks[parent]; }, {})
-    .items;
+  return siblings;
 }
 
 // The partition of each cluster, where clusters are ordered by partition.
@@ -95,7 +63,7 @@ std::vector<VertexId> PartitionsOf(
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin)
 {
   std::vector<VertexId> partitions(counts.size());
-  VertexId partition = 0, vertices = 0;
+  VertexId partition = 0, vertices = partitionBegin.front();
   for (std::size_t cluster = 0; cluster < counts.size(); ++cluster)
   {
     while (partition + 2 < partitionBegin.size() && vertices >= partitionBegin[partition + 1])
@@ -147,37 +115,99 @@ std::vector<VertexId> OrderByKey(std::span<const VertexId> keys)
 
 }
 
+std::vector<VertexId> PositionsDepthFirst(
+  const LevelLinks& level, std::span<const VertexId> ofParents)
+{
+  std::vector<std::pair<std::uint64_t, VertexId>> sorted; // parent's position and lowest, cluster
+  sorted.reserve(level.lowest.size());
+  for (std::size_t i = 0; i < level.lowest.size(); ++i)
+  {
+    const std::uint64_t parent = ofParents.empty() ? 0 : ofParents[level.parents[i]];
+    sorted.emplace_back(parent << 32 | level.lowest[i], static_cast<VertexId>(i));
+  }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<VertexId> result(sorted.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i)
+  {
+    result[sorted[i].second] = static_cast<VertexId>(i);
+  }
+  return result;
+}
+
+std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
+  std::span<const VertexId> counts, std::span<const VertexId> partitionBegin)
+{
+  const std::vector<VertexId> partitions = PartitionsOf(counts, partitionBegin);
+  std::vector<VertexId> order(positions.size());
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  std::sort(order.begin(), order.end(),
+    [&](VertexId a, VertexId b)
+    {
+      return partitions[a] != partitions[b] ? partitions[a] < partitions[b]
+                                            : positions[a] < positions[b];
+    });
+  std::vector<VertexId> first(order.size());
+  VertexId next = partitionBegin.front();
+  for (const VertexId cluster : order)
+  {
+    first[cluster] = next;
+    next += counts[cluster];
+  }
+  return first;
+}
+
+void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> first,
+  std::span<VertexId> firstOfParents)
+{
+  for (std::size_t i = 0; i < parents.size(); ++i)
+  {
+    VertexId& lowest = firstOfParents[parents[i]];
+    lowest = std::min(lowest, first[i]);
+  }
+}
+
+std::vector<ReachedNode> ReachOfStitch(const VertexTree& tree, std::span<const VertexId> first)
+{
+  const unsigned nodeDepth = PieceDepth(Resolution::Level(tree.depths.stitch), tree.depths);
+  std::vector<ReachedNode> reach;
+  reach.reserve(first.size());
+  for (const VertexId number : first)
+  {
+    reach.push_back({ static_cast<VertexId>(reach.size()),
+      NodeOfPartition(tree.PartitionOf(number), tree.depths) >>
+        (tree.depths.partition - nodeDepth) });
+  }
+  return reach;
+}
+
+std::vector<ReachedNode> ReachOfParents(
+  std::span<const ReachedNode> reach, std::span<const VertexId> parents)
+{
+  std::vector<ReachedNode> above;
+  above.reserve(reach.size());
+  for (const ReachedNode& entry : reach)
+  {
+    above.push_back({ parents[entry.cluster], entry.node });
+  }
+  std::sort(above.begin(), above.end());
+  above.erase(std::unique(above.begin(), above.end()), above.end());
+  return above;
+}
+
 std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLinks> levels,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin)
 {
-  std::vector<VertexId> order;
-  for (std::size_t d = 0; d < levels.size(); ++d)
+  std::vector<VertexId> positions;
+  for (const LevelLinks& level : levels)
   {
-    order = OrderDepthFirst(levels[d], order, d == 0);
+    positions = PositionsDepthFirst(level, positions);
   }
-  const std::vector<VertexId> partitions = PartitionsOf(counts, partitionBegin);
-  order = GroupByKey(
-    order.size(), partitionBegin.size() - 1, [&](std::size_t i) { return order[i]; },
-    [&](VertexId cluster) {
-      return partitions[cluster];
-    }).items;
-
   std::vector<std::vector<VertexId>> first(levels.size());
-  first.back().resize(order.size());
-  VertexId next = 0;
-  for (const VertexId cluster : order)
-  {
-    first.back()[cluster] = next;
-    next += counts[cluster];
-  }
+  first.back() = FirstOfStitch(positions, counts, partitionBegin);
   for (std::size_t d = levels.size() - 1; d-- > 0;)
   {
     first[d].assign(levels[d].lowest.size(), noVertex);
-    for (std::size_t child = 0; child < first[d + 1].size(); ++child)
-    {
-      VertexId& lowest = first[d][levels[d + 1].parents[child]];
-      lowest = std::min(lowest, first[d + 1][child]);
-    }
+    LowerFirst(levels[d + 1].parents, first[d + 1], first[d]);
   }
   return first;
 }
@@ -185,8 +215,7 @@ std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLi
 std::vector<VertexId> FirstOfChildren(const LevelLinks& level, std::span<const VertexId> counts,
   std::span<const VertexId> firstOfParents, const Execution& execution)
 {
-  Groups siblings = GroupSiblings(
-    level, firstOfParents.size(), [](VertexId parent) { return parent; }, execution);
+  Siblings siblings = GroupSiblings(level, firstOfParents.size(), execution);
   std::vector<VertexId> first(level.lowest.size());
   for (std::size_t parent = 0; parent < firstOfParents.size(); ++parent)
   {

@@ -3,7 +3,8 @@
 //
 // A cluster of a level >= S is an interval of the numbered vertices (VertexTree.h), so its lowest
 // number follows from its parent's and from how many vertices the siblings before it hold:
-//   1. FirstOfCoarseClusters: the levels 0 … S, whole.
+//   1. FirstOfCoarseClusters: the levels 0 … S, whole; or in parts PositionsDepthFirst down to S,
+//      FirstOfStitch, and LowerFirst back up.
 //   2. FirstOfChildren: each finer level, all of it or the clusters of one block.
 //   3. OrderVertices: the original vertices of the mesh, or of the block.
 //   4. OrderLevel: a level, or what is at hand of it, as PieceCutter takes it; NumberPart the same
@@ -30,6 +31,34 @@ struct LevelLinks
   std::span<const VertexId> parents; // cluster of the next coarser level; not read at level 0
   std::span<const VertexId> lowest;  // lowest original vertex
 };
+
+// The position of each cluster in depth-first order, siblings being in order of their lowest
+// vertices.
+// level: a whole level, or all children of some clusters. ofParents: the positions of the clusters
+// that level.parents tells, all unlike, from 0 on or not; none at level 0. O(c log c), 20 bytes a
+// cluster.
+std::vector<VertexId> PositionsDepthFirst(
+  const LevelLinks& level, std::span<const VertexId> ofParents);
+
+// The lowest numbered vertex of each cluster of level S, of all or of those in some partitions.
+// positions: PositionsDepthFirst. counts: original vertices of each cluster; clusters lie in one
+// partition each, and are ordered by it. partitionBegin: the first number of each partition, and
+// the end. O(c log c), 16 bytes a cluster. REQUIRES: the counts of each partition add up to its
+// vertices.
+std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
+  std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
+
+// What clusters of a level <= S say of their parents' lowest numbered vertices, which begin as
+// noVertex.
+void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> first,
+  std::span<VertexId> firstOfParents);
+
+// The nodes of level-S pieces that clusters of level S are in, given their lowest numbered
+// vertices.
+std::vector<ReachedNode> ReachOfStitch(const VertexTree& tree, std::span<const VertexId> first);
+// Those of their parents, from those of clusters of any level <= S: sorted, none twice. O(r log r).
+std::vector<ReachedNode> ReachOfParents(
+  std::span<const ReachedNode> reach, std::span<const VertexId> parents);
 
 // The lowest numbered vertex of every cluster of the levels 0 … S.
 // levels: those of depth 0 … S. counts: original vertices of each cluster of level S, whose

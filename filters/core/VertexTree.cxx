@@ -98,6 +98,12 @@ VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels, const Execut
     places = std::move(ordered.places);
     first[d] = {};
   }
+  std::vector<ReachedNode> reach =
+    ReachOfStitch(numbered, numbered.levels[numbered.depths.stitch].first);
+  for (std::size_t d = numbered.depths.stitch; d-- > 0;)
+  {
+    numbered.levels[d].reach = reach = ReachOfParents(reach, numbered.levels[d + 1].parents);
+  }
   return numbered;
 }
 

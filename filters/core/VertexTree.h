@@ -6,8 +6,8 @@
 // numbered vertex below is the position in the list of all partitions' vertices, one partition
 // after the other: partitionBegin[partition] + index.
 //
-// Of a mesh that does not fit the memory the tree is held in part: the levels 0 … S whole, and at
-// one time one finer resolution around some pieces (PieceCutter, ModelPart).
+// Of a mesh that does not fit the memory the tree is held in part: one resolution around some
+// pieces, and of the levels 0 … S what lies above it (PieceCutter, ModelPart).
 #pragma once
 
 #include "filters/core/ClusterLevels.h"
@@ -15,6 +15,7 @@
 #include "filters/core/Piece.h"
 #include "filters/core/Types.h"
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -24,16 +25,29 @@
 namespace kdstream
 {
 
+// A node of the level-S pieces that has descendants of a cluster, or of the one at a place.
+struct ReachedNode
+{
+  VertexId cluster = 0;
+  NodeId node = 0;
+
+  friend auto operator<=>(const ReachedNode&, const ReachedNode&) = default;
+};
+
+// The clusters of a level that are at hand. The place of a cluster is its position in these lists;
+// its rank is the place that it has where the level is there whole.
 struct VertexTreeLevel
 {
-  // Lowest numbered vertex of each cluster, ascending: a cluster's place is its rank, where the
-  // level is there whole.
-  std::vector<VertexId> first;
+  std::vector<VertexId> first;   // lowest numbered vertex of each cluster, ascending
   std::vector<VertexId> parents; // place in the next coarser level; empty at level 0, and in a part
   std::vector<Vec3> positions;
   std::vector<double> deviations;
   std::vector<Triangle> triangles;     // places; lowest first, sorted
   std::vector<Attribute> attributes{}; // a tuple a cluster
+  std::vector<VertexId> ranks{};       // ascending; empty: all clusters are at hand
+  std::vector<ReachedNode> reach{};    // of places; sorted. Below S only
+
+  VertexId RankOf(VertexId place) const { return this->ranks.empty() ? place : this->ranks[place]; }
 };
 
 struct VertexTree
@@ -43,7 +57,7 @@ struct VertexTree
   std::vector<VertexId> numbers{};
   std::vector<VertexId> original;       // place -> original vertex, as numbered in the mesh at hand
   std::vector<VertexId> partitionBegin; // 2^P + 1 numbered vertices
-  std::vector<VertexTreeLevel> levels;  // 0 … L; in a part those finer than S may be empty
+  std::vector<VertexTreeLevel> levels;  // 0 … L
 
   VertexId NumberAt(VertexId place) const
   {
@@ -51,7 +65,8 @@ struct VertexTree
   }
   std::uint32_t PartitionOf(VertexId numbered) const;
   VertexKey KeyOf(VertexId numbered) const;
-  // The cluster of level `depth` >= S, there whole, that holds a numbered vertex. O(log).
+  // The place of the cluster of level `depth` >= S that holds a numbered vertex. O(log). REQUIRES:
+  // it is at hand.
   VertexId ClusterAt(unsigned depth, VertexId numbered) const;
 };
 
@@ -85,13 +100,14 @@ public:
   // Pieces of the original get all arrays, point arrays first; those of a level the level's.
   //
   // part: the pieces to be cut; none: all of a tree and mesh that are whole. For a part these must
-  // be at hand: the levels 0 … S whole (of one that is not to be cut, first and parents); of a
-  // finer level every cluster of the part's pieces, every triangle that touches one of them, and
-  // the triangles' other clusters (ghosts), places being positions in the part's lists; of the
-  // original the same with tree.numbers, and a mesh of these vertices and triangles, the triangles
-  // in the order that they have in the whole (NumberPart, OrderLevel in VertexNumbers.h). Clusters
-  // and triangles beyond that do no harm. The pieces are the same, bit for bit, as those of the
-  // whole. O(at hand + pieces).
+  // be at hand: of a level every cluster of the part's pieces, every triangle that touches one of
+  // them, and the triangles' other clusters (ghosts); of the original the same with tree.numbers,
+  // and a mesh of these vertices and triangles, the triangles in the order that they have in the
+  // whole (NumberPart, OrderLevel in VertexNumbers.h). Of a level coarser than S ranks and reach
+  // come with it. Otherwise the levels 0 … S have, with parents and ranks, what lies above the
+  // vertices of level S, or the ghosts of something finer; `first` at level S. Clusters and
+  // triangles beyond that do no harm. The pieces are the same, bit for bit, as those of the whole.
+  // O(at hand + pieces).
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
     const Execution& execution = {}, const std::optional<ModelPart>& part = {});
 
@@ -114,7 +130,6 @@ private:
   VertexKey KeyOf(VertexId place) const;
   void AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const;
   void AppendVertex(VertexId place, Piece& piece) const;
-  void FindReach();
   void AddReach(Piece& piece, VertexId begin, VertexId end) const;
   void AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
     std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const;
@@ -131,8 +146,6 @@ private:
   std::span<const Triangle> Triangles;
   std::size_t OwnTriangles = 0;
   TriangleBuckets Buckets; // a piece, and one for what lies in no piece of the part
-  std::vector<std::pair<VertexId, NodeId>>
-    Reach; // below S: (cluster, node of a level-S piece), sorted
 };
 
 }

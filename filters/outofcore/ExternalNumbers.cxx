@@ -4,6 +4,8 @@
 
 #include "filters/core/PointRecord.h"
 #include "filters/core/VertexNumbers.h"
+#include "filters/outofcore/ClusterLinks.h"
+#include "filters/outofcore/CoarseNumbers.h"
 #include "filters/outofcore/RecordFile.h"
 
 #include <algorithm>
@@ -17,99 +19,6 @@ namespace kdstream
 {
 namespace
 {
-
-// What numbering needs of clusters that follow each other in a level.
-struct ClusterLinks
-{
-  std::vector<VertexId> parents; // none at level 0
-  std::vector<VertexId> lowest;
-  std::vector<VertexId> counts; // original vertices; none of a level that is in memory
-
-  LevelLinks Links() const { return { this->parents, this->lowest }; }
-};
-
-VertexId ClusterCount(const ExternalLevels& levels, unsigned depth)
-{
-  return depth < levels.firstInFiles ? static_cast<VertexId>(levels.coarse[depth].lowest.size())
-                                     : levels.files[depth].ClusterCount();
-}
-
-Status CheckParents(const ExternalLevels& levels, unsigned depth, VertexId firstCluster,
-  std::span<const VertexId> parents)
-{
-  const VertexId count = ClusterCount(levels, depth - 1);
-  for (std::size_t i = 0; i < parents.size(); ++i)
-  {
-    if (parents[i] >= count)
-    {
-      return Error{ ErrorCode::Damaged,
-        "level " + std::to_string(depth) + ": the parent of cluster " +
-          std::to_string(firstCluster + i) + " is " + std::to_string(parents[i]) + " of " +
-          std::to_string(count) };
-    }
-  }
-  return {};
-}
-
-// The links of the clusters [begin, end) of a level in files.
-Result<ClusterLinks> ReadLinks(
-  const ExternalLevels& levels, unsigned depth, VertexId begin, VertexId end)
-{
-  const LevelFile& level = levels.files[depth];
-  ClusterLinks links;
-  links.lowest.reserve(end - begin);
-  links.counts.reserve(end - begin);
-  RecordReader<ClusterRecord> reader(level.clusters, begin, end);
-  while (links.lowest.size() < end - begin)
-  {
-    const Result<std::span<const ClusterRecord>> read = reader.Next();
-    if (!read)
-    {
-      return read.GetError();
-    }
-    for (const ClusterRecord& cluster : *read)
-    {
-      links.lowest.push_back(cluster.lowest);
-      links.counts.push_back(cluster.count);
-    }
-  }
-  if (depth == 0)
-  {
-    return links;
-  }
-  links.parents.resize(end - begin);
-  Status status = ReadRecords<VertexId>(level.parents, begin, std::span<VertexId>(links.parents));
-  if (status)
-  {
-    status = CheckParents(levels, depth, begin, links.parents);
-  }
-  return status ? Result<ClusterLinks>(std::move(links)) : status.GetError();
-}
-
-// Fills in the `first` and `parents` of a level of the vertex tree, and gives the place of each
-// cluster there.
-std::vector<VertexId> PlaceClusters(std::span<const VertexId> first,
-  std::span<const VertexId> parents, std::span<const VertexId> placesAbove, VertexTreeLevel& level)
-{
-  std::vector<std::pair<VertexId, VertexId>> sorted; // first, cluster
-  sorted.reserve(first.size());
-  for (const VertexId number : first)
-  {
-    sorted.emplace_back(number, static_cast<VertexId>(sorted.size()));
-  }
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<VertexId> places(first.size());
-  for (const auto& [number, cluster] : sorted)
-  {
-    places[cluster] = static_cast<VertexId>(level.first.size());
-    level.first.push_back(number);
-    if (!placesAbove.empty())
-    {
-      level.parents.push_back(placesAbove[parents[cluster]]);
-    }
-  }
-  return places;
-}
 
 // The points of ranks that follow each other; in the order of ids if `byId`, else of ranks.
 struct RankedPoints
@@ -160,13 +69,13 @@ public:
   Result<ExternalNumbers> Number()
   {
     const unsigned stitch = this->Input.depths.stitch, finest = this->Input.depths.finest;
-    Result<CoarseNumbers> coarse = NumberCoarseLevels(this->Input, this->Levels, &this->Team);
-    if (!coarse)
-    {
-      return coarse.GetError();
-    }
-    this->FirstOfStitch = std::move(coarse->first[stitch]);
     this->Numbers.first.resize(finest + 1);
+    if (Status status =
+          NumberCoarseLevels(this->Folder, this->Input, this->Levels, this->Numbers, this->Team);
+        !status)
+    {
+      return status.GetError();
+    }
     this->BlocksInAll = this->BlocksHere(this->Input.blockDepth);
     for (unsigned d = stitch + 1; d <= finest; ++d)
     {
@@ -271,20 +180,6 @@ private:
     return {};
   }
 
-  // The lowest numbered vertices of clusters [begin, end) of a level >= S that is numbered already.
-  Result<std::vector<VertexId>> FirstOf(unsigned depth, VertexId begin, VertexId end) const
-  {
-    std::vector<VertexId> first(end - begin);
-    if (depth == this->Input.depths.stitch)
-    {
-      std::copy_n(this->FirstOfStitch.begin() + std::ptrdiff_t(begin), first.size(), first.begin());
-      return first;
-    }
-    const Status status =
-      ReadRecords<VertexId>(this->Numbers.first[depth], begin, std::span<VertexId>(first));
-    return status ? Result<std::vector<VertexId>>(std::move(first)) : status.GetError();
-  }
-
   Status NumberLevel(unsigned depth)
   {
     const LevelFile& level = this->Levels.files[depth];
@@ -298,9 +193,7 @@ private:
       return status;
     }
     if (Status status = this->ForEachBlock(level.blockDepth,
-          [&](std::size_t block) {
-            return this->NumberClusters(depth, level.begin[block], level.begin[block + 1], *file);
-          });
+          [&](std::size_t block) { return this->NumberClusters(depth, block, *file); });
         !status)
     {
       return status;
@@ -309,33 +202,25 @@ private:
     return this->FetchFirst(depth, level.foreign);
   }
 
-  // The clusters of a block and all their siblings, [begin, end).
-  Status NumberClusters(unsigned depth, VertexId begin, VertexId end, SpillFile& file) const
+  // The clusters of a block, all siblings among them.
+  Status NumberClusters(unsigned depth, std::size_t block, SpillFile& file) const
   {
-    Result<ClusterLinks> links = ReadLinks(this->Levels, depth, begin, end);
+    const Result<ClusterLinks> links = ReadLinks(this->Levels, depth, block);
     if (!links)
     {
       return links.GetError();
     }
-    if (begin == end)
-    {
-      return {};
-    }
     // Parents are the clusters of the same cell of the tree: an interval too.
-    const auto [least, most] = std::minmax_element(links->parents.begin(), links->parents.end());
-    const VertexId beginAbove = *least, endAbove = *most + 1;
-    const Result<std::vector<VertexId>> above = this->FirstOf(depth - 1, beginAbove, endAbove);
+    const Result<std::vector<VertexId>> above =
+      ReadInterval<VertexId>(this->Numbers.first[depth - 1], links->above.begin, links->above.end);
     if (!above)
     {
       return above.GetError();
     }
-    for (VertexId& parent : links->parents)
-    {
-      parent -= beginAbove;
-    }
     const std::vector<VertexId> first =
       FirstOfChildren(links->Links(), links->counts, *above, this->Exec);
-    return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(first));
+    return WriteRecords<VertexId>(
+      file, this->Levels.files[depth].begin[block], std::span<const VertexId>(first));
   }
 
   Status NumberOriginal()
@@ -439,7 +324,8 @@ private:
                                           ": vertices of cluster " + std::to_string(last) + " of " +
                                           std::to_string(all) };
     }
-    Result<std::vector<VertexId>> first = this->FirstOf(finest, begin, last + 1);
+    Result<std::vector<VertexId>> first =
+      ReadInterval<VertexId>(this->Numbers.first[finest], begin, std::uint64_t{ last } + 1);
     if (!first)
     {
       return first;
@@ -475,7 +361,6 @@ private:
   const Execution& Exec;
   BlockTeam Alone;
   BlockTeam& Team;
-  std::vector<VertexId> FirstOfStitch; // of the clusters of level S
   ExternalNumbers Numbers;
   std::size_t BlocksDone = 0, BlocksInAll = 0;
 };
@@ -486,74 +371,6 @@ Result<ExternalNumbers> NumberExternally(SpillFolder& folder, const MeshBlocks& 
   const ExternalLevels& levels, const Execution& execution, BlockTeam* team)
 {
   return ExternalNumbering(folder, mesh, levels, execution, team).Number();
-}
-
-namespace
-{
-
-Status SpreadCoarse(CoarseNumbers& numbers, unsigned stitch, BlockTeam& team)
-{
-  numbers.first.resize(stitch + std::size_t{ 1 });
-  Status status;
-  for (std::size_t d = 0; status && d <= stitch; ++d)
-  {
-    status = team.Spread(numbers.first[d]);
-    status = status ? team.Spread(numbers.tree.levels[d].first) : status;
-    status = status ? team.Spread(numbers.tree.levels[d].parents) : status;
-  }
-  return status;
-}
-
-}
-
-Result<CoarseNumbers> NumberCoarseLevels(
-  const MeshBlocks& mesh, const ExternalLevels& levels, BlockTeam* team)
-{
-  CoarseNumbers numbers;
-  numbers.tree.levels.resize(mesh.depths.finest + std::size_t{ 1 });
-  numbers.tree.depths = mesh.depths;
-  const std::uint64_t partitions = std::uint64_t{ 1 } << mesh.depths.partition;
-  for (std::uint64_t p = 0; p < partitions; ++p)
-  {
-    numbers.tree.partitionBegin.push_back(
-      static_cast<VertexId>(RangeOfCell(mesh.vertexCount, mesh.depths.partition, p).begin));
-  }
-  numbers.tree.partitionBegin.push_back(mesh.vertexCount);
-
-  if (team != nullptr && !team->IsFirst())
-  {
-    const Status status = SpreadCoarse(numbers, mesh.depths.stitch, *team);
-    return status ? Result<CoarseNumbers>(std::move(numbers)) : status.GetError();
-  }
-  const std::size_t count = mesh.depths.stitch + std::size_t{ 1 };
-  std::vector<ClusterLinks> fromFiles(count);
-  std::vector<LevelLinks> links;
-  for (unsigned d = 0; d < count; ++d)
-  {
-    if (d < levels.firstInFiles)
-    {
-      links.push_back({ levels.coarse[d].parents, levels.coarse[d].lowest });
-      continue;
-    }
-    Result<ClusterLinks> read = ReadLinks(levels, d, 0, levels.files[d].ClusterCount());
-    if (!read)
-    {
-      return read.GetError();
-    }
-    fromFiles[d] = std::move(*read);
-    links.push_back(fromFiles[d].Links());
-  }
-  numbers.first =
-    FirstOfCoarseClusters(links, fromFiles.back().counts, numbers.tree.partitionBegin);
-
-  std::vector<VertexId> places;
-  for (std::size_t d = 0; d < count; ++d)
-  {
-    places = PlaceClusters(numbers.first[d], links[d].parents, places, numbers.tree.levels[d]);
-  }
-  const Status status =
-    team != nullptr ? SpreadCoarse(numbers, mesh.depths.stitch, *team) : Status{};
-  return status ? Result<CoarseNumbers>(std::move(numbers)) : status.GetError();
 }
 
 }

@@ -3,12 +3,16 @@
 
 #include "filters/core/RadixSort.h"
 #include "filters/core/VertexNumbers.h"
+#include "filters/outofcore/ClusterLinks.h"
+#include "filters/outofcore/CoarseNumbers.h"
+#include "filters/outofcore/CoarseTree.h"
 #include "filters/outofcore/LoadAhead.h"
 #include "filters/outofcore/ScatteredRead.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -53,9 +57,9 @@ Result<std::vector<Attribute>> ReadBlockTuples(
   return arrays;
 }
 
-// A block of a level as OrderLevel takes it without parents.
+// A block of a level as OrderLevel takes it without parents; its triangles move.
 Result<ClusterLevel> ReadBlockLevel(
-  const LevelFile& file, std::span<const AttributeInfo> attributes, LevelBlock block)
+  const LevelFile& file, std::span<const AttributeInfo> attributes, LevelBlock& block)
 {
   ClusterLevel level;
   Result<std::vector<Attribute>> arrays = ReadBlockTuples(file.tuples, attributes, block);
@@ -94,24 +98,26 @@ public:
     , Exec(execution)
     , Team(team ? *team : this->Alone)
     , Finished(finished)
+    , Coarse(mesh, levels, numbers)
   {
   }
 
   Status Walk()
   {
-    Result<CoarseNumbers> coarse = NumberCoarseLevels(this->Input, this->Levels, &this->Team);
-    if (!coarse)
+    if (Status status = this->Coarse.Load(this->Team); !status)
     {
-      return coarse.GetError();
+      return status;
     }
-    this->FirstOfCoarse = std::move(coarse->first);
-    this->Tree = std::move(coarse->tree);
+    this->Tree.depths = this->Input.depths;
+    this->Tree.partitionBegin = PartitionsOfCell(this->Input, 0, 0);
+    this->Tree.levels = this->Coarse.Whole();
+    this->Tree.levels.resize(this->Input.depths.finest + std::size_t{ 1 });
     const TreeDepths& depths = this->Input.depths;
     for (unsigned d = 0; d <= depths.finest; ++d)
     {
-      Status status = d > depths.stitch      ? this->VisitBlocks(d)
-                      : this->Team.IsFirst() ? this->VisitWhole(d)
-                                             : Status{};
+      Status status = d >= this->Levels.firstInFiles ? this->VisitBlocks(d)
+                      : this->Team.IsFirst()         ? this->VisitWhole(d)
+                                                     : Status{};
       status = status ? this->Finish(Resolution::Level(d)) : status;
       if (!status)
       {
@@ -168,51 +174,41 @@ private:
     return this->Finished ? this->Finished(resolution) : Status{};
   }
 
-  Result<ClusterLevel> LoadWhole(unsigned depth) const
-  {
-    if (depth < this->Levels.firstInFiles)
-    {
-      return this->Levels.coarse[depth];
-    }
-    const LevelFile& file = this->Levels.files[depth];
-    Result<LevelBlock> whole = LoadWholeLevel(file);
-    return whole ? ReadBlockLevel(file, this->Levels.attributes, std::move(*whole))
-                 : whole.GetError();
-  }
-
-  // A level up to S. Its links stay, the rest goes.
+  // A level above the files. Its links stay, the rest goes.
   Status VisitWhole(unsigned depth)
   {
-    Result<ClusterLevel> loaded = this->LoadWhole(depth);
-    if (!loaded)
-    {
-      return loaded.GetError();
-    }
-    OrderedLevel ordered =
-      OrderLevel(std::move(*loaded), this->FirstOfCoarse[depth], {}, this->Exec);
-    this->FirstOfCoarse[depth] = {};
     VertexTreeLevel& level = this->Tree.levels[depth];
-    ordered.level.parents = std::move(level.parents);
-    level = std::move(ordered.level);
+    VertexTreeLevel links = level;
+    level =
+      OrderLevel(this->Levels.coarse[depth], this->Coarse.First()[depth], {}, this->Exec).level;
+    level.reach = links.reach;
     const Status status = this->VisitPart(Resolution::Level(depth), 0, 0, {});
-    VertexTreeLevel links;
-    links.first = std::move(level.first);
-    links.parents = std::move(level.parents);
     level = std::move(links);
     return status;
   }
 
-  // A level finer than S.
+  // A part of a level in files, and what lies above it of the levels in files up to S, [depth].
+  struct LevelPart
+  {
+    VertexTreeLevel level;
+    std::vector<VertexTreeLevel> above;
+  };
+
+  // A level in files.
   Status VisitBlocks(unsigned depth)
   {
     const LevelFile& file = this->Levels.files[depth];
-    const BlockRange here = this->Team.Here(file.blockDepth);
-    std::size_t block = here.begin;
+    const BlockRange blocks = depth > this->Input.depths.stitch ? this->Team.Here(file.blockDepth)
+                              : this->Team.IsFirst()            ? file.AllBlocks()
+                                                                : BlockRange{};
+    std::size_t block = blocks.begin;
     return ForEachLoaded(
-      here.end - here.begin, [&](std::size_t i) { return this->LoadPart(depth, here.begin + i); },
-      [&](VertexTreeLevel& part)
+      blocks.end - blocks.begin,
+      [&](std::size_t i) { return this->LoadPart(depth, blocks.begin + i); },
+      [&](LevelPart& part)
       {
-        this->Tree.levels[depth] = std::move(part);
+        this->SetAbove(part.above);
+        this->Tree.levels[depth] = std::move(part.level);
         const Status status =
           this->VisitPart(Resolution::Level(depth), file.blockDepth, block++, {});
         this->Tree.levels[depth] = {};
@@ -221,7 +217,16 @@ private:
       this->Exec);
   }
 
-  Result<VertexTreeLevel> LoadPart(unsigned depth, std::size_t index) const
+  // above: levels in files up to S; none where nothing above is asked for.
+  void SetAbove(std::vector<VertexTreeLevel>& above)
+  {
+    for (std::size_t d = this->Levels.firstInFiles; d < above.size(); ++d)
+    {
+      this->Tree.levels[d] = std::move(above[d]);
+    }
+  }
+
+  Result<LevelPart> LoadPart(unsigned depth, std::size_t index) const
   {
     const LevelFile& file = this->Levels.files[depth];
     Result<LevelBlock> block = LoadLevelBlock(file, index);
@@ -235,9 +240,71 @@ private:
     {
       return first.GetError();
     }
-    Result<ClusterLevel> level = ReadBlockLevel(file, this->Levels.attributes, std::move(*block));
-    return level ? OrderLevel(std::move(*level), *first, {}, this->Exec).level
-                 : Result<VertexTreeLevel>(level.GetError());
+    Result<ClusterLevel> level = ReadBlockLevel(file, this->Levels.attributes, *block);
+    if (!level)
+    {
+      return level.GetError();
+    }
+    OrderedLevel ordered = OrderLevel(std::move(*level), *first, {}, this->Exec);
+    LevelPart part;
+    part.level = std::move(ordered.level);
+    if (depth < this->Input.depths.stitch)
+    {
+      const Status status = this->LoadReach(depth, index, *block, ordered.places, part.level);
+      return status ? Result<LevelPart>(std::move(part)) : status.GetError();
+    }
+    const CellRange own = RangeOfCell(this->Input.vertexCount, file.blockDepth, index);
+    Result<std::vector<VertexTreeLevel>> above =
+      this->Coarse.AncestorsOf(own, Outside(part.level.first, own));
+    if (!above)
+    {
+      return above.GetError();
+    }
+    part.above = std::move(*above);
+    if (depth == this->Input.depths.stitch)
+    {
+      part.level.ranks = std::move(part.above.back().ranks);
+      part.level.parents = std::move(part.above.back().parents);
+    }
+    return part;
+  }
+
+  // What a part of a level coarser than S says of its clusters. places: of those of the block.
+  Status LoadReach(unsigned depth, std::size_t index, const LevelBlock& block,
+    std::span<const VertexId> places, VertexTreeLevel& level) const
+  {
+    Result<std::vector<VertexId>> ranks =
+      ReadBlockRecords<VertexId>(this->Numbers.ranks[depth], block);
+    if (!ranks)
+    {
+      return ranks.GetError();
+    }
+    std::sort(ranks->begin(), ranks->end());
+    level.ranks = std::move(*ranks);
+    const ReachFile& file = this->Numbers.reach[depth];
+    Result<std::vector<ReachedNode>> reach =
+      ReadInterval<ReachedNode>(file.nodes, file.begin[index], file.begin[index + 1]);
+    if (!reach)
+    {
+      return reach.GetError();
+    }
+    const VertexId first = this->Levels.files[depth].begin[index];
+    for (ReachedNode& entry : *reach)
+    {
+      entry.cluster = places[block.ownBegin + (entry.cluster - first)];
+    }
+    std::sort(reach->begin(), reach->end());
+    level.reach = std::move(*reach);
+    return {};
+  }
+
+  // The numbers that are not in a range.
+  static std::vector<VertexId> Outside(std::span<const VertexId> numbers, const CellRange& range)
+  {
+    std::vector<VertexId> outside;
+    std::copy_if(numbers.begin(), numbers.end(), std::back_inserter(outside),
+      [&](VertexId number) { return number < range.begin || number - range.begin >= range.size; });
+    return outside;
   }
 
   Status VisitOriginal()
@@ -248,6 +315,7 @@ private:
     {
       TreeBlock block;
       std::vector<VertexId> numbers;
+      std::vector<VertexTreeLevel> above;
     };
     std::size_t index = here.begin;
     return ForEachLoaded(
@@ -260,16 +328,39 @@ private:
           return block.GetError();
         }
         Result<std::vector<VertexId>> numbers = this->NumbersOf(block->ranks);
-        return numbers ? Result<Part>(Part{ std::move(*block), std::move(*numbers) })
-                       : Result<Part>(numbers.GetError());
+        if (!numbers)
+        {
+          return numbers.GetError();
+        }
+        Result<std::vector<VertexTreeLevel>> above =
+          this->AncestorsOf(this->Input.RangeOf(here.begin + i), *numbers);
+        if (!above)
+        {
+          return above.GetError();
+        }
+        return Part{ std::move(*block), std::move(*numbers), std::move(*above) };
       },
-      [&](const Part& part)
+      [&](Part& part)
       {
+        this->SetAbove(part.above);
         NumberPart(this->Tree, part.numbers);
         return this->Visit(
           this->Tree, part.block.mesh, Resolution::Original(), this->PartOfBlock(index++));
       },
       this->Exec);
+  }
+
+  // Of a block's own vertices and its ghosts, in any order.
+  Result<std::vector<VertexTreeLevel>> AncestorsOf(
+    const CellRange& own, std::span<const VertexId> numbers) const
+  {
+    if (!this->Numbers.numberOfRank.IsOpen())
+    {
+      return std::vector<VertexTreeLevel>{}; // no levels
+    }
+    std::vector<VertexId> ghosts = Outside(numbers, own);
+    std::sort(ghosts.begin(), ghosts.end());
+    return this->Coarse.AncestorsOf(own, ghosts);
   }
 
   // Of vertices with these ranks, in any order (but fastest where most of them ascend).
@@ -311,7 +402,7 @@ private:
   BlockTeam Alone;
   BlockTeam& Team;
   const std::function<Status(Resolution)>& Finished;
-  std::vector<std::vector<VertexId>> FirstOfCoarse; // of the levels up to S that are still to come
+  CoarseTree Coarse;
   VertexTree Tree;
 };
 

@@ -713,29 +713,16 @@ private:
       return status;
     }
     this->Clock.Finish("levels");
-    std::vector<PhaseFile> files;
-    for (std::size_t d = 0; d < numbers.first.size(); ++d)
-    {
-      files.push_back({ "first" + std::to_string(d), std::move(numbers.first[d]) });
-    }
-    files.push_back({ "numbers", std::move(numbers.numberOfRank) });
     BlobWriter blob;
-    blob.Add(numbers.first.size());
+    std::vector<PhaseFile> files;
+    Save(blob, files, std::move(numbers));
     return this->Folder->Finish("numbers", blob, files);
   }
 
   Status LoadNumbers(ExternalNumbers& numbers)
   {
     BlobReader blob = this->Folder->BlobOf("numbers");
-    const auto count = blob.Read<std::size_t>();
-    Status status = blob.Finish();
-    for (std::size_t d = 0; status && d < count; ++d)
-    {
-      status = Take(this->Folder->TakeFile("numbers", "first" + std::to_string(d)),
-        numbers.first.emplace_back());
-    }
-    return status ? Take(this->Folder->TakeFile("numbers", "numbers"), numbers.numberOfRank)
-                  : status;
+    return Take(LoadExternalNumbers(blob, *this->Folder, "numbers"), numbers);
   }
 
   Status WriteStore()

@@ -68,6 +68,23 @@ std::array<std::pair<std::string, SpillFile LevelFile::*>, 4> FilesOf(unsigned d
     { "tuples" + level, &LevelFile::tuples } } };
 }
 
+// The same of all numbers.
+std::vector<std::pair<std::string, SpillFile*>> FilesOf(ExternalNumbers& numbers)
+{
+  std::vector<std::pair<std::string, SpillFile*>> files{ { "numbers", &numbers.numberOfRank } };
+  for (std::size_t d = 0; d < numbers.first.size(); ++d)
+  {
+    files.emplace_back("first" + std::to_string(d), &numbers.first[d]);
+  }
+  for (std::size_t d = 0; d < numbers.ranks.size(); ++d)
+  {
+    files.emplace_back("ranks" + std::to_string(d), &numbers.ranks[d]);
+    files.emplace_back("ranked" + std::to_string(d), &numbers.ranked[d]);
+    files.emplace_back("reach" + std::to_string(d), &numbers.reach[d].nodes);
+  }
+  return files;
+}
+
 }
 
 void Save(BlobWriter& blob, const MeshFacts& facts)
@@ -198,6 +215,53 @@ Result<ExternalLevels> LoadExternalLevels(
     return status.GetError();
   }
   return levels;
+}
+
+void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& numbers)
+{
+  blob.Add(numbers.first.size());
+  blob.Add(numbers.ranks.size());
+  for (const ReachFile& reach : numbers.reach)
+  {
+    blob.AddList(reach.begin);
+  }
+  for (const auto& [name, file] : FilesOf(numbers))
+  {
+    files.push_back({ name, std::move(*file) });
+  }
+}
+
+Result<ExternalNumbers> LoadExternalNumbers(
+  BlobReader& blob, const BuildFolder& folder, std::string_view phase)
+{
+  ExternalNumbers numbers;
+  const auto levels = blob.Read<std::size_t>(), coarse = blob.Read<std::size_t>();
+  if (levels > Resolution::maximumLevel || coarse > levels)
+  {
+    return Error{ ErrorCode::Damaged, "numbers of levels that no build has left" };
+  }
+  numbers.first.resize(levels);
+  numbers.ranks.resize(coarse);
+  numbers.ranked.resize(coarse);
+  numbers.reach.resize(coarse);
+  for (ReachFile& reach : numbers.reach)
+  {
+    reach.begin = blob.ReadList<std::uint64_t>();
+  }
+  if (Status status = blob.Finish(); !status)
+  {
+    return status.GetError();
+  }
+  for (const auto& [name, file] : FilesOf(numbers))
+  {
+    Result<SpillFile> taken = folder.TakeFile(phase, name);
+    if (!taken)
+    {
+      return taken.GetError();
+    }
+    *file = std::move(*taken);
+  }
+  return numbers;
 }
 
 std::string DescribeOptions(const BuildOptions& options)

@@ -3,6 +3,7 @@
 
 #include "filters/outofcore/BuildFolder.h"
 #include "filters/outofcore/ExternalLevels.h"
+#include "filters/outofcore/ExternalNumbers.h"
 #include "filters/store/Builder.h"
 
 #include <string>
@@ -33,6 +34,11 @@ MeshFacts LoadMeshFacts(BlobReader& blob);
 void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalLevels&& levels);
 // Errors: Damaged; those of TakeFile.
 Result<ExternalLevels> LoadExternalLevels(
+  BlobReader& blob, const BuildFolder& folder, std::string_view phase);
+
+void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& numbers);
+// Errors: Damaged; those of TakeFile.
+Result<ExternalNumbers> LoadExternalNumbers(
   BlobReader& blob, const BuildFolder& folder, std::string_view phase);
 
 // All options that decide what is in the files or the store, as text.

@@ -5,6 +5,7 @@
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/app/TbbExecution.h"
+#include "filters/core/CollapseRound.h"
 #include "filters/core/LeafOrder.h"
 #include "filters/core/Levels.h"
 #include "filters/core/PointRecord.h"
@@ -40,6 +41,7 @@ struct CutResolution
 // A mesh taken through core in memory.
 struct InMemory
 {
+  LevelMaker maker = LevelMaker::Collapse;
   Mesh mesh;
   KdTree tree;
   ClusterLevels levels;
@@ -51,6 +53,7 @@ struct InMemory
 InMemory BuildInMemory(const Mesh& mesh, const KdTreeOptions& options, LevelMaker maker)
 {
   InMemory built;
+  built.maker = maker;
   built.mesh = mesh;
   built.tree = *BuildKdTree(mesh.points, options);
   const unsigned partition = built.Depths().partition;
@@ -82,7 +85,7 @@ InMemory BuildInMemory(const Mesh& mesh, const KdTreeOptions& options, LevelMake
 struct Blocks
 {
   unsigned ofMesh = 0;
-  unsigned ofLevels = 0; // those of a level finer than S at most as deep as its pieces
+  unsigned ofLevels = 0; // at most as deep as DeepestBlocks
   unsigned firstInFiles = 0;
 
   std::string Describe() const
@@ -92,6 +95,22 @@ struct Blocks
            std::to_string(this->firstInFiles);
   }
 };
+
+// How deep the blocks of a level may be: siblings are in one of them unless their parents are in
+// memory. What is collapsed freely has clusters anywhere.
+unsigned DeepestBlocks(const InMemory& built, unsigned depth, unsigned firstInFiles)
+{
+  const TreeDepths& depths = built.Depths();
+  const auto isFree = [&](unsigned d)
+  { return built.maker == LevelMaker::Collapse && !CollapsesInParts(depths, d); };
+  if (depth > depths.stitch)
+  {
+    return PieceDepth(Resolution::Level(depth), depths);
+  }
+  return depth == 0 || isFree(depth) || (depth > firstInFiles && isFree(depth - 1))
+           ? 0
+           : PieceDepth(Resolution::Level(depth - 1), depths);
+}
 
 // The same tree and levels in files.
 struct InFiles
@@ -123,8 +142,8 @@ struct InFiles
     }
     for (unsigned d = depths.finest + 1; d-- > blocks.firstInFiles;)
     {
-      const unsigned deepest = d > depths.stitch ? PieceDepth(Resolution::Level(d), depths) : d;
-      this->WriteLevel(built, d, std::min(blocks.ofLevels, deepest), counts);
+      this->WriteLevel(
+        built, d, std::min(blocks.ofLevels, DeepestBlocks(built, d, blocks.firstInFiles)), counts);
       const std::vector<VertexId>& parents = built.levels.levels[d].parents;
       std::vector<VertexId> above(d > 0 ? built.levels.levels[d - 1].lowest.size() : 0, 0);
       for (std::size_t cluster = 0; cluster < parents.size(); ++cluster)
@@ -357,12 +376,14 @@ private:
       return this->Files.mesh.BlockCount();
     }
     const unsigned d = resolution.Depth();
-    return d > this->Expected.Depths().stitch ? this->Files.levels.files[d].BlockCount() : 1;
+    return d >= this->Files.levels.firstInFiles ? this->Files.levels.files[d].BlockCount() : 1;
   }
 
   // No more is at hand than was promised.
   void CheckSize(const VertexTree& tree, const Mesh& mesh, Resolution resolution) const
   {
+    const std::size_t atHand =
+      resolution.IsOriginal() ? mesh.points.size() : tree.levels[resolution.Depth()].first.size();
     for (unsigned d = 0; d < tree.levels.size(); ++d)
     {
       if (resolution != Resolution::Level(d))
@@ -371,7 +392,16 @@ private:
         EXPECT_EQ(level.positions.capacity() + level.deviations.capacity() +
                     level.triangles.capacity() + level.attributes.capacity(),
           0U);
-        EXPECT_EQ(level.first.empty(), d > tree.depths.stitch);
+        if (d < this->Files.levels.firstInFiles)
+        {
+          EXPECT_EQ(level.first.size(), this->Expected.levels.levels[d].lowest.size());
+          continue;
+        }
+        const bool above =
+          d <= tree.depths.stitch && resolution >= Resolution::Level(tree.depths.stitch);
+        EXPECT_LE(level.parents.size(), above ? atHand : 0U);
+        EXPECT_LE(level.first.size(), above && d == tree.depths.stitch ? atHand : 0U);
+        EXPECT_TRUE(level.reach.empty());
       }
     }
     EXPECT_EQ(tree.original.size(), mesh.points.size());
@@ -473,15 +503,19 @@ TEST(ExternalPieces, OfManyPartitions)
   struct Deep
   {
     KdTreeOptions options;
+    LevelMaker maker;
     TreeDepths depths;
   };
-  for (const Deep& deep : { Deep{ { 50, {}, 8 }, { 11, 13, 13 } },
-         Deep{ { 300, {}, 8 }, { 8, 12, 13 } }, Deep{ { 2000, {}, 4 }, { 5, 9, 14 } } })
+  for (const Deep& deep : { Deep{ { 50, {}, 8 }, LevelMaker::Collapse, { 11, 13, 13 } },
+         Deep{ { 300, {}, 8 }, LevelMaker::Collapse, { 8, 12, 13 } },
+         Deep{ { 2000, {}, 4 }, LevelMaker::Collapse, { 5, 9, 14 } },
+         Deep{ { 20, {}, 1 }, LevelMaker::Cluster, { 12, 16, 16 } } })
   {
-    const InMemory built = BuildInMemory(torus, deep.options, LevelMaker::Collapse);
+    const InMemory built = BuildInMemory(torus, deep.options, deep.maker);
     ASSERT_EQ(built.Depths(), deep.depths);
     for (const Blocks& blocks :
-      { Blocks{ 3, 1, 5 }, Blocks{ std::min(6U, deep.depths.partition), 3, deep.depths.stitch } })
+      { Blocks{ 3, 1, 5 }, Blocks{ 5, 4, std::min(13U, deep.depths.stitch) },
+        Blocks{ std::min(6U, deep.depths.partition), 3, deep.depths.stitch } })
     {
       Check(built, blocks, execution);
       if (::testing::Test::HasFailure())
@@ -489,6 +523,18 @@ TEST(ExternalPieces, OfManyPartitions)
         return;
       }
     }
+  }
+}
+
+// Levels coarser than S that are collapsed in parts, from 16 on.
+TEST(ExternalPieces, OfLevelsBelowTheStitchInBlocks)
+{
+  const InMemory built =
+    BuildInMemory(Shuffled(Torus(600, 420), 2), { 20, {}, 1 }, LevelMaker::Collapse);
+  ASSERT_EQ(built.Depths(), (TreeDepths{ 14, 18, 18 }));
+  for (const Blocks& blocks : { Blocks{ 4, 6, 16 }, Blocks{ 2, 3, 17 }, Blocks{ 5, 5, 9 } })
+  {
+    Check(built, blocks, MakeTbbExecution(2));
   }
 }
 
