@@ -337,6 +337,13 @@ TEST_F(Programs, BadInputIsNamedWithItsPlace)
   this->WriteText("nan.ply", Ply("4", "1", "0 0 0\n1 0 nan\n0 1 0\n1 1 0\n3 0 1 2\n"));
   this->WriteText("none.ply", Ply("0", "0", ""));
   this->WriteText("model.ifc", "1 2 3\n");
+  Mesh wide = Torus(40, 20);
+  wide.scalarType = ScalarType::Float64;
+  for (Vec3& p : wide.points)
+  {
+    p[1] *= 1e306; // levels would hold NaN
+  }
+  this->Write("wide.ply", wide);
   this->Write("whole.ply", Torus(40, 20));
   const std::string whole = ReadWhole(this->Folder / "whole.ply");
   std::ofstream(this->Folder / "cut.ply", std::ios::binary) << whole.substr(0, whole.size() - 5);
@@ -360,6 +367,8 @@ TEST_F(Programs, BadInputIsNamedWithItsPlace)
   expect("nan.ply", "vertex 1: z is not finite");
   expect("none.ply", "the mesh has no vertices");
   expect("model.ifc", ".ifc");
+  expect("wide.ply",
+    "the mesh spans more than 2^127 (1.7e38) along y, the most that levels can be computed for");
   expect("cut.ply", "face 1599");
   expect("cut2.ply", "vertex ");
 }

@@ -99,7 +99,7 @@ std::vector<Kind> Kinds()
           [&]
           {
             const double sign = random.Below(2) ? -1 : 1;
-            return sign * std::ldexp(1 + random.Unit(), int(random.Below(2000)) - 1022);
+            return sign * std::ldexp(1 + random.Unit(), int(random.Below(1148)) - 1022);
           });
       } },
   };

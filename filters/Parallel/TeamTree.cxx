@@ -1,5 +1,6 @@
 #include "filters/Parallel/TeamTree.h"
 
+#include "filters/core/Extent.h"
 #include "filters/core/PointRecord.h"
 #include "filters/core/RecordTree.h"
 #include "filters/core/TakeResult.h"
@@ -57,7 +58,10 @@ public:
 
   Result<std::vector<Box>> Build(const VertexFiles& vertices, VertexId firstId)
   {
-    Status status = this->WriteRecordsOf(vertices, firstId);
+    Box box;
+    Status status = this->WriteRecordsOf(vertices, firstId, box);
+    status = status ? this->Team.JoinBoxes(std::span(&box, 1)) : status;
+    status = status ? CheckExtent(box) : status;
     for (unsigned depth = 0; status && depth < this->SplitDepth; ++depth)
     {
       status = this->Split(depth);
@@ -86,7 +90,8 @@ private:
 
   std::size_t Nodes(unsigned depth) const { return std::size_t{ 1 } << depth; }
 
-  Status WriteRecordsOf(const VertexFiles& vertices, VertexId firstId)
+  // Adds the vertices to `box`.
+  Status WriteRecordsOf(const VertexFiles& vertices, VertexId firstId, Box& box)
   {
     this->Count = vertices.count;
     Status status = Take(this->Folder.CreateFile("vertices", 0), this->Records);
@@ -101,6 +106,7 @@ private:
       for (std::size_t i = 0; status && i < read->size(); ++i)
       {
         const Vec3& p = (*read)[i];
+        box.Add(p);
         writer.Append({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, firstId++ });
         nodes.Append(0);
       }

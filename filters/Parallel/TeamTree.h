@@ -26,9 +26,9 @@ unsigned DepthOfTeam(std::size_t ranks, const TreeDepths& depths);
 // bit what BuildKdTree says of all vertices. Messages: for each depth that is split together 12
 // sums of 2 KiB a node, or 6 of 512 KiB up to depth 2, and every record once. Each such depth is 14
 // passes over the records, or 8. Memory: `memory`, and all boxes three times; the records (16 bytes
-// a vertex, or 32 where floats do not hold the coordinates) are in files. Errors: InputOutput;
-// Cancelled; MpiTeam's. REQUIRES: the team is divided at DepthOfTeam; mesh.depths, vertexCount and
-// floats are known.
+// a vertex, or 32 where floats do not hold the coordinates) are in files. Errors: InvalidInput
+// beyond mostExtent (Extent.h); InputOutput; Cancelled; MpiTeam's. REQUIRES: the team is divided at
+// DepthOfTeam; mesh.depths, vertexCount and floats are known.
 Result<std::vector<Box>> BuildTreeTogether(MpiTeam& team, SpillFolder& folder,
   const VertexFiles& vertices, VertexId firstId, std::uint64_t memory, MeshBlocks& mesh,
   const Execution& execution);

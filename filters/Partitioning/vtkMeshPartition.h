@@ -29,8 +29,8 @@
  * Complexity: that of the partitioner, and linear in points and cells. Memory beside input, outputs
  * and partitioner: about 30 bytes a point and 30 a triangle. Runs on vtkSMPTools; the result does
  * not depend on backend and threads. Aborting leaves empty outputs. Errors, with empty outputs: a
- * coordinate that is not finite; a cell that uses a point that is not there; NumberOfPartitions
- * above the number of points.
+ * coordinate that is not finite; a cell that uses a point that is not there; points that span more
+ * than 2^127 along an axis; NumberOfPartitions above the number of points.
  *
  * Not made for subclasses outside this module: what a partitioner works on is not public.
  *

@@ -33,9 +33,9 @@
  * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
  * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
- * finite; a cell that uses a point that is not there; points that span more than a double can
- * hold; Depth below the finest level; an array to process that is not there, or is not one whole
- * number for each point.
+ * finite; a cell that uses a point that is not there; points that span more than 2^127
+ * along an axis; Depth below the finest level; an array to process that is not there, or is not one
+ * whole number for each point.
  *
  * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
  * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.

@@ -6,6 +6,7 @@
 #include "filters/core/KMeansClustering.h"
 
 #include "filters/core/DisjointSets.h"
+#include "filters/core/Extent.h"
 #include "filters/core/FaceClustering.h"
 #include "filters/core/KdTree.h"
 #include "filters/core/NearestPoint.h"
@@ -55,15 +56,14 @@ struct Surface
 Result<Surface> MakeSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
 {
   const Box box = BoxOfPoints(points);
+  if (Status status = CheckExtent(box); !status)
+  {
+    return status.GetError();
+  }
   double side = 0;
   for (std::size_t k = 0; k < 3; ++k)
   {
     side = std::max(side, box.hi[k] - box.lo[k]);
-    if (!std::isfinite(box.hi[k] - box.lo[k]))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
-    }
   }
   Surface surface;
   surface.place = FirstCoincident(points, Coincidence::ValueEqual);

@@ -56,8 +56,8 @@ struct KMeansOptions
 // Complexity: O(t log^2 t) for the seeds and O((n + t) log n) an iteration, instead of the paper's
 // n K; memory about 200 bytes a vertex and 200 a triangle. Serial. Errors: InvalidArgument for no
 // vertices, K of 0 or above n, N or iterations of 0, or a weight out of its range; InvalidInput
-// where the span of the vertices is no double; LimitExceeded beyond 2^32 - 2 vertices; Cancelled.
-// Source: paper 4.1.1, after [5] and [14].
+// beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices; Cancelled. Source:
+// paper 4.1.1, after [5] and [14].
 Result<Clustering> ClusterByKMeans(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KMeansOptions& options,
   const Execution& execution = {});

@@ -1,11 +1,11 @@
 // The balanced k-d tree: see KdTree.h. Points become records, RecordTree orders them.
 #include "filters/core/KdTree.h"
 
+#include "filters/core/Extent.h"
 #include "filters/core/RecordTree.h"
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <string>
 
 namespace kdstream
@@ -98,20 +98,6 @@ Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& ex
         tree.order[i] = records[i].id;
       }
     });
-  return {};
-}
-
-// The axes of the tree, the grid and the distances are made of differences: each must be a number.
-Status CheckExtent(const Box& box)
-{
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    if (!std::isfinite(box.hi[k] - box.lo[k]))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
-    }
-  }
   return {};
 }
 

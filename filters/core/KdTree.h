@@ -71,8 +71,8 @@ struct KdTree
 // well. The axis is the longest side of the cell's own box (the first of equals); the lower half
 // gets floor, the upper ceil. Complexity: O(n L); memory a record of 16 bytes a point
 // where floats hold every coordinate exactly, else of 32, beside the result. Threads: nodes of
-// one depth run in parallel. Errors: those of ComputeDepths; Cancelled. Source: paper 4.1; the
-// total order is ours (DESIGN section 3.1).
+// one depth run in parallel. Errors: those of ComputeDepths; InvalidInput beyond mostExtent
+// (Extent.h); Cancelled. Source: paper 4.1; the total order is ours (DESIGN section 3.1).
 Result<KdTree> BuildKdTree(
   std::span<const Vec3> points, const KdTreeOptions& options, const Execution& execution = {});
 

@@ -4,11 +4,11 @@
 //   c. leaves are numbered as they lie: in Morton order.
 #include "filters/core/OctreeClustering.h"
 
+#include "filters/core/Extent.h"
 #include "filters/core/Weld.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <queue>
 #include <string>
 #include <vector>
@@ -285,13 +285,9 @@ Result<OctreeClustering> ClusterByOctree(
     return status.GetError();
   }
   const Box box = BoxOfPoints(points);
-  for (std::size_t k = 0; k < 3; ++k)
+  if (Status status = CheckExtent(box); !status)
   {
-    if (!std::isfinite(box.hi[k] - box.lo[k]))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
-    }
+    return status.GetError();
   }
   if (Status status = execution.Report("octree", 0); !status)
   {

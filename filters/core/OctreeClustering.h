@@ -43,8 +43,8 @@ struct OctreeClustering : Clustering
 // Complexity: O(n d) for leaves of depth d <= 21, and O(c log c) for the search among c cells;
 // memory 32 bytes a vertex. Threads: the keys, and subtrees of the first mode; the result does not
 // depend on them. Errors: InvalidArgument for no vertices, an N of 0, a number of partitions of 0
-// or above n; InvalidInput where the span of the vertices is no double; LimitExceeded beyond 2^32 -
-// 2 vertices; Cancelled. Source: paper 2.1 and 4.1.1, [22].
+// or above n; InvalidInput beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices;
+// Cancelled. Source: paper 2.1 and 4.1.1, [22].
 Result<OctreeClustering> ClusterByOctree(
   std::span<const Vec3> points, const OctreeOptions& options, const Execution& execution = {});
 

@@ -46,7 +46,7 @@ struct ExternalOctree
 // does not fit, whatever the number of its depths. Memory: options.memory, beside 8 bytes a
 // cluster. Disk: as BuildExternalTree. Reports the steps "survey" and "octree". Errors:
 // InvalidArgument for no records and an N of 0; InvalidInput for a coordinate that is no number and
-// for a span that is no double; LimitExceeded for less memory than a few records; InputOutput;
+// beyond mostExtent (Extent.h); LimitExceeded for less memory than a few records; InputOutput;
 // Cancelled. Source: paper 2.1, 4.2.4, [22].
 template <class Scalar>
 Result<ExternalOctree> ClusterByExternalOctree(SpillFolder& folder, SpillFile& points,

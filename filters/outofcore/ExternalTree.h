@@ -63,9 +63,9 @@ struct ExternalTree
 // finished by BuildRecordTree and written. Complexity: a read and a write of a cell for each depth
 // that does not fit, beside what the median costs. Memory: options.memory; blocks of up to 2 MiB.
 // Disk: ExternalTreeOptions::keepPoints. Reports the steps "survey" and "tree". Errors:
-// InvalidArgument for no records; InvalidInput for a coordinate that is no number and for a span
-// that is no double; LimitExceeded for a memory that cannot hold one finest cell and a few blocks,
-// with the bytes that would do; InputOutput (spill files); Cancelled.
+// InvalidArgument for no records; InvalidInput for a coordinate that is no number and beyond
+// mostExtent (Extent.h); LimitExceeded for a memory that cannot hold one finest cell and a few
+// blocks, with the bytes that would do; InputOutput (spill files); Cancelled.
 template <class Scalar>
 Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   const TreeDepths& depths, const ExternalTreeOptions& options, const Execution& execution = {});

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/core/Execution.h"
+#include "filters/core/Extent.h"
 #include "filters/outofcore/BatchPass.h"
 #include "filters/outofcore/CellStatistics.h"
 
@@ -29,20 +30,6 @@ Status CheckNumbers(std::span<const PointRecord<Scalar>> records)
         return Error{ ErrorCode::InvalidInput,
           "vertex " + std::to_string(record.id) + ": " + "xyz"[k] + " is not finite" };
       }
-    }
-  }
-  return {};
-}
-
-// Axes and cubes are made of differences: each must be a number.
-inline Status CheckExtent(const Box& box)
-{
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    if (!std::isfinite(box.hi[k] - box.lo[k]))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("the mesh spans more along ") + "xyz"[k] + " than a double can hold" };
     }
   }
   return {};

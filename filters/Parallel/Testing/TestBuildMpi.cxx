@@ -178,10 +178,19 @@ TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
   // Only the rank that reads the end sees this.
   ExpectOneMessage(RunRanks(folder, 3, { "cut.ply", "-o", "out.kds", "--quiet" }), "cut.ply: ");
   ExpectOneMessage(RunWithOneOther(folder, "in=none.ply"), "no such file");
+  Mesh wide = DisplacedSphere(4);
+  wide.scalarType = ScalarType::Float64;
+  for (Vec3& p : wide.points)
+  {
+    p = { 1e306 * p[0], p[1], p[2] };
+  }
+  ASSERT_TRUE(WriteMesh(folder / "wide.ply", wide));
+  const std::string tooWide = "wide.ply: the mesh spans more than 2^127 (1.7e38) along x";
+  ExpectOneMessage(RunRanks(folder, 3, { "wide.ply", "-o", "out.kds", "--quiet" }), tooWide);
   // A disk on which files get no larger than 8 MB: levels need more.
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(700)));
   ExpectOneMessage(RunWithOneOther(folder, "ulimit -f 16000"), "is too small");
-  EXPECT_EQ(Others(folder, { "mesh.ply", "cut.ply" }), std::vector<std::string>{});
+  EXPECT_EQ(Others(folder, { "mesh.ply", "cut.ply", "wide.ply" }), std::vector<std::string>{});
 }
 
 namespace

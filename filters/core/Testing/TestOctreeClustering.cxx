@@ -266,7 +266,7 @@ TEST(OctreeClustering, SaysWhatIsWrong)
   EXPECT_EQ(message(two, { 1, 0U }), "number of partitions is 0; at least 1 is needed");
   EXPECT_EQ(message(two, { 1, 3U }), "number of partitions 3 is above the number of vertices, 2");
   EXPECT_EQ(message({ { 0, -1e308, 0 }, { 0, 1e308, 0 } }, {}),
-    "the mesh spans more along y than a double can hold");
+    "the mesh spans more than 2^127 (1.7e38) along y, the most that levels can be computed for");
 }
 
 TEST(OctreeClustering, StopsWhenToldTo)

@@ -230,7 +230,7 @@ TEST(KdClusterSimplification, ErrorsNameWhatIsWrongAndLeaveAnEmptyOutput)
     { outside, 0, "cell 8 uses point 9, but there are 9" },
     { MakePlate(3), 4, "Depth 4 is below the finest level of this input, at depth 3" },
     { MakePoints({ { -1e308, 0, 0 }, { 1e308, 0, 0 } }), 0,
-      "the mesh spans more along x than a double can hold" },
+      "the mesh spans more than 2^127 (1.7e38) along x, the most that levels can be computed for" },
   };
   for (const auto& c : cases)
   {
