@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 
 namespace kdstream
 {
@@ -16,6 +17,10 @@ namespace
 
 constexpr const char* selectPiece =
   "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ?";
+// What a row says of itself is under its checksum, but for these two, which its id says as well.
+constexpr const char* selectMislabelled =
+  "SELECT id, quote(resolution), quote(node) FROM pieces "
+  "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";
 constexpr const char* selectTreePage = "SELECT data, checksum FROM tree WHERE page = ?";
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
 
@@ -133,6 +138,29 @@ struct Store::Connection
       Reader{ std::move(*database), std::move(*piece), std::move(*treePage) });
   }
 
+  // note(id, error) for each row of a piece whose other columns do not agree with its id.
+  template <class Note>
+  Status VisitMislabelled(const Note& note)
+  {
+    const Result<std::unique_ptr<Reader>> reader = this->Take();
+    if (!reader)
+    {
+      return reader.GetError();
+    }
+    Result<Statement> rows = Statement::Prepare((*reader)->database.get(), selectMislabelled);
+    if (!rows)
+    {
+      return rows.GetError();
+    }
+    Result<bool> row = rows->Step();
+    for (; row && *row; row = rows->Step())
+    {
+      note(rows->Integer(0),
+        Damaged("its row", "resolution is " + rows->Text(1) + ", node " + rows->Text(2)));
+    }
+    return row ? Status{} : row.GetError();
+  }
+
   void Return(std::unique_ptr<Reader> reader)
   {
     const std::lock_guard lock(this->mutex);
@@ -214,6 +242,13 @@ std::string Store::BlobName(PieceId id, const TreeDepths& depths)
     return "partitions/" + std::to_string(id.node - (NodeId{ 1 } << depths.partition));
   }
   return "levels/" + std::to_string(id.resolution.Depth()) + "/" + std::to_string(id.node);
+}
+
+std::string Store::NameOfRow(std::int64_t row) const
+{
+  const std::optional<PieceId> id = PieceOfRow(row);
+  return id && this->Information.HasPiece(*id) ? BlobName(*id, this->Information.depths)
+                                               : "pieces/" + std::to_string(row);
 }
 
 std::string Store::TreePageName(NodeId page)
@@ -342,6 +377,12 @@ std::vector<Error> Store::Verify(const Execution& execution) const
       continue;
     }
     digest.AddTreePage(page, *blob);
+  }
+  const Status labels = this->Database->VisitMislabelled(
+    [&](std::int64_t row, const Error& error) { note(this->NameOfRow(row), error); });
+  if (!labels)
+  {
+    note("pieces", labels.GetError());
   }
   const std::vector<PieceId> ids = this->PieceIds();
   for (std::size_t i = 0; i < ids.size(); ++i)

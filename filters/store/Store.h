@@ -94,6 +94,7 @@ private:
   Store();
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
   bool AttributesFit(const Piece& piece) const;
+  std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;
   StoreInfo Information;
 };

@@ -62,6 +62,19 @@ std::int64_t PieceRow(PieceId id)
   return (resolution << 32) | id.node;
 }
 
+std::optional<PieceId> PieceOfRow(std::int64_t row)
+{
+  const std::int64_t resolution = row >> 32;
+  if (resolution < 0 || resolution > Resolution::maximumLevel + 1)
+  {
+    return {};
+  }
+  return PieceId{ resolution > Resolution::maximumLevel
+                    ? Resolution::Original()
+                    : Resolution::Level(static_cast<unsigned>(resolution)),
+    static_cast<NodeId>(row & 0xFFFFFFFF) };
+}
+
 std::int64_t MetadataChecksum(std::string_view key, std::string_view value)
 {
   return RowHash().Text(key).Text(value).Value();

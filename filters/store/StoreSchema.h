@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -26,6 +27,8 @@ CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node I
 // The row of a piece: its resolution (63 = original) above its node, so that rows lie coarse to
 // fine.
 std::int64_t PieceRow(PieceId id);
+// Back: nothing where no piece of any store has that row.
+std::optional<PieceId> PieceOfRow(std::int64_t row);
 
 // XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
 // noticed.

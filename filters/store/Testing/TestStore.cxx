@@ -225,6 +225,12 @@ TEST_F(StoreTest, EveryRowThatIsDamagedIsNamed)
     damageOf("DELETE FROM pieces WHERE id = " + last), Messages{ "partitions/5: row is missing" });
   EXPECT_EQ(damageOf("UPDATE pieces SET vertices = vertices + 1 WHERE resolution = 3"),
     Messages{ "levels/3/1: wrong checksum" });
+  EXPECT_EQ(damageOf("UPDATE pieces SET node = 2 WHERE resolution = 3"),
+    Messages{ "levels/3/1: its row: resolution is 3, node 2" });
+  EXPECT_EQ(damageOf("UPDATE pieces SET resolution = 'x' WHERE id = " + last),
+    Messages{ "partitions/5: its row: resolution is 'x', node 37" });
+  EXPECT_EQ(damageOf("INSERT INTO pieces VALUES (-7, 1, 1, 0, 0, x'', 0)"),
+    Messages{ "pieces/-7: its row: resolution is 1, node 1" });
   EXPECT_EQ(
     damageOf("UPDATE tree SET checksum = checksum + 1"), Messages{ "tree/1: wrong checksum" });
   EXPECT_EQ(damageOf("UPDATE metadata SET value = replace(value, 'mesh.ply', 'MESH.ply')"),
