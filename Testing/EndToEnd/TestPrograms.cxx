@@ -298,7 +298,7 @@ TEST_F(Programs, WrongUsageExitsWith2)
     { "in.ply", "-o", "m.kds", "--partitions", "0" },
     { "in.ply", "-o", "m.kds", "--partitions", "4", "--vertices-per-partition", "10" },
     { "in.ply", "-o", "m.kds", "--vertices-per-partition", "0" },
-    { "in.ply", "-o", "m.kds", "--memory", "lots" },
+    { "in.ply", "-o", "m.kds", "--memory", "lots" }, { "in.ply", "-o", "m.kds", "--memory", "64" },
     { "in.ply", "-o", "m.kds", "--sheets", "maybe" },
     { "in.ply", "-o", "m.kds", "--cell-vertices", "0" },
     { "in.ply", "-o", "m.kds", "--threads", "0" } };
@@ -326,6 +326,32 @@ TEST_F(Programs, WrongUsageExitsWith2)
     EXPECT_EQ(outcome.err.rfind("kdstream-store: error: ", 0), 0U) << outcome.err;
   }
   EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply", "m.kds" }));
+}
+
+TEST_F(Programs, MemoryWithoutAUnitIsExplained)
+{
+  this->Write("in.ply", Torus(40, 20));
+  this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "64" }), 2,
+    "kdstream-build: error: --memory: 64 bytes cannot hold any build; K, M or G may follow the "
+    "number, as in 64M");
+  this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "64K" }), 2,
+    "kdstream-build: error: --memory: 64 KiB cannot hold any build; K, M or G may follow the "
+    "number, as in 64M");
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--memory", "67108864" }).exitCode, 0);
+}
+
+TEST_F(Programs, AStoreOfAnotherEndingIsWarnedOf)
+{
+  this->Write("in.ply", Torus(40, 20));
+  for (const char* output : { "m.xyz", "m", "m.KDS" })
+  {
+    const Outcome outcome = this->Build({ "in.ply", "-o", output, "--quiet" });
+    EXPECT_EQ(outcome.exitCode, 0);
+    EXPECT_EQ(outcome.err, "kdstream-build: warning: " + std::string(output) +
+                             ": kdstream-serve finds stores by the ending .kds\n");
+    EXPECT_EQ(this->Store({ "verify", output }).exitCode, 0);
+  }
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).err, "");
 }
 
 TEST_F(Programs, BadInputIsNamedWithItsPlace)

@@ -101,6 +101,10 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   {
     return PrintError(program, line.output, status.GetError());
   }
+  if (team.IsFirst())
+  {
+    WarnOfEnding(program, line);
+  }
   CatchInterrupts();
   Result<BuildReport> report = Error{};
   {

@@ -91,6 +91,7 @@ int Build(const CLI::App& app, BuildCommand& line)
       return PrintError(program, line.stats, stats.GetError());
     }
   }
+  WarnOfEnding(program, line);
   CatchInterrupts();
   std::vector<std::string> warnings;
   Result<BuildReport> report = Error{};

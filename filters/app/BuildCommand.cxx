@@ -2,6 +2,7 @@
 
 #include "filters/app/StoreJson.h"
 #include "filters/outofcore/BuildFolder.h"
+#include "filters/store/BuildMemory.h"
 
 #include <sys/resource.h>
 
@@ -16,6 +17,9 @@ namespace
 {
 
 using Json = nlohmann::json;
+
+// A --memory below this was meant with a unit.
+constexpr std::uint64_t leastMeant = std::uint64_t{ 1 } << 20;
 
 const CLI::Validator onOff = CLI::IsMember({ "on", "off" });
 
@@ -141,6 +145,12 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   line.build.levels.sheets = line.sheets == "on";
   line.build.levels.representative =
     line.representative == "mean" ? Representative::Mean : Representative::Quadric;
+  if (line.build.memory > 0 && line.build.memory < leastMeant)
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "--memory: " + Mebibytes(line.build.memory) +
+        " cannot hold any build; K, M or G may follow the number, as in 64M" };
+  }
   if (line.build.memory == 0)
   {
     line.build.memory = FreeMemory() / 4 * 3;
@@ -238,6 +248,15 @@ std::string FileAtFault(
   return spill                                  ? build.parent_path().string()
          : error.code == ErrorCode::InputOutput ? line.output
                                                 : line.input;
+}
+
+void WarnOfEnding(std::string_view program, const BuildCommand& line)
+{
+  if (std::filesystem::path(line.output).extension() != ".kds")
+  {
+    std::cerr << program << ": warning: " << line.output
+              << ": kdstream-serve finds stores by the ending .kds\n";
+  }
 }
 
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report)

@@ -39,6 +39,9 @@ std::vector<StepShare> SharesOfSteps(const BuildCommand& line);
 std::string FileAtFault(
   const BuildCommand& line, const std::filesystem::path& store, const Error& error);
 
+// Says on stderr, before the work, that a store of this name is not served.
+void WarnOfEnding(std::string_view program, const BuildCommand& line);
+
 // What a build says on stderr beside errors.
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
 
