@@ -489,6 +489,22 @@ TEST_F(Programs, StaysBelowTheMemoryLimit)
   }
 }
 
+TEST_F(Programs, OfAnStlWhatWeldingLeavesDecidesTheMemory)
+{
+  const auto temporaryBytes = [&](const Mesh& mesh)
+  {
+    this->Write("in.stl", mesh);
+    constexpr std::uint64_t limit = 80;
+    const Outcome outcome = this->Build(
+      { "in.stl", "-o", "m.kds", "--memory", std::to_string(limit) + "M", "--stats", "s.json" });
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_LE(outcome.peakBytes, (limit + 64) << 20);
+    return Json::parse(ReadWhole(this->Folder / "s.json"))["temp_bytes"].get<std::uint64_t>();
+  };
+  EXPECT_EQ(temporaryBytes(Torus(500, 300)), 0U) << "it fits, once it is welded";
+  EXPECT_GT(temporaryBytes(Soup(200000, 1)), 0U) << "nothing is welded";
+}
+
 TEST_F(Programs, UnwritableOutputIsNamed)
 {
   this->Write("in.ply", Torus(40, 20));

@@ -36,7 +36,20 @@ MeshSize ClaimedSize(const MeshReader& reader)
 Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)
 {
   Mesh mesh;
-  Status allowed = CheckBuildMemory(ClaimedSize(reader), options.tree, options.memory);
+  const MeshSize claimed = ClaimedSize(reader);
+  const bool weld = options.weld || reader.Info().soup;
+  const auto check = [&](MeshSize size)
+  {
+    size.triangles = std::max(size.triangles, claimed.triangles); // they are read last
+    return weld ? CheckUnweldedMemory(size, options.tree, options.memory)
+                : CheckBuildMemory(size, options.tree, options.memory);
+  };
+  Status allowed = check(claimed);
+  if (allowed && options.memory > 0)
+  {
+    mesh.points.reserve(claimed.vertices);
+    mesh.triangles.reserve(claimed.triangles);
+  }
   for (const bool triangles : { false, true })
   {
     for (std::size_t count = 1; allowed && count > 0;)
@@ -48,7 +61,7 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
         return read.GetError();
       }
       count = *read;
-      allowed = CheckBuildMemory(SizeOf(mesh), options.tree, options.memory);
+      allowed = check(SizeOf(mesh));
       const double size = std::max(1.0, double(reader.FileSize()));
       if (Status status = execution.Report("read", double(reader.Position()) / size); !status)
       {

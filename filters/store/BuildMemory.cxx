@@ -43,6 +43,26 @@ std::uint64_t BytesOfLargePieces(const MeshSize& size, std::uint64_t partitions)
                bytesPerPieceTriangle * (triangles - std::min(triangles, 2 * largest));
 }
 
+// With a cluster a cell.
+std::uint64_t LeastBuildMemory(const MeshSize& size, const KdTreeOptions& tree)
+{
+  const Result<TreeDepths> depths = ComputeDepths(size.vertices, tree);
+  return EstimateBuildMemory(size, depths ? std::uint64_t{ 1 } << depths->partition : 1,
+    depths ? std::uint64_t{ 1 } << depths->finest : 0);
+}
+
+Status CheckNeed(const MeshSize& size, std::uint64_t need, std::uint64_t limit)
+{
+  if (limit == 0 || need <= limit)
+  {
+    return {};
+  }
+  return Error{ ErrorCode::LimitExceeded, "needs about " + Mebibytes(need) + " of memory for " +
+                                            std::to_string(size.vertices) + " vertices and " +
+                                            std::to_string(size.triangles) +
+                                            " triangles; the limit is " + Mebibytes(limit) };
+}
+
 }
 
 std::string Mebibytes(std::uint64_t bytes)
@@ -74,20 +94,27 @@ std::uint64_t EstimateBuildMemory(
          BytesOfLargePieces(size, partitions);
 }
 
+std::uint64_t EstimateWeldMemory(const MeshSize& size)
+{
+  // Coordinates 24, the table of equals 12, room to grow.
+  return (std::uint64_t{ 32 } << 20) + 40 * size.vertices + 16 * size.triangles +
+         2 * size.attributeBytes;
+}
+
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
 {
-  const Result<TreeDepths> depths = ComputeDepths(size.vertices, tree);
-  const std::uint64_t need =
-    EstimateBuildMemory(size, depths ? std::uint64_t{ 1 } << depths->partition : 1,
-      depths ? std::uint64_t{ 1 } << depths->finest : 0);
-  if (limit == 0 || need <= limit)
+  return CheckNeed(size, LeastBuildMemory(size, tree), limit);
+}
+
+Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
+{
+  if (size.triangles == 0 || size.vertices <= size.triangles)
   {
-    return {};
+    return CheckBuildMemory(size, tree, limit);
   }
-  return Error{ ErrorCode::LimitExceeded, "needs about " + Mebibytes(need) + " of memory for " +
-                                            std::to_string(size.vertices) + " vertices and " +
-                                            std::to_string(size.triangles) +
-                                            " triangles; the limit is " + Mebibytes(limit) };
+  MeshSize welded = size;
+  welded.vertices = std::min(size.vertices, size.triangles / 2 + 1);
+  return CheckNeed(size, std::max(EstimateWeldMemory(size), LeastBuildMemory(welded, tree)), limit);
 }
 
 std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit)

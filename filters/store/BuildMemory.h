@@ -27,9 +27,17 @@ MeshSize SizeOf(const Mesh& mesh);
 std::uint64_t EstimateBuildMemory(
   const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters);
 
+// Bytes that reading and welding take at most: measured on binary STL.
+std::uint64_t EstimateWeldMemory(const MeshSize& size);
+
 // Whether `limit` bytes (0 = no limit) allow the mesh the least that it needs: a cluster a cell.
 // Errors: LimitExceeded.
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
+
+// The same before welding, where most vertices may be others' equals: with more vertices than
+// triangles (of an STL, all corners) what welding leaves of them is not known, and at least what it
+// leaves of a closed surface is counted; CheckBuildMemory tells afterwards. Errors: LimitExceeded.
+Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
 
 // The most clusters of the finest level that `limit` leaves room for; 0 = no limit.
 std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit);

@@ -76,6 +76,12 @@ private:
       return status.GetError();
     }
     facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
+    if (Status status =
+          CheckBuildMemory(SizeOf(this->Input), this->Options.tree, this->Options.memory);
+        !status)
+    {
+      return status.GetError(); // welding has left more than it might have
+    }
     Result<PartitionTree> partitioned =
       PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
     if (!partitioned)
