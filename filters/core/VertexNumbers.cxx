@@ -98,7 +98,8 @@ Attribute Permute(const Attribute& values, const std::vector<VertexId>& order)
   return permuted;
 }
 
-// 0 … keys.size() - 1 in the order of their keys, which are all unlike.
+}
+
 std::vector<VertexId> OrderByKey(std::span<const VertexId> keys)
 {
   std::vector<std::uint64_t> sorted(keys.size());
@@ -111,8 +112,6 @@ std::vector<VertexId> OrderByKey(std::span<const VertexId> keys)
   std::transform(sorted.begin(), sorted.end(), order.begin(),
     [](std::uint64_t entry) { return static_cast<VertexId>(entry); });
   return order;
-}
-
 }
 
 std::vector<VertexId> PositionsDepthFirst(

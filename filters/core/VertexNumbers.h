@@ -99,6 +99,9 @@ struct OrderedLevel
 OrderedLevel OrderLevel(ClusterLevel level, std::span<const VertexId> first,
   std::span<const VertexId> placesAbove, const Execution& execution = {});
 
+// 0 … keys.size() - 1 in the order of their keys, which are all unlike. O(n).
+std::vector<VertexId> OrderByKey(std::span<const VertexId> keys);
+
 // Says which original vertices are at hand: fills tree.numbers and tree.original.
 // numbers: of each vertex of the mesh at hand, all unlike, own and ghosts. O(n log n).
 void NumberPart(VertexTree& tree, std::span<const VertexId> numbers);

@@ -2,7 +2,6 @@
 // what.
 #include "filters/outofcore/CoarseNumbers.h"
 
-#include "filters/core/RadixSort.h"
 #include "filters/core/VertexNumbers.h"
 #include "filters/outofcore/ClusterLinks.h"
 
@@ -26,21 +25,6 @@ std::vector<VertexId> PartitionsOfCell(const MeshBlocks& mesh, unsigned depth, s
   const CellRange range = RangeOfCell(mesh.vertexCount, depth, cell);
   begin.push_back(static_cast<VertexId>(range.begin + range.size));
   return begin;
-}
-
-std::vector<VertexId> OrderOf(std::span<const VertexId> values)
-{
-  std::vector<std::uint64_t> sorted;
-  sorted.reserve(values.size());
-  for (const VertexId value : values)
-  {
-    sorted.push_back(std::uint64_t{ value } << 32 | sorted.size());
-  }
-  SortByUpperHalf(sorted);
-  std::vector<VertexId> order(values.size());
-  std::transform(sorted.begin(), sorted.end(), order.begin(),
-    [](std::uint64_t entry) { return static_cast<VertexId>(entry); });
-  return order;
 }
 
 Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
@@ -109,13 +93,25 @@ namespace
 // Of each value the place that it has in their order.
 std::vector<VertexId> PlacesOf(std::span<const VertexId> values)
 {
-  const std::vector<VertexId> order = OrderOf(values);
+  const std::vector<VertexId> order = OrderByKey(values);
   std::vector<VertexId> places(order.size());
   for (std::size_t i = 0; i < order.size(); ++i)
   {
     places[order[i]] = static_cast<VertexId>(i);
   }
   return places;
+}
+
+// The values of a block's parents: records of a file, or of `whole` where they are above the files.
+Result<std::vector<VertexId>> ValuesOfParents(
+  const ParentLinks& links, const SpillFile* file, std::span<const VertexId> whole)
+{
+  if (file && file->IsOpen())
+  {
+    return ReadInterval<VertexId>(*file, links.begin, links.end);
+  }
+  const auto begin = whole.begin() + std::ptrdiff_t(links.begin);
+  return std::vector<VertexId>(begin, begin + std::ptrdiff_t(links.end - links.begin));
 }
 
 class CoarseNumbering
@@ -204,18 +200,14 @@ private:
           {
             return Status(links.GetError());
           }
-          const VertexId from = links->above.begin, to = links->above.end;
-          std::vector<VertexId> ofParents(to - from);
-          const Status read = above.IsOpen()
-                                ? ReadRecords<VertexId>(above, from, std::span<VertexId>(ofParents))
-                                : Status{};
-          if (!above.IsOpen())
+          const Result<std::vector<VertexId>> ofParents =
+            ValuesOfParents(links->above, &above, whole);
+          if (!ofParents)
           {
-            std::copy_n(whole.begin() + std::ptrdiff_t(from), to - from, ofParents.begin());
+            return Status(ofParents.GetError());
           }
-          const std::vector<VertexId> positions = PositionsDepthFirst(links->Links(), ofParents);
-          return read ? WriteRecords<VertexId>(file, begin, std::span<const VertexId>(positions))
-                      : read;
+          const std::vector<VertexId> positions = PositionsDepthFirst(links->Links(), *ofParents);
+          return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(positions));
         });
       if (!status)
       {
@@ -329,22 +321,13 @@ private:
     {
       return first.GetError();
     }
-    std::vector<VertexId> ofParents(above->end - above->begin);
-    if (depth > this->Levels.firstInFiles)
+    const Result<std::vector<VertexId>> ofParents =
+      ValuesOfParents(*above, depth > 0 ? &this->Numbers.ranks[depth - 1] : nullptr, whole);
+    if (!ofParents)
     {
-      if (Status status = ReadRecords<VertexId>(
-            this->Numbers.ranks[depth - 1], above->begin, std::span<VertexId>(ofParents));
-          !status)
-      {
-        return status;
-      }
+      return ofParents.GetError();
     }
-    else
-    {
-      std::copy_n(
-        whole.begin() + std::ptrdiff_t(above->begin), ofParents.size(), ofParents.begin());
-    }
-    const std::vector<VertexId> order = OrderOf(*first);
+    const std::vector<VertexId> order = OrderByKey(*first);
     std::vector<VertexId> ranks(order.size());
     std::vector<RankedCluster> ranked;
     ranked.reserve(order.size());
@@ -352,7 +335,7 @@ private:
     {
       ranks[cluster] = begin + static_cast<VertexId>(ranked.size());
       ranked.push_back(
-        { (*first)[cluster], above->parents.empty() ? 0 : ofParents[above->parents[cluster]] });
+        { (*first)[cluster], above->parents.empty() ? 0 : (*ofParents)[above->parents[cluster]] });
     }
     const Status status =
       WriteRecords<VertexId>(this->Numbers.ranks[depth], begin, std::span<const VertexId>(ranks));
@@ -361,7 +344,7 @@ private:
                   : status;
   }
 
-  // finder(block, begin, end) -> Result<std::vector<ReachedNode>> for each block of level `depth`:
+  // finder(block) -> Result<std::vector<ReachedNode>> for each block of level `depth`:
   // the reach of clusters of level `of`, which has the same blocks or larger ones.
   template <class Finder>
   Status WriteReach(unsigned of, unsigned depth, const Finder& finder)

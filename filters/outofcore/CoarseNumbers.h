@@ -41,7 +41,4 @@ Result<std::vector<ReachedNode>> ReadReachOfParents(
 // Where the partitions of a cell begin, and the end.
 std::vector<VertexId> PartitionsOfCell(const MeshBlocks& mesh, unsigned depth, std::size_t cell);
 
-// Indices of values, which are all unlike, in the order of the values.
-std::vector<VertexId> OrderOf(std::span<const VertexId> values);
-
 }

@@ -42,7 +42,7 @@ Status CoarseTree::LoadWhole()
     const std::vector<VertexId>& numbers = this->FirstOfWhole[d];
     VertexTreeLevel& level = this->WholeLevels[d];
     std::vector<VertexId> places(numbers.size());
-    for (const VertexId cluster : OrderOf(numbers))
+    for (const VertexId cluster : OrderByKey(numbers))
     {
       places[cluster] = static_cast<VertexId>(level.first.size());
       level.first.push_back(numbers[cluster]);

@@ -14,6 +14,7 @@
 #include <functional>
 #include <random>
 #include <string>
+#include <vector>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -240,17 +241,19 @@ TEST(ExternalPieces, OfManyPartitions)
     KdTreeOptions options;
     LevelMaker maker;
     TreeDepths depths;
+    std::vector<Blocks> blocks;
   };
-  for (const Deep& deep : { Deep{ { 50, {}, 8 }, LevelMaker::Collapse, { 11, 13, 13 } },
-         Deep{ { 300, {}, 8 }, LevelMaker::Collapse, { 8, 12, 13 } },
-         Deep{ { 2000, {}, 4 }, LevelMaker::Collapse, { 5, 9, 14 } },
-         Deep{ { 20, {}, 1 }, LevelMaker::Cluster, { 12, 16, 16 } } })
+  const Deep cases[] = {
+    { { 50, {}, 8 }, LevelMaker::Collapse, { 11, 13, 13 }, { { 3, 1, 5 }, { 6, 3, 13 } } },
+    { { 300, {}, 8 }, LevelMaker::Collapse, { 8, 12, 13 }, { { 3, 1, 5 }, { 6, 3, 12 } } },
+    { { 2000, {}, 4 }, LevelMaker::Collapse, { 5, 9, 14 }, { { 3, 1, 5 }, { 5, 3, 9 } } },
+    { { 20, {}, 1 }, LevelMaker::Cluster, { 12, 16, 16 }, { { 5, 4, 13 } } },
+  };
+  for (const Deep& deep : cases)
   {
     const InMemory built = BuildInMemory(torus, deep.options, deep.maker);
     ASSERT_EQ(built.Depths(), deep.depths);
-    for (const Blocks& blocks :
-      { Blocks{ 3, 1, 5 }, Blocks{ 5, 4, std::min(13U, deep.depths.stitch) },
-        Blocks{ std::min(6U, deep.depths.partition), 3, deep.depths.stitch } })
+    for (const Blocks& blocks : deep.blocks)
     {
       Check(built, blocks, execution);
       if (::testing::Test::HasFailure())
