@@ -5,6 +5,7 @@
 
 #include "filters/core/Result.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -48,7 +49,10 @@ public:
 private:
   void AddBytes(std::span<const std::byte> bytes)
   {
-    this->Content.insert(this->Content.end(), bytes.begin(), bytes.end());
+    // Not by insert, of which g++ 12 warns without reason.
+    const std::size_t before = this->Content.size();
+    this->Content.resize(before + bytes.size());
+    std::copy(bytes.begin(), bytes.end(), this->Content.data() + before);
   }
 
   std::vector<std::byte> Content;
