@@ -100,6 +100,7 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
   {
     const std::vector<Attribute> means = attributes.Means();
     std::vector<const Attribute*> arrays;
+    arrays.reserve(means.size());
     for (const Attribute& array : means)
     {
       arrays.push_back(&array);
