@@ -295,10 +295,10 @@ TEST_F(OutOfCore, PartitionsFitTheMemoryOrAreRefused)
     bool fits;
   };
   const auto surface = [] { return Torus(1000, 600); }; // 600,000 vertices
-  // 600,000 corners, which welding leaves 100,000 of.
+  // 2,400,000 corners, which welding leaves 400,000 of: too many to be welded in memory.
   const auto corners = []
   {
-    const Mesh shared = Torus(400, 250);
+    const Mesh shared = Torus(800, 500);
     Mesh mesh;
     for (const Triangle& triangle : shared.triangles)
     {
@@ -322,8 +322,8 @@ TEST_F(OutOfCore, PartitionsFitTheMemoryOrAreRefused)
     { "each face six times, enough memory", EachFaceSixTimes, { "--partitions", "1" }, 288, true },
     { "attributes", [] { return WithManyBytes(Torus(500, 300), 60, 20); }, { "--partitions", "4" },
       64, false },
-    { "corners", corners, { "--partitions", "1" }, 64, false },
-    { "fewer corners", corners, { "--partitions", "1" }, 96, true },
+    { "corners", corners, { "--partitions", "1" }, 96, false },
+    { "corners, smaller partitions", corners, { "--partitions", "4" }, 96, true },
   };
   for (const Case& it : cases)
   {
