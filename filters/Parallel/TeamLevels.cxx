@@ -216,19 +216,19 @@ private:
       status = this->Team.Fetch(
         this->Output.clusterOfRank, sizeof(VertexId), begins, this->Mesh.blockDepth, wanted);
     }
-    return status ? this->WriteImages(level, this->States, this->Output.clusterOfRank, begins,
-                      this->Mesh.blockDepth,
-                      [&](std::size_t block, std::vector<Triangle>& triangles)
-                      {
-                        const Status loaded = this->Mesh.triangles->ForEach(block,
-                          [&](const NumberedTriangle& t) -> Status
-                          {
-                            triangles.push_back(t.corners);
-                            return {};
-                          });
-                        return loaded ? links.Load(block, triangles) : loaded;
-                      })
-                  : status;
+    return status
+             ? this->WriteImages(level, this->Output.clusterOfRank, begins, this->Mesh.blockDepth,
+                 [&](std::size_t block, std::vector<Triangle>& triangles)
+                 {
+                   const Status loaded = this->Mesh.triangles->ForEach(block,
+                     [&](const NumberedTriangle& t) -> Status
+                     {
+                       triangles.push_back(t.corners);
+                       return {};
+                     });
+                   return loaded ? links.Load(block, triangles) : loaded;
+                 })
+             : status;
   }
 
   // Numbers the clusters that all ranks have made of a level, in the blocks of the finer one: they
@@ -314,8 +314,8 @@ private:
   // of a block of the finer level, or of the mesh, that is here; their corners are places in `map`,
   // where those of other ranks are filled in. finerBegin, finerDepth: of these blocks.
   template <class Load>
-  Status WriteImages(LevelFile& level, LevelStates& states, const SpillFile& map,
-    std::span<const VertexId> finerBegin, unsigned finerDepth, const Load& load)
+  Status WriteImages(LevelFile& level, const SpillFile& map, std::span<const VertexId> finerBegin,
+    unsigned finerDepth, const Load& load)
   {
     const unsigned step = finerDepth - level.blockDepth;
     const BlockRange finerHere = this->Team.Here(finerDepth);
@@ -357,7 +357,7 @@ private:
       status = status ? writer.Add(triangles) : status;
     }
     this->Links = std::move(links);
-    return status ? this->FetchForeign(level, states) : status;
+    return status ? this->FetchForeign(level) : status;
   }
 
   // The images of those finer blocks that are here but whose blocks in the level are not; `number`
@@ -417,7 +417,7 @@ private:
   }
 
   // What the blocks here use of other ranks' clusters.
-  Status FetchForeign(LevelFile& level, LevelStates& states)
+  Status FetchForeign(LevelFile& level)
   {
     const BlockRange here = this->Team.Here(level.blockDepth);
     const CellRange own = this->RangeHere(level.begin, level.blockDepth);
@@ -451,18 +451,14 @@ private:
       }
     }
     level.foreign = foreign.Take();
-    Status status;
-    for (const ClusterFile& file : this->FilesOf(level, states))
+    const auto fetch = [&](SpillFile& file, std::size_t elementBytes)
     {
-      const bool ofPieces = file.file == &level.clusters || file.file == &level.tuples;
-      const bool ofRounds = !this->Steps.ByClusters() && file.file != &states.attributeSums;
-      if (status && (ofPieces || ofRounds))
-      {
-        status = this->Team.Fetch(
-          *file.file, file.elementBytes, level.begin, level.blockDepth, level.foreign);
-      }
-    }
-    return status;
+      return elementBytes == 0
+               ? Status{}
+               : this->Team.Fetch(file, elementBytes, level.begin, level.blockDepth, level.foreign);
+    };
+    const Status status = fetch(level.clusters, sizeof(ClusterRecord));
+    return status ? fetch(level.tuples, this->Steps.Arrays().TupleBytes()) : status;
   }
 
   // Level `depth` from the one below it.
@@ -490,7 +486,7 @@ private:
     if (status)
     {
       const LevelLinks links = std::move(this->Links);
-      status = this->WriteImages(level, this->States, below.parents, below.begin, below.blockDepth,
+      status = this->WriteImages(level, below.parents, below.begin, below.blockDepth,
         [&](std::size_t block, std::vector<Triangle>& triangles)
         {
           const std::uint64_t from = below.triangleBegin[block];

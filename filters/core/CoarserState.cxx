@@ -65,11 +65,11 @@ CollapseState MakeCoarser(const CollapseState& below, const Merging& merging,
   {
     const auto c = static_cast<VertexId>(below.ownBegin + i);
     parents[i] = number[merging.StandsFor(c) - below.ownBegin];
-    state.clusters[parents[i]].Add(below.clusters[c]);
+    state.clusters[parents[i]].Add(below.clusters[i]);
   }
   Place(below, merging, space, representative, standing, state, execution);
-  state.attributes = MeanOverChildren(
-    below.attributes, below.clusters, below.ownBegin, parents, state.clusters.size());
+  state.attributes =
+    MeanOverChildren(below.attributes, below.clusters, parents, state.clusters.size());
   state.ownEnd = static_cast<VertexId>(standing.size());
   return state;
 }

@@ -97,14 +97,12 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
 }
 
 CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
-  std::span<const ClusterSum> clusters, VertexId first, std::span<const VertexId> parents,
-  std::size_t count)
+  std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count)
 {
   WeightedMeans means(count, children.components);
-  for (std::size_t i = 0; children.components > 0 && i < parents.size(); ++i)
+  for (std::size_t c = 0; children.components > 0 && c < parents.size(); ++c)
   {
-    const std::size_t c = first + i;
-    means.Add(parents[i], clusters[c].quadric.Trace(),
+    means.Add(parents[c], clusters[c].quadric.Trace(),
       [&](std::size_t k) { return double(children.values[c * children.components + k]); });
   }
   return means.Divide();

@@ -36,9 +36,8 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
   std::span<const ClusterSum> clusters, double diagonal);
 
 // Those of the next coarser level: means weighted with the traces of the clusters' quadrics.
-// parents: for each cluster from `first` on its parent, of which there are `count`.
+// parents: of each cluster, `count` in all.
 CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
-  std::span<const ClusterSum> clusters, VertexId first, std::span<const VertexId> parents,
-  std::size_t count);
+  std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count);
 
 }

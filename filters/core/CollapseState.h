@@ -14,18 +14,21 @@
 namespace kdstream
 {
 
-// The clusters of a block of a level, those at home in one cell of the tree, and what is known of
-// them beside the level. Before and behind them, ascending as in the level, the clusters of other
-// blocks that share a triangle with them (ghosts); the triangles are all that touch an own cluster,
-// sorted. The whole level is a block without ghosts.
+// The clusters of a block of a level, those at home in one cell of the tree. Before and behind them
+// in the level, ascending, the clusters of other blocks that share a triangle with them (ghosts);
+// the triangles are all that touch an own cluster, sorted. What is known beside the level is known
+// of the own clusters alone: ghosts stay where they are, and in a soup there are more of them. The
+// whole level is a block without ghosts.
 struct CollapseState
 {
   ClusterLevel level;
-  std::vector<ClusterSum> clusters;
-  std::vector<std::uint32_t> cellOf; // finest cell of each cluster's lowest original vertex
-  CollapseAttributes attributes;
   VertexId ownBegin = 0, ownEnd = 0; // the own clusters
+  // Of each own cluster, from the first of them on:
+  std::vector<ClusterSum> clusters;
+  std::vector<std::uint32_t> cellOf; // finest cell of its lowest original vertex
+  CollapseAttributes attributes;
 
+  VertexId Count() const { return static_cast<VertexId>(this->level.positions.size()); }
   VertexId OwnCount() const { return this->ownEnd - this->ownBegin; }
   bool IsOwn(VertexId cluster) const { return cluster >= this->ownBegin && cluster < this->ownEnd; }
 };
@@ -59,14 +62,15 @@ struct CollapseSpace
   }
 };
 
-// Appends a cluster of a state to what is collapsed.
+// Appends an own cluster of a state to what is collapsed.
 inline void AppendCluster(
   const CollapseState& state, const CollapseSpace& space, VertexId cluster, CollapsePart& part)
 {
+  const std::size_t own = cluster - state.ownBegin;
   part.positions.push_back(space.Relative(state.level.positions[cluster]));
-  part.quadrics.push_back(state.clusters[cluster].quadric);
+  part.quadrics.push_back(state.clusters[own].quadric);
   const auto values = state.attributes.values.begin() +
-                      static_cast<std::ptrdiff_t>(cluster * state.attributes.components);
+                      static_cast<std::ptrdiff_t>(own * state.attributes.components);
   part.attributes.insert(part.attributes.end(), values,
     values + static_cast<std::ptrdiff_t>(state.attributes.components));
 }

@@ -27,7 +27,9 @@ namespace kdstream
 struct CollapsePart
 {
   std::vector<Vec3> positions;
-  std::vector<Quadric> quadrics; // of each vertex: its triangles', and its boundary edges'
+  // Of each vertex: its triangles', and its boundary edges'. Of fixed ones anything will do, as of
+  // their attributes.
+  std::vector<Quadric> quadrics;
   // 1 = stays as it is, and other parts may hold more of its triangles: the vertices of a part's
   // border. Empty = none.
   std::vector<std::uint8_t> fixed;

@@ -5,6 +5,7 @@
 #include "filters/core/Piece.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace kdstream
@@ -15,11 +16,11 @@ Merging::Merging(const CollapseState& below, const TreeDepths& depths, unsigned 
   , Depths(depths)
   , Depth(depth)
   , NodeDepth(PieceDepth(Resolution::Level(depth), depths))
-  , Into(below.clusters.size())
-  , Positions(below.clusters.size())
-  , How(below.clusters.size(), Position::Kept)
+  , Into(below.Count())
+  , How(below.Count(), Position::Kept)
+  , Positions(below.OwnCount())
   , Lowest(below.level.lowest)
-  , Cell(below.cellOf)
+  , Cell(below.Count(), std::numeric_limits<std::uint32_t>::max())
 {
   std::iota(this->Into.begin(), this->Into.end(), VertexId{ 0 });
 }
@@ -58,7 +59,7 @@ void Merging::Apply(std::span<const Merge> merges)
     this->Into[merges[i].from + first] = this->Into[to];
     if (this->Into[to] == to && this->How[to] == Position::Kept)
     {
-      this->Positions[to] = merges[i].position;
+      this->Positions[merges[i].to] = merges[i].position;
       this->How[to] = Position::Moved;
     }
   }
@@ -96,13 +97,13 @@ std::vector<VertexId> Merging::Targets() const
 void Merging::FindHomes()
 {
   std::fill(this->Lowest.begin(), this->Lowest.end(), noVertex);
-  for (std::size_t c = 0; c < this->Into.size(); ++c)
+  for (VertexId c = this->Below.ownBegin; c < this->Below.ownEnd; ++c)
   {
     const VertexId to = this->Into[c];
     if (this->Below.level.lowest[c] < this->Lowest[to])
     {
       this->Lowest[to] = this->Below.level.lowest[c];
-      this->Cell[to] = this->Below.cellOf[c];
+      this->Cell[to] = this->Below.cellOf[c - this->Below.ownBegin];
     }
   }
 }
@@ -227,10 +228,10 @@ void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
 {
   std::vector<VertexId> parent = this->Components();
   std::vector<Sheet> own(this->Into.size());
-  for (std::size_t c = 0; c < own.size(); ++c)
+  for (VertexId c = this->Below.ownBegin; c < this->Below.ownEnd; ++c)
   {
     Sheet& sheet = own[this->Into[c]];
-    const ClusterSum& cluster = this->Below.clusters[c];
+    const ClusterSum& cluster = this->Below.clusters[c - this->Below.ownBegin];
     sheet.count += cluster.count;
     for (std::size_t k = 0; k < 3; ++k)
     {

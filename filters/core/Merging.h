@@ -67,7 +67,10 @@ public:
   std::uint32_t FinestCellOf(VertexId standing) const { return this->Cell[standing]; }
   Position PositionOf(VertexId standing) const { return this->How[standing]; }
   // Relative. REQUIRES: PositionOf(standing) == Position::Moved.
-  const Vec3& MovedTo(VertexId standing) const { return this->Positions[standing]; }
+  const Vec3& MovedTo(VertexId standing) const
+  {
+    return this->Positions[standing - this->Below.ownBegin];
+  }
 
 private:
   std::uint32_t CellAt(unsigned depth, std::uint32_t finestCell) const
@@ -91,12 +94,13 @@ private:
   const TreeDepths& Depths;
   unsigned Depth;
   unsigned NodeDepth;
-  std::vector<VertexId> Into; // ghosts too
-  std::vector<Vec3> Positions;
+  // Of all clusters, ghosts too:
+  std::vector<VertexId> Into;
   std::vector<Position> How;
+  std::vector<Vec3> Positions; // of the own ones, from the first of them on
   // Of standing clusters:
   std::vector<VertexId> Lowest;      // original vertex
-  std::vector<std::uint32_t> Cell;   // finest, that holds it
+  std::vector<std::uint32_t> Cell;   // finest, that holds it; of ghosts one that there is not
   std::vector<std::uint8_t> Touched; // by a triangle of the new level
 };
 

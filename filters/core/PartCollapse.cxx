@@ -25,7 +25,7 @@ PartCollapse::PartCollapse(const CollapseState& block, const CollapseSpace& spac
 {
   for (VertexId c = block.ownEnd; c-- > block.ownBegin;)
   {
-    this->Begin[parts.Of(block.cellOf[c])] = c;
+    this->Begin[parts.Of(block.cellOf[c - block.ownBegin])] = c;
   }
   for (std::size_t p = parts.count; p-- > 0;) // parts without clusters
   {
@@ -34,7 +34,9 @@ PartCollapse::PartCollapse(const CollapseState& block, const CollapseSpace& spac
   const std::size_t ghosts = parts.count; // a bucket of no use
   this->Buckets = BucketTriangles(
     block.level.triangles, parts.count + 1,
-    [&](VertexId c) { return block.IsOwn(c) ? parts.Of(block.cellOf[c]) : ghosts; }, execution);
+    [&](VertexId c)
+    { return block.IsOwn(c) ? parts.Of(block.cellOf[c - block.ownBegin]) : ghosts; },
+    execution);
 }
 
 void PartCollapse::Collapse(
@@ -75,10 +77,10 @@ CollapsePart PartCollapse::Extract(std::size_t p) const
   {
     AppendCluster(this->Block, this->Space, c, part);
   }
-  for (const VertexId ghost : ghosts)
-  {
-    AppendCluster(this->Block, this->Space, ghost, part);
-  }
+  std::transform(ghosts.begin(), ghosts.end(), std::back_inserter(part.positions),
+    [&](VertexId ghost) { return this->Space.Relative(this->Block.level.positions[ghost]); });
+  part.quadrics.resize(own + ghosts.size());
+  part.attributes.resize((own + ghosts.size()) * part.components);
   part.fixed.assign(own, 0);
   part.fixed.resize(own + ghosts.size(), 1);
   part.triangles.reserve(triangles.size());

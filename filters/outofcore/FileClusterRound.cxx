@@ -21,14 +21,18 @@ struct ClusterBlock
 Status Load(const LinkedLevel& from, std::size_t index, ClusterBlock& block)
 {
   const LevelFile& level = from.level;
-  std::vector<ClusterState> states(level.begin[index + 1] - level.begin[index]);
-  Status status = ReadRecords<ClusterState>(
-    from.states.sums, level.begin[index], std::span<ClusterState>(states));
-  for (const ClusterState& state : states)
-  {
-    block.clusters.push_back(state.sum);
-    block.cellOf.push_back(state.cellOf);
-  }
+  const VertexId begin = level.begin[index], end = level.begin[index + 1];
+  block.clusters.reserve(end - begin);
+  block.cellOf.reserve(end - begin);
+  Status status = ForEachBlockOf<ClusterState>(from.states.sums, begin, end,
+    [&](std::span<const ClusterState> states)
+    {
+      for (const ClusterState& state : states)
+      {
+        block.clusters.push_back(state.sum);
+        block.cellOf.push_back(state.cellOf);
+      }
+    });
   if (status)
   {
     status = from.links.Load(index, index + 1, block.triangles);

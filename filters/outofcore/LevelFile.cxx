@@ -85,22 +85,17 @@ Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level)
   std::vector<Triangle> all;
   for (std::size_t block = 0; block < level.BlockCount(); ++block)
   {
-    RecordReader<Triangle> reader(
-      level.triangles, level.triangleBegin[block], level.triangleBegin[block + 1]);
-    for (;;)
+    const Status status = ForEachBlockOf<Triangle>(level.triangles, level.triangleBegin[block],
+      level.triangleBegin[block + 1],
+      [&](std::span<const Triangle> triangles)
+      {
+        std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(all),
+          [&](const Triangle& t)
+          { return t[0] >= level.begin[block] && t[0] < level.begin[block + 1]; });
+      });
+    if (!status)
     {
-      const Result<std::span<const Triangle>> read = reader.Next();
-      if (!read)
-      {
-        return read.GetError();
-      }
-      if (read->empty())
-      {
-        break;
-      }
-      std::copy_if(read->begin(), read->end(), std::back_inserter(all),
-        [&](const Triangle& t)
-        { return t[0] >= level.begin[block] && t[0] < level.begin[block + 1]; });
+      return status.GetError();
     }
   }
   return all;

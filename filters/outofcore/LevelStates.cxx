@@ -26,6 +26,71 @@ Status MakeFile(SpillFolder& folder, SpillFile& file, std::string_view purpose, 
   return {};
 }
 
+// The own clusters' interval of numbers in the level.
+BlockRange OwnNumbers(const LevelBlock& block)
+{
+  const std::size_t first = block.ownBegin < block.ownEnd ? block.clusters[block.ownBegin] : 0;
+  return { first, first + block.ownEnd - block.ownBegin };
+}
+
+void AppendPlaces(std::span<const ClusterRecord> records, ClusterLevel& places)
+{
+  for (const ClusterRecord& record : records)
+  {
+    places.positions.push_back(record.position);
+    places.deviations.push_back(record.deviation);
+    places.lowest.push_back(record.lowest);
+  }
+}
+
+// Of all clusters of a block, ghosts too.
+Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel& places)
+{
+  const std::span<const VertexId> all(block.clusters);
+  places.positions.reserve(all.size());
+  places.deviations.reserve(all.size());
+  places.lowest.reserve(all.size());
+  const auto appendGhosts = [&](std::span<const VertexId> ghosts)
+  {
+    std::vector<ClusterRecord> records(ghosts.size());
+    const Status status =
+      ReadRecordsAt<ClusterRecord>(level.clusters, ghosts, std::span<ClusterRecord>(records));
+    AppendPlaces(records, places);
+    return status;
+  };
+  const BlockRange own = OwnNumbers(block);
+  Status status = appendGhosts(all.first(block.ownBegin));
+  if (status)
+  {
+    status = ForEachBlockOf<ClusterRecord>(level.clusters, own.begin, own.end,
+      [&](std::span<const ClusterRecord> records) { AppendPlaces(records, places); });
+  }
+  return status ? appendGhosts(all.subspan(block.ownEnd)) : status;
+}
+
+// Of the own clusters of a block.
+Status LoadSums(const LevelStates& states, const LevelBlock& block, CollapseState& state)
+{
+  const BlockRange own = OwnNumbers(block);
+  state.clusters.reserve(state.OwnCount());
+  state.cellOf.reserve(state.OwnCount());
+  Status status = ForEachBlockOf<ClusterState>(states.sums, own.begin, own.end,
+    [&](std::span<const ClusterState> clusters)
+    {
+      for (const ClusterState& cluster : clusters)
+      {
+        state.clusters.push_back(cluster.sum);
+        state.cellOf.push_back(cluster.cellOf);
+      }
+    });
+  std::vector<float>& values = state.attributes.values;
+  values.resize(state.attributes.components * state.OwnCount());
+  return status && states.components.IsOpen()
+           ? ReadRecords<float>(
+               states.components, own.begin * state.attributes.components, std::span<float>(values))
+           : status;
+}
+
 }
 
 std::size_t LevelArrays::TupleBytes() const
@@ -68,22 +133,20 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
 {
   const VertexId first = this->Level.begin.back();
   const std::size_t count = block.clusters.size();
-  std::vector<ClusterRecord> records(count);
-  std::vector<ClusterState> states(count);
+  RecordWriter<ClusterRecord> records(this->Level.clusters, first);
+  RecordWriter<ClusterState> states(this->States.sums, first);
   for (std::size_t c = 0; c < count; ++c)
   {
     const ClusterSum& sum = block.clusters[c];
-    records[c] = { block.level.positions[c], sum.deviation, sum.lowest,
-      static_cast<VertexId>(sum.count) };
-    states[c] = { sum, block.cellOf[c] };
+    records.Append(
+      { block.level.positions[c], sum.deviation, sum.lowest, static_cast<VertexId>(sum.count) });
+    states.Append({ sum, block.cellOf[c] });
   }
   this->States.area = AddAreas(this->States.area, block.clusters);
-  Status status = WriteRecords<ClusterRecord>(
-    this->Level.clusters, first, std::span<const ClusterRecord>(records));
+  Status status = records.Finish();
   if (status)
   {
-    status =
-      WriteRecords<ClusterState>(this->States.sums, first, std::span<const ClusterState>(states));
+    status = states.Finish();
   }
   if (status && this->States.components.IsOpen())
   {
@@ -118,47 +181,15 @@ Result<CollapseState> LoadState(
   CollapseState state;
   state.ownBegin = block.ownBegin;
   state.ownEnd = block.ownEnd;
-  {
-    Result<std::vector<ClusterState>> sums = ReadBlockRecords<ClusterState>(states.sums, block);
-    if (!sums)
-    {
-      return sums.GetError();
-    }
-    state.clusters.reserve(sums->size());
-    state.cellOf.reserve(sums->size());
-    state.level.lowest.reserve(sums->size());
-    for (const ClusterState& cluster : *sums)
-    {
-      state.clusters.push_back(cluster.sum);
-      state.cellOf.push_back(cluster.cellOf);
-      state.level.lowest.push_back(cluster.sum.lowest);
-    }
-  }
-  {
-    const Result<std::vector<ClusterRecord>> records =
-      ReadBlockRecords<ClusterRecord>(level.clusters, block);
-    if (!records)
-    {
-      return records.GetError();
-    }
-    state.level.positions.reserve(records->size());
-    state.level.deviations.reserve(records->size());
-    for (const ClusterRecord& record : *records)
-    {
-      state.level.positions.push_back(record.position);
-      state.level.deviations.push_back(record.deviation);
-    }
-  }
   state.attributes.components = arrays.components;
-  state.attributes.values.resize(arrays.components * block.clusters.size());
-  if (states.components.IsOpen())
+  Status status = LoadPlaces(level, block, state.level);
+  if (status)
   {
-    if (Status status = ReadBlockElements(states.components, arrays.components * sizeof(float),
-          block, std::as_writable_bytes(std::span(state.attributes.values)));
-        !status)
-    {
-      return status.GetError();
-    }
+    status = LoadSums(states, block, state);
+  }
+  if (!status)
+  {
+    return status.GetError();
   }
   state.level.triangles = std::move(block.triangles);
   return state;

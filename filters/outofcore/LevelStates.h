@@ -31,7 +31,7 @@ struct ClusterState
   std::uint32_t cellOf = 0;
 };
 
-// Of each cluster, by number.
+// Of each cluster, by number. Blocks need those of their own clusters alone.
 struct LevelStates
 {
   SpillFile sums;          // ClusterState
@@ -65,7 +65,8 @@ private:
   const LevelArrays& Arrays;
 };
 
-// A block of a level with its ghosts; its triangles move into the state. Errors: InputOutput.
+// A block of a level with its ghosts; its triangles move into the state. Memory beside it: 40 bytes
+// a ghost. Errors: InputOutput.
 Result<CollapseState> LoadState(
   const LevelFile& level, const LevelStates& states, const LevelArrays& arrays, LevelBlock& block);
 

@@ -162,6 +162,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
   {
     return std::vector<ClusterLevel>{};
   }
+  ReturnFreeMemory(); // of the rounds, before a whole level and all that its collapse takes
   Result<LevelBlock> whole = LoadWholeLevel(level);
   if (!whole)
   {

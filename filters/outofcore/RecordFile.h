@@ -125,4 +125,25 @@ private:
   std::vector<Record> Block;
 };
 
+// Calls use(records) for the records [first, last), block after block. Errors: those of SpillFile.
+template <SpillRecord Record, class Use>
+Status ForEachBlockOf(
+  const SpillFile& file, std::uint64_t first, std::uint64_t last, const Use& use)
+{
+  RecordReader<Record> reader(file, first, last);
+  for (;;)
+  {
+    const Result<std::span<const Record>> records = reader.Next();
+    if (!records)
+    {
+      return records.GetError();
+    }
+    if (records->empty())
+    {
+      return {};
+    }
+    use(*records);
+  }
+}
+
 }

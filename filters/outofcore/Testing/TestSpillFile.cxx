@@ -121,6 +121,28 @@ TEST(SpillFile, RecordsComeBackInAnyBlockSize)
   }
 }
 
+TEST(SpillFile, AllBlocksOfRecordsAreVisitedUpToAnError)
+{
+  SpillFolder folder = MakeFolder();
+  SpillFile file = std::move(*folder.CreateFile("numbers", 0));
+  std::vector<std::uint64_t> numbers(300000); // more than two blocks
+  std::iota(numbers.begin(), numbers.end(), 7U);
+  ASSERT_TRUE(WriteRecords<std::uint64_t>(file, 0, std::span<const std::uint64_t>(numbers)));
+  std::vector<std::uint64_t> back;
+  const auto append = [&](std::span<const std::uint64_t> block)
+  {
+    EXPECT_LE(block.size_bytes(), spillBlockBytes);
+    back.insert(back.end(), block.begin(), block.end());
+  };
+  EXPECT_TRUE(ForEachBlockOf<std::uint64_t>(file, 5, 5, append));
+  EXPECT_TRUE(back.empty());
+  EXPECT_TRUE(ForEachBlockOf<std::uint64_t>(file, 5, 299990, append));
+  EXPECT_EQ(back, std::vector<std::uint64_t>(numbers.begin() + 5, numbers.begin() + 299990));
+  const Status status = ForEachBlockOf<std::uint64_t>(file, 299990, 300001, append);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.GetError().code, ErrorCode::InputOutput);
+}
+
 TEST(SpillFile, SaysWhereAFileEndsTooEarly)
 {
   SpillFolder folder = MakeFolder();
