@@ -70,9 +70,10 @@ class CollapseBuilder
 {
 public:
   CollapseBuilder(const TreeDepths& depths, const Box& box, const LevelOptions& options,
-    const Execution& execution)
+    SumsAside& aside, const Execution& execution)
     : Depths(depths)
     , Options(options)
+    , Aside(aside)
     , Exec(execution)
     , Space{ CentreOf(box), box }
   {
@@ -109,8 +110,9 @@ public:
   {
     if (!CollapsesInParts(this->Depths, depth))
     {
-      return this->Finish(below, CollapseFreely(below, this->Space, this->Depths, depth,
-                                   SurfaceWanted(depth), this->Options.sheets));
+      const Result<Merging> merging = CollapseFreely(below, this->Space, this->Depths, depth,
+        SurfaceWanted(depth), this->Options.sheets, this->Aside);
+      return merging ? this->Finish(below, *merging) : Result<CollapseState>(merging.GetError());
     }
     WholeLevel level(below);
     const std::function<Status(double)> report = [&](double done)
@@ -207,6 +209,7 @@ private:
 
   TreeDepths Depths;
   const LevelOptions& Options;
+  SumsAside& Aside;
   const Execution& Exec;
   CollapseSpace Space;
 };
@@ -228,7 +231,8 @@ Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
     return BuildClusterLevels(
       mesh.points, mesh.triangles, tree, partitionTriangles, options, execution);
   }
-  CollapseBuilder builder(tree.depths, tree.boxes[1], options, execution);
+  SumsAside stay;
+  CollapseBuilder builder(tree.depths, tree.boxes[1], options, stay, execution);
   ClusterLevels levels;
   Result<CollapseState> finest = builder.BuildFinest(mesh, tree, partitionTriangles, levels.finest);
   if (!finest)
@@ -246,9 +250,11 @@ Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
 }
 
 Result<std::vector<ClusterLevel>> BuildCoarserLevels(CollapseState state, unsigned depth,
-  const TreeDepths& depths, const Box& box, const LevelOptions& options, const Execution& execution)
+  const TreeDepths& depths, const Box& box, const LevelOptions& options, SumsAside& aside,
+  const Execution& execution)
 {
-  return CollapseBuilder(depths, box, options, execution).BuildAllCoarser(std::move(state), depth);
+  return CollapseBuilder(depths, box, options, aside, execution)
+    .BuildAllCoarser(std::move(state), depth);
 }
 
 Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
@@ -260,7 +266,8 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
     return Error{ ErrorCode::InvalidArgument,
       "a target of 0 triangles and 0 points: one of them must be at least 1" };
   }
-  CollapseBuilder builder(tree.depths, tree.boxes[1], options, execution);
+  SumsAside stay;
+  CollapseBuilder builder(tree.depths, tree.boxes[1], options, stay, execution);
   CollapsedMesh collapsed;
   Result<CollapseState> finest =
     builder.BuildFinest(mesh, tree, partitionTriangles, collapsed.clusterOf);

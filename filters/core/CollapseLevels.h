@@ -13,6 +13,8 @@
 namespace kdstream
 {
 
+class SumsAside;
+
 // Builds the levels L … coarsestDepth of a mesh with triangles; one without goes entirely through
 // BuildClusterLevels. Level d has about 2^d clusters with triangles, at most 32 more, ordered by
 // (cell of depth d of the lowest original vertex, lowest original vertex); no node of depth
@@ -30,9 +32,9 @@ Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
 
 // The levels `depth` … options.coarsestDepth from the whole state of the first, as
 // BuildCollapseLevels makes them from there; [depth], without attributes. box: the model's. Errors:
-// Cancelled.
+// Cancelled; those of `aside`.
 Result<std::vector<ClusterLevel>> BuildCoarserLevels(CollapseState state, unsigned depth,
-  const TreeDepths& depths, const Box& box, const LevelOptions& options,
+  const TreeDepths& depths, const Box& box, const LevelOptions& options, SumsAside& aside,
   const Execution& execution = {});
 
 // What a mesh is to be collapsed to: at most so many triangles, or points; 0 = whatever it comes

@@ -25,10 +25,14 @@ CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
   return part;
 }
 
-Merging MergeEdges(const CollapseState& below, const CollapseSpace& space, const TreeDepths& depths,
-  unsigned depth, std::size_t surface)
+Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, SumsAside& aside)
 {
   FreeCollapse collapse(below, space);
+  if (Status status = aside.Put(below.clusters); !status)
+  {
+    return status.GetError();
+  }
   bool more = collapse.Run(surface, EdgeCollapse::any);
   for (;;)
   {
@@ -56,15 +60,23 @@ FreeCollapse::FreeCollapse(const CollapseState& state, const CollapseSpace& spac
 {
 }
 
-Merging CollapseFreely(const CollapseState& below, const CollapseSpace& space,
-  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets)
+Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside)
 {
-  Merging merging = MergeEdges(below, space, depths, depth, surface);
-  const std::vector<std::uint8_t> full = FullNodes(merging.ExcessOfNodes());
+  Result<Merging> merging = MergeEdges(below, space, depths, depth, surface, aside);
+  if (!merging)
+  {
+    return merging;
+  }
+  if (Status status = aside.Return(below.clusters); !status)
+  {
+    return status.GetError();
+  }
+  const std::vector<std::uint8_t> full = FullNodes(merging->ExcessOfNodes());
   if (!full.empty())
   {
-    merging.GroupNodes(full, sheets);
-    merging.GroupLoose(); // what has lost its last triangles by that
+    merging->GroupNodes(full, sheets);
+    merging->GroupLoose(); // what has lost its last triangles by that
   }
   return merging;
 }

@@ -5,9 +5,24 @@
 #include "filters/core/CollapseState.h"
 #include "filters/core/EdgeCollapse.h"
 #include "filters/core/Merging.h"
+#include "filters/core/Result.h"
+
+#include <vector>
 
 namespace kdstream
 {
+
+// Where the sums of a level's clusters wait while its edges collapse, which takes about as much
+// memory as all that the level is. Here they stay where they are.
+class SumsAside
+{
+public:
+  virtual ~SumsAside() = default;
+  // Leaves none. Errors: its own.
+  virtual Status Put(std::vector<ClusterSum>& /*sums*/) { return {}; }
+  // Gives back what was put.
+  virtual Status Return(std::vector<ClusterSum>& /*sums*/) { return {}; }
+};
 
 class FreeCollapse
 {
@@ -40,8 +55,9 @@ private:
 
 // What merges from a whole level to the next coarser one, `depth`: until about `surface` clusters
 // with triangles are left, then on in nodes that would hold too much (MostOfNode), and where edges
-// do not do it by cells.
-Merging CollapseFreely(const CollapseState& below, const CollapseSpace& space,
-  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets);
+// do not do it by cells. Memory about 350 bytes a cluster of surfaces, beside the state without its
+// sums. Keeps references to below and depths. Errors: those of `aside`.
+Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside);
 
 }

@@ -2,8 +2,10 @@
 
 #include "filters/core/CollapseRound.h"
 #include "filters/core/FinestClusters.h"
+#include "filters/core/FreeCollapse.h"
 #include "filters/core/LevelAttributes.h"
 #include "filters/core/Piece.h"
+#include "filters/core/TakeResult.h"
 #include "filters/outofcore/FreeMemory.h"
 #include "filters/outofcore/RecordFile.h"
 
@@ -19,6 +21,42 @@ namespace
 constexpr double finestShare = 0.4;
 // Of levels by clusters those with at most so many are made in memory, where all are needed whole.
 constexpr VertexId mostInMemory = 1 << 14;
+
+// Writes them to a file, and reads them back.
+class SumsInFile : public SumsAside
+{
+public:
+  explicit SumsInFile(SpillFolder& folder)
+    : Folder(folder)
+  {
+  }
+
+  Status Put(std::vector<ClusterSum>& sums) override
+  {
+    this->Count = sums.size();
+    Status status = Take(
+      this->Folder.CreateFile("sums of clusters", this->Count * sizeof(ClusterSum)), this->File);
+    if (status)
+    {
+      status = WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums));
+    }
+    sums = std::vector<ClusterSum>();
+    return status;
+  }
+
+  Status Return(std::vector<ClusterSum>& sums) override
+  {
+    sums.resize(this->Count);
+    const Status status = ReadRecords<ClusterSum>(this->File, 0, std::span<ClusterSum>(sums));
+    this->File = {};
+    return status;
+  }
+
+private:
+  SpillFolder& Folder;
+  SpillFile File;
+  std::size_t Count = 0;
+};
 
 }
 
@@ -169,19 +207,25 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
     return whole.GetError();
   }
   Result<CollapseState> state = LoadState(level, states, this->LevelsArrays, *whole);
+  if (!state)
+  {
+    return state.GetError();
+  }
+  states.sums = {};
+  states.components = {};
+  Result<std::vector<ClusterLevel>> levels =
+    this->MakeCoarse(folder, std::move(*state), level, links);
+  if (!levels)
+  {
+    return levels.GetError();
+  }
   Result<AttributeSums> sums =
-    state ? LoadAttributeSums(states, this->LevelsArrays, 0, level.ClusterCount())
-          : Result<AttributeSums>(state.GetError());
+    LoadAttributeSums(states, this->LevelsArrays, 0, level.ClusterCount());
   if (!sums)
   {
     return sums.GetError();
   }
   states = {};
-  Result<std::vector<ClusterLevel>> levels = this->MakeCoarse(std::move(*state), level, links);
-  if (!levels)
-  {
-    return levels.GetError();
-  }
   for (unsigned d = level.depth; d-- > 0;)
   {
     const ClusterLevel& below = (*levels)[d + 1];
@@ -204,12 +248,13 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
 
 // The level and the coarser ones, [depth], without attributes.
 Result<std::vector<ClusterLevel>> LevelSteps::MakeCoarse(
-  CollapseState&& state, const LevelFile& level, const LevelLinks& links) const
+  SpillFolder& folder, CollapseState&& state, const LevelFile& level, const LevelLinks& links) const
 {
   if (!this->Clusters)
   {
-    return BuildCoarserLevels(
-      std::move(state), level.depth, this->Mesh.depths, this->Mesh.box, this->Options, this->Exec);
+    SumsInFile aside(folder);
+    return BuildCoarserLevels(std::move(state), level.depth, this->Mesh.depths, this->Mesh.box,
+      this->Options, aside, this->Exec);
   }
   std::vector<Triangle> triangles;
   if (Status status = links.Load(0, level.BlockCount(), triangles); !status)

@@ -61,8 +61,8 @@ public:
 
 private:
   LevelOptions OptionsFor(const TreeBlock& block);
-  Result<std::vector<ClusterLevel>> MakeCoarse(
-    CollapseState&& state, const LevelFile& level, const LevelLinks& links) const;
+  Result<std::vector<ClusterLevel>> MakeCoarse(SpillFolder& folder, CollapseState&& state,
+    const LevelFile& level, const LevelLinks& links) const;
 
   const MeshBlocks& Mesh;
   const LevelOptions& Options;
