@@ -156,7 +156,7 @@ public:
   {
     const std::size_t most = target.points == 0 ? EdgeCollapse::any : target.points;
     const std::size_t loose = this->LooseCells(below, depth);
-    FreeCollapse collapse(below, this->Space);
+    FreeCollapse collapse(PartOfWholeLevel(below, this->Space));
     const bool done = collapse.Run(most == EdgeCollapse::any ? most : most - std::min(most, loose),
       target.triangles == 0 ? EdgeCollapse::any : target.triangles);
     Merging merging(below, this->Depths, depth);

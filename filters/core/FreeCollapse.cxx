@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace kdstream
 {
-namespace
-{
 
-CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
+CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& space)
 {
   CollapsePart part;
   part.components = state.attributes.components;
@@ -25,14 +24,18 @@ CollapsePart WholeLevel(const CollapseState& state, const CollapseSpace& space)
   return part;
 }
 
+namespace
+{
+
 Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
   const TreeDepths& depths, unsigned depth, std::size_t surface, SumsAside& aside)
 {
-  FreeCollapse collapse(below, space);
+  CollapsePart part = PartOfWholeLevel(below, space);
   if (Status status = aside.Put(below.clusters); !status)
   {
     return status.GetError();
   }
+  FreeCollapse collapse(std::move(part));
   bool more = collapse.Run(surface, EdgeCollapse::any);
   for (;;)
   {
@@ -54,9 +57,9 @@ Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
 
 }
 
-FreeCollapse::FreeCollapse(const CollapseState& state, const CollapseSpace& space)
-  : Clusters(state.clusters.size())
-  , Engine(WholeLevel(state, space))
+FreeCollapse::FreeCollapse(CollapsePart part)
+  : Clusters(part.positions.size())
+  , Engine(std::move(part))
 {
 }
 

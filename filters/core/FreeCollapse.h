@@ -24,10 +24,13 @@ public:
   virtual Status Return(std::vector<ClusterSum>& /*sums*/) { return {}; }
 };
 
+// What is collapsed of a whole level.
+CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& space);
+
 class FreeCollapse
 {
 public:
-  FreeCollapse(const CollapseState& state, const CollapseSpace& space);
+  explicit FreeCollapse(CollapsePart part);
 
   bool Run(std::size_t vertices, std::size_t triangles)
   {

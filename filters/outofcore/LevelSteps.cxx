@@ -41,6 +41,7 @@ public:
       status = WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums));
     }
     sums = std::vector<ClusterSum>();
+    ReturnFreeMemory(); // what the level before has left, too
     return status;
   }
 
