@@ -90,7 +90,7 @@ private:
       return status;
     };
     const Status status =
-      this->Team.ExchangeInRounds<Record>(RoundsOf(end - first, ofRound), make, take);
+      this->Team.template ExchangeInRounds<Record>(RoundsOf(end - first, ofRound), make, take);
     return status ? this->Places->Finish() : status;
   }
 
@@ -160,7 +160,7 @@ private:
       return status;
     };
     Status status =
-      this->Team.ExchangeInRounds<Pair>(RoundsOf(this->PairCount, ofRound), make, take);
+      this->Team.template ExchangeInRounds<Pair>(RoundsOf(this->PairCount, ofRound), make, take);
     status = status ? links->Finish() : status;
     this->Output.foreign = foreign.Take();
     this->Output.links.emplace(std::move(*links));

@@ -287,7 +287,7 @@ private:
       return status;
     };
     const Status status =
-      this->Team.ExchangeInRounds<NodeRecord>(RoundsOf(this->Count, ofRound), make, take);
+      this->Team.template ExchangeInRounds<NodeRecord>(RoundsOf(this->Count, ofRound), make, take);
     return status ? own->Finish() : status;
   }
 
