@@ -15,14 +15,19 @@
 #include "filters/outofcore/FreeMemory.h"
 #include "filters/outofcore/MeshSpill.h"
 #include "filters/outofcore/RecordFile.h"
+#include "filters/store/BuildInput.h"
 #include "filters/store/BuildMemory.h"
 #include "filters/store/ExternalBuilder.h"
+#include "filters/store/HubCheck.h"
 #include "filters/store/ModelDescription.h"
 #include "filters/store/PieceWriting.h"
 
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <sstream>
+#include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -67,6 +72,8 @@ public:
     , Exec(execution)
     , Memory(stepMemory > 0 ? stepMemory : StepMemory(options.memory))
   {
+    // The libraries of MPI and VTK are no part of the steps' memory.
+    this->Mesh.keptMemory = KeptMemory(this->Memory) + ResidentBytes();
   }
 
   Result<BuildReport> Build()
@@ -118,16 +125,48 @@ private:
     {
       return reader.GetError();
     }
-    const MeshFileInfo info = (*reader)->Info();
+    if (Status possible = CheckClaimedPartitions(**reader, this->Options, false); !possible)
+    {
+      return possible;
+    }
     ShareReader share(std::move(*reader), this->Team.Rank(), this->Team.Count());
     const std::size_t chunk = static_cast<std::size_t>(
       std::min<std::uint64_t>(this->Memory / 16, std::uint64_t{ 8 } << 20));
     Status status = Take(SpillMesh(this->Files, share, chunk, this->Exec, true), this->Share);
+    status = status ? this->TakeIgnored(share.Info().ignoredAttributes) : status;
     if (!status)
     {
       return status;
     }
     this->Clock.Finish("read");
+    return this->WeldShares(share.Info());
+  }
+
+  // What the file has and no store keeps: the rank that reads its end has seen all of it.
+  Status TakeIgnored(const std::vector<std::string>& seen)
+  {
+    const std::size_t last = this->Team.Count() - 1;
+    RankLists<char> out(this->Team.Count());
+    for (const std::string& name : this->Team.Rank() == last ? seen : std::vector<std::string>{})
+    {
+      out[0].insert(out[0].end(), name.begin(), name.end());
+      out[0].push_back('\n');
+    }
+    const Result<RankLists<char>> in = this->Team.Exchange(out);
+    if (!in)
+    {
+      return in.GetError();
+    }
+    std::istringstream lines(std::string((*in)[last].begin(), (*in)[last].end()));
+    for (std::string name; std::getline(lines, name);)
+    {
+      this->Report.ignoredAttributes.push_back(name);
+    }
+    return {};
+  }
+
+  Status WeldShares(const MeshFileInfo& info)
+  {
     for (const AttributeInfo& attribute : this->Share.attributes)
     {
       if (!IsAttributeName(attribute.name))
@@ -135,10 +174,9 @@ private:
         return Error{ ErrorCode::InvalidInput, "an attribute has a name that is no text" };
       }
     }
-    this->Report.ignoredAttributes = info.ignoredAttributes;
     this->Weld = this->Options.weld || info.soup;
-    status = Take(WeldTogether(this->Team, this->Files, std::move(this->Share.vertices), this->Weld,
-                    this->Memory, this->Exec),
+    Status status = Take(WeldTogether(this->Team, this->Files, std::move(this->Share.vertices),
+                           this->Weld, this->Memory, this->Exec),
       this->Vertices);
     const Result<bool> negative =
       status ? AnyNegativeZero(this->Vertices.kept) : Result<bool>(status.GetError());
@@ -161,9 +199,16 @@ private:
     this->Mesh.scalarType = info.scalarType;
     this->Mesh.attributes = this->Share.attributes;
     this->Mesh.mayCoincide = sums[2] > 0 || !WeldingSeparates(this->Weld, this->Mesh.attributes);
-    ReturnFreeMemory();
+    ReturnFreeMemory(this->Mesh.keptMemory);
     this->Clock.Finish("tree");
-    return {};
+    return CheckPartitionMemory(
+      this->SizeOfBlocks(), this->Options.tree, this->Options.memory, false);
+  }
+
+  BlockedSize SizeOfBlocks() const
+  {
+    return { this->Mesh.vertexCount, this->Triangles, this->Vertices.kept.tupleBytes,
+      this->Share.cellTupleBytes };
   }
 
   Status MakeTree()
@@ -183,7 +228,7 @@ private:
       status = this->CountMergedByGrid();
     }
     this->Vertices.kept.points = {};
-    ReturnFreeMemory();
+    ReturnFreeMemory(this->Mesh.keptMemory);
     this->Clock.Finish("tree");
     return status;
   }
@@ -215,17 +260,15 @@ private:
 
   Status MakeFaces()
   {
-    this->Mesh.blockDepth =
-      DepthOfBlocks({ this->Mesh.vertexCount, this->Triangles, this->Share.vertices.tupleBytes,
-                      this->Share.cellTupleBytes },
-        this->Memory, this->Team.DividedDepth(), this->Mesh.depths.partition);
-    this->Mesh.keptMemory = KeptMemory(this->Memory);
-    const Status status = DealFaces(
+    this->Mesh.blockDepth = DepthOfBlocks(
+      this->SizeOfBlocks(), this->Memory, this->Team.DividedDepth(), this->Mesh.depths.partition);
+    Status status = DealFaces(
       this->Team, this->Files, this->Share, this->Vertices, this->Memory, this->Mesh, this->Exec);
+    status = status ? CheckHubs(this->Mesh, *this->Mesh.triangles, this->Options.memory) : status;
     this->Facts.welded = this->Vertices.welded;
     this->Vertices = {};
     this->Share = {};
-    ReturnFreeMemory();
+    ReturnFreeMemory(this->Mesh.keptMemory);
     this->Clock.Finish("faces");
     return status;
   }

@@ -94,7 +94,8 @@ BlockedSize ClaimedBlocks(const MeshReader& reader)
   return size;
 }
 
-Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options)
+Status CheckClaimedPartitions(
+  const MeshReader& reader, const BuildOptions& options, bool mayBeWhole)
 {
   const BlockedSize claimed = ClaimedBlocks(reader);
   // Vertices of triangles that share none are welded to far fewer: they count when that is done.
@@ -104,7 +105,7 @@ Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& opti
   {
     return {};
   }
-  return CheckPartitionMemory(claimed, options.tree, options.memory);
+  return CheckPartitionMemory(claimed, options.tree, options.memory, mayBeWhole);
 }
 
 Status PrepareMesh(Mesh& mesh)

@@ -23,8 +23,9 @@ BlockedSize ClaimedBlocks(const MeshReader& reader);
 
 // Whether partitions of the mesh that the header claims fit options.memory where they are made out
 // of core. Only what is certain counts: vertices that welding may leave, and triangles that
-// polygons have at least, do not. Errors: LimitExceeded.
-Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options);
+// polygons have at least, do not. mayBeWhole: see CheckPartitionMemory. Errors: LimitExceeded.
+Status CheckClaimedPartitions(
+  const MeshReader& reader, const BuildOptions& options, bool mayBeWhole = true);
 
 // Puts point arrays first, as pieces have them. Errors: InvalidInput where the mesh has no vertices
 // or an attribute that no store can hold (CheckAttributes, IsAttributeName).

@@ -154,7 +154,8 @@ std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory)
   return std::max<std::uint64_t>(1, memory / std::max<std::uint64_t>(1, ofVertex));
 }
 
-Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit)
+Status CheckPartitionMemory(
+  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole)
 {
   const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
   if (!depths)
@@ -167,17 +168,21 @@ Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, 
   {
     return {};
   }
-  // A limit that leaves so much for the steps; or that the whole mesh fits.
+  // A limit that leaves so much for the steps; or that the whole mesh fits, unless it does already:
+  // then there was more before it was welded.
   const std::uint64_t inBlocks = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
   const MeshSize whole{ mesh.vertices, mesh.triangles,
     mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes };
   const std::uint64_t inMemory =
     EstimateBuildMemory(whole, std::uint64_t{ 1 } << depth, std::uint64_t{ 1 } << depths->finest);
+  const std::uint64_t need =
+    mayBeWhole && inMemory > limit ? std::min(inBlocks, inMemory) : inBlocks;
+  constexpr std::uint64_t mebibyte = std::uint64_t{ 1 } << 20;
   const std::uint64_t largest = (mesh.vertices + (std::uint64_t{ 1 } << depth) - 1) >> depth;
   return Error{ ErrorCode::LimitExceeded,
     "partitions of " + std::to_string(largest) + " vertices need about " +
-      Mebibytes(std::min(inBlocks, inMemory)) + " of memory; the limit (--memory) is " +
-      Mebibytes(limit) + "; smaller partitions need less" };
+      Mebibytes(need + mebibyte - 1) + " of memory; the limit (--memory) is " + Mebibytes(limit) +
+      "; smaller partitions need less" }; // rounded up: that limit is not refused
 }
 
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars)

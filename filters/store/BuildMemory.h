@@ -67,9 +67,11 @@ std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory);
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars);
 
 // Whether partitions can be made in blocks within `limit` bytes: a partition is never divided. Of
-// some sizes only the least may be known. O(1). Errors: LimitExceeded, with what a limit must be.
+// some sizes only the least may be known. mayBeWhole: a limit that holds the whole mesh does, too,
+// as kdstream-build then builds it in memory; ranks do not. O(1). Errors: LimitExceeded, with what
+// a limit must be.
 Status CheckPartitionMemory(
-  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit);
+  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole = true);
 
 // "64 MiB", "12 KiB": for messages.
 std::string Mebibytes(std::uint64_t bytes);

@@ -1,0 +1,35 @@
+// Run by TestBuildMpi as a rank of a job: runs a program, and writes how much memory it took at
+// most, as the system counted it from outside. Usage: MeasureRank FOLDER PROGRAM ARGUMENTS...; the
+// bytes are in FOLDER/peak-PROCESS, the exit code is the program's.
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+int main(int argc, char** argv)
+{
+  if (argc < 3)
+  {
+    std::cerr << "usage: MeasureRank FOLDER PROGRAM ARGUMENTS...\n";
+    return 2;
+  }
+  const pid_t child = ::fork();
+  if (child == 0)
+  {
+    ::execv(argv[2], argv + 2);
+    ::_exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  if (child < 0 || ::wait4(child, &status, 0, &usage) != child)
+  {
+    return 127;
+  }
+  std::ofstream(std::string(argv[1]) + "/peak-" + std::to_string(child))
+    << static_cast<unsigned long long>(usage.ru_maxrss) * 1024;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
