@@ -19,10 +19,10 @@ namespace
 constexpr unsigned bitsOfKey = 96; // 64 of the coordinate, 32 of the id
 
 // The bits that a pass of the search finds, of each of some nodes: more while they are few, so that
-// bins take no more than 2 MiB.
-unsigned DigitFor(std::size_t nodes)
+// bins take no more than 2 MiB, and where bins are fewer than vertices.
+unsigned DigitFor(std::size_t nodes, std::uint64_t vertices)
 {
-  return nodes <= 4 ? 16 : 8;
+  return nodes <= 4 && vertices >= std::uint64_t{ 1 } << 16 ? 16 : 8;
 }
 
 // So many bits of a key from `shift` on, the lowest ones first.
@@ -194,7 +194,7 @@ private:
   Result<std::vector<OrderKey>> FindMedians(unsigned depth, const std::vector<std::size_t>& axes)
   {
     const std::size_t nodes = this->Nodes(depth);
-    const unsigned digit = DigitFor(nodes);
+    const unsigned digit = DigitFor(nodes, this->Mesh.vertexCount);
     const std::size_t binsOfNode = std::size_t{ 1 } << digit;
     std::vector<OrderKey> known(nodes); // the bits found so far; the rest is 0
     std::vector<std::uint64_t> rest;    // the place among those that begin with them, from 0

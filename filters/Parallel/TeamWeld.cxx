@@ -9,25 +9,21 @@
 #include "filters/core/BitCast.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/KeyTable.h"
 #include "filters/outofcore/RecordFile.h"
+#include "filters/outofcore/RepeatedHashes.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include <algorithm>
 #include <cstring>
-#include <deque>
 #include <optional>
-#include <string_view>
-#include <unordered_map>
 
 namespace kdstream
 {
 namespace
 {
-
-// Of the table of a bucket, for each different vertex beside its bytes.
-constexpr std::uint64_t bytesPerEntry = 80;
 
 // Tables are faster where the caches hold them; buckets are read faster where they are few.
 constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
@@ -63,57 +59,6 @@ Result<std::vector<VertexId>> BeginsOf(const std::vector<std::uint64_t>& counts)
 struct Gone
 {
   VertexId vertex, lowest;
-};
-
-struct HashOfBytes
-{
-  std::size_t operator()(std::string_view bytes) const
-  {
-    return XXH3_64bits(bytes.data(), bytes.size());
-  }
-};
-
-// The lowest number of each of some byte strings of one length.
-class LowestNumbers
-{
-public:
-  explicit LowestNumbers(std::size_t bytes)
-    : Bytes(bytes)
-  {
-  }
-
-  void Add(const std::byte* key, VertexId number)
-  {
-    const auto found = this->Lowest.find(this->View(key));
-    if (found != this->Lowest.end())
-    {
-      this->Repeats = true;
-      found->second = std::min(found->second, number);
-      return;
-    }
-    if (this->Chunks.empty() || this->Chunks.back().size() + this->Bytes > chunkBytes)
-    {
-      this->Chunks.emplace_back().reserve(std::max(chunkBytes, this->Bytes)); // keys never move
-    }
-    std::vector<std::byte>& chunk = this->Chunks.back();
-    chunk.insert(chunk.end(), key, key + this->Bytes);
-    this->Lowest.emplace(this->View(chunk.data() + chunk.size() - this->Bytes), number);
-  }
-  VertexId Of(const std::byte* key) const { return this->Lowest.find(this->View(key))->second; }
-  bool AnyRepeats() const { return this->Repeats; }
-
-private:
-  static constexpr std::size_t chunkBytes = std::size_t{ 1 } << 18;
-
-  std::string_view View(const std::byte* key) const
-  {
-    return { reinterpret_cast<const char*>(key), this->Bytes };
-  }
-
-  std::size_t Bytes;
-  std::deque<std::vector<std::byte>> Chunks;
-  std::unordered_map<std::string_view, VertexId, HashOfBytes> Lowest;
-  bool Repeats = false;
 };
 
 class Welder
@@ -157,7 +102,7 @@ private:
   Status SendEntries()
   {
     const std::size_t ranks = this->Team.Count(), bytes = this->KeyBytes + sizeof(VertexId);
-    const std::uint64_t most = this->Memory / 2 / (this->KeyBytes + bytesPerEntry) + 1;
+    const std::uint64_t most = this->Memory / 2 / KeyTable::BytesOf(this->KeyBytes) + 1;
     const std::uint64_t expected = this->Vertices.readBegin.back() / ranks * 9 / 8;
     const std::uint64_t buckets =
       std::max(expected / most + 1, std::min(expected / entriesInCache + 1, mostBucketsForCache));
@@ -169,7 +114,7 @@ private:
     }
     this->Entries.emplace(std::move(*file));
     const auto hashOf = [&](const std::byte* entry)
-    { return Mix(XXH3_64bits(entry, this->KeyBytes)); };
+    { return Mix(this->HashOf(std::span(entry, this->KeyBytes))); };
     const auto make = [&](std::uint64_t round, RankLists<std::byte>& out)
     {
       std::vector<std::byte> entries;
@@ -224,7 +169,12 @@ private:
     return status;
   }
 
-  // visit(entry, number) for each vertex of a bucket.
+  static std::uint64_t HashOf(std::span<const std::byte> key)
+  {
+    return XXH3_64bits(key.data(), key.size());
+  }
+
+  // visit(key, number) for each vertex of a bucket.
   template <class Visit>
   Status ForEachEntry(std::size_t bucket, const Visit& visit) const
   {
@@ -236,7 +186,7 @@ private:
         {
           VertexId number = 0;
           std::memcpy(&number, entries.data() + at + this->KeyBytes, sizeof(number));
-          visit(entries.data() + at, number);
+          visit(entries.subspan(at, this->KeyBytes), number);
         }
         return {};
       });
@@ -246,17 +196,25 @@ private:
   {
     Status status = Take(this->Folder.CreateFile("welded vertices", 0), this->GoneFile);
     RecordWriter<Gone> writer(this->GoneFile);
+    KeyTable lowest(this->KeyBytes); // with the lowest vertex of each
     for (std::size_t bucket = 0; status && bucket < this->Entries->BucketCount(); ++bucket)
     {
-      LowestNumbers lowest(this->KeyBytes);
-      status = this->ForEachEntry(
-        bucket, [&](const std::byte* key, VertexId number) { lowest.Add(key, number); });
-      if (status && lowest.AnyRepeats())
+      lowest.Clear();
+      bool anyRepeats = false;
+      status = this->ForEachEntry(bucket,
+        [&](std::span<const std::byte> key, VertexId number)
+        {
+          VertexId& least = lowest.VertexOf(key, this->HashOf(key), number);
+          anyRepeats = anyRepeats || least != number;
+          least = std::min(least, number);
+        });
+      if (status && anyRepeats)
       {
         status = this->ForEachEntry(bucket,
-          [&](const std::byte* key, VertexId number)
+          [&](std::span<const std::byte> key, VertexId number)
           {
-            if (const VertexId least = lowest.Of(key); least != number)
+            if (const VertexId least = lowest.VertexOf(key, this->HashOf(key), number);
+                least != number)
             {
               writer.Append({ number, least });
             }
@@ -588,13 +546,29 @@ Result<std::uint64_t> CountPlacesTogether(MpiTeam& team, SpillFolder& folder,
   std::uint64_t count = 0;
   for (std::size_t bucket = 0; status && bucket < buckets; ++bucket)
   {
-    NumberSet<std::uint64_t> different;
+    // Most hashes come once: only the others are sorted.
+    RepeatedHashes repeated(hashes->Size(bucket), memory / 4);
     status = hashes->ForEach(bucket,
       [&](std::uint64_t hash) -> Status
       {
-        different.Add(hash);
+        repeated.Add(std::span(&hash, 1));
         return {};
       });
+    repeated.Finish();
+    NumberSet<std::uint64_t> different;
+    const auto addIfShared = [&](std::uint64_t hash) -> Status
+    {
+      if (repeated.MayRepeat(hash))
+      {
+        different.Add(hash);
+      }
+      else
+      {
+        ++count;
+      }
+      return {};
+    };
+    status = status ? hashes->ForEach(bucket, addIfShared) : status;
     count += different.Take().size();
   }
   status = status ? team.Sum(std::span(&count, 1)) : status;

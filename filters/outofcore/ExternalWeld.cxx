@@ -8,6 +8,7 @@
 #include "filters/outofcore/ExternalWeld.h"
 
 #include "filters/outofcore/BucketFile.h"
+#include "filters/outofcore/KeyTable.h"
 #include "filters/outofcore/MemoryPlan.h"
 #include "filters/outofcore/RepeatedHashes.h"
 #include "filters/outofcore/ScatteredRead.h"
@@ -34,74 +35,6 @@ constexpr std::string_view step = "weld";
 struct Twin
 {
   VertexId id = 0, lowest = 0;
-};
-
-// The different keys of a bucket with the first vertex of each. Keys all have the same size.
-class KeyTable
-{
-public:
-  explicit KeyTable(std::size_t keyBytes)
-    : KeyBytes(keyBytes)
-    , Slots(64, noVertex)
-  {
-  }
-
-  // The vertex that came first with this key: `id` itself if none did.
-  VertexId FirstOf(std::span<const std::byte> key, std::uint64_t hash, VertexId id)
-  {
-    if (2 * this->Ids.size() >= this->Slots.size())
-    {
-      this->Grow();
-    }
-    const auto mark = static_cast<std::uint32_t>(hash);
-    std::size_t slot = mark & (this->Slots.size() - 1);
-    for (; this->Slots[slot] != noVertex; slot = (slot + 1) & (this->Slots.size() - 1))
-    {
-      const VertexId entry = this->Slots[slot];
-      if (this->Marks[entry] == mark &&
-          std::memcmp(this->Keys.data() + entry * this->KeyBytes, key.data(), this->KeyBytes) == 0)
-      {
-        return this->Ids[entry];
-      }
-    }
-    this->Slots[slot] = static_cast<VertexId>(this->Ids.size());
-    this->Ids.push_back(id);
-    this->Marks.push_back(mark);
-    this->Keys.insert(this->Keys.end(), key.begin(), key.end());
-    return id;
-  }
-
-  void Clear()
-  {
-    this->Ids.clear();
-    this->Marks.clear();
-    this->Keys.clear();
-    std::fill(this->Slots.begin(), this->Slots.end(), noVertex);
-  }
-
-  // Bytes that a key takes at most: itself, id and mark while they grow, and its slots.
-  static std::size_t BytesOf(std::size_t keyBytes) { return 2 * (keyBytes + 8) + 24; }
-
-private:
-  void Grow()
-  {
-    this->Slots.assign(2 * this->Slots.size(), noVertex);
-    for (std::size_t entry = 0; entry < this->Marks.size(); ++entry)
-    {
-      std::size_t slot = this->Marks[entry] & (this->Slots.size() - 1);
-      while (this->Slots[slot] != noVertex)
-      {
-        slot = (slot + 1) & (this->Slots.size() - 1);
-      }
-      this->Slots[slot] = static_cast<VertexId>(entry);
-    }
-  }
-
-  std::size_t KeyBytes;
-  std::vector<VertexId> Slots; // open addressing; numbers of entries
-  std::vector<VertexId> Ids;
-  std::vector<std::uint32_t> Marks; // of each entry's hash
-  std::vector<std::byte> Keys;
 };
 
 class Welder
@@ -234,7 +167,7 @@ private:
     KeyTable table(this->KeyBytes);
     const auto look = [&](VertexId id, std::span<const std::byte> key) -> Status
     {
-      const VertexId first = table.FirstOf(key, this->HashOf(key), id);
+      const VertexId first = table.VertexOf(key, this->HashOf(key), id);
       if (first == id)
       {
         return {};
