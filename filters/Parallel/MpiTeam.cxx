@@ -1,15 +1,19 @@
 #include "filters/Parallel/MpiTeam.h"
 
+#include "filters/core/BitCast.h"
 #include "filters/outofcore/RecordFile.h"
 #include "filters/outofcore/ScatteredRead.h"
 
-#include <vtkMPICommunicator.h>
 #include <vtkMPIController.h>
 
 #include <algorithm>
+#include <bit>
+#include <chrono>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <string>
+#include <thread>
 
 namespace kdstream
 {
@@ -31,6 +35,26 @@ unsigned char* Data(std::span<std::byte> bytes)
 std::uint64_t CeilOfHalves(std::uint64_t number, unsigned halvings)
 {
   return (number + (std::uint64_t{ 1 } << halvings) - 1) >> halvings;
+}
+
+// MPI waits by asking all the time; a rank that waits for long leaves its processor to others.
+void WaitFor(std::vector<vtkMPICommunicator::Request>& requests)
+{
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::microseconds atOnce(30), mostAsleep(200);
+  const Clock::time_point begin = Clock::now();
+  std::chrono::microseconds asleep(10);
+  for (vtkMPICommunicator::Request& request : requests)
+  {
+    while (!request.Test())
+    {
+      if (Clock::now() - begin > atOnce)
+      {
+        std::this_thread::sleep_for(asleep);
+        asleep = std::min(2 * asleep, mostAsleep);
+      }
+    }
+  }
 }
 
 }
@@ -104,62 +128,174 @@ std::vector<std::uint64_t> PlacesOfRanks(
   return team.PlacesOf(begin, depth);
 }
 
+// Each rank passes on what it knows, twice as much from step to step (Bruck's gathering).
+void MpiTeam::TellAll(std::span<const std::uint64_t> mine)
+{
+  const std::size_t each = mine.size();
+  std::vector<std::uint64_t> known(mine.begin(), mine.end()); // of this rank and those behind it
+  known.resize(each * this->Ranks);
+  for (std::size_t distance = 1; distance < this->Ranks; distance *= 2)
+  {
+    const std::size_t count = each * std::min(distance, this->Ranks - distance);
+    Requests requests;
+    this->BeginReceive((this->Mine + distance) % this->Ranks,
+      std::as_writable_bytes(std::span(known).subspan(each * distance, count)), requests);
+    this->BeginSend((this->Mine + this->Ranks - distance) % this->Ranks,
+      std::as_bytes(std::span(known).first(count)), requests);
+    WaitFor(requests);
+  }
+  std::rotate(known.begin(),
+    known.begin() + std::ptrdiff_t((this->Ranks - this->Mine) % this->Ranks * each), known.end());
+  this->AllTold = std::move(known);
+}
+
+void MpiTeam::BeginSend(std::size_t rank, std::span<const std::byte> bytes, Requests& requests)
+{
+  for (std::size_t at = 0; at < bytes.size(); at += mostAtOnce)
+  {
+    const auto part = bytes.subspan(at, std::min(mostAtOnce, bytes.size() - at));
+    this->Controller.NoBlockSend(Data(part), static_cast<int>(part.size()), static_cast<int>(rank),
+      tag, requests.emplace_back());
+  }
+}
+
+void MpiTeam::BeginReceive(std::size_t rank, std::span<std::byte> bytes, Requests& requests)
+{
+  for (std::size_t at = 0; at < bytes.size(); at += mostAtOnce)
+  {
+    const auto part = bytes.subspan(at, std::min(mostAtOnce, bytes.size() - at));
+    this->Controller.NoBlockReceive(Data(part), static_cast<int>(part.size()),
+      static_cast<int>(rank), tag, requests.emplace_back());
+  }
+}
+
+void MpiTeam::Send(std::size_t rank, std::span<const std::byte> bytes)
+{
+  Requests requests;
+  this->BeginSend(rank, bytes, requests);
+  WaitFor(requests);
+}
+
+void MpiTeam::Receive(std::size_t rank, std::span<std::byte> bytes)
+{
+  Requests requests;
+  this->BeginReceive(rank, bytes, requests);
+  WaitFor(requests);
+}
+
+// From rank 0 to all: a rank gets it from the one whose number has its lowest bit less, and passes
+// it on.
+void MpiTeam::PassDown(std::span<std::byte> bytes)
+{
+  std::size_t step = std::bit_ceil(this->Ranks);
+  if (this->Mine > 0)
+  {
+    step = this->Mine & (~this->Mine + 1);
+    this->Receive(this->Mine - step, bytes);
+  }
+  for (step /= 2; step > 0; step /= 2)
+  {
+    if (this->Mine + step < this->Ranks)
+    {
+      this->Send(this->Mine + step, bytes);
+    }
+  }
+}
+
+// Up the same way that it then comes down.
+template <class T, class Operation>
+void MpiTeam::Combine(std::span<T> values, const Operation& operation)
+{
+  std::vector<T> other(this->Ranks > 1 ? values.size() : 0);
+  for (std::size_t step = 1; step < this->Ranks; step *= 2)
+  {
+    if ((this->Mine & step) != 0)
+    {
+      this->Send(this->Mine - step, std::as_bytes(values));
+      break;
+    }
+    if (this->Mine + step < this->Ranks)
+    {
+      this->Receive(this->Mine + step, std::as_writable_bytes(std::span(other)));
+      std::transform(values.begin(), values.end(), other.begin(), values.begin(), operation);
+    }
+  }
+  this->PassDown(std::as_writable_bytes(values));
+}
+
 // The lowest rank with an error tells it to all.
-Status MpiTeam::Agree(const Error* own)
+Status MpiTeam::Agree(std::span<const std::uint64_t> numbers, const Error* own)
 {
   if (this->Failed)
   {
     return *this->Failed;
   }
-  const int mine = own != nullptr ? static_cast<int>(this->Ranks - this->Mine) : 0;
-  int most = 0;
-  this->Controller.AllReduce(&mine, &most, 1, vtkCommunicator::MAX_OP);
-  if (most == 0)
+  const std::size_t each = this->Ranks + 2;
+  std::vector<std::uint64_t> mine(each, 0);
+  mine[0] = own != nullptr ? 1 : 0;
+  std::copy(numbers.begin(), numbers.end(), mine.begin() + 1);
+  this->TellAll(mine);
+  std::size_t from = 0;
+  while (from < this->Ranks && this->AllTold[from * each] == 0)
+  {
+    ++from;
+  }
+  if (from == this->Ranks)
   {
     return {};
   }
-  const int from = static_cast<int>(this->Ranks) - most;
   int head[2] = { 0, 0 }; // code, bytes of the message
   std::string message;
-  if (from == static_cast<int>(this->Mine))
+  if (from == this->Mine)
   {
     message = own->message;
     head[0] = static_cast<int>(own->code);
     head[1] = static_cast<int>(message.size());
   }
-  this->Controller.Broadcast(head, 2, from);
+  this->Controller.Broadcast(head, 2, static_cast<int>(from));
   message.resize(static_cast<std::size_t>(head[1]));
-  this->Controller.Broadcast(message.data(), head[1], from);
+  this->Controller.Broadcast(message.data(), head[1], static_cast<int>(from));
   this->Failed = Error{ static_cast<ErrorCode>(head[0]), message };
   return *this->Failed;
 }
 
 Error MpiTeam::Fail(const Error& error)
 {
-  return this->Agree(&error).GetError();
+  return this->Agree({}, &error).GetError();
 }
 
 Status MpiTeam::Sum(std::span<std::uint64_t> numbers)
 {
-  Status status = this->Agree();
-  if (status && !numbers.empty())
+  const bool few = numbers.size() <= this->Ranks;
+  Status status = this->Agree(few ? numbers : std::span<std::uint64_t>{});
+  if (!status)
   {
-    const std::vector<std::uint64_t> mine(numbers.begin(), numbers.end());
-    this->Controller.AllReduce(
-      mine.data(), numbers.data(), static_cast<vtkIdType>(mine.size()), vtkCommunicator::SUM_OP);
+    return status;
+  }
+  if (!few)
+  {
+    this->Combine(numbers, std::plus<>());
+    return status;
+  }
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+  {
+    numbers[i] = 0;
+    for (std::size_t rank = 0; rank < this->Ranks; ++rank)
+    {
+      numbers[i] += this->Told(rank, i);
+    }
   }
   return status;
 }
 
 Status MpiTeam::Spread(std::vector<VertexId>& numbers)
 {
-  Status status = this->Agree();
+  const std::uint64_t count = numbers.size();
+  Status status = this->Agree(std::span(&count, 1));
   if (status)
   {
-    auto count = static_cast<vtkIdType>(numbers.size());
-    this->Controller.Broadcast(&count, 1, 0);
-    numbers.resize(static_cast<std::size_t>(count));
-    this->Controller.Broadcast(numbers.data(), count, 0);
+    numbers.resize(static_cast<std::size_t>(this->Told(0, 0)));
+    this->PassDown(std::as_writable_bytes(std::span(numbers)));
   }
   return status;
 }
@@ -201,15 +337,13 @@ Status MpiTeam::JoinBoxes(std::span<Box> boxes)
     std::transform(
       box.hi.begin(), box.hi.end(), std::back_inserter(mine), [](double x) { return -x; });
   }
-  std::vector<double> all(mine.size());
-  this->Controller.AllReduce(
-    mine.data(), all.data(), static_cast<vtkIdType>(mine.size()), vtkCommunicator::MIN_OP);
+  this->Combine(std::span(mine), [](double a, double b) { return std::min(a, b); });
   for (std::size_t i = 0; i < boxes.size(); ++i)
   {
     for (std::size_t k = 0; k < 3; ++k)
     {
-      boxes[i].lo[k] = all[6 * i + k] + 0.0; // no -0.0
-      boxes[i].hi[k] = -all[6 * i + 3 + k] + 0.0;
+      boxes[i].lo[k] = mine[6 * i + k] + 0.0; // no -0.0
+      boxes[i].hi[k] = -mine[6 * i + 3 + k] + 0.0;
     }
   }
   return status;
@@ -217,10 +351,16 @@ Status MpiTeam::JoinBoxes(std::span<Box> boxes)
 
 Result<std::vector<std::uint64_t>> MpiTeam::Gather(std::uint64_t number)
 {
-  std::vector<std::uint64_t> numbers(this->Ranks, 0);
-  numbers[this->Mine] = number;
-  const Status status = this->Sum(numbers);
-  return status ? Result<std::vector<std::uint64_t>>(std::move(numbers)) : status.GetError();
+  if (Status status = this->Agree(std::span(&number, 1)); !status)
+  {
+    return status.GetError();
+  }
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t rank = 0; rank < this->Ranks; ++rank)
+  {
+    numbers.push_back(this->Told(rank, 0));
+  }
+  return numbers;
 }
 
 Result<std::uint64_t> MpiTeam::Most(std::uint64_t number)
@@ -236,72 +376,57 @@ Result<double> MpiTeam::AddInOrder(const std::function<Status(double& sum)>& add
   {
     return status.GetError();
   }
-  const int mine = static_cast<int>(this->Mine), last = static_cast<int>(this->Ranks) - 1;
   double sum = 0;
-  if (mine > 0)
+  if (this->Mine > 0)
   {
-    this->Controller.Receive(&sum, 1, mine - 1, tag);
+    this->Receive(this->Mine - 1, std::as_writable_bytes(std::span(&sum, 1)));
   }
   const Status added = add(sum); // the others are not left to wait, whatever becomes of it
-  if (mine < last)
+  if (this->Mine + 1 < this->Ranks)
   {
-    this->Controller.Send(&sum, 1, mine + 1, tag);
+    this->Send(this->Mine + 1, std::as_bytes(std::span(&sum, 1)));
   }
-  this->Controller.Broadcast(&sum, 1, last);
-  return added ? Result<double>(sum) : added.GetError();
+  if (!added)
+  {
+    return added.GetError();
+  }
+  const auto bits = BitCast<std::uint64_t>(sum);
+  const Status status = this->Agree(std::span(&bits, 1));
+  return status ? Result<double>(BitCast<double>(this->Told(this->Ranks - 1, 0)))
+                : status.GetError();
 }
 
-Status MpiTeam::ExchangeBytes(const std::vector<std::span<const std::byte>>& out, const Room& room)
+Result<bool> MpiTeam::ExchangeBytes(
+  const std::vector<std::span<const std::byte>>& out, const Room& room, bool more)
 {
-  std::vector<std::uint64_t> bytes(this->Ranks * this->Ranks, 0); // from × to
-  for (std::size_t to = 0; to < this->Ranks; ++to)
+  std::vector<std::uint64_t> sizes{ more ? std::uint64_t{ 1 } : 0 };
+  for (const std::span<const std::byte> bytes : out)
   {
-    bytes[this->Mine * this->Ranks + to] = out[to].size();
+    sizes.push_back(bytes.size());
   }
-  if (Status status = this->Sum(bytes); !status)
+  if (Status status = this->Agree(sizes); !status)
   {
-    return status;
+    return status.GetError();
   }
-  std::vector<vtkMPICommunicator::Request> requests;
-  const auto forEachPart = [&](std::size_t size, const auto& carry)
+  bool anyMore = false;
+  for (std::size_t rank = 0; rank < this->Ranks; ++rank)
   {
-    for (std::size_t at = 0; at < size; at += mostAtOnce)
-    {
-      carry(at, static_cast<int>(std::min(mostAtOnce, size - at)), requests.emplace_back());
-    }
-  };
-  for (std::size_t step = 0; step < this->Ranks; ++step)
+    anyMore = anyMore || this->Told(rank, 0) > 0;
+  }
+  Requests requests;
+  for (std::size_t step = 1; step < this->Ranks; ++step)
   {
     const std::size_t from = (this->Mine + this->Ranks - step) % this->Ranks;
-    const std::size_t size = bytes[from * this->Ranks + this->Mine];
-    const std::span<std::byte> in = room(from, size);
-    if (from == this->Mine)
-    {
-      std::copy(out[from].begin(), out[from].end(), in.begin());
-      continue;
-    }
-    forEachPart(size,
-      [&](std::size_t at, int length, vtkMPICommunicator::Request& request)
-      {
-        this->Controller.NoBlockReceive(
-          Data(in.subspan(at)), length, static_cast<int>(from), tag, request);
-      });
+    const auto size = static_cast<std::size_t>(this->Told(from, 1 + this->Mine));
+    this->BeginReceive(from, room(from, size), requests);
   }
   for (std::size_t step = 1; step < this->Ranks; ++step)
   {
     const std::size_t to = (this->Mine + step) % this->Ranks;
-    forEachPart(out[to].size(),
-      [&](std::size_t at, int length, vtkMPICommunicator::Request& request)
-      {
-        this->Controller.NoBlockSend(
-          Data(out[to].subspan(at)), length, static_cast<int>(to), tag, request);
-      });
+    this->BeginSend(to, out[to], requests);
   }
-  for (vtkMPICommunicator::Request& request : requests)
-  {
-    request.Wait();
-  }
-  return {};
+  WaitFor(requests);
+  return anyMore;
 }
 
 Status MpiTeam::Fetch(SpillFile& file, std::size_t elementBytes, std::span<const VertexId> begin,
@@ -328,9 +453,9 @@ Status MpiTeam::Fetch(SpillFile& file, std::size_t elementBytes, std::span<const
   {
     rounds = std::max(rounds, RoundsOf(list.size(), most));
   }
-  const Result<std::uint64_t> all = this->Most(rounds);
-  Status status = all ? Status{} : Status(all.GetError());
-  for (std::uint64_t round = 0; status && round < *all; ++round)
+  Status status;
+  bool more = true;
+  for (std::uint64_t round = 0; status && more; ++round)
   {
     RankLists<VertexId> some(this->Ranks);
     for (std::size_t rank = 0; rank < this->Ranks; ++rank)
@@ -340,41 +465,37 @@ Status MpiTeam::Fetch(SpillFile& file, std::size_t elementBytes, std::span<const
       some[rank].assign(
         asked[rank].begin() + std::ptrdiff_t(first), asked[rank].begin() + std::ptrdiff_t(end));
     }
-    status = this->FetchSome(file, elementBytes, some);
+    status = Take(this->FetchSome(file, elementBytes, some, round + 1 < rounds), more);
   }
   return status;
 }
 
-// wanted: of each rank, ascending.
-Status MpiTeam::FetchSome(
-  SpillFile& file, std::size_t elementBytes, const RankLists<VertexId>& wanted)
+// wanted: of each other rank, ascending. Whether any rank wants more.
+Result<bool> MpiTeam::FetchSome(
+  SpillFile& file, std::size_t elementBytes, const RankLists<VertexId>& wanted, bool more)
 {
-  const Result<RankLists<VertexId>> questions = this->Exchange(wanted);
-  if (!questions)
+  RankLists<VertexId> questions(this->Ranks);
+  const Result<bool> anyMore = this->ExchangeOthers(wanted, questions, more);
+  if (!anyMore)
   {
-    return questions.GetError();
+    return anyMore;
   }
-  RankLists<std::byte> answers(this->Ranks);
+  RankLists<std::byte> answers(this->Ranks), answered(this->Ranks);
   for (std::size_t rank = 0; rank < this->Ranks; ++rank)
   {
-    answers[rank].resize((*questions)[rank].size() * elementBytes);
-    if (Status status = ReadElementsAt(file, elementBytes, (*questions)[rank], answers[rank]);
-        !status)
+    answers[rank].resize(questions[rank].size() * elementBytes);
+    if (Status status = ReadElementsAt(file, elementBytes, questions[rank], answers[rank]); !status)
     {
-      return status;
+      return status.GetError();
     }
   }
-  const Result<RankLists<std::byte>> answered = this->Exchange(answers);
-  if (!answered)
-  {
-    return answered.GetError();
-  }
-  Status status;
+  const Result<bool> exchanged = this->ExchangeOthers(answers, answered, false);
+  Status status = exchanged ? Status{} : Status(exchanged.GetError());
   for (std::size_t rank = 0; status && rank < this->Ranks; ++rank)
   {
-    status = WriteElementsAt(file, elementBytes, wanted[rank], (*answered)[rank]);
+    status = WriteElementsAt(file, elementBytes, wanted[rank], answered[rank]);
   }
-  return status;
+  return status ? anyMore : status.GetError();
 }
 
 Status MpiTeam::Move(SpillFile& file, std::size_t elementBytes,

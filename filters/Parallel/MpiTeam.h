@@ -7,8 +7,11 @@
 #pragma once
 
 #include "filters/Parallel/NumberTable.h"
+#include "filters/core/TakeResult.h"
 #include "filters/core/Types.h"
 #include "filters/outofcore/BlockTeam.h"
+
+#include <vtkMPICommunicator.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -56,7 +59,7 @@ public:
   // One number of each rank, by rank.
   Result<std::vector<std::uint64_t>> Gather(std::uint64_t number);
   // The greatest of all ranks' numbers.
-  Result<std::uint64_t> Most(std::uint64_t number);
+  Result<std::uint64_t> Most(std::uint64_t number) override;
   // One sum of what all ranks add to it, rank after rank.
   Result<double> AddInOrder(const std::function<Status(double& sum)>& add);
   // Elements of a file, a few MiB at a time, that were here by one division of its places are
@@ -72,20 +75,14 @@ public:
   template <class T>
   Result<RankLists<T>> Exchange(const RankLists<T>& lists)
   {
-    static_assert(std::is_trivially_copyable_v<T>);
-    std::vector<std::span<const std::byte>> out;
-    for (const std::vector<T>& list : lists)
-    {
-      out.push_back(std::as_bytes(std::span<const T>(list)));
-    }
     RankLists<T> in(this->Ranks);
-    const Status status = this->ExchangeBytes(out,
-      [&](std::size_t from, std::size_t bytes)
-      {
-        in[from].resize(bytes / sizeof(T));
-        return std::as_writable_bytes(std::span<T>(in[from]));
-      });
-    return status ? Result<RankLists<T>>(std::move(in)) : status.GetError();
+    const Result<bool> exchanged = this->ExchangeOthers(lists, in, false);
+    if (!exchanged)
+    {
+      return exchanged.GetError();
+    }
+    in[this->Mine] = lists[this->Mine];
+    return in;
   }
 
   // The same in rounds, so that what is under way does not grow with what there is in all:
@@ -94,22 +91,20 @@ public:
   template <class T, class Make, class TakeList>
   Status ExchangeInRounds(std::uint64_t rounds, const Make& make, const TakeList& take)
   {
-    const Result<std::uint64_t> most = this->Most(rounds);
-    if (!most)
-    {
-      return most.GetError();
-    }
+    RankLists<T> out(this->Ranks), in(this->Ranks);
     Status status;
-    for (std::uint64_t round = 0; status && round < *most; ++round)
+    bool more = true;
+    for (std::uint64_t round = 0; status && more; ++round)
     {
-      RankLists<T> out(this->Ranks);
+      for (std::vector<T>& list : out)
+      {
+        list.clear();
+      }
       status = round < rounds ? make(round, out) : Status{};
-      const Result<RankLists<T>> in =
-        status ? this->Exchange(out) : Result<RankLists<T>>(status.GetError());
-      status = in ? status : Status(in.GetError());
+      status = status ? Take(this->ExchangeOthers(out, in, round + 1 < rounds), more) : status;
       for (std::size_t from = 0; status && from < this->Ranks; ++from)
       {
-        status = take(from, std::span<const T>((*in)[from]));
+        status = take(from, std::span<const T>((from == this->Mine ? out : in)[from]));
       }
     }
     return status;
@@ -123,12 +118,49 @@ public:
   Status Finish() { return this->Agree(); }
 
 private:
+  using Requests = std::vector<vtkMPICommunicator::Request>;
   using Room = std::function<std::span<std::byte>(std::size_t from, std::size_t bytes)>;
 
-  Status ExchangeBytes(const std::vector<std::span<const std::byte>>& out, const Room& room);
-  Status FetchSome(SpillFile& file, std::size_t elementBytes, const RankLists<VertexId>& wanted);
-  Status Agree() { return this->Agree(nullptr); }
-  Status Agree(const Error* own);
+  // Lists to and from the other ranks; those from them take the place of what is in `in`. Whether
+  // any rank has more to send.
+  template <class T>
+  Result<bool> ExchangeOthers(const RankLists<T>& lists, RankLists<T>& in, bool more)
+  {
+    static_assert(std::is_trivially_copyable_v<T>);
+    std::vector<std::span<const std::byte>> out;
+    for (const std::vector<T>& list : lists)
+    {
+      out.push_back(std::as_bytes(std::span<const T>(list)));
+    }
+    return this->ExchangeBytes(
+      out,
+      [&](std::size_t from, std::size_t bytes)
+      {
+        in[from].resize(bytes / sizeof(T));
+        return std::as_writable_bytes(std::span<T>(in[from]));
+      },
+      more);
+  }
+  Result<bool> ExchangeBytes(
+    const std::vector<std::span<const std::byte>>& out, const Room& room, bool more);
+  Result<bool> FetchSome(
+    SpillFile& file, std::size_t elementBytes, const RankLists<VertexId>& wanted, bool more);
+  // What every call begins with: nobody has failed. Each rank tells the others some numbers on the
+  // way, Ranks + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
+  Status Agree(std::span<const std::uint64_t> numbers = {}, const Error* own = nullptr);
+  void TellAll(std::span<const std::uint64_t> mine);
+  void BeginSend(std::size_t rank, std::span<const std::byte> bytes, Requests& requests);
+  void BeginReceive(std::size_t rank, std::span<std::byte> bytes, Requests& requests);
+  void Send(std::size_t rank, std::span<const std::byte> bytes);
+  void Receive(std::size_t rank, std::span<std::byte> bytes);
+  void PassDown(std::span<std::byte> bytes);
+  // Values of all ranks, one by one; `operation` may be used in any order.
+  template <class T, class Operation>
+  void Combine(std::span<T> values, const Operation& operation);
+  std::uint64_t Told(std::size_t rank, std::size_t number) const
+  {
+    return this->AllTold[rank * (this->Ranks + 2) + 1 + number];
+  }
   // The first place of each rank, and the end.
   std::vector<std::uint64_t> PlacesOf(std::span<const VertexId> begin, unsigned depth) const;
 
@@ -136,6 +168,7 @@ private:
   std::size_t Mine, Ranks;
   unsigned NodeDepth = 0;
   std::optional<Error> Failed;
+  std::vector<std::uint64_t> AllTold; // of each rank whether it has failed, and numbers
 
   friend std::vector<std::uint64_t> PlacesOfRanks(
     const MpiTeam& team, std::span<const VertexId> begin, unsigned depth);

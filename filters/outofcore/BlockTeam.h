@@ -31,6 +31,8 @@ public:
 
   // Adds up the numbers of all processes, one by one.
   virtual Status Sum(std::span<std::uint64_t>) { return {}; }
+  // The greatest of all processes' numbers.
+  virtual Result<std::uint64_t> Most(std::uint64_t number) { return number; }
   // Gives all processes what the first one has.
   virtual Status Spread(std::vector<VertexId>&) { return {}; }
   // Fetches elements of a file whose blocks are cells of `depth` and begin at begin[block]; begin

@@ -113,18 +113,32 @@ private:
     return here.end - here.begin;
   }
 
-  // Fetches the numbers of clusters of a level >= S that other processes have.
-  Status FetchFirst(unsigned depth, std::vector<VertexId> wanted)
+  // Fetches the lowest numbered vertices of those clusters of a level >= S that a file names at the
+  // places [begin, end) and other processes have, a few MiB at a time.
+  Status FetchFirst(
+    unsigned depth, const SpillFile& clusters, std::uint64_t begin, std::uint64_t end)
   {
     if (depth == this->Input.depths.stitch)
     {
       return {};
     }
-    std::sort(wanted.begin(), wanted.end());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 20;
     const LevelFile& level = this->Levels.files[depth];
-    return this->Team.Fetch(
-      this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, wanted);
+    const BlockRange here = this->Team.Here(level.blockDepth);
+    const VertexId own = level.begin[here.begin], ownEnd = level.begin[here.end];
+    const Result<std::uint64_t> rounds = this->Team.Most((end - begin + atOnce - 1) / atOnce);
+    Status status = rounds ? Status{} : Status(rounds.GetError());
+    for (std::uint64_t round = 0; status && round < *rounds; ++round)
+    {
+      const std::uint64_t from = std::min(begin + round * atOnce, end);
+      std::vector<VertexId> wanted(static_cast<std::size_t>(std::min(atOnce, end - from)));
+      status = ReadRecords<VertexId>(clusters, from, std::span<VertexId>(wanted));
+      std::erase_if(wanted, [&](VertexId cluster) { return cluster >= own && cluster < ownEnd; });
+      status = status ? this->Team.Fetch(this->Numbers.first[depth], sizeof(VertexId), level.begin,
+                          level.blockDepth, wanted)
+                      : status;
+    }
+    return status;
   }
 
   // The parents of the clusters that are here may be elsewhere: blocks of coarser levels are
@@ -132,16 +146,9 @@ private:
   Status FetchFirstOfParents(const LevelFile& level)
   {
     const BlockRange here = this->Team.Here(level.blockDepth);
-    std::vector<VertexId> parents;
-    if (here.begin < here.end && !IsAll(here, level.blockDepth))
-    {
-      parents.resize(level.begin[here.end] - level.begin[here.begin]);
-    }
-    const Status status = parents.empty()
-                            ? Status{}
-                            : ReadRecords<VertexId>(level.parents, level.begin[here.begin],
-                                std::span<VertexId>(parents));
-    return status ? this->FetchFirst(level.depth - 1, std::move(parents)) : status;
+    const VertexId begin = level.begin[here.begin];
+    return this->FetchFirst(level.depth - 1, level.parents, begin,
+      IsAll(here, level.blockDepth) ? begin : level.begin[here.end]);
   }
 
   // work(block) -> Status for each block that is here, some of them side by side: numbering takes a
@@ -199,7 +206,8 @@ private:
       return status;
     }
     this->Numbers.first[depth] = std::move(*file);
-    return this->FetchFirst(depth, level.foreign);
+    return this->Team.Fetch(
+      this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, level.foreign);
   }
 
   // The clusters of a block, all siblings among them.
@@ -248,20 +256,10 @@ private:
   Status FetchFirstOfFinest()
   {
     const BlockRange here = this->Team.Here(this->Input.blockDepth);
-    std::vector<VertexId> clusters;
-    if (here.begin < here.end && !IsAll(here, this->Input.blockDepth))
-    {
-      const CellRange last = this->Input.RangeOf(here.end - 1);
-      const std::uint64_t begin = this->Input.RangeOf(here.begin).begin;
-      clusters.resize(static_cast<std::size_t>(last.begin + last.size - begin));
-      if (Status status =
-            ReadRecords<VertexId>(this->Levels.clusterOfRank, begin, std::span<VertexId>(clusters));
-          !status)
-      {
-        return status;
-      }
-    }
-    return this->FetchFirst(this->Input.depths.finest, std::move(clusters));
+    const std::vector<VertexId> begins = this->Input.BlockBegins();
+    const VertexId begin = begins[here.begin];
+    return this->FetchFirst(this->Input.depths.finest, this->Levels.clusterOfRank, begin,
+      IsAll(here, this->Input.blockDepth) ? begin : begins[here.end]);
   }
 
   // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
