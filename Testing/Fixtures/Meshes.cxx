@@ -295,6 +295,30 @@ Mesh GridPlate(unsigned side)
   return mesh;
 }
 
+Mesh Tetrahedra(unsigned count)
+{
+  Mesh mesh;
+  std::mt19937 random(11);
+  const auto unit = [&] { return double(random() % 4096) / 4096; };
+  for (unsigned i = 0; i < count; ++i)
+  {
+    const Vec3 p{ unit(), unit(), unit() };
+    constexpr double side = 0.004;
+    const auto first = static_cast<VertexId>(mesh.points.size());
+    mesh.points.push_back(p);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      mesh.points.push_back(p);
+      mesh.points.back()[k] += side;
+    }
+    for (const Triangle& t : { Triangle{ 0, 2, 1 }, { 0, 1, 3 }, { 1, 2, 3 }, { 0, 3, 2 } })
+    {
+      mesh.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
+    }
+  }
+  return mesh;
+}
+
 Mesh Soup(unsigned triangles, std::uint32_t seed)
 {
   Mesh mesh;

@@ -30,6 +30,8 @@ Mesh ThinPlate(unsigned side);
 Mesh GridPlate(unsigned side);
 // Random triangles that share no vertex.
 Mesh Soup(unsigned triangles, std::uint32_t seed);
+// Small closed bodies, in which no edge can collapse.
+Mesh Tetrahedra(unsigned count);
 // Points on a displaced sphere without triangles.
 Mesh Cloud(unsigned subdivisions);
 // Vertices in random order, triangles too: the same surface.

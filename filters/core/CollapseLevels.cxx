@@ -108,7 +108,7 @@ public:
   // Level `depth` from the one below it, whose parents are filled.
   Result<CollapseState> BuildCoarser(CollapseState& below, unsigned depth) const
   {
-    if (!CollapsesInParts(this->Depths, depth))
+    if (!CollapsesInParts(this->Depths, depth, below.clusters.size()))
     {
       const Result<Merging> merging = CollapseFreely(below, this->Space, this->Depths, depth,
         SurfaceWanted(depth), this->Options.sheets, this->Aside);

@@ -22,9 +22,11 @@ namespace
 constexpr std::size_t sampled = 8;    // every so many parts tell where the threshold is
 constexpr double beyond = 1.5;        // how far the others go above it
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
-// Levels below S from this one on are made in parts: finer ones may be too large for the memory.
-// A number of its own, not the limit: what is stored must not depend on that.
+// Levels below S are made in parts from this one on, and where there are more clusters than such a
+// level has, since no edge can collapse (thousands of small bodies): they may be too large for the
+// memory. Numbers of their own, not the limit: what is stored must not depend on that.
 constexpr unsigned firstInParts = 16;
+constexpr std::size_t mostCollapsedFreely = (1 << firstInParts) + (1 << (firstInParts - 2));
 constexpr double everything = std::numeric_limits<double>::infinity();
 
 double ErrorOf(const Merge& merge)
@@ -34,9 +36,9 @@ double ErrorOf(const Merge& merge)
 
 }
 
-bool CollapsesInParts(const TreeDepths& depths, unsigned depth)
+bool CollapsesInParts(const TreeDepths& depths, unsigned depth, std::size_t finer)
 {
-  return depth >= depths.stitch || depth >= firstInParts;
+  return depth >= depths.stitch || depth >= firstInParts || finer > mostCollapsedFreely;
 }
 
 std::size_t SurfaceWanted(unsigned depth)

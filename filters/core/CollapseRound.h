@@ -14,6 +14,7 @@
 #include "filters/core/Merging.h"
 #include "filters/core/PartCollapse.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -23,8 +24,9 @@
 namespace kdstream
 {
 
-// Whether the level `depth` is made in parts: down to S, and below S while levels are large.
-bool CollapsesInParts(const TreeDepths& depths, unsigned depth);
+// Whether the level `depth` is made in parts: down to S, and below S while levels are large. finer:
+// clusters of the level below it.
+bool CollapsesInParts(const TreeDepths& depths, unsigned depth, std::size_t finer);
 
 // Clusters with triangles that level `depth` is to have: some more than 2^depth where they are few,
 // or limbs are lost. Those without triangles come on top of them.

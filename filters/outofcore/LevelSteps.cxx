@@ -91,7 +91,8 @@ bool LevelSteps::IsCoarserInFiles(const LevelFile& level) const
 {
   if (level.depth == 0 || !this->Clusters)
   {
-    return level.depth > 0 && CollapsesInParts(this->Mesh.depths, level.depth - 1);
+    return level.depth > 0 &&
+           CollapsesInParts(this->Mesh.depths, level.depth - 1, level.ClusterCount());
   }
   return level.depth > this->Mesh.depths.stitch || level.ClusterCount() > mostInMemory;
 }

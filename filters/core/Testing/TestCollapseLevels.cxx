@@ -52,33 +52,6 @@ Built Build(const Mesh& mesh, const LevelOptions& options = {},
   return built;
 }
 
-void Append(Mesh& mesh, const Mesh& other)
-{
-  const auto first = static_cast<VertexId>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
-  for (const Triangle& t : other.triangles)
-  {
-    mesh.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
-  }
-}
-
-// Closed components that no edge collapse may remove.
-Mesh Tetrahedra(unsigned count)
-{
-  Mesh mesh;
-  std::mt19937 random(11);
-  const auto unit = [&] { return double(random() % 4096) / 4096; };
-  for (unsigned i = 0; i < count; ++i)
-  {
-    const Vec3 p{ unit(), unit(), unit() };
-    constexpr double side = 0.004;
-    Append(mesh, { { p, { p[0] + side, p[1], p[2] }, { p[0], p[1] + side, p[2] },
-                     { p[0], p[1], p[2] + side } },
-                   { { 0, 2, 1 }, { 0, 1, 3 }, { 1, 2, 3 }, { 0, 3, 2 } } });
-  }
-  return mesh;
-}
-
 // Many triangles on one edge.
 Mesh Fan(unsigned blades)
 {

@@ -101,7 +101,11 @@ inline unsigned DeepestBlocks(const InMemory& built, unsigned depth, unsigned fi
 {
   const TreeDepths& depths = built.Depths();
   const auto isFree = [&](unsigned d)
-  { return built.maker == LevelMaker::Collapse && !CollapsesInParts(depths, d); };
+  {
+    const std::size_t finer =
+      d < depths.finest ? built.levels.levels[d + 1].lowest.size() : built.mesh.points.size();
+    return built.maker == LevelMaker::Collapse && !CollapsesInParts(depths, d, finer);
+  };
   if (depth > depths.stitch)
   {
     return PieceDepth(Resolution::Level(depth), depths);

@@ -107,7 +107,8 @@ std::vector<Way> ClusterWays()
 }
 
 void CheckLevels(const NamedMesh& named, std::uint32_t verticesPerPartition,
-  std::uint32_t cellVertices, const std::vector<unsigned>& blockDepths, const Way& way = {})
+  std::uint32_t cellVertices, const std::vector<unsigned>& blockDepths, const Way& way = {},
+  unsigned* firstInFiles = nullptr)
 {
   SCOPED_TRACE(named.name + " " + way.name);
   SpilledTree<double> spilled(named.mesh, memory, verticesPerPartition, cellVertices, way.weld);
@@ -131,6 +132,10 @@ void CheckLevels(const NamedMesh& named, std::uint32_t verticesPerPartition,
     }
     ASSERT_EQ(levels->coarse.size(), levels->firstInFiles);
     ASSERT_LE(levels->firstInFiles, spilled.tree.depths.stitch);
+    if (firstInFiles)
+    {
+      *firstInFiles = levels->firstInFiles;
+    }
     for (unsigned d = 0; d <= spilled.tree.depths.finest; ++d)
     {
       SCOPED_TRACE("level " + std::to_string(d));
@@ -315,5 +320,10 @@ TEST(ExternalLevels, RoundsByBlocks)
 // Levels below S that are made in parts.
 TEST(ExternalLevels, LargeLevelsBelowStitch)
 {
-  CheckLevels({ "sphere", DisplacedSphere(7) }, 20, 1, { 0, 4 });
+  unsigned firstInFiles = 0;
+  CheckLevels({ "sphere", DisplacedSphere(7) }, 20, 1, { 0, 4 }, {}, &firstInFiles);
+  EXPECT_EQ(firstInFiles, 16U);
+  // Small bodies, which stay too many to be collapsed freely.
+  CheckLevels({ "tetrahedra", Tetrahedra(40000) }, 20, 1, { 0, 3 }, {}, &firstInFiles);
+  EXPECT_LT(firstInFiles, 16U);
 }
