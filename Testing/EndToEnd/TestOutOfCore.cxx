@@ -236,6 +236,7 @@ TEST_F(OutOfCore, StaysBelowTheMemoryLimit)
     const char* name;
     std::function<void()> write;
     unsigned mebibytes;
+    const char* threads = "2";
   };
   const auto relief = [&]()
   {
@@ -247,6 +248,7 @@ TEST_F(OutOfCore, StaysBelowTheMemoryLimit)
   };
   const Case cases[] = {
     { "relief", relief, 64 },
+    { "relief, many threads", relief, 64, "24" },
     { "soup", [&] { this->Write([] { return Soup(300000, 1); }); }, 64 },
     { "larger soup", [&] { this->Write([] { return Soup(700000, 1); }); }, 128 },
     { "cloud",
@@ -274,7 +276,7 @@ TEST_F(OutOfCore, StaysBelowTheMemoryLimit)
     for (const char* partitioner : { "kdtree", "octree" })
     {
       const Outcome outcome = this->Build({ "--memory", std::to_string(it.mebibytes) + "M",
-        "--threads", "2", "--partitioner", partitioner });
+        "--threads", it.threads, "--partitioner", partitioner });
       ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
       EXPECT_GT(this->Stats()["temp_bytes"], 0);
       EXPECT_LE(outcome.peakBytes >> 20, it.mebibytes + 64) << "MiB, " << partitioner;

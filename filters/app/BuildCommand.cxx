@@ -2,6 +2,7 @@
 
 #include "filters/app/StoreJson.h"
 #include "filters/outofcore/BuildFolder.h"
+#include "filters/outofcore/FreeMemory.h"
 #include "filters/store/BuildMemory.h"
 
 #include <sys/resource.h>
@@ -54,8 +55,8 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     "more is built out of core, by files in --temp-dir [75 % of free memory]");
   app
     .add_option("--temp-dir", line.build.temporaryFolder,
-      "where files of a build out of core go; they take four to five times "
-      "the bytes of a binary .ply [beside the store]")
+      "where files of a build out of core go; they take three to four times "
+      "the bytes of a binary .ply of triangles [beside the store]")
     ->type_name("DIR")
     ->check(CLI::ExistingDirectory);
   app
@@ -101,9 +102,10 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     ->check(CLI::IsMember({ "greedy", "poisson" }));
   app.add_flag("--resume", line.build.resume,
     "go on with a killed build of the same input, options and --temp-dir from its last finished "
-    "phase, with the same --memory or more, and say from which; Ctrl-C and errors remove what was "
-    "done, a build in memory starts anew, and what "
-    "kdstream-convert reads is converted again first");
+    "phase, with the same --memory or more, and say from which; what a build of another input or "
+    "with other options has left is thrown away. Ctrl-C and errors remove what was done, a build "
+    "in "
+    "memory starts anew, and what kdstream-convert reads is converted again first");
   app.add_option("--stats", line.stats, "file for statistics (JSON)")->type_name("FILE");
   app.add_flag("--quiet", line.quiet, "no progress");
 }
@@ -154,6 +156,10 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   if (line.build.memory == 0)
   {
     line.build.memory = FreeMemory() / 4 * 3;
+  }
+  else
+  {
+    ShareArenas();
   }
   line.build.median = *MedianMethodOfName(line.median);
   if (line.precision == "lossless")

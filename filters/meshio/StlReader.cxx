@@ -454,7 +454,7 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
   return {};
 }
 
-// Whether the bytes where a binary file has its header could be text.
+// Whether the bytes where a binary file has its header and first triangle could be text.
 bool LooksLikeText(std::string_view head)
 {
   head.remove_prefix(
@@ -468,7 +468,7 @@ bool LooksLikeText(std::string_view head)
 
 Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execution& execution)
 {
-  const Result<std::string_view> head = source.Peek(headerBytes);
+  const Result<std::string_view> head = source.Peek(headerBytes + facetBytes);
   if (!head)
   {
     return head.GetError();
@@ -482,7 +482,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
     Status started = reader->Start();
     return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
   }
-  if (LooksLikeText(head->substr(0, headerBytes)))
+  if (LooksLikeText(*head))
   {
     auto reader = std::make_unique<TextStlReader>(std::move(source));
     Status started = reader->Start(execution);

@@ -105,6 +105,10 @@ public:
     }
     if (!status)
     {
+      if (this->Report.resumedPhases > 0 && status.GetError().code == ErrorCode::LimitExceeded)
+      {
+        this->Folder->Keep(true); // for a build with a larger limit
+      }
       return status.GetError();
     }
     const SpillCounts counts = this->Folder->Files().Counts();

@@ -61,7 +61,8 @@ Status TakeBlocks(
   if (build.ByOctree() ? largest(mesh) > allowed : depth < mesh.blockDepth)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "the interrupted build had more memory than this one; build without --resume" };
+      "the interrupted build had more memory than this one; give it that, or build without "
+      "--resume" };
   }
   mesh.blockDepth = depth;
   return {};

@@ -118,6 +118,9 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   ExpectError(whole.substr(0, whole.size() - 1),
     "the header claims 1 triangles, 134 bytes with it; the file has 133");
   ExpectError(whole + "x", "the header claims 1 triangles, 134 bytes with it; the file has 135");
+  // Nothing but the triangle tells that this is no text.
+  ExpectError("solid" + std::string(75, ' ') + "\xFF\xFF\xFF\xFF" + whole.substr(84),
+    "the header claims 4294967295 triangles, 214748364834 bytes with it; the file has 134");
 }
 
 TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)
