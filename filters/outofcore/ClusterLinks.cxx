@@ -62,21 +62,16 @@ Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std
   links.above = std::move(*above);
   links.lowest.reserve(end - begin);
   links.counts.reserve(end - begin);
-  RecordReader<ClusterRecord> reader(level.clusters, begin, end);
-  while (links.lowest.size() < end - begin)
-  {
-    const Result<std::span<const ClusterRecord>> read = reader.Next();
-    if (!read)
+  const Status status = ForEachBlockOf<ClusterRecord>(level.clusters, begin, end,
+    [&](std::span<const ClusterRecord> clusters)
     {
-      return read.GetError();
-    }
-    for (const ClusterRecord& cluster : *read)
-    {
-      links.lowest.push_back(cluster.lowest);
-      links.counts.push_back(cluster.count);
-    }
-  }
-  return links;
+      for (const ClusterRecord& cluster : clusters)
+      {
+        links.lowest.push_back(cluster.lowest);
+        links.counts.push_back(cluster.count);
+      }
+    });
+  return status ? Result<ClusterLinks>(std::move(links)) : status.GetError();
 }
 
 }

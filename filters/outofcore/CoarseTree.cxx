@@ -100,33 +100,24 @@ Status CoarseTree::FindPartitions()
 {
   const std::uint64_t partitions = std::uint64_t{ 1 } << this->Input.depths.partition;
   const unsigned stitch = this->Input.depths.stitch;
-  RecordReader<RankedCluster> reader(
-    this->Numbers.ranked[stitch], 0, this->Levels.files[stitch].ClusterCount());
   this->PartitionOf.emplace(this->Input.vertexCount, this->Input.depths.partition);
   VertexId rank = 0;
-  for (;;)
-  {
-    const Result<std::span<const RankedCluster>> read = reader.Next();
-    if (!read)
+  const Status status = ForEachBlockOf<RankedCluster>(this->Numbers.ranked[stitch], 0,
+    this->Levels.files[stitch].ClusterCount(),
+    [&](std::span<const RankedCluster> clusters)
     {
-      return read.GetError();
-    }
-    if (read->empty())
-    {
-      break;
-    }
-    for (const RankedCluster& cluster : *read)
-    {
-      const std::size_t partition = (*this->PartitionOf)(cluster.first);
-      while (this->StitchBegin.size() <= partition)
+      for (const RankedCluster& cluster : clusters)
       {
-        this->StitchBegin.push_back(rank);
+        const std::size_t partition = (*this->PartitionOf)(cluster.first);
+        while (this->StitchBegin.size() <= partition)
+        {
+          this->StitchBegin.push_back(rank);
+        }
+        ++rank;
       }
-      ++rank;
-    }
-  }
+    });
   this->StitchBegin.resize(static_cast<std::size_t>(partitions + 1), rank);
-  return {};
+  return status;
 }
 
 Status CoarseTree::AppendOwn(const CellRange& own, VertexTreeLevel& level) const
