@@ -219,12 +219,13 @@ TEST_F(ExternalOctreeStore, KilledAnywhereItLeavesNoStoreAndGoesOn)
       EXPECT_FALSE(fs::exists(this->Folder / "m.kds"));
       this->Options.resume = true;
       this->Probe.stepMemory = memory;
-      const auto report = this->External();
+      auto report = this->External();
       if (memory == unit && phase >= 2)
       {
         ASSERT_FALSE(report) << "blocks of more memory are in the files";
         EXPECT_NE(report.GetError().message.find("had more memory"), std::string::npos);
-        continue;
+        this->Probe.stepMemory = 4 * unit;
+        report = this->External(); // what was done is still there
       }
       ASSERT_TRUE(report) << report.GetError().message;
       EXPECT_EQ(report->resumedPhases, phase + 1);
