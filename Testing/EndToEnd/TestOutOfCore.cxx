@@ -298,21 +298,7 @@ TEST_F(OutOfCore, PartitionsFitTheMemoryOrAreRefused)
   };
   const auto surface = [] { return Torus(1000, 600); }; // 600,000 vertices
   // 2,400,000 corners, which welding leaves 400,000 of: too many to be welded in memory.
-  const auto corners = []
-  {
-    const Mesh shared = Torus(800, 500);
-    Mesh mesh;
-    for (const Triangle& triangle : shared.triangles)
-    {
-      const auto first = static_cast<VertexId>(mesh.points.size());
-      for (const VertexId corner : triangle)
-      {
-        mesh.points.push_back(shared.points[corner]);
-      }
-      mesh.triangles.push_back({ first, first + 1, first + 2 });
-    }
-    return mesh;
-  };
+  const auto corners = [] { return Unwelded(Torus(800, 500)); };
   const Case cases[] = {
     { "one", surface, { "--partitions", "1" }, 64, false },
     { "two", surface, { "--vertices-per-partition", "300000" }, 64, false },

@@ -30,6 +30,9 @@ Mesh ThinPlate(unsigned side);
 Mesh GridPlate(unsigned side);
 // Random triangles that share no vertex.
 Mesh Soup(unsigned triangles, std::uint32_t seed);
+// Each triangle with vertices of its own: with welding the mesh that shared them, without it a soup
+// of coincident vertices.
+Mesh Unwelded(const Mesh& shared);
 // Small closed bodies, in which no edge can collapse.
 Mesh Tetrahedra(unsigned count);
 // Points on a displaced sphere without triangles.

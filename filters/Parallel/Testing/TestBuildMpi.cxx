@@ -280,22 +280,6 @@ Mesh MeshWithHub(VertexId rim)
   return mesh;
 }
 
-// Each triangle with corners of its own.
-Mesh Unwelded(const Mesh& shared)
-{
-  Mesh mesh;
-  for (const Triangle& triangle : shared.triangles)
-  {
-    const auto first = static_cast<VertexId>(mesh.points.size());
-    for (const VertexId corner : triangle)
-    {
-      mesh.points.push_back(shared.points[corner]);
-    }
-    mesh.triangles.push_back({ first, first + 1, first + 2 });
-  }
-  return mesh;
-}
-
 }
 
 TEST(BuildMpi, AHubThatNoMemoryHoldsIsNamed)
