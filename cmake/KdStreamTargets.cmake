@@ -44,7 +44,7 @@ function(kdstream_configure_target target)
   endif()
 endfunction()
 
-# A static library KdStream::<name> whose headers are included as "filters/core/KdTree.h".
+# A static library KdStream::<name> whose headers are included as "filters/core/tree/KdTree.h".
 # kdstream_add_library(core SOURCES … HEADERS … [LINK …] [PRIVATE_LINK …])
 function(kdstream_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;LINK;PRIVATE_LINK")
@@ -57,7 +57,10 @@ function(kdstream_add_library name)
   set_target_properties(kdstream_${name} PROPERTIES EXPORT_NAME ${name})
   install(TARGETS kdstream_${name} EXPORT KdStream ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
-  install(FILES ${arg_HEADERS} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/${folder}")
+  foreach(header IN LISTS arg_HEADERS)
+    cmake_path(GET header PARENT_PATH below)
+    install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/${folder}/${below}")
+  endforeach()
 endfunction()
 
 # A program kdstream-<name>.

@@ -2,8 +2,8 @@
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Relief.h"
 #include "Data/Generate/Vase.h"
-#include "filters/app/Program.h"
-#include "filters/app/TbbExecution.h"
+#include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
 
 namespace
 {

@@ -1,9 +1,9 @@
 // The relief as it is written, read again; the grid and the order behind it.
 #include "Data/Generate/Relief.h"
 #include "Data/Generate/Scatter.h"
-#include "filters/app/TbbExecution.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The vase as it is written, read again.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Vase.h"
-#include "filters/core/KdTree.h"
+#include "filters/core/tree/KdTree.h"
 #include "filters/meshio/MeshReader.h"
 
 #include <gtest/gtest.h>

@@ -9,10 +9,10 @@
 #include "Testing/Benchmarks/CodecPeers.h"
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/PieceCodec.h"
-#include "filters/core/LeafOrder.h"
-#include "filters/core/Levels.h"
-#include "filters/core/VertexTree.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/pieces/LeafOrder.h"
+#include "filters/core/pieces/VertexTree.h"
 #include "filters/meshio/MeshReader.h"
 
 #include <chrono>

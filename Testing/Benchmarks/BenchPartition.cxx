@@ -5,11 +5,11 @@
 // table2 prints the table and writes table2.csv; fig5 writes fig5-MESH.png, a mesh cut by all
 // three, and fig6.png, all meshes cut by the k-d tree.
 #include "Testing/Benchmarks/MeshPicture.h"
-#include "filters/core/KMeansClustering.h"
-#include "filters/core/KdTree.h"
-#include "filters/core/OctreeClustering.h"
-#include "filters/core/PartitionMeasures.h"
 #include "filters/core/Weld.h"
+#include "filters/core/tree/KMeansClustering.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/core/tree/OctreeClustering.h"
+#include "filters/core/tree/PartitionMeasures.h"
 #include "filters/meshio/MeshReader.h"
 #ifdef KDSTREAM_PCL_PEER
 #include "Testing/Benchmarks/PclOctreePeer.h"

@@ -9,14 +9,14 @@
 // --memory: a third of the points' bytes, so that two depths of the tree lie out of core whatever
 // the size. Every time is also given as a multiple of a bare sequential read and write of the same
 // bytes in the same folder, measured just before. Writes table3.csv.
-#include "filters/app/Program.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/KdTree.h"
-#include "filters/core/OctreeClustering.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/core/tree/OctreeClustering.h"
 #include "filters/meshio/MeshReader.h"
-#include "filters/outofcore/ExternalOctree.h"
-#include "filters/outofcore/ExternalTree.h"
-#include "filters/outofcore/RecordFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/tree/ExternalOctree.h"
+#include "filters/outofcore/tree/ExternalTree.h"
+#include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
 
 #include <algorithm>
 #include <array>

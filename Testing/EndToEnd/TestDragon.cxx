@@ -2,12 +2,12 @@
 // 3 are kept on.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Model.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/Glue.h"
-#include "filters/core/Region.h"
+#include "filters/build/Builder.h"
 #include "filters/core/Weld.h"
+#include "filters/core/pieces/Glue.h"
+#include "filters/core/tree/Region.h"
 #include "filters/meshio/MeshReader.h"
-#include "filters/store/Builder.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -2,7 +2,7 @@
 // each closed mesh.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 
 #include <gtest/gtest.h>
 

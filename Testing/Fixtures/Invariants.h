@@ -1,8 +1,8 @@
 // What tests compare meshes by.
 #pragma once
 
-#include "filters/core/ClusterLevels.h"
 #include "filters/core/Types.h"
+#include "filters/core/levels/ClusterLevels.h"
 
 #include <algorithm>
 #include <bit>

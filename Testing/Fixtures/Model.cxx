@@ -1,6 +1,6 @@
 #include "Testing/Fixtures/Model.h"
 
-#include "filters/core/LeafOrder.h"
+#include "filters/core/pieces/LeafOrder.h"
 
 #include <set>
 

@@ -1,9 +1,9 @@
 // A mesh taken through core, from points to pieces: what most tests of later steps start from.
 #pragma once
 
-#include "filters/core/Levels.h"
-#include "filters/core/Surface.h"
-#include "filters/core/VertexTree.h"
+#include "filters/core/drawing/Surface.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/pieces/VertexTree.h"
 
 #include <map>
 #include <memory>

@@ -1,8 +1,8 @@
 #include "filters/Parallel/MpiTeam.h"
 
 #include "filters/core/BitCast.h"
-#include "filters/outofcore/RecordFile.h"
-#include "filters/outofcore/ScatteredRead.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/ScatteredRead.h"
 
 #include <vtkMPIController.h>
 

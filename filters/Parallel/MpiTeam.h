@@ -9,7 +9,7 @@
 #include "filters/Parallel/NumberTable.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/Types.h"
-#include "filters/outofcore/BlockTeam.h"
+#include "filters/outofcore/levels/BlockTeam.h"
 
 #include <vtkMPICommunicator.h>
 

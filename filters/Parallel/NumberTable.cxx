@@ -1,7 +1,7 @@
 #include "filters/Parallel/NumberTable.h"
 
-#include "filters/outofcore/RecordFile.h"
-#include "filters/outofcore/ScatteredRead.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/ScatteredRead.h"
 
 #include <algorithm>
 #include <numeric>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Types.h"
-#include "filters/outofcore/SpillFile.h"
+#include "filters/outofcore/files/SpillFile.h"
 
 #include <cstdint>
 #include <span>

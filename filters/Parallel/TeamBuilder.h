@@ -3,8 +3,8 @@
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"
+#include "filters/build/Builder.h"
 #include "filters/core/Execution.h"
-#include "filters/store/Builder.h"
 
 #include <filesystem>
 

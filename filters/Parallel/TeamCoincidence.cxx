@@ -5,10 +5,10 @@
 #include "filters/Parallel/TeamCoincidence.h"
 
 #include "filters/Parallel/NumberSet.h"
-#include "filters/core/ClusterRound.h"
-#include "filters/core/PointRecord.h"
-#include "filters/outofcore/CellTriangles.h"
-#include "filters/outofcore/LastRanks.h"
+#include "filters/core/levels/ClusterRound.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/outofcore/mesh/LastRanks.h"
 
 #include <algorithm>
 

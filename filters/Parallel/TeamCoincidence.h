@@ -2,8 +2,8 @@
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"
-#include "filters/outofcore/BucketFile.h"
-#include "filters/outofcore/MeshBlocks.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
 
 #include <cstdint>
 #include <optional>

@@ -1,11 +1,11 @@
 #include "filters/Parallel/TeamFaces.h"
 
 #include "filters/Parallel/NumberSet.h"
-#include "filters/core/PointRecord.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/BucketFile.h"
-#include "filters/outofcore/CellTriangles.h"
-#include "filters/outofcore/RecordFile.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
 
 #include <algorithm>
 #include <cstring>

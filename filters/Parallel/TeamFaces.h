@@ -4,8 +4,8 @@
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamWeld.h"
 #include "filters/core/Execution.h"
-#include "filters/outofcore/MeshBlocks.h"
-#include "filters/outofcore/MeshSpill.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
+#include "filters/outofcore/mesh/MeshSpill.h"
 
 #include <cstdint>
 

@@ -12,10 +12,10 @@
 #include "filters/Parallel/NumberSet.h"
 #include "filters/Parallel/TeamCoincidence.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/FreeMemory.h"
-#include "filters/outofcore/LevelSteps.h"
-#include "filters/outofcore/LoadAhead.h"
-#include "filters/outofcore/RecordFile.h"
+#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/LoadAhead.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/levels/LevelSteps.h"
 
 #include <algorithm>
 #include <optional>

@@ -3,9 +3,9 @@
 
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/core/Execution.h"
-#include "filters/core/Levels.h"
-#include "filters/outofcore/ExternalLevels.h"
-#include "filters/outofcore/MeshBlocks.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
 
 #include <functional>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"
-#include "filters/core/Piece.h"
-#include "filters/outofcore/SpillFile.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/outofcore/files/SpillFile.h"
 #include "filters/store/StoreWriter.h"
 
 #include <cstdint>

@@ -1,12 +1,12 @@
 #include "filters/Parallel/TeamTree.h"
 
 #include "filters/core/Extent.h"
-#include "filters/core/PointRecord.h"
-#include "filters/core/RecordTree.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/BucketFile.h"
-#include "filters/outofcore/OrderKey.h"
-#include "filters/outofcore/RecordFile.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/core/tree/RecordTree.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/tree/OrderKey.h"
 
 #include <algorithm>
 #include <optional>

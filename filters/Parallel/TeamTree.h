@@ -9,8 +9,8 @@
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamWeld.h"
 #include "filters/core/Execution.h"
-#include "filters/core/KdTree.h"
-#include "filters/outofcore/MeshBlocks.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
 
 #include <vector>
 

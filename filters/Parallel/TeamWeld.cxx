@@ -8,10 +8,10 @@
 #include "filters/Parallel/NumberSet.h"
 #include "filters/core/BitCast.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/BucketFile.h"
-#include "filters/outofcore/KeyTable.h"
-#include "filters/outofcore/RecordFile.h"
-#include "filters/outofcore/RepeatedHashes.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/KeyTable.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/RepeatedHashes.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>

@@ -3,7 +3,7 @@
 
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/core/Execution.h"
-#include "filters/outofcore/ExternalWeld.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
 
 #include <cstddef>
 #include <cstdint>

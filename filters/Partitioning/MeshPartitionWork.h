@@ -2,10 +2,10 @@
 // core.
 #pragma once
 
-#include "filters/core/Clustering.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/core/tree/Clustering.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "vtkKMeansPartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/core/KMeansClustering.h"
+#include "filters/core/tree/KMeansClustering.h"
 
 #include <vtkObjectFactory.h>
 

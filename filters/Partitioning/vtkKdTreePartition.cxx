@@ -1,7 +1,7 @@
 #include "vtkKdTreePartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/core/KdTree.h"
+#include "filters/core/tree/KdTree.h"
 
 #include <vtkObjectFactory.h>
 

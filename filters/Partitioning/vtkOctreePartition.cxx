@@ -1,7 +1,7 @@
 #include "vtkOctreePartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/core/OctreeClustering.h"
+#include "filters/core/tree/OctreeClustering.h"
 
 #include <vtkObjectFactory.h>
 

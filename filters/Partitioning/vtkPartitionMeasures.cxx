@@ -3,7 +3,7 @@
 
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/PolyDataMesh.h"
-#include "filters/core/PartitionMeasures.h"
+#include "filters/core/tree/PartitionMeasures.h"
 
 #include <vtkDataArray.h>
 #include <vtkDataObject.h>

@@ -1,7 +1,7 @@
 #include "filters/Simplification/SimplifiedLevel.h"
 
-#include "filters/core/CollapseLevels.h"
-#include "filters/core/LevelAttributes.h"
+#include "filters/core/levels/CollapseLevels.h"
+#include "filters/core/levels/LevelAttributes.h"
 
 #include <string>
 

@@ -2,8 +2,9 @@
 // core. No VTK here.
 #pragma once
 
-#include "filters/core/Clustering.h"
-#include "filters/core/Levels.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/levels/SimplifyByClusters.h"
+#include "filters/core/tree/Clustering.h"
 
 #include <optional>
 

@@ -1,9 +1,9 @@
 // kdstream-build: a mesh file in, a store out. The contract is CLI.md.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
-#include "filters/app/Program.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/store/Builder.h"
+#include "filters/build/Builder.h"
+#include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
 
 #include <chrono>
 #include <iostream>

@@ -1,9 +1,9 @@
 #include "filters/app/BuildCommand.h"
 
 #include "filters/app/StoreJson.h"
-#include "filters/outofcore/BuildFolder.h"
-#include "filters/outofcore/FreeMemory.h"
-#include "filters/store/BuildMemory.h"
+#include "filters/build/BuildMemory.h"
+#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/journal/BuildFolder.h"
 
 #include <sys/resource.h>
 

@@ -1,8 +1,8 @@
 // The command line of the programs that build stores: kdstream-build and kdstream-build-mpi.
 #pragma once
 
-#include "filters/app/Program.h"
-#include "filters/store/Builder.h"
+#include "filters/build/Builder.h"
+#include "filters/program/Program.h"
 
 #include <cstdint>
 #include <filesystem>

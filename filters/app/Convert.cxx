@@ -1,11 +1,11 @@
 // kdstream-convert: a mesh or point cloud of another program's format, as a PLY that kdstream-build
 // reads. A process of its own: VTK and PCL take what memory they like, and may end with the process
 // on hostile input.
-#include "filters/app/Program.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
+#include "filters/program/Program.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

@@ -1,13 +1,13 @@
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
 // CLI.md.
 #include "filters/store/Store.h"
-#include "filters/app/Program.h"
 #include "filters/app/ReadAnyMesh.h"
 #include "filters/app/StoreJson.h"
-#include "filters/app/TbbExecution.h"
 #include "filters/core/MeshDistance.h"
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 #include "filters/meshio/MeshWriter.h"
+#include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
 #include "filters/store/StoreMesh.h"
 
 #include <array>

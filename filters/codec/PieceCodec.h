@@ -8,8 +8,8 @@
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"
-#include "filters/core/Piece.h"
 #include "filters/core/Result.h"
+#include "filters/core/pieces/Piece.h"
 
 #include <cstdint>
 #include <span>

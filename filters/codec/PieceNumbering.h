@@ -9,7 +9,7 @@
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/Sorting.h"
 #include "filters/codec/TriangleWalk.h"
-#include "filters/core/Piece.h"
+#include "filters/core/pieces/Piece.h"
 
 #include <algorithm>
 #include <memory>

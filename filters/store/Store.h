@@ -3,8 +3,8 @@
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
-#include "filters/core/Piece.h"
 #include "filters/core/Result.h"
+#include "filters/core/pieces/Piece.h"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,6 +1,6 @@
 #include "filters/store/StoreMesh.h"
 
-#include "filters/core/Glue.h"
+#include "filters/core/pieces/Glue.h"
 
 #include <map>
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/core/Surface.h"
 #include "filters/core/Types.h"
+#include "filters/core/drawing/Surface.h"
 #include "filters/store/Store.h"
 
 #include <cstdint>

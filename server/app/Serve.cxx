@@ -1,6 +1,6 @@
 // kdstream-serve: streams the stores of a folder. The contract is CLI.md; the protocol is
 // doc/protocol.md.
-#include "filters/app/Program.h"
+#include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"

@@ -1,6 +1,6 @@
 #include "server/session/BlobList.h"
 
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 
 #include <algorithm>
 #include <iterator>

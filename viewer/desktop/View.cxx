@@ -1,5 +1,5 @@
 // kdstream-view: looks at the models of a server. The contract is CLI.md.
-#include "filters/app/Program.h"
+#include "filters/program/Program.h"
 #include "viewer/desktop/Player.h"
 
 #include <cerrno>

@@ -2,8 +2,8 @@
 // the README's picture. No OpenGL here.
 #pragma once
 
-#include "filters/core/KdTree.h"
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
+#include "filters/core/tree/KdTree.h"
 #include "viewer/session/Palette.h"
 
 #include <array>

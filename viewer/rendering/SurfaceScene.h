@@ -5,9 +5,9 @@
 // fill light and a headlight that all follow the camera.
 #pragma once
 
-#include "filters/core/KdTree.h"
 #include "filters/core/Result.h"
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
+#include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/session/SceneRules.h"
 

@@ -1,7 +1,7 @@
 // What lies under a finger: step "pick" of the README's picture (paper section 5.3).
 #pragma once
 
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
 #include "viewer/session/Camera.h"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 // README's picture.
 #pragma once
 
-#include "filters/core/Piece.h"
+#include "filters/core/pieces/Piece.h"
 
 #include <cstddef>
 #include <map>

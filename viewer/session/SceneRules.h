@@ -2,9 +2,9 @@
 // which colours, lit by which normals. Step "draw" of the README's picture.
 #pragma once
 
-#include "filters/core/KdTree.h"
 #include "filters/core/Result.h"
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
+#include "filters/core/tree/KdTree.h"
 #include "viewer/session/Palette.h"
 
 #include <array>

@@ -1,8 +1,8 @@
 // What goes in and out of a viewer's session: requests, the scene, the status, the statistics.
 #pragma once
 
-#include "filters/core/Piece.h"
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
+#include "filters/core/pieces/Piece.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 

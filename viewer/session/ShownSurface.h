@@ -2,7 +2,7 @@
 // README's picture.
 #pragma once
 
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
 #include "viewer/session/PieceCache.h"
 
 #include <cstdint>

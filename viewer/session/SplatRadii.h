@@ -1,7 +1,7 @@
 // How large the points of a cloud are drawn. Step "draw" of the README's picture.
 #pragma once
 
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
 
 #include <vector>
 

@@ -3,7 +3,7 @@
 // under way.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 
 #include <algorithm>
 #include <cmath>

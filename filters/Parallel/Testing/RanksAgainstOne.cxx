@@ -5,8 +5,8 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamBuilder.h"
+#include "filters/build/Builder.h"
 #include "filters/meshio/MeshWriter.h"
-#include "filters/store/Builder.h"
 
 #include <vtkMPIController.h>
 #include <vtkNew.h>

@@ -1,8 +1,8 @@
 // Pieces that no builder would write and that the codec must bring back all the same; seeded.
 #pragma once
 
-#include "filters/core/ClusterLevels.h"
-#include "filters/core/Piece.h"
+#include "filters/core/levels/ClusterLevels.h"
+#include "filters/core/pieces/Piece.h"
 
 #include <algorithm>
 #include <random>

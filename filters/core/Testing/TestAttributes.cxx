@@ -2,9 +2,9 @@
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
-#include "filters/core/Glue.h"
-#include "filters/core/LevelAttributes.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/LevelAttributes.h"
+#include "filters/core/pieces/Glue.h"
 
 #include <gtest/gtest.h>
 

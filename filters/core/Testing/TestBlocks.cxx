@@ -1,8 +1,8 @@
 // Block by block as in whole: numbers, pieces, sums of attributes. VertexNumbers, PieceCutter with
 // a part, AttributeSums.
-#include "filters/core/Clustering.h"
-#include "filters/core/LevelAttributes.h"
 #include "filters/core/Testing/WholeAndBlocks.h"
+#include "filters/core/levels/LevelAttributes.h"
+#include "filters/core/tree/Clustering.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/ClusterLevels.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/ClusterLevels.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,8 @@
 // Any clustering as a tree, and as one level of a mesh.
-#include "filters/core/Clustering.h"
-#include "filters/core/Glue.h"
-#include "filters/core/VertexTree.h"
+#include "filters/core/levels/SimplifyByClusters.h"
+#include "filters/core/pieces/Glue.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/core/tree/Clustering.h"
 
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"

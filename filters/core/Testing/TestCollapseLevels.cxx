@@ -1,12 +1,12 @@
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/CollapseLevels.h"
 #include "filters/core/MeshDistance.h"
-#include "filters/core/Piece.h"
 #include "filters/core/TriangleDistance.h"
-#include "filters/core/VertexTree.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/CollapseLevels.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // What edge collapse is made of: the queue of candidates, two edges placed at once, the triangles
 // around a merged vertex.
-#include "filters/core/EdgeCandidates.h"
-#include "filters/core/EdgePlacement.h"
-#include "filters/core/MergedStar.h"
 #include "filters/core/TriangleDistance.h"
+#include "filters/core/collapse/EdgeCandidates.h"
+#include "filters/core/collapse/EdgePlacement.h"
+#include "filters/core/collapse/MergedStar.h"
 
 #include <gtest/gtest.h>
 

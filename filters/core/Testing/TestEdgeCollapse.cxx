@@ -1,9 +1,9 @@
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/ClusterLevels.h"
-#include "filters/core/EdgeCollapse.h"
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/Weld.h"
+#include "filters/core/collapse/EdgeCollapse.h"
+#include "filters/core/levels/ClusterLevels.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Extent.h"
-#include "filters/core/KdTree.h"
-#include "filters/core/Levels.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/tree/KdTree.h"
 
 #include <gtest/gtest.h>
 

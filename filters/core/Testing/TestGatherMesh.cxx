@@ -1,8 +1,8 @@
 // Gathering moves a mesh and changes nothing of it.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/GatherMesh.h"
+#include "filters/core/tree/GatherMesh.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

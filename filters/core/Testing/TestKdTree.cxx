@@ -1,7 +1,7 @@
 #include "Testing/Fixtures/HardPoints.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/KdTree.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The cheapest of many errors, found in passes: against sorting.
-#include "filters/core/MergeSelection.h"
+#include "filters/core/levels/MergeSelection.h"
 
 #include <gtest/gtest.h>
 

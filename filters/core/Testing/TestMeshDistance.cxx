@@ -1,7 +1,7 @@
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/TriangleDistance.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Octree clustering against a recursion on exact numbers, and what holds for any input.
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/OctreeClustering.h"
 #include "filters/core/Weld.h"
+#include "filters/core/tree/OctreeClustering.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // Partition measures: by hand, against edges counted plainly, and where nothing is defined.
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/KdTree.h"
-#include "filters/core/OctreeClustering.h"
-#include "filters/core/PartitionMeasures.h"
 #include "filters/core/Weld.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/core/tree/OctreeClustering.h"
+#include "filters/core/tree/PartitionMeasures.h"
 
 #include <gtest/gtest.h>
 

@@ -2,9 +2,9 @@
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
-#include "filters/app/TbbExecution.h"
 #include "filters/core/EdgeCount.h"
-#include "filters/core/Glue.h"
+#include "filters/core/pieces/Glue.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 
 #include <gtest/gtest.h>
 

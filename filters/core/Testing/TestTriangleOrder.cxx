@@ -1,9 +1,9 @@
 // Triangles sorted, sorted into buckets, gathered by bucket; their image partition by partition.
-#include "filters/app/TbbExecution.h"
-#include "filters/core/ClusterLevels.h"
 #include "filters/core/RadixSort.h"
 #include "filters/core/SortTriangles.h"
 #include "filters/core/TriangleBuckets.h"
+#include "filters/core/levels/ClusterLevels.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Coincident points: found, counted and welded.
-#include "filters/app/TbbExecution.h"
 #include "filters/core/Weld.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/LeafOrder.h"
-#include "filters/core/Levels.h"
-#include "filters/core/VertexNumbers.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/pieces/LeafOrder.h"
+#include "filters/core/pieces/VertexNumbers.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -2,13 +2,13 @@
 // the same mesh in memory.
 #pragma once
 
-#include "filters/core/KdTree.h"
 #include "filters/core/Weld.h"
-#include "filters/outofcore/CellTriangles.h"
-#include "filters/outofcore/ExternalTree.h"
-#include "filters/outofcore/ExternalWeld.h"
+#include "filters/core/tree/KdTree.h"
 #include "filters/outofcore/Testing/SpillTools.h"
-#include "filters/outofcore/TreeBlock.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
+#include "filters/outofcore/mesh/TreeBlock.h"
+#include "filters/outofcore/tree/ExternalTree.h"
 
 #include <algorithm>
 #include <utility>

@@ -4,16 +4,16 @@
 
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/CollapseRound.h"
-#include "filters/core/LeafOrder.h"
-#include "filters/core/Levels.h"
-#include "filters/core/PointRecord.h"
-#include "filters/core/VertexTree.h"
-#include "filters/outofcore/CellTriangles.h"
-#include "filters/outofcore/ExternalLevels.h"
-#include "filters/outofcore/MeshBlocks.h"
+#include "filters/core/levels/CollapseRound.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/pieces/LeafOrder.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/core/tree/PointRecord.h"
 #include "filters/outofcore/Testing/SpillTools.h"
-#include "filters/outofcore/Tuples.h"
+#include "filters/outofcore/files/Tuples.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // What the tests of spilled meshes share.
 #pragma once
 
-#include "filters/outofcore/RecordFile.h"
-#include "filters/outofcore/SpillFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/SpillFile.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // Attributes in the order of the tree, and of blocks: against the arrays of the mesh in memory.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/outofcore/BlockTuples.h"
-#include "filters/outofcore/RankTuples.h"
 #include "filters/outofcore/Testing/BlockTools.h"
+#include "filters/outofcore/mesh/BlockTuples.h"
+#include "filters/outofcore/mesh/RankTuples.h"
 
 #include <algorithm>
 

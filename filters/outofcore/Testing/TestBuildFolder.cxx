@@ -1,8 +1,8 @@
 // Builds that are killed, and taken up again.
-#include "filters/outofcore/BucketFile.h"
-#include "filters/outofcore/BuildFolder.h"
-#include "filters/outofcore/RecordFile.h"
 #include "filters/outofcore/Testing/SpillTools.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/journal/BuildFolder.h"
 
 #include <csignal>
 #include <fstream>

@@ -1,9 +1,9 @@
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/KdTree.h"
 #include "filters/core/TriangleBuckets.h"
-#include "filters/outofcore/CellTriangles.h"
+#include "filters/core/tree/KdTree.h"
 #include "filters/outofcore/Testing/SpillTools.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/program/TbbExecution.h"
 
 #include <algorithm>
 #include <random>

@@ -1,11 +1,11 @@
 // The levels out of core against those in memory: to the bit, whatever the blocks are.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/Levels.h"
-#include "filters/outofcore/CoincidentRanks.h"
-#include "filters/outofcore/ExternalLevels.h"
-#include "filters/outofcore/RankTuples.h"
+#include "filters/core/levels/Levels.h"
 #include "filters/outofcore/Testing/BlockTools.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/mesh/CoincidentRanks.h"
+#include "filters/outofcore/mesh/RankTuples.h"
 
 #include <cmath>
 #include <map>

@@ -1,8 +1,8 @@
 #include "Testing/Fixtures/HardPoints.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/OctreeClustering.h"
-#include "filters/outofcore/ExternalOctree.h"
-#include "filters/outofcore/RecordFile.h"
+#include "filters/core/tree/OctreeClustering.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/tree/ExternalOctree.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

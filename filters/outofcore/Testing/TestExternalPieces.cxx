@@ -4,9 +4,9 @@
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/outofcore/ExternalPieces.h"
 #include "filters/outofcore/Testing/FilesOfLevels.h"
+#include "filters/outofcore/pieces/ExternalPieces.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include "Testing/Fixtures/HardPoints.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/outofcore/ExternalTree.h"
-#include "filters/outofcore/RecordFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/tree/ExternalTree.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 #include "Testing/Fixtures/HardPoints.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Weld.h"
-#include "filters/outofcore/ExternalWeld.h"
 #include "filters/outofcore/Testing/SpillTools.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
 
 #include <cstring>
 #include <random>

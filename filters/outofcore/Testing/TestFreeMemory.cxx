@@ -1,5 +1,5 @@
 // When freed memory goes back to the system.
-#include "filters/outofcore/FreeMemory.h"
+#include "filters/outofcore/files/FreeMemory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #include "Testing/Fixtures/HardPoints.h"
-#include "filters/outofcore/MedianSearch.h"
+#include "filters/outofcore/tree/MedianSearch.h"
 
 #include <gtest/gtest.h>
 

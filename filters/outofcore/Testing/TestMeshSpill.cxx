@@ -2,8 +2,8 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
-#include "filters/outofcore/MeshSpill.h"
 #include "filters/outofcore/Testing/SpillTools.h"
+#include "filters/outofcore/mesh/MeshSpill.h"
 
 #include <cstring>
 #include <fstream>

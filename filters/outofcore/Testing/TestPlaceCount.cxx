@@ -1,8 +1,8 @@
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
 #include "filters/core/Weld.h"
-#include "filters/outofcore/PlaceCount.h"
 #include "filters/outofcore/Testing/BlockTools.h"
+#include "filters/outofcore/mesh/PlaceCount.h"
+#include "filters/program/TbbExecution.h"
 
 #include <cmath>
 

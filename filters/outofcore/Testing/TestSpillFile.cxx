@@ -1,5 +1,5 @@
-#include "filters/outofcore/RecordFile.h"
-#include "filters/outofcore/SpillFile.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/SpillFile.h"
 
 #include <gtest/gtest.h>
 

@@ -2,11 +2,11 @@
 // behind.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
-#include "filters/core/Glue.h"
+#include "filters/build/Builder.h"
 #include "filters/core/Weld.h"
+#include "filters/core/pieces/Glue.h"
 #include "filters/meshio/MeshWriter.h"
-#include "filters/store/Builder.h"
+#include "filters/program/TbbExecution.h"
 #include "filters/store/StoreSchema.h"
 
 #include <gtest/gtest.h>

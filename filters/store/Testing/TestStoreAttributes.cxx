@@ -1,11 +1,11 @@
 // Attributes through the store: what goes in comes out bit for bit, levels have what they should.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/app/TbbExecution.h"
+#include "filters/build/BuildInput.h"
+#include "filters/build/BuildMemory.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshWriter.h"
-#include "filters/store/BuildInput.h"
-#include "filters/store/BuildMemory.h"
+#include "filters/program/TbbExecution.h"
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreSchema.h"
 

@@ -1,5 +1,5 @@
 // kdstream-serve as a process: its line, its signals, its exit codes. Argument: the program.
-#include "filters/store/Builder.h"
+#include "filters/build/Builder.h"
 #include "server/http/Testing/HttpTestClient.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // The server on real sockets: what the routes and the conversation cannot show by themselves.
 #include "server/http/HttpServer.h"
 
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/protocol/Testing/RandomMessages.h"

@@ -1,7 +1,7 @@
 // Models made up in memory, from a seed: for tests of what stands on a Catalog.
 #pragma once
 
-#include "filters/core/KdTree.h"
+#include "filters/core/tree/KdTree.h"
 #include "server/session/Catalog.h"
 
 #include <atomic>

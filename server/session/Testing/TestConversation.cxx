@@ -1,6 +1,6 @@
 #include "server/session/Conversation.h"
 
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 #include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 

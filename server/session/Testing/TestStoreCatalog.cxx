@@ -1,6 +1,6 @@
 #include "server/session/StoreCatalog.h"
 
-#include "filters/store/Builder.h"
+#include "filters/build/Builder.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>

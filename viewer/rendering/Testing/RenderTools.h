@@ -1,7 +1,7 @@
 // What the tests of viewer/rendering share: a model, a camera, pictures and their comparison.
 #pragma once
 
-#include "filters/core/Surface.h"
+#include "filters/core/drawing/Surface.h"
 #include "viewer/rendering/OffscreenWindow.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/rendering/SurfaceScene.h"

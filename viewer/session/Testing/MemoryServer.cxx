@@ -1,9 +1,9 @@
 // A server in memory for tests: see MemoryServer.h.
 #include "viewer/session/Testing/MemoryServer.h"
 
-#include "filters/core/ClusterLevels.h"
-#include "filters/core/LevelAttributes.h"
-#include "filters/core/VertexTree.h"
+#include "filters/core/levels/ClusterLevels.h"
+#include "filters/core/levels/LevelAttributes.h"
+#include "filters/core/pieces/VertexTree.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Region.h"
+#include "filters/core/tree/Region.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 // again.
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
-#include "filters/core/ClusterLevels.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/ClusterLevels.h"
 
 #include <gtest/gtest.h>
 #include <vtkKdClusterSimplification.h>

@@ -1,0 +1,20 @@
+#include "filters/Parallel/MpiJob.h"
+
+#include <vtkMPIController.h>
+
+namespace kdstream
+{
+
+MpiJob::MpiJob(int& argc, char**& argv)
+  : Ranks(vtkMPIController::New())
+{
+  this->Ranks->Initialize(&argc, &argv);
+}
+
+MpiJob::~MpiJob()
+{
+  this->Ranks->Finalize();
+  this->Ranks->Delete();
+}
+
+}

@@ -1,0 +1,143 @@
+// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. The contract is CLI.md.
+#include "filters/Parallel/MpiJob.h"
+#include "filters/Parallel/MpiTeam.h"
+#include "filters/Parallel/TeamBuilder.h"
+#include "filters/app/BuildCommand.h"
+#include "filters/app/ConvertedInput.h"
+#include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
+
+#include <algorithm>
+#include <iostream>
+#include <thread>
+
+namespace
+{
+
+using namespace kdstream;
+
+constexpr const char* description =
+  "Builds a store on the ranks of an MPI job: the same content as kdstream-build makes.\n\n"
+  "INPUT is a .ply, .stl or .obj mesh or cloud that all ranks can read. --memory, --threads and\n"
+  "--temp-dir count for each rank, which holds in files what is not worked on.\n"
+  "Other formats, the baselines, --reconstruct and --resume are for kdstream-build alone.\n\n"
+  "Example: mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
+
+// Ranks share the machine's threads, and its memory: as many as are told to be on one host.
+void ShareMachine(std::size_t ranksHere, bool memoryGiven, BuildCommand& line)
+{
+  if (line.threads == 0)
+  {
+    line.threads = std::max(1U, static_cast<unsigned>(std::thread::hardware_concurrency() /
+                                                      static_cast<unsigned>(ranksHere)));
+  }
+  if (!memoryGiven)
+  {
+    line.build.memory /= ranksHere;
+  }
+}
+
+// How many ranks of the job are on this host, as Open MPI, MPICH and Slurm tell.
+std::size_t RanksHere(std::size_t ranks)
+{
+  for (const char* const name : { "OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS" })
+  {
+    const char* const value = std::getenv(name);
+    const long count = value != nullptr ? std::strtol(value, nullptr, 10) : 0;
+    if (count > 0)
+    {
+      return static_cast<std::size_t>(count);
+    }
+  }
+  return ranks;
+}
+
+Status CheckInput(const BuildCommand& line)
+{
+  if (!line.reconstruct.empty() || NeedsConversion(line.input))
+  {
+    return Error{ ErrorCode::Unsupported,
+      "has to be converted first: kdstream-build does that, or kdstream-convert to a .ply" };
+  }
+  return {};
+}
+
+// Of the outputs only rank 0 looks whether they can be written, but all end if they cannot.
+Status CheckOutputs(MpiTeam& team, BuildCommand& line, std::filesystem::path& store)
+{
+  store = line.output;
+  Status status;
+  if (team.IsFirst())
+  {
+    const Result<std::filesystem::path> checked =
+      CheckOutput(line.output, OutputKind::File, { line.input });
+    status = checked ? Status{} : Status(checked.GetError());
+    store = checked ? *checked : store;
+    if (status && !line.stats.empty())
+    {
+      const auto stats = CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output });
+      status = stats ? Status{} : Status(stats.GetError());
+    }
+  }
+  return status ? team.Finish() : Status(team.Fail(status.GetError()));
+}
+
+int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
+{
+  const std::string& program = app.get_name();
+  if (Status status = Interpret(app, line); !status) // the same on all ranks
+  {
+    return PrintError(program, "", status.GetError());
+  }
+  if (Status status = CheckInput(line); !status)
+  {
+    return PrintError(program, line.input, status.GetError());
+  }
+  ShareMachine(RanksHere(team.Count()), app.count("--memory") > 0, line);
+  std::filesystem::path store;
+  if (Status status = CheckOutputs(team, line, store); !status)
+  {
+    return PrintError(program, line.output, status.GetError());
+  }
+  if (team.IsFirst())
+  {
+    WarnOfEnding(program, line);
+  }
+  CatchInterrupts();
+  Result<BuildReport> report = Error{};
+  {
+    ProgressReporter progress(program, line.quiet || !team.IsFirst(), SharesOfSteps(line));
+    Execution execution = MakeTbbExecution(line.threads);
+    execution.progress = std::ref(progress);
+    report = BuildStoreTogether(team, line.input, store, line.build, execution);
+  }
+  ReleaseInterrupts();
+  if (!report)
+  {
+    return PrintError(program, FileAtFault(line, store, report.GetError()), report.GetError());
+  }
+  if (!team.IsFirst())
+  {
+    return exitDone;
+  }
+  PrintWarnings(program, line, *report);
+  return WriteStats(program, line, *report);
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  MpiJob job(argc, argv);
+  MpiTeam team(job.Controller());
+  if (!team.IsFirst()) // one rank speaks for all
+  {
+    std::cout.setstate(std::ios::failbit);
+    std::cerr.setstate(std::ios::failbit);
+  }
+  BuildCommand line;
+  CLI::App app(description, "kdstream-build-mpi");
+  app.set_version_flag("--version", KDSTREAM_VERSION);
+  AddBuildOptions(app, line);
+  return RunProgram(app, argc, argv, [&]() { return Build(team, app, line); });
+}

@@ -1,0 +1,136 @@
+#include "filters/build/BuildInput.h"
+
+#include "filters/build/BuildMemory.h"
+
+#include <algorithm>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
+
+// What the header claims, if the file is large enough to hold it: 3 bytes a vertex and a face are
+// the least. Claims alone are no reason to refuse anything.
+MeshSize ClaimedSize(const MeshReader& reader)
+{
+  const MeshFileInfo& info = reader.Info();
+  const std::uint64_t most = reader.FileSize() / 3;
+  if (info.vertices > most || info.faces > most)
+  {
+    return {};
+  }
+  MeshSize size{ info.vertices, info.faces };
+  for (const AttributeInfo& attribute : info.attributes)
+  {
+    const bool points = attribute.association == AttributeAssociation::Point;
+    size.attributeBytes += attribute.TupleSize() * (points ? info.vertices : info.faces);
+  }
+  return size;
+}
+
+}
+
+Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)
+{
+  Mesh mesh;
+  const MeshSize claimed = ClaimedSize(reader);
+  const bool weld = options.weld || reader.Info().soup;
+  const auto check = [&](MeshSize size)
+  {
+    size.triangles = std::max(size.triangles, claimed.triangles); // they are read last
+    return weld ? CheckUnweldedMemory(size, options.tree, options.memory)
+                : CheckBuildMemory(size, options.tree, options.memory);
+  };
+  Status allowed = check(claimed);
+  if (allowed && options.memory > 0)
+  {
+    mesh.points.reserve(claimed.vertices);
+    mesh.triangles.reserve(claimed.triangles);
+  }
+  for (const bool triangles : { false, true })
+  {
+    for (std::size_t count = 1; allowed && count > 0;)
+    {
+      const Result<std::size_t> read =
+        triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
+      if (!read)
+      {
+        return read.GetError();
+      }
+      count = *read;
+      allowed = check(SizeOf(mesh));
+      const double size = std::max(1.0, double(reader.FileSize()));
+      if (Status status = execution.Report("read", double(reader.Position()) / size); !status)
+      {
+        return status.GetError();
+      }
+    }
+  }
+  if (!allowed)
+  {
+    return allowed.GetError();
+  }
+  if (mesh.triangles.size() >= noVertex)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      std::to_string(mesh.triangles.size()) +
+        " triangles; at most 4294967294 fit a build in memory" };
+  }
+  return mesh;
+}
+
+BlockedSize ClaimedBlocks(const MeshReader& reader)
+{
+  const MeshSize claimed = ClaimedSize(reader);
+  BlockedSize size{ claimed.vertices, claimed.triangles };
+  for (const AttributeInfo& attribute : reader.Info().attributes)
+  {
+    const bool points = attribute.association == AttributeAssociation::Point;
+    (points ? size.pointTupleBytes : size.cellTupleBytes) += attribute.TupleSize();
+  }
+  return size;
+}
+
+Status CheckClaimedPartitions(
+  const MeshReader& reader, const BuildOptions& options, bool mayBeWhole)
+{
+  const BlockedSize claimed = ClaimedBlocks(reader);
+  // Vertices of triangles that share none are welded to far fewer: they count when that is done.
+  const bool indexed = claimed.triangles == 0 || claimed.vertices <= claimed.triangles;
+  if (options.partitioner != Partitioner::KdTree || reader.Info().soup ||
+      (options.weld && !indexed) || claimed.vertices == 0)
+  {
+    return {};
+  }
+  return CheckPartitionMemory(claimed, options.tree, options.memory, mayBeWhole);
+}
+
+Status PrepareMesh(Mesh& mesh)
+{
+  if (mesh.points.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+  }
+  if (Status status = CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size());
+      !status)
+  {
+    return status;
+  }
+  for (std::size_t i = 0; i < mesh.attributes.size(); ++i)
+  {
+    if (!IsAttributeName(mesh.attributes[i].name))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "attribute " + std::to_string(i) + " has a name that is no text" };
+    }
+  }
+  std::stable_partition(mesh.attributes.begin(), mesh.attributes.end(),
+    [](const Attribute& attribute)
+    { return attribute.association == AttributeAssociation::Point; });
+  return {};
+}
+
+}

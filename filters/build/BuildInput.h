@@ -1,0 +1,34 @@
+// The first step of a build: a file becomes a mesh in memory that a store can hold. Step "read" of
+// the README's picture.
+#pragma once
+
+#include "filters/build/BuildMemory.h"
+#include "filters/build/Builder.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/meshio/MeshReader.h"
+
+namespace kdstream
+{
+
+// Reads all there is. Stops as soon as options.memory does not allow what has been read, or what
+// the header claims in a file that is large enough for it. Errors: those of MeshReader,
+// LimitExceeded, Cancelled.
+Result<Mesh> ReadMesh(
+  MeshReader& reader, const BuildOptions& options, const Execution& execution = {});
+
+// What the header claims of the mesh, if the file is large enough to hold it; else nothing.
+BlockedSize ClaimedBlocks(const MeshReader& reader);
+
+// Whether partitions of the mesh that the header claims fit options.memory where they are made out
+// of core. Only what is certain counts: vertices that welding may leave, and triangles that
+// polygons have at least, do not. mayBeWhole: see CheckPartitionMemory. Errors: LimitExceeded.
+Status CheckClaimedPartitions(
+  const MeshReader& reader, const BuildOptions& options, bool mayBeWhole = true);
+
+// Puts point arrays first, as pieces have them. Errors: InvalidInput where the mesh has no vertices
+// or an attribute that no store can hold (CheckAttributes, IsAttributeName).
+Status PrepareMesh(Mesh& mesh);
+
+}

@@ -1,0 +1,208 @@
+#include "filters/build/BuildMemory.h"
+
+#include "filters/build/PieceWriting.h"
+
+#include <algorithm>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t bytesPerCluster = 560; // measured
+
+// Of a limit: for libraries, threads and SQLite.
+constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
+
+// Bytes that a block takes at most in any step, for each of its vertices: measured on surfaces and
+// soups (Testing/EndToEnd).
+constexpr std::uint64_t bytesPerBlockVertex = 600;
+// For each triangle that it has beyond two a vertex, as surfaces have.
+constexpr std::uint64_t bytesPerBlockTriangle = 100;
+
+// Of a piece that is cut and encoded in memory, beyond what a batch of small ones takes (measured).
+constexpr std::uint64_t bytesPerPieceVertex = 400;
+constexpr std::uint64_t bytesPerPieceTriangle = 50; // beyond two a vertex
+
+std::uint64_t BytesOfBlocks(const BlockedSize& mesh)
+{
+  const std::uint64_t beyondSurface = mesh.triangles - std::min(mesh.triangles, 2 * mesh.vertices);
+  return mesh.vertices * (bytesPerBlockVertex + 3 * mesh.pointTupleBytes) +
+         beyondSurface * bytesPerBlockTriangle + mesh.triangles * 3 * mesh.cellTupleBytes;
+}
+
+std::uint64_t BytesOfLargePieces(const MeshSize& size, std::uint64_t partitions)
+{
+  const std::uint64_t largest = size.vertices / std::max<std::uint64_t>(1, partitions);
+  const std::uint64_t triangles = size.triangles / std::max<std::uint64_t>(1, partitions);
+  const std::uint64_t beyondBatch = largest - std::min<std::uint64_t>(largest, encodeBatchVertices);
+  return beyondBatch == 0
+           ? 0
+           : bytesPerPieceVertex * beyondBatch +
+               bytesPerPieceTriangle * (triangles - std::min(triangles, 2 * largest));
+}
+
+// With a cluster a cell.
+std::uint64_t LeastBuildMemory(const MeshSize& size, const KdTreeOptions& tree)
+{
+  const Result<TreeDepths> depths = ComputeDepths(size.vertices, tree);
+  return EstimateBuildMemory(size, depths ? std::uint64_t{ 1 } << depths->partition : 1,
+    depths ? std::uint64_t{ 1 } << depths->finest : 0);
+}
+
+Status CheckNeed(const MeshSize& size, std::uint64_t need, std::uint64_t limit)
+{
+  if (limit == 0 || need <= limit)
+  {
+    return {};
+  }
+  return Error{ ErrorCode::LimitExceeded, "needs about " + Mebibytes(need) + " of memory for " +
+                                            std::to_string(size.vertices) + " vertices and " +
+                                            std::to_string(size.triangles) +
+                                            " triangles; the limit is " + Mebibytes(limit) };
+}
+
+}
+
+std::string Mebibytes(std::uint64_t bytes)
+{
+  return bytes < 1 << 10   ? std::to_string(bytes) + " bytes"
+         : bytes < 1 << 20 ? std::to_string(bytes >> 10) + " KiB"
+                           : std::to_string(bytes >> 20) + " MiB";
+}
+
+MeshSize SizeOf(const Mesh& mesh)
+{
+  MeshSize size{ mesh.points.size(), mesh.triangles.size() };
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    size.attributeBytes += attribute.values.size();
+  }
+  return size;
+}
+
+std::uint64_t EstimateBuildMemory(
+  const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters)
+{
+  // The arrays, once more while they grow; of a batch the pieces, their blobs and what SQLite
+  // holds.
+  const std::uint64_t inBatch = std::min<std::uint64_t>(size.attributeBytes,
+    size.attributeBytes / std::max<std::uint64_t>(1, partitions) * encodeBatch);
+  return (std::uint64_t{ 32 } << 20) + 44 * size.vertices + 40 * size.triangles +
+         2 * size.attributeBytes + 3 * inBatch + bytesPerCluster * clusters +
+         BytesOfLargePieces(size, partitions);
+}
+
+std::uint64_t EstimateWeldMemory(const MeshSize& size)
+{
+  // Coordinates 24, the table of equals 12, room to grow.
+  return (std::uint64_t{ 32 } << 20) + 40 * size.vertices + 16 * size.triangles +
+         2 * size.attributeBytes;
+}
+
+Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
+{
+  return CheckNeed(size, LeastBuildMemory(size, tree), limit);
+}
+
+Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
+{
+  if (size.triangles == 0 || size.vertices <= size.triangles)
+  {
+    return CheckBuildMemory(size, tree, limit);
+  }
+  MeshSize welded = size;
+  welded.vertices = std::min(size.vertices, size.triangles / 2 + 1);
+  return CheckNeed(size, std::max(EstimateWeldMemory(size), LeastBuildMemory(welded, tree)), limit);
+}
+
+std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit)
+{
+  const std::uint64_t rest = EstimateBuildMemory(size, partitions, 0);
+  return limit == 0
+           ? 0
+           : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / bytesPerCluster : 0);
+}
+
+std::uint64_t StepMemory(std::uint64_t limit)
+{
+  return limit - std::min<std::uint64_t>(limit / 4, mostKeptFromSteps);
+}
+
+std::uint64_t KeptMemory(std::uint64_t stepMemory)
+{
+  // What one thread has freed is not always where another looks: so it is bounded.
+  return std::min(stepMemory, std::uint64_t{ 192 } << 20);
+}
+
+unsigned DepthOfBlocks(const BlockedSize& mesh, std::uint64_t memory, unsigned least, unsigned most)
+{
+  const std::uint64_t bytes = BytesOfBlocks(mesh);
+  unsigned depth = least;
+  while (depth < most && (bytes >> depth) > memory)
+  {
+    ++depth;
+  }
+  return depth;
+}
+
+std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory)
+{
+  const std::uint64_t ofVertex =
+    (BytesOfBlocks(mesh) + mesh.vertices - 1) / std::max<std::uint64_t>(1, mesh.vertices);
+  return std::max<std::uint64_t>(1, memory / std::max<std::uint64_t>(1, ofVertex));
+}
+
+Status CheckPartitionMemory(
+  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole)
+{
+  const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
+  if (!depths)
+  {
+    return {}; // that is told when the tree is made
+  }
+  const unsigned depth = depths->partition;
+  const std::uint64_t bytes = BytesOfBlocks(mesh) >> depth;
+  if (bytes <= StepMemory(limit))
+  {
+    return {};
+  }
+  // A limit that leaves so much for the steps; or that the whole mesh fits, unless it does already:
+  // then there was more before it was welded.
+  const std::uint64_t inBlocks = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
+  const MeshSize whole{ mesh.vertices, mesh.triangles,
+    mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes };
+  const std::uint64_t inMemory =
+    EstimateBuildMemory(whole, std::uint64_t{ 1 } << depth, std::uint64_t{ 1 } << depths->finest);
+  const std::uint64_t need =
+    mayBeWhole && inMemory > limit ? std::min(inBlocks, inMemory) : inBlocks;
+  constexpr std::uint64_t mebibyte = std::uint64_t{ 1 } << 20;
+  const std::uint64_t largest = (mesh.vertices + (std::uint64_t{ 1 } << depth) - 1) >> depth;
+  return Error{ ErrorCode::LimitExceeded,
+    "partitions of " + std::to_string(largest) + " vertices need about " +
+      Mebibytes(need + mebibyte - 1) + " of memory; the limit (--memory) is " + Mebibytes(limit) +
+      "; smaller partitions need less" }; // rounded up: that limit is not refused
+}
+
+std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars)
+{
+  const std::uint64_t welding = 68 * mesh.vertices + 16 * mesh.triangles;
+  if (mesh.vertices == 0)
+  {
+    return 0;
+  }
+  const std::uint64_t ofDoubles = scalars == ScalarType::Float64 ? 24 : 0;
+  const std::uint64_t later =
+    (52 + ofDoubles) * mesh.vertices + 52 * mesh.triangles + (std::uint64_t{ 4 } << 20);
+  const std::uint64_t tuples =
+    mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes;
+  return (soup ? welding : std::max(welding, later)) + 5 * tuples / 2;
+}
+
+Error BeyondMemory(const std::string& what, std::uint64_t limit)
+{
+  return { ErrorCode::LimitExceeded, what + " with " + Mebibytes(limit) + " of memory" };
+}
+
+}

@@ -1,0 +1,336 @@
+// The build in memory: see Builder.h. Steps: read, weld, tree, levels, number, cut and encode,
+// store.
+#include "filters/build/Builder.h"
+
+#include "filters/build/BuildInput.h"
+#include "filters/build/BuildMemory.h"
+#include "filters/build/ExternalBuilder.h"
+#include "filters/build/ModelDescription.h"
+#include "filters/build/PieceWriting.h"
+#include "filters/core/EdgeCount.h"
+#include "filters/core/Weld.h"
+#include "filters/core/pieces/LeafOrder.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/core/tree/GatherMesh.h"
+#include "filters/meshio/MeshReader.h"
+#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/journal/BuildFolder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+class StoreBuilder
+{
+public:
+  StoreBuilder(Mesh mesh, const BuildOptions& options, const Execution& execution, StepClock clock)
+    : Input(std::move(mesh))
+    , Options(options)
+    , Exec(execution)
+    , Clock(std::move(clock))
+  {
+  }
+
+  Result<BuildReport> Build(const std::string& name, const std::filesystem::path& store)
+  {
+    Result<VertexTree> numbered = this->BuildTree();
+    if (!numbered)
+    {
+      return numbered.GetError();
+    }
+    this->Clock.Finish("levels");
+    const StoreInfo description = DescribeModel(this->Options, this->Facts, name);
+    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
+    if (!writer)
+    {
+      return writer.GetError();
+    }
+    if (Status status = this->WriteAll(*numbered, description.Codec(), **writer); !status)
+    {
+      return status.GetError();
+    }
+    Result<StoreInfo> info = (*writer)->Finish();
+    if (!info)
+    {
+      return info.GetError();
+    }
+    this->Clock.Finish("write");
+    BuildReport report;
+    report.info = std::move(*info);
+    report.mergedByGrid = this->MergedByGrid;
+    report.seconds = this->Clock.Take();
+    return report;
+  }
+
+private:
+  // Weld, tree, faces, levels, numbers; fills in what the store says of the model.
+  Result<VertexTree> BuildTree()
+  {
+    ModelFacts& facts = this->Facts;
+    if (Status status = PrepareMesh(this->Input); !status)
+    {
+      return status.GetError();
+    }
+    facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
+    if (Status status =
+          CheckBuildMemory(SizeOf(this->Input), this->Options.tree, this->Options.memory);
+        !status)
+    {
+      return status.GetError(); // welding has left more than it might have
+    }
+    Result<PartitionTree> partitioned =
+      PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
+    if (!partitioned)
+    {
+      return partitioned.GetError();
+    }
+    KdTree& tree = partitioned->tree;
+    facts.partitions = partitioned->partitions;
+    facts.box = tree.boxes[1];
+    facts.depths = tree.depths;
+    facts.scalarType = this->Input.scalarType;
+    this->CountMergedByGrid();
+    this->Clock.Finish("tree");
+    if (this->Options.partitioner == Partitioner::KdTree)
+    {
+      this->BucketByPartition(tree);
+    }
+    facts.inconsistentEdges =
+      CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
+    this->Measure(tree);
+    this->Clock.Finish("faces");
+    Result<ClusterLevels> levels = this->Options.partitioner == Partitioner::KdTree
+                                     ? this->MakeLevels(tree)
+                                     : Result<ClusterLevels>(ClusterLevels{});
+    if (!levels)
+    {
+      return levels.GetError();
+    }
+    this->Boxes = std::move(tree.boxes);
+    VertexTree numbered = NumberVertices(tree, std::move(*levels), this->Exec);
+    OrderLeaves(numbered, this->Input.points, this->Exec);
+    return numbered;
+  }
+
+  void BucketByPartition(KdTree& tree)
+  {
+    std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition, this->Exec);
+    if (IsScattered(this->Input.triangles, partition))
+    {
+      partition = {};
+      GatheredMesh gathered = GatherMesh(this->Input, tree, this->Exec);
+      this->Ids = std::move(gathered.ids);
+      this->Buckets = std::move(gathered.buckets);
+      return;
+    }
+    this->Buckets = BucketTriangles(
+      this->Input.triangles, std::size_t{ 1 } << tree.depths.partition,
+      [&](VertexId v) { return partition[v]; }, this->Exec);
+  }
+
+  Result<ClusterLevels> MakeLevels(const KdTree& tree)
+  {
+    const TriangleBuckets buckets = std::move(this->Buckets);
+    const std::vector<VertexId> ids = std::move(this->Ids);
+    LevelOptions options = this->Options.levels;
+    options.mayCoincide = !this->AllPlacesDiffer();
+    options.ids = ids;
+    options.mostClusters = MostClusters(
+      SizeOf(this->Input), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
+    Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
+    if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
+    {
+      return BeyondMemory(levels.GetError().message, this->Options.memory);
+    }
+    return levels;
+  }
+
+  // Whether it is known that no two vertices are in the same place: what welding leaves can differ
+  // by its arrays, or by the sign of a zero.
+  bool AllPlacesDiffer() const
+  {
+    std::vector<AttributeInfo> arrays;
+    for (const Attribute& array : this->Input.attributes)
+    {
+      arrays.push_back(array.Info());
+    }
+    return WeldingSeparates(this->Options.weld, arrays) &&
+           std::none_of(this->Input.points.begin(), this->Input.points.end(),
+             [](const Vec3& p) {
+               return std::any_of(
+                 p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
+             });
+  }
+
+  void CountMergedByGrid()
+  {
+    const std::vector<Vec3>& points = this->Input.points;
+    const CoordinateGrid grid = GridOf(this->Options, this->Facts.box, this->Facts.scalarType);
+    if (grid.Lossless())
+    {
+      return;
+    }
+    const std::size_t places =
+      this->AllPlacesDiffer() ? points.size()
+                              : CountPlaces(
+                                  points.size(), [&](VertexId v) { return points[v]; }, this->Exec);
+    this->MergedByGrid =
+      places - CountPlaces(
+                 points.size(), [&](VertexId v) { return grid.Snap(points[v]); }, this->Exec);
+  }
+
+  void Measure(const KdTree& tree)
+  {
+    ModelFacts& facts = this->Facts;
+    facts.vertices = this->Input.points.size();
+    facts.triangles = this->Input.triangles.size();
+    for (const Attribute& attribute : this->Input.attributes)
+    {
+      facts.attributes.push_back(attribute.Info());
+    }
+    facts.smallestPartition = facts.vertices;
+    for (std::size_t p = 0; p < facts.partitions; ++p)
+    {
+      const std::uint64_t size = tree.Cell(tree.depths.partition, p).size();
+      facts.smallestPartition = std::min(facts.smallestPartition, size);
+      facts.largestPartition = std::max(facts.largestPartition, size);
+    }
+  }
+
+  Status WriteAll(const VertexTree& numbered, const CodecContext& codec, StoreWriter& writer)
+  {
+    Status status = WriteTreePages(this->Boxes, numbered.depths, writer);
+    for (unsigned d = 0; status && d < numbered.levels.size(); ++d)
+    {
+      status = this->WriteResolution(numbered, Resolution::Level(d), codec, writer);
+    }
+    return status ? this->WriteResolution(numbered, Resolution::Original(), codec, writer) : status;
+  }
+
+  Status WriteResolution(const VertexTree& numbered, Resolution resolution,
+    const CodecContext& codec, StoreWriter& writer)
+  {
+    const PieceCutter cutter(numbered, this->Input, resolution, this->Exec);
+    const std::size_t pieces =
+      resolution.IsOriginal() ? this->Facts.partitions : cutter.PieceCount();
+    const Status status = WritePieces(cutter, pieces, codec, writer, this->Clock, this->Exec,
+      [&](std::size_t written)
+      {
+        const double part = double(written) / double(pieces);
+        return this->Exec.Report("encode", EncodedPart(resolution, numbered.depths, part));
+      });
+    return status ? writer.FinishResolution(resolution, cutter.TriangleCount()) : status;
+  }
+
+  Mesh Input;
+  const BuildOptions& Options;
+  const Execution& Exec;
+  StepClock Clock;
+  ModelFacts Facts;
+  TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
+  std::vector<VertexId> Ids; // of each vertex, where it has another number since
+  std::vector<Box> Boxes;
+  std::uint64_t MergedByGrid = 0;
+};
+
+}
+
+namespace
+{
+
+Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
+{
+  StepClock clock;
+  // What a reader must spill goes beside the store.
+  Result<std::unique_ptr<MeshReader>> reader =
+    MeshReader::Open(input, execution, store.has_parent_path() ? store.parent_path() : ".");
+  if (!reader)
+  {
+    return reader.GetError();
+  }
+  Result<Mesh> mesh = ReadMesh(**reader, options, execution);
+  if (!mesh)
+  {
+    return mesh.GetError();
+  }
+  clock.Finish("read");
+  BuildOptions used = options;
+  used.weld = options.weld || (*reader)->Info().soup;
+  Result<BuildReport> report =
+    StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
+      .Build(options.inputName.empty() ? input.filename().string() : options.inputName, store);
+  if (report)
+  {
+    report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
+  }
+  return report;
+}
+
+}
+
+namespace
+{
+
+// Clears away what an interrupted build out of core has left, unless another one is at work there.
+void RemoveBuildFolder(const std::filesystem::path& folder)
+{
+  std::error_code ignored;
+  if (std::filesystem::exists(folder, ignored))
+  {
+    (void)BuildFolder::Open(folder, {}, false); // without a fingerprint nothing in it is kept
+  }
+}
+
+}
+
+Result<BuildReport> BuildStore(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& wanted, const Execution& execution)
+{
+  const Status external = CheckExternalBuild(wanted);
+  const std::filesystem::path folder = BuildFolder::PathFor(store, wanted.temporaryFolder);
+  std::error_code ignored;
+  BuildOptions options = wanted;
+  if (options.resume)
+  {
+    const bool left = std::filesystem::exists(folder, ignored);
+    if (left && external)
+    {
+      return BuildStoreExternally(input, store, options, execution);
+    }
+    options.resume = false; // that is told once
+    options.tellResumed(left
+                          ? "nothing to resume: " + external.GetError().message
+                          : "nothing to resume: no earlier build in " +
+                              folder.parent_path().string() + " (was another --temp-dir given?)");
+  }
+  Result<BuildReport> report = BuildInMemory(input, store, options, execution);
+  if (report)
+  {
+    RemoveBuildFolder(folder);
+    return report;
+  }
+  const Error& error = report.GetError();
+  if (error.code != ErrorCode::LimitExceeded || options.memory == 0)
+  {
+    return report;
+  }
+  if (!external)
+  {
+    return Error{ error.code, error.message + " (" + external.GetError().message + ")" };
+  }
+  ReturnFreeMemory(); // what the attempt in memory has read
+  return BuildStoreExternally(input, store, options, execution);
+}
+
+Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
+{
+  return StoreBuilder(std::move(mesh), options, execution, {}).Build(name, store);
+}
+
+}

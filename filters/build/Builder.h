@@ -1,0 +1,72 @@
+// From a mesh file to a store: the README's picture from "read" to "store".
+#pragma once
+
+#include "filters/build/PartitionMesh.h"
+#include "filters/core/Execution.h"
+#include "filters/core/levels/Levels.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/outofcore/tree/MedianSearch.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+struct BuildOptions
+{
+  Partitioner partitioner = Partitioner::KdTree;
+  KdTreeOptions tree;
+  LevelOptions levels;
+  bool weld = true;       // a soup (MeshFileInfo) is welded in any case
+  std::uint8_t bits = 20; // of the grid (8-24), or 0: lossless
+  // Most bytes the build may take; 0 = no limit. A mesh that needs more is built out of core
+  // (ExternalBuilder.h).
+  std::uint64_t memory = 0;
+  MedianMethod median = MedianMethod::Automatic; // out of core
+  std::filesystem::path temporaryFolder;         // for what is out of core; empty: beside the store
+  bool resume = false; // go on with an interrupted build of the same input and options
+  // Where it is to be resumed: called once, early, with what was found, a sentence for the user.
+  std::function<void(const std::string& found)> tellResumed = [](const std::string&) {};
+  std::string title, credit, license, unit;
+  std::string inputName; // stored as the input's name; empty: that of the file
+  // Of an input that is made anew for each build from another file, that file, and all else that it
+  // depends on: an interrupted build of the same is the same build. Empty: none.
+  std::filesystem::path convertedFrom;
+  std::string convertedBy;
+};
+
+struct BuildReport
+{
+  StoreInfo info;
+  // Vertices in different places that fall together on the grid: what its bits lose.
+  std::uint64_t mergedByGrid = 0;
+  std::vector<std::string> ignoredAttributes; // of the input: MeshFileInfo
+  // Over all vertices: reading the input, and out of core the tree's.
+  std::uint64_t passes = 1;
+  // Of the files out of core: the most bytes at any time, and all bytes read and written.
+  std::uint64_t temporaryBytes = 0, bytesRead = 0, bytesWritten = 0;
+  std::uint64_t resumedPhases = 0; // that were taken over from an interrupted build
+  std::vector<std::pair<std::string, double>>
+    seconds; // read, tree, faces, levels, encode, write, total
+};
+
+// Builds `store` from `input`. The store appears whole or not at all.
+// Complexity O(n log n + t log t); peak memory as EstimateBuildMemory
+// (BuildMemory.h). The content depends on input
+// and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices
+// or with attributes that no store can hold (PrepareMesh);
+// LimitExceeded; InputOutput; Cancelled. The message does not name the file.
+Result<BuildReport> BuildStore(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
+
+// The same from a mesh in memory. name: stored as the input's name.
+Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
+
+}

@@ -1,0 +1,61 @@
+// What the phases of a build out of core share: options, files, clock, and what earlier phases have
+// left that later ones look at. For ExternalBuilder.cxx, which lists the phases, and for them
+// alone.
+#pragma once
+
+#include "filters/build/Builder.h"
+#include "filters/build/StepClock.h"
+#include "filters/core/Execution.h"
+#include "filters/outofcore/journal/BuildFolder.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ExternalBuildState
+{
+  const std::filesystem::path Input, Store;
+  const BuildOptions& Options;
+  const Execution& Exec;
+  const std::uint64_t Memory;          // of each step
+  std::optional<BuildFolder> Folder{}; // open before the first phase
+  StepClock Clock{};
+  BuildReport Report{};
+  std::string_view Step{}; // that is shown, and how much of it
+  double StepDone = 0;
+
+  // By LoadMesh:
+  std::vector<Box> Boxes{};
+  std::vector<VertexId> PartitionBegin{}; // ranks, and the end; of an octree
+  std::uint64_t MostInBlock = 0;          // vertices; the same
+
+  SpillFolder& Files() { return this->Folder->Files(); }
+  bool ByOctree() const { return this->Options.partitioner == Partitioner::Octree; }
+
+  // For a function that is the part [begin, end) of a step: it reports its own progress from 0 to 1
+  // under any name, what is shown is the step's, which never runs back.
+  Execution Part(const char* step, double begin, double end)
+  {
+    Execution part = this->Exec;
+    part.progress = [this, step, begin, end](std::string_view, double fraction)
+    {
+      if (this->Step != step)
+      {
+        this->Step = step;
+        this->StepDone = 0;
+      }
+      this->StepDone =
+        std::max(this->StepDone, begin + (end - begin) * std::clamp(fraction, 0.0, 1.0));
+      return this->Exec.progress(step, this->StepDone);
+    };
+    return part;
+  }
+};
+
+}

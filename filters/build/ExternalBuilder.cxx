@@ -1,0 +1,398 @@
+// The build out of core: see ExternalBuilder.h. Phases:
+//   1. mesh     the file read in chunks, vertices welded, triangles renumbered: MeshPhase.h
+//   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h
+//   3. faces    triangles and attributes by blocks: FacesPhase.h
+//   4. levels   block by block; edges that are not consistently oriented are counted on the way
+//   5. numbers  of clusters and vertices
+// or, of partitions by an octree, which have no levels,
+//   4. edges    that are not consistently oriented
+// and then the pieces, from the phases' files into the store.
+#include "filters/build/ExternalBuilder.h"
+
+#include "filters/build/BuildMemory.h"
+#include "filters/build/ExternalBuildState.h"
+#include "filters/build/FacesPhase.h"
+#include "filters/build/MeshPhase.h"
+#include "filters/build/ModelDescription.h"
+#include "filters/build/PhaseValues.h"
+#include "filters/build/PieceWriting.h"
+#include "filters/build/TreePhase.h"
+#include "filters/core/EdgeCount.h"
+#include "filters/core/TakeResult.h"
+#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/pieces/ExternalPieces.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// What --resume has found, for the user.
+std::string DescribeResumed(const BuildFolder& folder)
+{
+  if (folder.FinishedPhases() > 0)
+  {
+    return "going on after the phase " + folder.LastPhase();
+  }
+  const std::string nothing = "nothing to resume: ";
+  switch (folder.WhatWasFound())
+  {
+    case BuildFolder::Found::Nothing:
+      return nothing + "the earlier build ended before its first phase was finished";
+    case BuildFolder::Found::Damaged:
+      return nothing + "what the earlier build left cannot be read";
+    case BuildFolder::Found::OtherProgram:
+      return nothing + "the earlier build was by another version";
+    case BuildFolder::Found::OtherInput:
+      return nothing + "the earlier build had another input, or this one was changed since";
+    case BuildFolder::Found::OtherOptions:
+      return nothing + "the earlier build had other options";
+    case BuildFolder::Found::SameBuild:
+      break;
+  }
+  return nothing + "files of the earlier build are missing or were changed";
+}
+
+class ExternalBuilder : private ExternalBuildState
+{
+public:
+  ExternalBuilder(const std::filesystem::path& input, const std::filesystem::path& store,
+    const BuildOptions& options, const Execution& execution, const ExternalBuildProbe& probe)
+    : ExternalBuildState{ input, store, options, execution,
+      probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory) }
+    , Hook(probe.hook)
+  {
+  }
+
+  Result<BuildReport> Build()
+  {
+    for (const char* step : { "read", "tree", "faces", "levels", "encode", "write" })
+    {
+      this->Clock.Finish(step); // also those whose phases are taken over are reported
+    }
+    Status status = this->OpenFolder();
+    using Phase = std::pair<const char*, std::function<Status()>>;
+    std::vector<Phase> phases = { { "mesh", [&] { return MakeMesh(*this); } },
+      { "tree", [&] { return MakeTree(*this); } }, { "faces", [&] { return MakeFaces(*this); } } };
+    if (this->ByOctree())
+    {
+      phases.push_back({ "edges", [&] { return this->CountEdges(); } });
+    }
+    else
+    {
+      phases.push_back({ "levels", [&] { return this->MakeLevels(); } });
+      phases.push_back({ "numbers", [&] { return this->MakeNumbers(); } });
+    }
+    for (const auto& [name, make] : phases)
+    {
+      if (status && !this->Folder->Finished(name))
+      {
+        status = make();
+        ReturnFreeMemory();
+      }
+      else if (status)
+      {
+        ++this->Report.resumedPhases;
+      }
+    }
+    if (status)
+    {
+      status = this->WriteStore();
+    }
+    if (!status)
+    {
+      if (this->Report.resumedPhases > 0 && status.GetError().code == ErrorCode::LimitExceeded)
+      {
+        this->Folder->Keep(true); // for a build with a larger limit
+      }
+      return status.GetError();
+    }
+    const SpillCounts counts = this->Folder->Files().Counts();
+    this->Report.temporaryBytes = counts.peakBytesOnDisk;
+    this->Report.bytesRead = counts.bytesRead;
+    this->Report.bytesWritten = counts.bytesWritten;
+    this->Report.seconds = this->Clock.Take();
+    return std::move(this->Report);
+  }
+
+private:
+  Status OpenFolder()
+  {
+    const Result<std::string> fingerprint =
+      FingerprintOf({ "kdstream-build " + std::string(KDSTREAM_VERSION),
+        this->Options.convertedFrom.empty() ? this->Input : this->Options.convertedFrom,
+        DescribeOptions(this->Options) });
+    if (!fingerprint)
+    {
+      return fingerprint.GetError();
+    }
+    Result<BuildFolder> folder =
+      BuildFolder::Open(BuildFolder::PathFor(this->Store, this->Options.temporaryFolder),
+        *fingerprint, this->Options.resume, this->Hook);
+    if (!folder)
+    {
+      return folder.GetError();
+    }
+    this->Folder.emplace(std::move(*folder));
+    if (this->Options.resume)
+    {
+      this->Options.tellResumed(DescribeResumed(*this->Folder));
+    }
+    return {};
+  }
+
+  Status CountEdges()
+  {
+    MeshFacts facts;
+    MeshBlocks mesh;
+    Status status = LoadBlocks(*this, facts, mesh);
+    mesh.attributes.clear(); // they are not looked at
+    std::uint64_t inconsistent = 0;
+    const Execution part = this->Part("faces", 0.8, 1);
+    for (std::size_t b = 0; status && b < mesh.BlockCount(); ++b)
+    {
+      const Result<TreeBlock> block = mesh.Load(b);
+      if (!block)
+      {
+        return block.GetError();
+      }
+      inconsistent += CountInconsistentEdges(block->mesh.triangles, block->mesh.points.size(),
+        this->Exec, [&](VertexId v) { return block->IsOwn(v); });
+      status = part.Report("faces", double(b + 1) / double(mesh.BlockCount()));
+    }
+    if (!status)
+    {
+      return status;
+    }
+    this->Clock.Finish("faces");
+    BlobWriter blob;
+    blob.Add(inconsistent);
+    return this->Folder->Finish("edges", blob);
+  }
+
+  Status MakeLevels()
+  {
+    MeshFacts facts;
+    MeshBlocks mesh;
+    Status status = LoadBlocks(*this, facts, mesh);
+    std::uint64_t inconsistent = 0;
+    ExternalLevels levels;
+    if (status)
+    {
+      status = Take(
+        BuildExternalLevels(this->Files(), mesh, this->Options.levels, this->Part("levels", 0, 0.8),
+          [&](const TreeBlock& block)
+          {
+            inconsistent += CountInconsistentEdges(block.mesh.triangles, block.mesh.points.size(),
+              this->Exec, [&](VertexId v) { return block.IsOwn(v); });
+          }),
+        levels);
+    }
+    if (!status)
+    {
+      return status;
+    }
+    this->Clock.Finish("levels");
+    BlobWriter blob;
+    blob.Add(inconsistent);
+    std::vector<PhaseFile> files;
+    Save(blob, files, std::move(levels));
+    return this->Folder->Finish("levels", blob, files);
+  }
+
+  // The mesh as all phases up to "edges" leave it.
+  Status LoadEdges(MeshFacts& facts, MeshBlocks& mesh, std::uint64_t& inconsistent)
+  {
+    if (Status status = LoadBlocks(*this, facts, mesh); !status)
+    {
+      return status;
+    }
+    BlobReader blob = this->Folder->BlobOf("edges");
+    inconsistent = blob.Read<std::uint64_t>();
+    return blob.Finish();
+  }
+
+  // The mesh and its levels as all phases up to "levels" leave them.
+  Status LoadLevels(
+    MeshFacts& facts, MeshBlocks& mesh, ExternalLevels& levels, std::uint64_t& inconsistent)
+  {
+    if (Status status = LoadBlocks(*this, facts, mesh); !status)
+    {
+      return status;
+    }
+    BlobReader blob = this->Folder->BlobOf("levels");
+    inconsistent = blob.Read<std::uint64_t>();
+    return Take(LoadExternalLevels(blob, *this->Folder, "levels"), levels);
+  }
+
+  Status MakeNumbers()
+  {
+    MeshFacts facts;
+    MeshBlocks mesh;
+    ExternalLevels levels;
+    ExternalNumbers numbers;
+    std::uint64_t inconsistent = 0;
+    Status status = this->LoadLevels(facts, mesh, levels, inconsistent);
+    if (status)
+    {
+      status =
+        Take(NumberExternally(this->Files(), mesh, levels, this->Part("levels", 0.8, 1)), numbers);
+    }
+    if (!status)
+    {
+      return status;
+    }
+    this->Clock.Finish("levels");
+    BlobWriter blob;
+    std::vector<PhaseFile> files;
+    Save(blob, files, std::move(numbers));
+    return this->Folder->Finish("numbers", blob, files);
+  }
+
+  Status LoadNumbers(ExternalNumbers& numbers)
+  {
+    BlobReader blob = this->Folder->BlobOf("numbers");
+    return Take(LoadExternalNumbers(blob, *this->Folder, "numbers"), numbers);
+  }
+
+  Status WriteStore()
+  {
+    MeshFacts facts;
+    MeshBlocks mesh;
+    ExternalLevels levels;
+    ExternalNumbers numbers;
+    std::uint64_t inconsistent = 0;
+    Status status = this->ByOctree() ? this->LoadEdges(facts, mesh, inconsistent)
+                                     : this->LoadLevels(facts, mesh, levels, inconsistent);
+    if (status && !this->ByOctree())
+    {
+      status = this->LoadNumbers(numbers);
+    }
+    if (!status)
+    {
+      return status;
+    }
+    this->Report.ignoredAttributes = facts.ignored;
+    const StoreInfo description = this->Describe(facts, mesh, inconsistent);
+    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
+    if (!writer)
+    {
+      return writer.GetError();
+    }
+    status = WriteTreePages(this->Boxes, mesh.depths, **writer);
+    if (status)
+    {
+      status = this->WriteParts(mesh, levels, numbers, description.Codec(), **writer);
+    }
+    if (status)
+    {
+      status = Take((*writer)->Finish(), this->Report.info);
+    }
+    this->Clock.Finish("write");
+    return status;
+  }
+
+  std::uint64_t PartitionCount(const MeshBlocks& mesh) const
+  {
+    return this->ByOctree() ? this->PartitionBegin.size() - 1
+                            : std::uint64_t{ 1 } << mesh.depths.partition;
+  }
+
+  StoreInfo Describe(const MeshFacts& facts, const MeshBlocks& mesh, std::uint64_t inconsistent)
+  {
+    ModelFacts model;
+    model.vertices = facts.vertices;
+    model.triangles = facts.triangles;
+    model.welded = facts.welded;
+    model.inconsistentEdges = inconsistent;
+    model.depths = mesh.depths;
+    model.partitions = this->PartitionCount(mesh);
+    model.smallestPartition = facts.vertices >> mesh.depths.partition;
+    model.largestPartition = (facts.vertices + model.partitions - 1) >> mesh.depths.partition;
+    if (this->ByOctree())
+    {
+      model.smallestPartition = facts.vertices;
+      model.largestPartition = 0;
+      for (std::size_t p = 0; p < model.partitions; ++p)
+      {
+        const std::uint64_t size = this->PartitionBegin[p + 1] - this->PartitionBegin[p];
+        model.smallestPartition = std::min(model.smallestPartition, size);
+        model.largestPartition = std::max(model.largestPartition, size);
+      }
+    }
+    model.box = mesh.box;
+    model.scalarType = facts.scalarType;
+    model.attributes = facts.attributes;
+    BuildOptions used = this->Options;
+    used.weld = facts.weld;
+    return DescribeModel(used, model,
+      this->Options.inputName.empty() ? this->Input.filename().string() : this->Options.inputName);
+  }
+
+  Status WriteParts(const MeshBlocks& mesh, const ExternalLevels& levels,
+    const ExternalNumbers& numbers, const CodecContext& codec, StoreWriter& writer)
+  {
+    std::uint64_t triangles = 0; // of the resolution
+    const PartVisit write =
+      [&](const VertexTree& tree, const Mesh& part, Resolution resolution, const ModelPart& pieces)
+    {
+      const PieceCutter cutter(tree, part, resolution, this->Exec, pieces);
+      const unsigned depth = PieceDepth(resolution, mesh.depths);
+      const std::size_t all =
+        resolution.IsOriginal() ? this->PartitionCount(mesh) : std::size_t{ 1 } << depth;
+      Status status =
+        WritePieces(cutter, cutter.PieceCount(), codec, writer, this->Clock, this->Exec,
+          [&](std::size_t written)
+          {
+            const double done = double(pieces.firstPiece + written) / double(all);
+            return this->Exec.Report("encode", EncodedPart(resolution, mesh.depths, done));
+          });
+      triangles += cutter.TriangleCount();
+      if (status && pieces.firstPiece + cutter.PieceCount() == all)
+      {
+        status = writer.FinishResolution(resolution, triangles);
+        triangles = 0;
+      }
+      ReturnFreeMemory(mesh.keptMemory);
+      return status;
+    };
+    return this->ByOctree() ? ForEachPartOfPartitions(mesh, this->PartitionBegin, write, this->Exec)
+                            : ForEachPart(mesh, levels, numbers, write, this->Exec);
+  }
+
+  const FileHook& Hook; // of the build folder's files
+};
+
+}
+
+Status CheckExternalBuild(const BuildOptions& options)
+{
+  if (options.partitioner == Partitioner::KMeans)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "stores by k-means, whose iterations go over all vertices, are built in memory alone" };
+  }
+  if (options.memory < leastMemory)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "building out of core takes at least " + Mebibytes(leastMemory) };
+  }
+  return {};
+}
+
+Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
+  const ExternalBuildProbe& probe)
+{
+  if (const Status possible = CheckExternalBuild(options); !possible)
+  {
+    return possible.GetError();
+  }
+  return ExternalBuilder(input, store, options, execution, probe).Build();
+}
+
+}

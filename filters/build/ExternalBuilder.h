@@ -1,0 +1,35 @@
+// The build out of core: from a mesh file to a store with less memory than the mesh takes.
+#pragma once
+
+#include "filters/build/Builder.h"
+#include "filters/core/Execution.h"
+#include "filters/outofcore/files/SpillFile.h"
+
+#include <filesystem>
+
+namespace kdstream
+{
+
+// The least options.memory that a build out of core is tried with.
+inline constexpr std::uint64_t leastMemory = std::uint64_t{ 64 } << 20;
+
+// What tests alone change.
+struct ExternalBuildProbe
+{
+  FileHook hook;                // of the build folder's files
+  std::uint64_t stepMemory = 0; // bytes for each step; 0: what options.memory leaves
+};
+
+// Builds `store` from `input` by files in options.temporaryFolder: the same store as the build in
+// memory makes, to the byte. Peak memory: options.memory + 64 MiB, what libraries take included.
+// The build is a list of phases; what the finished ones left is taken up by a build with
+// options.resume. Errors: those of BuildStore, and of CheckExternalBuild.
+Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
+  const ExternalBuildProbe& probe = {});
+
+// Whether such a store can be built out of core. Errors: LimitExceeded for a limit below
+// leastMemory, and for what is built in memory alone (the baseline kmeans).
+Status CheckExternalBuild(const BuildOptions& options);
+
+}

@@ -1,0 +1,165 @@
+// Phase "faces": triangles and arrays by blocks of the tree.
+#include "filters/build/FacesPhase.h"
+
+#include "filters/build/HubCheck.h"
+#include "filters/build/ModelDescription.h"
+#include "filters/build/TreePhase.h"
+#include "filters/core/TakeResult.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/outofcore/mesh/PlaceCount.h"
+#include "filters/outofcore/mesh/RankTuples.h"
+
+#include <algorithm>
+#include <functional>
+
+namespace kdstream
+{
+namespace
+{
+
+Result<std::uint64_t> CountMergedByGrid(ExternalBuildState& build, const MeshBlocks& mesh)
+{
+  const CoordinateGrid grid = GridOf(build.Options, mesh.box, mesh.scalarType);
+  if (grid.Lossless())
+  {
+    return std::uint64_t{ 0 };
+  }
+  const auto count = [&](double begin, const std::function<Vec3(const Vec3&)>& placeOf)
+  {
+    return (mesh.floats ? CountPlacesExternally<float>
+                        : CountPlacesExternally<double>)(build.Files(), mesh.records,
+      mesh.vertexCount, placeOf, build.Memory, build.Part("faces", begin, begin + 0.1));
+  };
+  const Result<std::uint64_t> exact =
+    mesh.mayCoincide ? count(0.8, {}) : Result<std::uint64_t>(std::uint64_t{ mesh.vertexCount });
+  const Result<std::uint64_t> snapped =
+    exact ? count(0.9, [&](const Vec3& p) { return grid.Snap(p); }) : exact;
+  return snapped ? Result<std::uint64_t>(*exact - std::min(*exact, *snapped)) : snapped;
+}
+
+// The blocks that the phase "faces" has made, maybe with another limit. begin: those of an
+// octree.
+Status TakeBlocks(
+  const ExternalBuildState& build, std::vector<VertexId> begin, std::size_t count, MeshBlocks& mesh)
+{
+  unsigned depth = 0;
+  while (std::size_t{ 1 } << depth < count)
+  {
+    ++depth;
+  }
+  const auto largest = [](const MeshBlocks& blocks)
+  {
+    std::uint64_t most = 0;
+    for (std::size_t block = 0; block < blocks.BlockCount(); ++block)
+    {
+      most = std::max(most, blocks.RangeOf(block).size);
+    }
+    return most;
+  };
+  const std::uint64_t allowed = std::max(largest(mesh), build.MostInBlock);
+  mesh.begin = std::move(begin);
+  if (build.ByOctree() ? largest(mesh) > allowed : depth < mesh.blockDepth)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "the interrupted build had more memory than this one; give it that, or build without "
+      "--resume" };
+  }
+  mesh.blockDepth = depth;
+  return {};
+}
+
+}
+
+Status MakeFaces(ExternalBuildState& build)
+{
+  MeshFacts facts;
+  MeshBlocks mesh;
+  Status status = LoadMesh(build, facts, mesh);
+  VertexMap ranks;
+  if (status)
+  {
+    status = Take((facts.floats ? RankVertices<float> : RankVertices<double>)(build.Files(),
+                    mesh.records, facts.vertices, build.Memory, build.Part("faces", 0, 0.2)),
+      ranks);
+  }
+  SpillFile triangles, tuples;
+  if (status)
+  {
+    status = Take(build.Folder->TakeFile("mesh", "triangles"), triangles);
+  }
+  if (status)
+  {
+    status = Take(build.Folder->TakeFile("mesh", "tuples"), tuples);
+  }
+  if (!status)
+  {
+    return status;
+  }
+  Result<RecordBuckets<NumberedTriangle>> buckets =
+    SortTrianglesIntoCells(build.Files(), triangles, facts.triangles, ranks,
+      mesh.begin.empty() ? CellOfRank(facts.vertices, mesh.blockDepth) : CellOfRank(mesh.begin),
+      build.Memory, build.Part("faces", 0.2, 0.6));
+  if (!buckets)
+  {
+    return buckets.GetError();
+  }
+  status = CheckHubs(mesh, *buckets, build.Options.memory);
+  if (status && facts.pointTupleBytes > 0)
+  {
+    status = Take(SortTuplesByRank(build.Files(), tuples, facts.pointTupleBytes, ranks,
+                    build.Memory, build.Part("faces", 0.6, 0.8)),
+      mesh.pointTuples);
+  }
+  std::uint64_t merged = 0;
+  if (status)
+  {
+    status = Take(CountMergedByGrid(build, mesh), merged);
+  }
+  if (!status)
+  {
+    return status;
+  }
+  BlobWriter blob;
+  blob.Add(merged);
+  blob.AddList(mesh.begin);
+  SpillFile bucketFile = buckets->Save(blob);
+  build.Clock.Finish("faces");
+  PhaseFile files[] = { { "triangles", std::move(bucketFile) },
+    { "tuples", std::move(mesh.pointTuples) } };
+  return build.Folder->Finish(
+    "faces", blob, files, { { "mesh", "triangles" }, { "mesh", "tuples" } });
+}
+
+Status LoadBlocks(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
+{
+  Status status = LoadMesh(build, facts, mesh);
+  if (!status)
+  {
+    return status;
+  }
+  BlobReader blob = build.Folder->BlobOf("faces");
+  build.Report.mergedByGrid = blob.Read<std::uint64_t>();
+  std::vector<VertexId> begin = blob.ReadList<VertexId>();
+  SpillFile file;
+  status = Take(build.Folder->TakeFile("faces", "triangles"), file);
+  if (!status)
+  {
+    return status;
+  }
+  Result<RecordBuckets<NumberedTriangle>> buckets =
+    RecordBuckets<NumberedTriangle>::Restore(std::move(file), blob);
+  if (!buckets)
+  {
+    return buckets.GetError();
+  }
+  status = TakeBlocks(build, std::move(begin), buckets->BucketCount(), mesh);
+  if (!status)
+  {
+    return status;
+  }
+  mesh.triangles.emplace(std::move(*buckets));
+  status = Take(build.Folder->TakeFile("faces", "tuples"), mesh.pointTuples);
+  return status ? Take(build.Folder->TakeFile("mesh", "cells"), mesh.cellTuples) : status;
+}
+
+}

@@ -1,0 +1,19 @@
+// The third phase of a build out of core: triangles and arrays by blocks of the tree. For
+// ExternalBuilder.cxx.
+#pragma once
+
+#include "filters/build/ExternalBuildState.h"
+#include "filters/build/PhaseValues.h"
+
+namespace kdstream
+{
+
+// Finishes the phase "faces". Takes triangles and arrays of the phase "mesh". Errors: those of
+// LoadMesh; LimitExceeded for a vertex with too many triangles (CheckHubs); InputOutput; Cancelled.
+Status MakeFaces(ExternalBuildState& build);
+
+// The mesh as all phases up to "faces" leave it. Errors: those of LoadMesh; LimitExceeded where its
+// blocks were made with more memory.
+Status LoadBlocks(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh);
+
+}

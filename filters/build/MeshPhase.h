@@ -1,0 +1,24 @@
+// The first phase of a build out of core: the file read in chunks, vertices welded, triangles
+// renumbered. For ExternalBuilder.cxx and the phases after it.
+#pragma once
+
+#include "filters/build/BuildMemory.h"
+#include "filters/build/ExternalBuildState.h"
+#include "filters/build/PhaseValues.h"
+
+namespace kdstream
+{
+
+// Finishes the phase "mesh": points and triangles with their arrays, as the file has them.
+// Memory: build.Memory. Errors: those of MeshReader and CheckClaimedPartitions; InvalidInput for an
+// array without a name; InputOutput; Cancelled.
+Status MakeMesh(ExternalBuildState& build);
+
+// What the phase has found. Errors: Damaged; LimitExceeded where partitions cannot be held
+// (CheckPartitionMemory).
+Result<MeshFacts> LoadFacts(const ExternalBuildState& build);
+
+// What decides how much memory its blocks take.
+BlockedSize BlockedSizeOf(const MeshFacts& facts);
+
+}

@@ -1,0 +1,60 @@
+#include "filters/build/ModelDescription.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+
+CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType scalarType)
+{
+  return options.bits == 0 ? CoordinateGrid::Exact(scalarType)
+                           : CoordinateGrid::Over(box, options.bits, scalarType);
+}
+
+StoreInfo DescribeModel(
+  const BuildOptions& options, const ModelFacts& facts, const std::string& inputName)
+{
+  StoreInfo info;
+  info.input = inputName;
+  info.depths = facts.depths;
+  info.grid = GridOf(options, facts.box, facts.scalarType);
+  info.primitive = facts.triangles == 0 ? PrimitiveType::Points : PrimitiveType::Triangles;
+  info.box = facts.box;
+  info.vertices = facts.vertices;
+  info.triangles = facts.triangles;
+  info.partitions = facts.partitions;
+  info.welded = facts.welded;
+  info.inconsistentEdges = facts.inconsistentEdges;
+  info.smallestPartition = facts.smallestPartition;
+  info.largestPartition = facts.largestPartition;
+  info.attributes = facts.attributes;
+  info.partitioner = NameOf(options.partitioner);
+  info.weld = options.weld;
+  info.original.resolution = Resolution::Original();
+  info.title = options.title;
+  info.credit = options.credit;
+  info.license = options.license;
+  info.unit = options.unit;
+  if (!info.HasLevels())
+  {
+    return info;
+  }
+  for (unsigned d = 0; d <= facts.depths.finest; ++d)
+  {
+    info.levels.push_back({ Resolution::Level(d) });
+  }
+  info.levelMaker = options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
+  info.representative =
+    options.levels.representative == Representative::Quadric ? "quadric" : "mean";
+  info.sheets = options.levels.sheets;
+  return info;
+}
+
+bool WeldingSeparates(bool weld, const std::vector<AttributeInfo>& attributes)
+{
+  return weld && std::none_of(attributes.begin(), attributes.end(),
+                   [](const AttributeInfo& array)
+                   { return array.association == AttributeAssociation::Point; });
+}
+
+}

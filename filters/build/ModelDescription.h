@@ -1,0 +1,36 @@
+// What a store says of its model: from the options of the build and what the build has found.
+#pragma once
+
+#include "filters/build/Builder.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// What a build has found, whether in memory or out of core.
+struct ModelFacts
+{
+  std::uint64_t vertices = 0, triangles = 0; // after welding
+  std::uint64_t welded = 0, inconsistentEdges = 0;
+  TreeDepths depths;
+  std::uint64_t partitions = 1;
+  std::uint64_t smallestPartition = 0, largestPartition = 0;
+  Box box;
+  ScalarType scalarType = ScalarType::Float32;
+  std::vector<AttributeInfo> attributes; // point arrays first
+};
+
+CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType scalarType);
+
+// All metadata but what the writer adds: digest, counts and bytes of the resolutions.
+StoreInfo DescribeModel(
+  const BuildOptions& options, const ModelFacts& facts, const std::string& inputName);
+
+// Whether it is known that no two vertices are in the same place, -0.0 and 0.0 being unlike: what
+// welding leaves can differ by its arrays.
+bool WeldingSeparates(bool weld, const std::vector<AttributeInfo>& attributes);
+
+}

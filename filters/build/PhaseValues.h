@@ -1,0 +1,47 @@
+// What the phases of a build out of core leave for each other, as bytes and files.
+#pragma once
+
+#include "filters/build/Builder.h"
+#include "filters/outofcore/journal/BuildFolder.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/pieces/ExternalNumbers.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// Of the mesh, after welding.
+struct MeshFacts
+{
+  std::uint32_t vertices = 0, triangles = 0;
+  std::uint64_t welded = 0;
+  std::size_t pointTupleBytes = 0, cellTupleBytes = 0;
+  ScalarType scalarType = ScalarType::Float32;
+  bool floats = true;                    // whether floats hold every coordinate exactly
+  bool weld = true;                      // whether equal vertices were joined
+  std::vector<AttributeInfo> attributes; // point arrays first
+  std::vector<std::string> ignored;      // arrays of the input
+};
+
+void Save(BlobWriter& blob, const MeshFacts& facts);
+// What is missing reads as zeros: BlobReader::Finish tells.
+MeshFacts LoadMeshFacts(BlobReader& blob);
+
+// Values to the blob, files to the list.
+void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalLevels&& levels);
+// Errors: Damaged; those of TakeFile.
+Result<ExternalLevels> LoadExternalLevels(
+  BlobReader& blob, const BuildFolder& folder, std::string_view phase);
+
+void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& numbers);
+// Errors: Damaged; those of TakeFile.
+Result<ExternalNumbers> LoadExternalNumbers(
+  BlobReader& blob, const BuildFolder& folder, std::string_view phase);
+
+// All options that decide what is in the files or the store, as text.
+std::string DescribeOptions(const BuildOptions& options);
+
+}

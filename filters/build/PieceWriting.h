@@ -1,0 +1,46 @@
+// Pieces on their way from the cutter into a store: steps "cut" and "encode" of the README's
+// picture.
+#pragma once
+
+#include "filters/build/StepClock.h"
+#include "filters/core/Execution.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/store/StoreWriter.h"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+namespace kdstream
+{
+
+// Pieces that are in memory at once, encoded or waiting to be written: so many, and where they are
+// large no more than have so many vertices together, but one at least.
+inline constexpr std::size_t encodeBatch = 64;
+inline constexpr std::size_t encodeBatchVertices = std::size_t{ 1 } << 17;
+
+// Who takes a piece and its bytes. Errors end the work.
+using PieceSink = std::function<Status(const Piece&, std::span<const std::uint8_t>)>;
+
+// Cuts and encodes the first `count` pieces of a cutter, a batch at a time on all threads, and
+// gives them to `add` in order; `done` as `written` below.
+Status EncodePieces(const PieceCutter& cutter, std::size_t count, const CodecContext& codec,
+  const PieceSink& add, StepClock& clock, const Execution& execution,
+  const std::function<Status(std::size_t)>& done);
+
+// Cuts, encodes and writes the first `count` pieces of a cutter, a batch at a time on all threads:
+// one is written, by any thread, while the next is encoded. written(i): called when pieces up to
+// the i-th are written; it may stop the work. Errors: those of the writer and of `written`.
+Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecContext& codec,
+  StoreWriter& writer, StepClock& clock, const Execution& execution,
+  const std::function<Status(std::size_t)>& written);
+
+// How much of step "encode" is done when `done` (0-1) of a resolution is written: levels come
+// first, each of about twice the clusters of the one before, all of them of about a third of the
+// original's vertices.
+double EncodedPart(Resolution resolution, const TreeDepths& depths, double done);
+
+// All pages of a tree over partitions and their ancestors.
+Status WriteTreePages(const std::vector<Box>& boxes, const TreeDepths& depths, StoreWriter& writer);
+
+}

@@ -1,0 +1,203 @@
+// Phase "tree": the vertices in the order of the leaves of a k-d tree, or of an octree's
+// partitions, and the boxes of the nodes.
+#include "filters/build/TreePhase.h"
+
+#include "filters/build/BuildMemory.h"
+#include "filters/build/MeshPhase.h"
+#include "filters/build/ModelDescription.h"
+#include "filters/core/TakeResult.h"
+#include "filters/outofcore/files/BatchPass.h"
+#include "filters/outofcore/files/MemoryPlan.h"
+#include "filters/outofcore/mesh/OctreePartitions.h"
+#include "filters/outofcore/tree/ExternalTree.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+bool IsNegativeZero(double x)
+{
+  return x == 0 && std::signbit(x);
+}
+
+template <class Scalar>
+Status MakeKdTree(
+  ExternalBuildState& build, const MeshFacts& facts, SpillFile& records, ExternalPartitions& result)
+{
+  Status status = Take(ComputeDepths(facts.vertices, build.Options.tree), result.depths);
+  if (!status)
+  {
+    return status;
+  }
+  ExternalTree tree;
+  ExternalTreeOptions options;
+  options.memory = build.Memory;
+  options.median = build.Options.median;
+  status = Take(BuildExternalTree<Scalar>(
+                  build.Files(), records, result.depths, options, build.Part("tree", 0.5, 1)),
+    tree);
+  result.boxes = std::move(tree.boxes);
+  result.records = std::move(tree.records);
+  result.recordsRead = facts.vertices; // all are in memory once at least
+  for (const ExternalDepthStatistics& depth : tree.statistics.depths)
+  {
+    result.recordsRead += depth.records + depth.medianRecords;
+  }
+  return status;
+}
+
+template <class Scalar>
+Result<SpillFile> RecordsOf(
+  ExternalBuildState& build, const SpillFile& points, std::uint32_t count, bool& negativeZeros)
+{
+  Result<SpillFile> records =
+    build.Files().CreateFile("vertices", count * std::uint64_t{ sizeof(PointRecord<Scalar>) });
+  if (!records)
+  {
+    return records.GetError();
+  }
+  struct Slot
+  {
+    std::vector<PointRecord<Scalar>> records;
+    bool negativeZeros = false;
+  };
+  const BatchShape shape = ShapeOfPass(build.Memory / 8, sizeof(Vec3));
+  std::vector<Slot> slots(shape.slots);
+  BatchPass<Vec3> batches(shape, build.Exec);
+  const Status status = batches.Over(
+    points, 0, count,
+    [&](std::size_t i, std::span<Vec3> block, std::uint64_t first)
+    {
+      Slot& slot = slots[i];
+      slot.records.clear();
+      auto id = static_cast<VertexId>(first);
+      for (const Vec3& p : block)
+      {
+        slot.negativeZeros |= std::any_of(p.begin(), p.end(), IsNegativeZero);
+        slot.records.push_back({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, id++ });
+      }
+      return WriteRecords<PointRecord<Scalar>>(
+        *records, first, std::span<const PointRecord<Scalar>>(slot.records));
+    },
+    [](std::size_t, std::uint64_t) { return Status{}; });
+  negativeZeros =
+    std::any_of(slots.begin(), slots.end(), [](const Slot& slot) { return slot.negativeZeros; });
+  return status ? Result<SpillFile>(std::move(*records)) : status.GetError();
+}
+
+template <class Scalar>
+Status MakeTreeOf(ExternalBuildState& build, const MeshFacts& facts)
+{
+  SpillFile points, records;
+  bool negativeZeros = false;
+  Status status =
+    facts.vertices > 0 ? Status{} : Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+  if (status)
+  {
+    status = Take(build.Folder->TakeFile("mesh", "points"), points);
+  }
+  if (status)
+  {
+    status = Take(RecordsOf<Scalar>(build, points, facts.vertices, negativeZeros), records);
+  }
+  ExternalPartitions tree;
+  if (status)
+  {
+    status = build.ByOctree()
+               ? Take(PartitionByExternalOctree<Scalar>(build.Files(), records, build.Options.tree,
+                        build.Memory, build.Part("tree", 0.5, 1)),
+                   tree)
+               : MakeKdTree<Scalar>(build, facts, records, tree);
+  }
+  if (!status)
+  {
+    return status;
+  }
+  build.Clock.Finish("tree");
+  BlobWriter blob;
+  blob.Add(tree.depths);
+  blob.AddList(tree.boxes);
+  blob.Add((tree.recordsRead + facts.vertices - 1) / facts.vertices);
+  blob.Add(negativeZeros);
+  blob.AddList(tree.begin);
+  PhaseFile files[] = { { "records", std::move(tree.records) } };
+  return build.Folder->Finish("tree", blob, files, { { "mesh", "points" } });
+}
+
+// Blocks of an octree: partitions one after the other, as many as fit.
+Status JoinPartitions(ExternalBuildState& build, const MeshFacts& facts, MeshBlocks& mesh)
+{
+  const std::vector<VertexId>& begin = build.PartitionBegin;
+  if (begin.size() < 2 || begin.size() - 1 > build.Boxes.size() / 2 || begin.front() != 0 ||
+      begin.back() != facts.vertices || !std::is_sorted(begin.begin(), begin.end()))
+  {
+    return Error{ ErrorCode::Damaged, "the octree of an interrupted build is not whole" };
+  }
+  build.MostInBlock = MostBlockVertices(BlockedSizeOf(facts), build.Memory);
+  mesh.begin = JoinIntoBlocks(begin, build.MostInBlock);
+  for (std::size_t block = 0; block < mesh.BlockCount(); ++block)
+  {
+    if (const std::uint64_t size = mesh.RangeOf(block).size; size > build.MostInBlock)
+    {
+      return BeyondMemory("a partition of " + std::to_string(size) +
+                            " vertices, of which at most " + std::to_string(build.MostInBlock) +
+                            " can be held",
+        build.Options.memory);
+    }
+  }
+  return {};
+}
+
+}
+
+Status MakeTree(ExternalBuildState& build)
+{
+  MeshFacts facts;
+  Status status = Take(LoadFacts(build), facts);
+  return !status        ? status
+         : facts.floats ? MakeTreeOf<float>(build, facts)
+                        : MakeTreeOf<double>(build, facts);
+}
+
+Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
+{
+  Status status = Take(LoadFacts(build), facts);
+  BlobReader blob = build.Folder->BlobOf("tree");
+  mesh.depths = blob.Read<TreeDepths>();
+  build.Boxes = blob.ReadList<Box>();
+  build.Report.passes = 1 + blob.Read<std::uint64_t>();
+  const auto negativeZeros = blob.Read<bool>();
+  build.PartitionBegin = blob.ReadList<VertexId>();
+  if (status)
+  {
+    status = blob.Finish();
+  }
+  if (status && build.Boxes.size() < 2)
+  {
+    status = Error{ ErrorCode::Damaged, "the tree of an interrupted build has no boxes" };
+  }
+  if (status)
+  {
+    status = Take(build.Folder->TakeFile("tree", "records"), mesh.records);
+  }
+  if (!status)
+  {
+    return status;
+  }
+  mesh.vertexCount = facts.vertices;
+  mesh.triangleCount = facts.triangles;
+  mesh.box = build.Boxes[1];
+  mesh.floats = facts.floats;
+  mesh.scalarType = facts.scalarType;
+  mesh.attributes = facts.attributes;
+  mesh.mayCoincide = negativeZeros || !WeldingSeparates(facts.weld, facts.attributes);
+  mesh.blockDepth = DepthOfBlocks(BlockedSizeOf(facts), build.Memory, 0, mesh.depths.partition);
+  mesh.keptMemory = KeptMemory(build.Memory);
+  return build.ByOctree() ? JoinPartitions(build, facts, mesh) : Status{};
+}
+
+}

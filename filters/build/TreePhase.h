@@ -1,0 +1,20 @@
+// The second phase of a build out of core: a k-d tree over the vertices, or an octree's partitions.
+// For ExternalBuilder.cxx and the phases after it.
+#pragma once
+
+#include "filters/build/ExternalBuildState.h"
+#include "filters/build/PhaseValues.h"
+
+namespace kdstream
+{
+
+// Finishes the phase "tree": the vertices in the order of the leaves, and boxes. Takes the points
+// of the phase "mesh". Errors: those of LoadFacts; InvalidInput for no vertices; those of
+// BuildExternalTree and PartitionByExternalOctree.
+Status MakeTree(ExternalBuildState& build);
+
+// The mesh as the phases up to "tree" leave it, without triangles and arrays; fills in what `build`
+// has by it. Errors: Damaged; LimitExceeded for a partition that cannot be held.
+Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh);
+
+}

@@ -1,0 +1,434 @@
+// Edge collapse: see EdgeCollapse.h.
+//   1. The triangles around each vertex; edges, boundary, the first candidates.
+//   2. Take the cheapest candidate; skip it where an end has changed since.
+//   3. Measure how far the surface goes back: where that is dearer put it back at that cost.
+//   4. Leave it where topology or normals forbid it.
+//   5. Else merge: triangles on the edge go, the others move over to the vertex that stays.
+//   6. Candidates anew around it; what neighbours had left is tried again.
+#include "filters/core/collapse/EdgeCollapse.h"
+
+#include "filters/core/collapse/EdgePlacement.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
+constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
+// Of the edges that a vertex could not collapse: not so many times all of them, or in a mesh that
+// is all knots, where every vertex has hundreds, most of the time goes into what never collapses.
+constexpr std::size_t mostRetries = 256;
+
+// The sums of the quadrics of two edges' ends, side by side.
+QuadraticForm<Lanes> SumsOf(
+  const Quadric& a0, const Quadric& b0, const Quadric& a1, const Quadric& b1)
+{
+  QuadraticForm<Lanes> sums;
+  for (std::size_t k = 0; k < 6; ++k)
+  {
+    sums.a[k] = Lanes(a0.a[k], a1.a[k]) + Lanes(b0.a[k], b1.a[k]);
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    sums.b[k] = Lanes(a0.b[k], a1.b[k]) + Lanes(b0.b[k], b1.b[k]);
+  }
+  sums.c = Lanes(a0.c, a1.c) + Lanes(b0.c, b1.c);
+  return sums;
+}
+
+}
+
+EdgeCollapse::EdgeCollapse(CollapsePart part)
+  : Positions(std::move(part.positions))
+  , Quadrics(std::move(part.quadrics))
+  , Fixed(std::move(part.fixed))
+  , Components(part.components)
+  , Attributes(std::move(part.attributes))
+  , Bounds(part.bounds)
+  , KeepTopology(part.keepTopology)
+  , AreaPerVertex(part.areaPerVertex)
+  , Stars(std::move(part.triangles), this->Positions.size())
+{
+  const std::size_t n = this->Positions.size();
+  this->Fixed.resize(n, 0);
+  this->Boundary.assign(n, 0);
+  this->Stamp.assign(n, 0);
+  this->FirstRejection.assign(n, none);
+  this->Retries.assign(n, 0);
+  this->Mark.assign(n, 0);
+  for (VertexId v = 0; v < n; ++v)
+  {
+    this->Vertices += !this->Fixed[v] && this->Stars.Degree(v) > 0;
+  }
+  this->FindEdges();
+}
+
+void EdgeCollapse::FindEdges()
+{
+  // Boundary vertices must all be known first: they decide where a merged vertex goes.
+  const std::vector<Edge> edges = this->FindBoundary();
+  this->Candidates.Reserve(edges.size());
+  for (const Edge& edge : edges)
+  {
+    this->Push(edge[0], edge[1]);
+  }
+  this->PushWaiting();
+}
+
+// Marks the vertices of the boundary; returns the edges without a fixed end.
+std::vector<EdgeCollapse::Edge> EdgeCollapse::FindBoundary()
+{
+  std::vector<Edge> edges;
+  edges.reserve(3 * this->Positions.size());
+  std::vector<std::uint32_t> uses(this->Positions.size(), 0);
+  std::vector<VertexId> neighbours;
+  for (VertexId u = 0; u < this->Positions.size(); ++u)
+  {
+    if (this->Fixed[u])
+    {
+      continue;
+    }
+    neighbours.clear();
+    const auto use = [&](VertexId w)
+    {
+      if (uses[w]++ == 0)
+      {
+        neighbours.push_back(w);
+      }
+    };
+    this->Stars.ForEachSide(u,
+      [&](const StarSide& side)
+      {
+        use(side.first);
+        use(side.second);
+      });
+    for (const VertexId w : neighbours)
+    {
+      if (uses[w] == 1)
+      {
+        this->Boundary[u] = this->Boundary[w] = 1;
+      }
+      uses[w] = 0;
+      if (w > u && !this->Fixed[w])
+      {
+        edges.push_back({ u, w });
+      }
+    }
+  }
+  return edges;
+}
+
+double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
+{
+  const double wu = this->Quadrics[u].Trace(), wv = this->Quadrics[v].Trace();
+  if (this->Components == 0 || !(wu + wv > 0))
+  {
+    return 0;
+  }
+  double squares = 0;
+  for (std::size_t k = 0; k < this->Components; ++k)
+  {
+    const double d = double(this->Attributes[u * this->Components + k]) -
+                     double(this->Attributes[v * this->Components + k]);
+    squares += d * d;
+  }
+  return wu * wv / (wu + wv) * squares;
+}
+
+// What an edge costs wherever its vertex goes.
+double EdgeCollapse::LastingCost(VertexId u, VertexId v) const
+{
+  const Vec3 edge = Minus(this->Positions[v], this->Positions[u]);
+  const double squaredLength = Dot(edge, edge);
+  return this->AttributeCost(u, v) + lengthCost * squaredLength * squaredLength;
+}
+
+// Where the merged vertex goes, and what that costs. False where no number comes out.
+bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) const
+{
+  const Vec3 &a = this->Positions[u], &b = this->Positions[v];
+  Quadric quadric = this->Quadrics[u];
+  quadric.Add(this->Quadrics[v]);
+  if (this->Boundary[u] != this->Boundary[v])
+  {
+    position = this->Boundary[u] ? a : b;
+    cost = quadric.At(position);
+  }
+  else
+  {
+    // A straight boundary is left only for much less error: what lies inside must not pull at it.
+    const PlacedVertex<double> placed =
+      PlaceVertex<double>({ a, b, quadric, this->Boundary[u] ? offBoundary : 1 }, this->Bounds);
+    position = placed.position;
+    cost = placed.cost;
+  }
+  cost += this->LastingCost(u, v);
+  return cost <= std::numeric_limits<double>::max();
+}
+
+// Makes an edge a candidate, at the latest with PushWaiting.
+void EdgeCollapse::Push(VertexId u, VertexId v)
+{
+  if (this->Fixed[u] || this->Fixed[v] ||
+      this->Stars.Degree(u) + this->Stars.Degree(v) > mostTriangles)
+  {
+    return;
+  }
+  ++this->Looked;
+  if (u > v)
+  {
+    std::swap(u, v);
+  }
+  if (this->Boundary[u] != this->Boundary[v])
+  {
+    double cost = 0;
+    Vec3 position;
+    this->Place(u, v, cost, position);
+    this->PushAt({ u, v }, cost);
+    return;
+  }
+  this->Waiting[this->WaitingCount++] = { u, v };
+  if (this->WaitingCount == this->Waiting.size())
+  {
+    this->PushWaiting();
+  }
+}
+
+// Places the edges that wait, all at once.
+void EdgeCollapse::PushWaiting()
+{
+  if (this->WaitingCount == 0)
+  {
+    return;
+  }
+  const auto [u0, v0] = this->Waiting[0];
+  const auto [u1, v1] = this->Waiting[this->WaitingCount - 1];
+  EdgeToPlace<Lanes> edges;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    edges.a[k] = Lanes(this->Positions[u0][k], this->Positions[u1][k]);
+    edges.b[k] = Lanes(this->Positions[v0][k], this->Positions[v1][k]);
+  }
+  edges.quadric =
+    SumsOf(this->Quadrics[u0], this->Quadrics[v0], this->Quadrics[u1], this->Quadrics[v1]);
+  edges.beside = Lanes(this->Boundary[u0] ? offBoundary : 1, this->Boundary[u1] ? offBoundary : 1);
+  const PlacedVertex<Lanes> placed = PlaceVertex(edges, this->Bounds);
+  for (std::size_t i = 0; i < this->WaitingCount; ++i)
+  {
+    const auto [u, v] = this->Waiting[i];
+    this->PushAt({ u, v }, placed.cost[i] + this->LastingCost(u, v));
+  }
+  this->WaitingCount = 0;
+}
+
+void EdgeCollapse::PushAt(const Edge& edge, double cost)
+{
+  if (cost <= std::numeric_limits<double>::max())
+  {
+    const auto [u, v] = edge;
+    this->Candidates.Push({ cost, u, v, this->Stamp[u] + this->Stamp[v], false });
+  }
+}
+
+bool EdgeCollapse::Run(std::size_t vertices, std::size_t triangles)
+{
+  return this->Take(vertices, triangles, std::numeric_limits<double>::infinity());
+}
+
+bool EdgeCollapse::RunBeyond(double error, std::size_t vertices)
+{
+  return this->Take(vertices, any, error);
+}
+
+// Both stamps only grow: an equal sum means that neither end has changed.
+bool EdgeCollapse::IsCurrent(const EdgeCandidate& edge) const
+{
+  return this->Stamp[edge.u] + this->Stamp[edge.v] == edge.stamp && !this->Fixed[edge.u] &&
+         !this->Fixed[edge.v];
+}
+
+// Takes candidates while there are too many vertices or triangles, and none has cost more than
+// `error`.
+bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double error)
+{
+  const auto isCurrent = [&](const EdgeCandidate& edge) { return this->IsCurrent(edge); };
+  while ((this->Vertices > vertices || this->Stars.TriangleCount() > triangles) &&
+         this->Largest <= error)
+  {
+    EdgeCandidate edge;
+    if (!this->Candidates.Pop(edge, isCurrent))
+    {
+      return false;
+    }
+    double cost = 0;
+    Vec3 position;
+    this->Place(edge.u, edge.v, cost, position);
+    this->Stars.Gather(edge.u, edge.v, this->Star);
+    this->Merged.Set(this->Positions, this->Star, edge.u, edge.v, position);
+    this->Looked += this->Star.sides.size() + this->Star.facing.size();
+    if (!edge.measured && this->AreaPerVertex > 0)
+    {
+      const double retreat =
+        this->AreaPerVertex * this->Merged.SquaredRetreat(this->Positions, this->Star, edge.u,
+                                edge.v, this->AreaPerVertex, edge.cost);
+      if (retreat > edge.cost)
+      {
+        this->Candidates.Push({ retreat, edge.u, edge.v, edge.stamp, true });
+        continue;
+      }
+    }
+    if (this->Merged.KeepsNormals() && (!this->KeepTopology || this->KeepsTopology(edge.u, edge.v)))
+    {
+      this->Collapse(edge.u, edge.v, position, edge.cost);
+    }
+    else
+    {
+      this->Reject(edge);
+    }
+  }
+  return true;
+}
+
+// The link condition: what both ends are linked to must be linked to the edge itself.
+bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
+{
+  if (this->Boundary[u] && this->Boundary[v] && this->Star.facing.size() != 1)
+  {
+    return false; // it would pinch the boundary
+  }
+  const std::uint32_t nextToU = ++this->LastMark, facing = ++this->LastMark;
+  for (std::size_t i = 0; i < this->Star.ofU; ++i)
+  {
+    this->Mark[this->Star.sides[i].first] = this->Mark[this->Star.sides[i].second] = nextToU;
+  }
+  for (const EdgeStar::Facing& corner : this->Star.facing)
+  {
+    this->Mark[corner.vertex] = facing;
+  }
+  for (std::size_t i = this->Star.ofU; i < this->Star.sides.size(); ++i)
+  {
+    const StarSide& side = this->Star.sides[i];
+    if (this->Mark[side.first] == nextToU || this->Mark[side.second] == nextToU)
+    {
+      return false;
+    }
+  }
+  return !this->ShareAnEdgeOpposite(facing);
+}
+
+// Whether some edge makes a triangle with u and one with v, neither of which holds both. Both its
+// ends are vertices that face the edge, marked so: few edges, mostly none.
+bool EdgeCollapse::ShareAnEdgeOpposite(std::uint32_t facing) const
+{
+  const auto& sides = this->Star.sides;
+  for (std::size_t i = 0; i < this->Star.ofU; ++i)
+  {
+    const auto [a, b, corner] = sides[i];
+    if (this->Mark[a] != facing || this->Mark[b] != facing)
+    {
+      continue;
+    }
+    for (std::size_t k = this->Star.ofU; k < sides.size(); ++k)
+    {
+      if ((sides[k].first == a && sides[k].second == b) ||
+          (sides[k].first == b && sides[k].second == a))
+      {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void EdgeCollapse::Reject(const EdgeCandidate& edge)
+{
+  const auto add = [&](VertexId v, VertexId other)
+  {
+    for (std::uint32_t i = this->FirstRejection[v]; i != none; i = this->Rejections[i].next)
+    {
+      ++this->Looked;
+      if (this->Rejections[i].other == other)
+      {
+        this->Rejections[i].stamp = edge.stamp;
+        return;
+      }
+    }
+    this->Rejections.push_back({ other, edge.stamp, this->FirstRejection[v] });
+    this->FirstRejection[v] = static_cast<std::uint32_t>(this->Rejections.size() - 1);
+  };
+  add(edge.u, edge.v);
+  add(edge.v, edge.u);
+}
+
+void EdgeCollapse::Collapse(VertexId u, VertexId v, const Vec3& position, double cost)
+{
+  this->Largest = std::max(this->Largest, cost);
+  this->Record.push_back({ this->Largest, v, u, position });
+  this->MergeAttributes(u, v);
+  this->Positions[u] = position;
+  this->Quadrics[u].Add(this->Quadrics[v]);
+  this->Boundary[u] |= this->Boundary[v];
+  this->Retries[u] = std::max(this->Retries[u], this->Retries[v]);
+  ++this->Stamp[u];
+  ++this->Stamp[v];
+  this->FirstRejection[u] = this->FirstRejection[v] = none;
+  --this->Vertices;
+  this->Stars.Merge(
+    u, v, this->Star, [&](VertexId loose) { this->Vertices -= !this->Fixed[loose]; });
+  this->PushAround(u);
+}
+
+void EdgeCollapse::MergeAttributes(VertexId u, VertexId v)
+{
+  const double wu = this->Quadrics[u].Trace(), wv = this->Quadrics[v].Trace();
+  for (std::size_t k = 0; wu + wv > 0 && k < this->Components; ++k)
+  {
+    float& a = this->Attributes[u * this->Components + k];
+    a = static_cast<float>(
+      (wu * double(a) + wv * double(this->Attributes[v * this->Components + k])) / (wu + wv));
+  }
+}
+
+// Candidates for the edges of a vertex that has just been merged, and for what its neighbours had
+// left.
+void EdgeCollapse::PushAround(VertexId u)
+{
+  const std::uint32_t mark = ++this->LastMark;
+  const auto visit = [&](VertexId w)
+  {
+    if (this->Mark[w] == mark)
+    {
+      return;
+    }
+    this->Mark[w] = mark;
+    this->Push(u, w);
+    if (this->FirstRejection[w] == none || this->Retries[w] >= mostRetries)
+    {
+      return;
+    }
+    std::uint32_t next = this->FirstRejection[w];
+    this->FirstRejection[w] = none;
+    std::size_t retried = this->Retries[w];
+    for (; next != none; next = this->Rejections[next].next)
+    {
+      ++retried;
+      const Rejection rejected = this->Rejections[next];
+      if (rejected.other != u && this->Stamp[w] + this->Stamp[rejected.other] == rejected.stamp)
+      {
+        this->Push(w, rejected.other);
+      }
+    }
+    this->Retries[w] = static_cast<std::uint16_t>(std::min(mostRetries, retried));
+  };
+  for (const StarSide& side : this->Star.sides)
+  {
+    visit(side.first);
+    visit(side.second);
+  }
+  this->PushWaiting();
+}
+
+}

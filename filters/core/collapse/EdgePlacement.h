@@ -1,0 +1,89 @@
+// Where the vertex goes that an edge collapses to, and what that costs. For EdgeCollapse alone.
+//
+// Source: Garland and Heckbert 1997; the choice between the edge and the place beside it is ours.
+#pragma once
+
+#include "filters/core/TriangleDistance.h"
+#include "filters/core/Types.h"
+#include "filters/core/collapse/Quadric.h"
+
+#include <array>
+
+namespace kdstream
+{
+
+// An edge, or as many as Real has lanes. Relative to the origin of the quadrics.
+template <class Real>
+struct EdgeToPlace
+{
+  std::array<Real, 3> a, b;    // its ends
+  QuadraticForm<Real> quadric; // the sum of theirs
+  Real beside;                 // of the error on the edge: below that, a place beside it is taken
+};
+
+template <class Real>
+struct PlacedVertex
+{
+  std::array<Real, 3> position;
+  Real cost;
+};
+
+template <class Real>
+Real Squared(const std::array<Real, 3>& d)
+{
+  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+}
+
+template <class Real, class Mask>
+std::array<Real, 3> Select(Mask mask, const std::array<Real, 3>& yes, const std::array<Real, 3>& no)
+{
+  return { Select(mask, yes[0], no[0]), Select(mask, yes[1], no[1]), Select(mask, yes[2], no[2]) };
+}
+
+// The best place on the edge itself.
+template <class Real>
+PlacedVertex<Real> PlaceOnEdge(const EdgeToPlace<Real>& edge, const std::array<Real, 3>& middle)
+{
+  const std::array<Real, 3>&a = edge.a, &b = edge.b;
+  // A parabola through the errors at the ends and in the middle.
+  const Real atA = edge.quadric.At(a), atB = edge.quadric.At(b), atMiddle = edge.quadric.At(middle);
+  const Real curvature = atA + atB - 2 * atMiddle;
+  const Real t = Select(curvature > Real(0), 0.5 + (atA - atB) / (4 * curvature), Real(0.5));
+  const std::array<Real, 3> best = Select(And(t > Real(0), t < Real(1)),
+    std::array<Real, 3>{
+      a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2]) },
+    middle);
+  const Real least = edge.quadric.At(best);
+  const auto between = And(least < atA, least < atB);
+  const auto first = atA <= atB;
+  return { Select(between, best, Select(first, a, b)),
+    Select(between, least, Select(first, atA, atB)) };
+}
+
+// The best place on the edge, or the one beside it where the quadric is least, inside `bounds` and
+// at most two lengths of the edge from its middle. No branches, so that lanes do not wait for each
+// other.
+template <class Real>
+PlacedVertex<Real> PlaceVertex(const EdgeToPlace<Real>& edge, const Box& bounds)
+{
+  constexpr double regularisation = 1e-3; // of the quadric's trace; measured in the prototype
+  constexpr double reach = 2; // how many lengths of the edge the vertex may go from its middle
+  const std::array<Real, 3>&a = edge.a, &b = edge.b;
+  const std::array<Real, 3> middle{ (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2 };
+  const PlacedVertex<Real> on = PlaceOnEdge(edge, middle);
+  std::array<Real, 3> least = edge.quadric.Minimum(middle, regularisation);
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const Real lo = bounds.lo[k], hi = bounds.hi[k];
+    least[k] = Select(least[k] < lo, lo, Select(hi < least[k], hi, least[k]));
+  }
+  const Real error = edge.quadric.At(least);
+  const std::array<Real, 3> length{ b[0] - a[0], b[1] - a[1], b[2] - a[2] };
+  const std::array<Real, 3> moved{ least[0] - middle[0], least[1] - middle[1],
+    least[2] - middle[2] };
+  const auto beside =
+    And(Squared(moved) <= reach * reach * Squared(length), error < edge.beside * on.cost);
+  return { Select(beside, least, on.position), Select(beside, error, on.cost) };
+}
+
+}

@@ -1,0 +1,49 @@
+// The triangles around the vertex that an edge would collapse to. For EdgeCollapse alone.
+#pragma once
+
+#include "filters/core/Lanes.h"
+#include "filters/core/Types.h"
+#include "filters/core/collapse/VertexStars.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+class MergedStar
+{
+public:
+  // star: of the edge from u to v, whose merged vertex lies at `position`.
+  void Set(std::span<const Vec3> positions, const EdgeStar& star, VertexId u, VertexId v,
+    const Vec3& position);
+  // Whether no triangle's normal turns by more than about 80°.
+  bool KeepsNormals() const { return !this->Turns; }
+  // The squared distance by which the surface goes back: how far the ends of the edge, and the
+  // vertices that face it, are from the new triangles; what planes do not see when the tip of a
+  // limb goes back along it. Where no triangle is left it is the longest side of those that go.
+  // `scale` × the result need not be exact where it is no more than `enough`. The arguments are
+  // those of Set.
+  double SquaredRetreat(std::span<const Vec3> positions, const EdgeStar& star, VertexId u,
+    VertexId v, double scale, double enough) const;
+
+private:
+  // Two triangles; the last one twice where their number is odd.
+  struct Pair
+  {
+    std::array<Lanes, 3> a, b; // sides from the merged vertex
+    Lanes aa, ab, bb, determinant;
+  };
+
+  Lanes SquaredToInsides(const Vec3& p) const;
+  double SquaredToTriangles(
+    const Vec3& p, std::span<const Vec3> positions, const EdgeStar& star, double least) const;
+  bool IsOnSide(const EdgeStar& star, VertexId w) const;
+
+  std::vector<Pair> Pairs;
+  Vec3 Position{};
+  bool Turns = false;
+};
+
+}

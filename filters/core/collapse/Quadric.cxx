@@ -1,0 +1,49 @@
+#include "filters/core/collapse/Quadric.h"
+
+#include <cmath>
+
+namespace kdstream
+{
+
+void Quadric::AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r)
+{
+  this->Add(OfTriangle(p, q, r));
+}
+
+void Quadric::AddPlane(const Vec3& n, const Vec3& p, double weight)
+{
+  const double d = -(n[0] * p[0] + n[1] * p[1] + n[2] * p[2]);
+  this->a[0] += weight * n[0] * n[0];
+  this->a[1] += weight * n[0] * n[1];
+  this->a[2] += weight * n[0] * n[2];
+  this->a[3] += weight * n[1] * n[1];
+  this->a[4] += weight * n[1] * n[2];
+  this->a[5] += weight * n[2] * n[2];
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    this->b[k] += weight * d * n[k];
+  }
+  this->c += weight * d * d;
+}
+
+void Quadric::AddBoundary(const Vec3& p, const Vec3& q, const Vec3& r)
+{
+  const Vec3 e{ q[0] - p[0], q[1] - p[1], q[2] - p[2] };
+  const Vec3 f{ r[0] - p[0], r[1] - p[1], r[2] - p[2] };
+  // The part of f that is perpendicular to e.
+  const double ee = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+  const double along = (e[0] * f[0] + e[1] * f[1] + e[2] * f[2]) / ee;
+  Vec3 n{ f[0] - along * e[0], f[1] - along * e[1], f[2] - along * e[2] };
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  if (!(length > 0) || !std::isfinite(length) || !std::isfinite(ee))
+  {
+    return;
+  }
+  for (double& value : n)
+  {
+    value /= length;
+  }
+  this->AddPlane(n, p, ee);
+}
+
+}

@@ -1,0 +1,94 @@
+// Levels by clustering (paper 4.3, DESIGN section 4 "cluster"): step "levels" of the README's
+// picture.
+//
+// The vertices of a cell of the k-d tree become one representative, or one for each sheet of the
+// surface in the cell. The clusters of all depths form one tree: a child's cluster lies in one
+// cluster of its parent. The triangles of a level are exactly the image of the original triangles
+// under the map vertex -> cluster.
+#pragma once
+
+#include "filters/core/Attribute.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/SortTriangles.h"
+#include "filters/core/TriangleBuckets.h"
+#include "filters/core/Types.h"
+#include "filters/core/tree/KdTree.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+enum class Representative
+{
+  Quadric, // minimises the area-weighted plane quadrics of the cluster's triangles
+  Mean     // the mean of the cluster's vertices: the paper's
+};
+
+struct ClusterOptions
+{
+  Representative representative = Representative::Quadric;
+  // A representative for each sheet (at most 4 a cell), or one a cell: the paper's.
+  bool sheets = true;
+  // Levels are made from L down to this depth.
+  unsigned coarsestDepth = 0;
+  // Whether vertices may lie in the same place. False: it is known that no two do (of a welded
+  // mesh, say), and none are looked for.
+  bool mayCoincide = true;
+  // Whether finest clusters of one partition that hold vertices in the same place are joined, also
+  // across cells. Set by the maker that does so (collapse).
+  bool joinCoincident = false;
+  // More clusters at the finest level than this are refused (LimitExceeded): they decide the
+  // memory; 0 = no limit.
+  std::uint64_t mostClusters = 0;
+  // Of each vertex its id where the mesh has other numbers (GatherMesh), ascending inside each
+  // partition; empty: its number.
+  std::span<const VertexId> ids{};
+};
+
+// One level. Clusters are ordered by (cell, lowest original vertex).
+struct ClusterLevel
+{
+  std::vector<Vec3> positions; // representatives, inside the box of the cluster's original vertices
+  std::vector<double> deviations;      // sqrt(Q(x) / trace A), never below a child's; model units
+  std::vector<VertexId> lowest;        // lowest original vertex of each cluster
+  std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
+  std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
+  std::vector<Attribute> attributes{}; // means of normals and colours, a tuple a cluster
+};
+
+struct ClusterLevels
+{
+  std::vector<VertexId> finest;     // for each original vertex its cluster at level L
+  std::vector<ClusterLevel> levels; // [depth]; empty below coarsestDepth
+};
+
+// Builds the levels L … coarsestDepth.
+// Input: n points, triangles with indices < n (degenerate and duplicate ones allowed), their tree,
+// and the triangles sorted into its partitions (BucketTriangles with CellOfVertex(tree, P)). Sums
+// are in double, relative to the centre of the model's box, over original ids ascending at level L
+// and over children by lowest id above: the same bits for any number of threads. Where a cluster's
+// quadric is empty the representative is the mean, the deviation the RMS distance of its vertices.
+// Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest cluster.
+// Errors: LimitExceeded; Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
+Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
+  std::span<const Triangle> triangles, const KdTree& tree,
+  const TriangleBuckets& partitionTriangles, const ClusterOptions& options,
+  const Execution& execution = {});
+
+// The image of triangles under a map of their vertices: degenerate ones dropped, the lowest vertex
+// first, sorted, one kept of each orientation. O(t log t).
+std::vector<Triangle> ImageOfTriangles(std::span<const Triangle> triangles,
+  std::span<const VertexId> map, const Execution& execution = {});
+
+// The same where the map keeps partitions apart: those of partition p go to mapBegin[p] …
+// mapBegin[p + 1] - 1. buckets: the triangles sorted into the partitions (BucketTriangles). Each
+// partition's part of the image needs nothing but its own triangles.
+std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
+  const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
+  const Execution& execution = {});
+
+}

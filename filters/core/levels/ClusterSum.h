@@ -1,0 +1,42 @@
+// What is added up over a cluster of original vertices. For the makers of levels alone.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/core/collapse/Quadric.h"
+#include "filters/core/levels/ClusterLevels.h"
+
+#include <cstdint>
+
+namespace kdstream
+{
+
+// Two clusters that are linked, the lower first.
+using Link = std::pair<VertexId, VertexId>;
+
+// A cluster beside its place in the level. A finest one adds up vertices, a coarser one clusters.
+// Sums are relative to an origin: the centre of the model's box.
+struct ClusterSum
+{
+  std::uint64_t count = 0; // original vertices
+  Vec3 sum{};              // of their positions
+  double squares = 0;      // of their positions' squared lengths
+  Vec3 boundarySum{};      // of the positions of those on the boundary of the surface
+  std::uint64_t boundaryCount = 0;
+  Box box;         // of the vertices, absolute
+  Quadric quadric; // of their triangles and boundary edges
+  double deviation = 0;
+  VertexId lowest = noVertex;
+  bool surface = false; // whether a triangle touches one of its vertices
+
+  void AddVertex(VertexId v, const Vec3& absolute, const Vec3& relative);
+  void Add(const ClusterSum& child);
+
+  // The representative, absolute; inside the box, so that what lies in a plane or in one place
+  // stays there exactly. Without -0.0, whose sign would depend on which vertex the box met first.
+  Vec3 Represent(Representative representative, const Vec3& origin) const;
+  // sqrt(Q(x) / trace A); where the quadric is empty the RMS distance of the vertices. x is
+  // relative.
+  double DeviationAt(const Vec3& x) const;
+};
+
+}

@@ -1,0 +1,88 @@
+// A level while coarser ones are made from it: whole, or a block of it. For the makers of levels
+// alone.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/core/collapse/EdgeCollapse.h"
+#include "filters/core/levels/ClusterSum.h"
+#include "filters/core/levels/CollapseAttributes.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// The clusters of a block of a level, those at home in one cell of the tree. Before and behind them
+// in the level, ascending, the clusters of other blocks that share a triangle with them (ghosts);
+// the triangles are all that touch an own cluster, sorted. What is known beside the level is known
+// of the own clusters alone: ghosts stay where they are, and in a soup there are more of them. The
+// whole level is a block without ghosts.
+struct CollapseState
+{
+  ClusterLevel level;
+  VertexId ownBegin = 0, ownEnd = 0; // the own clusters
+  // Of each own cluster, from the first of them on:
+  std::vector<ClusterSum> clusters;
+  std::vector<std::uint32_t> cellOf; // finest cell of its lowest original vertex
+  CollapseAttributes attributes;
+
+  VertexId Count() const { return static_cast<VertexId>(this->level.positions.size()); }
+  VertexId OwnCount() const { return this->ownEnd - this->ownBegin; }
+  bool IsOwn(VertexId cluster) const { return cluster >= this->ownBegin && cluster < this->ownEnd; }
+};
+
+// Where the positions of a state are taken from, and where vertices may go. Absolute.
+struct CollapseSpace
+{
+  Vec3 origin{}; // of the clusters' sums
+  Box box;       // the model's
+
+  Vec3 Relative(const Vec3& p) const
+  {
+    return { p[0] - this->origin[0], p[1] - this->origin[1], p[2] - this->origin[2] };
+  }
+  // Inside the box, without -0.0.
+  Vec3 Absolute(const Vec3& relative) const
+  {
+    Vec3 p;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      p[k] = std::clamp(relative[k] + this->origin[k], this->box.lo[k], this->box.hi[k]) + 0.0;
+    }
+    return p;
+  }
+  Box RelativeBox() const
+  {
+    Box relative;
+    relative.Add(this->Relative(this->box.lo));
+    relative.Add(this->Relative(this->box.hi));
+    return relative;
+  }
+};
+
+// Appends an own cluster of a state to what is collapsed.
+inline void AppendCluster(
+  const CollapseState& state, const CollapseSpace& space, VertexId cluster, CollapsePart& part)
+{
+  const std::size_t own = cluster - state.ownBegin;
+  part.positions.push_back(space.Relative(state.level.positions[cluster]));
+  part.quadrics.push_back(state.clusters[own].quadric);
+  const auto values = state.attributes.values.begin() +
+                      static_cast<std::ptrdiff_t>(own * state.attributes.components);
+  part.attributes.insert(part.attributes.end(), values,
+    values + static_cast<std::ptrdiff_t>(state.attributes.components));
+}
+
+// Area that a cluster's triangles have, added up over clusters in their order.
+inline double AddAreas(double sum, std::span<const ClusterSum> clusters)
+{
+  for (const ClusterSum& cluster : clusters)
+  {
+    sum += cluster.quadric.Trace();
+  }
+  return sum;
+}
+
+}

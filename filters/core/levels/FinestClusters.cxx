@@ -1,0 +1,461 @@
+// The finest clusters: see FinestClusters.h.
+//   1. Inside each cell join vertices along edges and where they coincide: the sheets.
+//   2. Number the clusters by cell and lowest vertex.
+//   3. Find the boundary of the surface.
+//   4. Per cluster: sums, box and quadric; the representative and its deviation.
+#include "filters/core/levels/FinestClusters.h"
+
+#include "filters/core/DisjointSets.h"
+#include "filters/core/Lanes.h"
+#include "filters/core/Weld.h"
+#include "filters/core/levels/CellSheets.h"
+#include "filters/core/levels/CoincidentClusters.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t grain = 1 << 14;
+
+std::uint32_t Scatter(VertexId v)
+{
+  std::uint32_t x = v + 1;
+  x = (x ^ (x >> 16)) * 0x7feb352dU;
+  x = (x ^ (x >> 15)) * 0x846ca68bU;
+  return x ^ (x >> 16);
+}
+
+// The form in one lane.
+Quadric QuadricOf(const QuadraticForm<Lanes>& forms, std::size_t lane)
+{
+  Quadric quadric;
+  for (std::size_t k = 0; k < 6; ++k)
+  {
+    quadric.a[k] = forms.a[k][lane];
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    quadric.b[k] = forms.b[k][lane];
+  }
+  quadric.c = forms.c[lane];
+  return quadric;
+}
+
+class FinestBuilder
+{
+public:
+  FinestBuilder(const FinestInput& input, const ClusterOptions& options, const Execution& execution)
+    : Points(input.points)
+    , Triangles(input.triangles)
+    , Tree(input.tree)
+    , Buckets(input.partitionTriangles)
+    , Ids(input.ids)
+    , Options(options)
+    , Exec(execution)
+    , Below(input.tree.depths.finest - input.tree.depths.partition)
+  {
+    this->Output.origin = input.origin;
+  }
+
+  Result<FinestClusters> Build()
+  {
+    std::vector<VertexId> root(this->Points.size());
+    std::vector<std::uint8_t> surface(this->Points.size(), 0);
+    this->FindSheets(root, surface);
+    if (Status status = this->Exec.Report("levels", 0.1); !status)
+    {
+      return status.GetError();
+    }
+    const std::vector<VertexId> clusterBegin = this->NumberClusters(root, surface);
+    if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "the finest level has " + std::to_string(clusterBegin.back()) + " clusters; at most " +
+          std::to_string(this->Options.mostClusters) + " are allowed" };
+    }
+    root.clear();
+    root.shrink_to_fit();
+    this->SumClusters(clusterBegin, surface);
+    if (Status status = this->Exec.Report("levels", 0.3); !status)
+    {
+      return status.GetError();
+    }
+    if (this->Options.joinCoincident)
+    {
+      JoinCoincidentClusters(this->Output, this->Below);
+    }
+    RepresentClusters(this->Output.clusters, this->Options.representative, this->Output.origin,
+      this->Output.level, this->Exec);
+    return std::move(this->Output);
+  }
+
+private:
+  // The vertex in the mesh.
+  VertexId IdOf(VertexId v) const { return this->Ids.empty() ? v : this->Ids[v]; }
+
+  Vec3 Relative(VertexId v) const
+  {
+    const Vec3& p = this->Points[v];
+    const Vec3& origin = this->Output.origin;
+    return { p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] };
+  }
+
+  template <class Visit>
+  void ForEachPartition(const Visit& visit) const
+  {
+    this->Exec.parallelFor(this->Buckets.begin.size() - 1, 1,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t partition = begin; partition < end; ++partition)
+        {
+          visit(partition);
+        }
+      });
+  }
+
+  // Joins the vertices of each finest cell along the triangles' edges, and where they coincide.
+  void FindSheets(std::vector<VertexId>& root, std::vector<std::uint8_t>& surface)
+  {
+    std::iota(root.begin(), root.end(), VertexId{ 0 });
+    const std::vector<std::uint32_t> cell =
+      CellOfVertex(this->Tree, this->Tree.depths.finest, this->Points.size(), this->Exec);
+    // Ghosts are in no cell. A cell lies in one partition, so partitions do not meet in the forest.
+    this->ForEachPartition(
+      [&](std::size_t partition)
+      {
+        for (const std::uint32_t t : this->Buckets.Of(partition))
+        {
+          const Triangle& triangle = this->Triangles[t];
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            const VertexId a = triangle[k], b = triangle[(k + 1) % 3];
+            if (cell[a] >> this->Below == partition)
+            {
+              surface[a] = 1;
+              if (cell[a] == cell[b] && root[a] != root[b])
+              {
+                Join(root, a, b);
+              }
+            }
+          }
+        }
+      });
+    if (this->Options.mayCoincide)
+    {
+      this->JoinCoincident(root, cell);
+    }
+  }
+
+  // Coincident vertices form a chain in the order of the cells, so that those of any cell, of any
+  // depth, are a connected part of it.
+  void JoinCoincident(std::vector<VertexId>& root, const std::vector<std::uint32_t>& cell)
+  {
+    const std::vector<VertexId> first =
+      FirstCoincident(this->Points, Coincidence::ValueEqual, this->Exec);
+    std::vector<VertexId> last(first.size(), noVertex);
+    for (const VertexId v : this->Tree.order)
+    {
+      VertexId& previous = last[first[v]];
+      if (previous != noVertex && cell[previous] == cell[v])
+      {
+        Join(root, previous, v);
+      }
+      else if (previous != noVertex)
+      {
+        this->Output.coincident.emplace_back(previous, v);
+      }
+      previous = v;
+    }
+  }
+
+  // Gives every vertex its cluster; returns where each cell's clusters begin.
+  std::vector<VertexId> NumberClusters(
+    std::vector<VertexId>& root, const std::vector<std::uint8_t>& surface)
+  {
+    const std::size_t cells = this->Tree.cellBegin.size() - 1;
+    std::vector<VertexId> clusterBegin(cells + 1, 0);
+    std::vector<VertexId>& clusterOf = this->Output.clusterOf;
+    clusterOf.assign(this->Points.size(), noVertex);
+    this->Exec.parallelFor(cells, grain / 8,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t c = begin; c < end; ++c)
+        {
+          const std::span<const VertexId> members = this->Tree.Cell(this->Tree.depths.finest, c);
+          const VertexId first = members.empty() ? noVertex : FindRoot(root, members.front());
+          if (!members.empty() && std::all_of(members.begin(), members.end(),
+                                    [&](VertexId v) { return FindRoot(root, v) == first; }))
+          {
+            // One component, as in most cells.
+            std::for_each(members.begin(), members.end(), [&](VertexId v) { clusterOf[v] = 0; });
+            clusterBegin[c + 1] = 1;
+            continue;
+          }
+          clusterBegin[c + 1] = static_cast<VertexId>(GroupCell(
+            members, this->Options.sheets, [&](VertexId v) { return FindRoot(root, v); },
+            [&](VertexId v) {
+              return Sheet{ 1, this->Relative(v), surface[v] != 0, 0 };
+            },
+            [&](VertexId v, std::size_t local) { clusterOf[v] = static_cast<VertexId>(local); }));
+        }
+      });
+    std::partial_sum(clusterBegin.begin(), clusterBegin.end(), clusterBegin.begin());
+    this->Output.cellOf.resize(clusterBegin.back());
+    for (std::size_t c = 0; c < cells; ++c)
+    {
+      for (const VertexId v : this->Tree.Cell(this->Tree.depths.finest, c))
+      {
+        clusterOf[v] += clusterBegin[c];
+      }
+      std::fill(this->Output.cellOf.data() + clusterBegin[c],
+        this->Output.cellOf.data() + clusterBegin[c + 1], static_cast<std::uint32_t>(c));
+    }
+    return clusterBegin;
+  }
+
+  // Adds up vertices (ascending id) and triangles (ascending number) of each cluster.
+  void SumClusters(
+    const std::vector<VertexId>& clusterBegin, const std::vector<std::uint8_t>& surface)
+  {
+    this->Output.clusters.assign(clusterBegin.back(), {});
+    const bool boundary = this->Options.representative == Representative::Quadric;
+    this->Output.partitionBegin.assign(this->Buckets.begin.size(), 0);
+    // Of each vertex while its own partition is worked on: see FindUnbalanced.
+    std::vector<std::uint32_t> unbalanced(boundary ? this->Points.size() : 0, 0);
+    this->ForEachPartition(
+      [&](std::size_t partition)
+      {
+        const std::size_t firstCell = partition << this->Below;
+        const std::size_t endCell = (partition + 1) << this->Below;
+        for (std::size_t c = firstCell; c < endCell; ++c)
+        {
+          this->SumVertices(c, surface);
+        }
+        const VertexId first = clusterBegin[firstCell], end = clusterBegin[endCell];
+        this->Output.partitionBegin[partition + 1] = end;
+        this->SumTriangles(partition, first, end);
+        if (boundary)
+        {
+          if (this->FindUnbalanced(partition, first, end, unbalanced))
+          {
+            this->SumBoundary(partition, first, end, unbalanced);
+          }
+        }
+      });
+  }
+
+  void SumVertices(std::size_t cell, const std::vector<std::uint8_t>& surface)
+  {
+    for (const VertexId v : this->Tree.Cell(this->Tree.depths.finest, cell))
+    {
+      ClusterSum& cluster = this->Output.clusters[this->Output.clusterOf[v]];
+      cluster.AddVertex(this->IdOf(v), this->Points[v], this->Relative(v));
+      cluster.surface |= surface[v] != 0;
+    }
+  }
+
+  // Adds the triangles' planes to the partition's clusters, which are [firstCluster, endCluster).
+  void SumTriangles(std::size_t partition, VertexId firstCluster, VertexId endCluster)
+  {
+    const std::span<const std::uint32_t> numbers = this->Buckets.Of(partition);
+    for (std::size_t i = 0; i < numbers.size(); i += 2) // two at a time
+    {
+      const Triangle& first = this->Triangles[numbers[i]];
+      const Triangle& second = this->Triangles[numbers[std::min(i + 1, numbers.size() - 1)]];
+      std::array<std::array<Lanes, 3>, 3> corners;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const Vec3 p = this->Relative(first[k]), q = this->Relative(second[k]);
+        corners[k] = { Lanes(p[0], q[0]), Lanes(p[1], q[1]), Lanes(p[2], q[2]) };
+      }
+      const QuadraticForm<Lanes> planes =
+        QuadraticForm<Lanes>::OfTriangle(corners[0], corners[1], corners[2]);
+      this->AddPlane(first, planes, 0, firstCluster, endCluster);
+      if (i + 1 < numbers.size())
+      {
+        this->AddPlane(second, planes, 1, firstCluster, endCluster);
+      }
+    }
+  }
+
+  // Adds a triangle's plane once to each of its clusters that are the partition's.
+  void AddPlane(const Triangle& triangle, const QuadraticForm<Lanes>& planes, std::size_t lane,
+    VertexId firstCluster, VertexId endCluster)
+  {
+    const Quadric quadric = QuadricOf(planes, lane);
+    VertexId done[3] = { noVertex, noVertex, noVertex };
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId cluster = this->Output.clusterOf[triangle[k]];
+      if (cluster >= firstCluster && cluster < endCluster && cluster != done[0] &&
+          cluster != done[1])
+      {
+        this->Output.clusters[cluster].quadric.Add(quadric);
+      }
+      done[k] = cluster;
+    }
+  }
+
+  // Whether a vertex is the partition's own, whose clusters are [firstCluster, endCluster).
+  bool IsOwn(VertexId v, VertexId firstCluster, VertexId endCluster) const
+  {
+    const VertexId cluster = this->Output.clusterOf[v];
+    return cluster >= firstCluster && cluster < endCluster;
+  }
+
+  // Something other than 0 for those of the partition's own vertices that are an end of an edge
+  // which is not used as often in one direction as in the other, the boundary's among them. (0 for
+  // one end of 2^32 of these: it is then not kept in place.) Returns whether there are any. Needs
+  // nothing but the partition's triangles.
+  bool FindUnbalanced(std::size_t partition, VertexId firstCluster, VertexId endCluster,
+    std::vector<std::uint32_t>& sums) const
+  {
+    for (const std::uint32_t t : this->Buckets.Of(partition))
+    {
+      const Triangle& triangle = this->Triangles[t];
+      std::uint32_t scattered[3];
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        scattered[k] = Scatter(this->IdOf(triangle[k]));
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        if (this->IsOwn(triangle[k], firstCluster, endCluster))
+        {
+          sums[triangle[k]] += scattered[(k + 1) % 3] - scattered[(k + 2) % 3];
+        }
+      }
+    }
+    const auto own = this->Tree.Cell(this->Tree.depths.partition, partition);
+    return std::any_of(own.begin(), own.end(), [&](VertexId v) { return sums[v] != 0; });
+  }
+
+  // Adds the boundary edges' planes to the partition's clusters, and their ends to the sums. All
+  // triangles of an edge with an own end are the partition's; edges without one do not matter.
+  void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
+    const std::vector<std::uint32_t>& unbalanced)
+  {
+    struct Edge
+    {
+      VertexId low, high, opposite;
+    };
+    std::vector<Edge> edges;
+    const auto own = [&](VertexId v) { return this->IsOwn(v, firstCluster, endCluster); };
+    const auto balanced = [&](VertexId v) { return own(v) && unbalanced[v] == 0; };
+    for (const std::uint32_t t : this->Buckets.Of(partition))
+    {
+      const Triangle& triangle = this->Triangles[t];
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const auto [low, high] = std::minmax(triangle[k], triangle[(k + 1) % 3],
+          [&](VertexId a, VertexId b) { return this->IdOf(a) < this->IdOf(b); });
+        const VertexId opposite = triangle[(k + 2) % 3];
+        if ((own(low) || own(high)) && !balanced(low) && !balanced(high) && low != high &&
+            opposite != low && opposite != high)
+        {
+          edges.push_back({ low, high, opposite });
+        }
+      }
+    }
+    std::sort(edges.begin(), edges.end(),
+      [&](const Edge& a, const Edge& b)
+      {
+        return a.low != b.low ? this->IdOf(a.low) < this->IdOf(b.low)
+                              : this->IdOf(a.high) < this->IdOf(b.high);
+      });
+    const auto same = [&](std::size_t i, std::size_t j)
+    { return edges[i].low == edges[j].low && edges[i].high == edges[j].high; };
+    std::vector<VertexId> ends;
+    for (std::size_t i = 0; i < edges.size(); ++i)
+    {
+      if ((i > 0 && same(i, i - 1)) || (i + 1 < edges.size() && same(i, i + 1)))
+      {
+        continue;
+      }
+      this->AddBoundaryEdge(
+        { edges[i].low, edges[i].high, edges[i].opposite }, firstCluster, endCluster, ends);
+    }
+    std::sort(ends.begin(), ends.end());
+    ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+    for (const VertexId v : ends)
+    {
+      ClusterSum& cluster = this->Output.clusters[this->Output.clusterOf[v]];
+      const Vec3 p = this->Relative(v);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        cluster.boundarySum[k] += p[k];
+      }
+      ++cluster.boundaryCount;
+    }
+  }
+
+  // edge: two ends and the vertex opposite.
+  void AddBoundaryEdge(
+    const Triangle& edge, VertexId firstCluster, VertexId endCluster, std::vector<VertexId>& ends)
+  {
+    Quadric quadric;
+    quadric.AddBoundary(this->Relative(edge[0]), this->Relative(edge[1]), this->Relative(edge[2]));
+    VertexId done = noVertex;
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      const VertexId cluster = this->Output.clusterOf[edge[k]];
+      if (cluster >= firstCluster && cluster < endCluster)
+      {
+        ends.push_back(edge[k]);
+        if (cluster != done)
+        {
+          this->Output.clusters[cluster].quadric.Add(quadric);
+          done = cluster;
+        }
+      }
+    }
+  }
+
+  std::span<const Vec3> Points;
+  std::span<const Triangle> Triangles;
+  const KdTree& Tree;
+  const TriangleBuckets& Buckets;
+  std::span<const VertexId> Ids;
+  const ClusterOptions& Options;
+  const Execution& Exec;
+  unsigned Below; // levels from the partitions to the finest
+  FinestClusters Output;
+};
+
+}
+
+Result<FinestClusters> BuildFinestClusters(
+  const FinestInput& input, const ClusterOptions& options, const Execution& execution)
+{
+  return FinestBuilder(input, options, execution).Build();
+}
+
+void RepresentClusters(std::vector<ClusterSum>& clusters, Representative representative,
+  const Vec3& origin, ClusterLevel& level, const Execution& execution)
+{
+  level.positions.resize(clusters.size());
+  level.deviations.resize(clusters.size());
+  level.lowest.resize(clusters.size());
+  execution.parallelFor(clusters.size(), grain,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        ClusterSum& cluster = clusters[i];
+        const Vec3 x = cluster.Represent(representative, origin);
+        level.positions[i] = x;
+        const Vec3 relative{ x[0] - origin[0], x[1] - origin[1], x[2] - origin[2] };
+        cluster.deviation = std::max(cluster.deviation, cluster.DeviationAt(relative));
+        level.deviations[i] = cluster.deviation;
+        level.lowest[i] = cluster.lowest;
+      }
+    });
+}
+
+}

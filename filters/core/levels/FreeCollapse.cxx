@@ -1,0 +1,87 @@
+#include "filters/core/levels/FreeCollapse.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace kdstream
+{
+
+CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& space)
+{
+  CollapsePart part;
+  part.components = state.attributes.components;
+  part.bounds = space.RelativeBox();
+  part.keepTopology = false; // handles would take what few vertices there are
+  part.positions.reserve(state.clusters.size());
+  part.quadrics.reserve(state.clusters.size());
+  for (VertexId c = 0; c < state.clusters.size(); ++c)
+  {
+    AppendCluster(state, space, c, part);
+  }
+  part.triangles = state.level.triangles;
+  part.areaPerVertex = AddAreas(0, state.clusters) / double(state.clusters.size());
+  return part;
+}
+
+namespace
+{
+
+Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, SumsAside& aside)
+{
+  CollapsePart part = PartOfWholeLevel(below, space);
+  if (Status status = aside.Put(below.clusters); !status)
+  {
+    return status.GetError();
+  }
+  FreeCollapse collapse(std::move(part));
+  bool more = collapse.Run(surface, EdgeCollapse::any);
+  for (;;)
+  {
+    Merging merging(below, depths, depth);
+    collapse.Apply(merging);
+    merging.GroupLoose();
+    // Nodes that would hold too much go on alone.
+    const std::vector<std::size_t> excess = merging.ExcessOfNodes();
+    const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
+    if (total == 0 || !more || collapse.VertexCount() == 0)
+    {
+      return merging;
+    }
+    collapse.Restrict([&](VertexId v) { return excess[merging.NodeOf(merging.StandsFor(v))] > 0; });
+    more = collapse.Run(
+      collapse.VertexCount() - std::min(collapse.VertexCount(), total), EdgeCollapse::any);
+  }
+}
+
+}
+
+FreeCollapse::FreeCollapse(CollapsePart part)
+  : Clusters(part.positions.size())
+  , Engine(std::move(part))
+{
+}
+
+Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside)
+{
+  Result<Merging> merging = MergeEdges(below, space, depths, depth, surface, aside);
+  if (!merging)
+  {
+    return merging;
+  }
+  if (Status status = aside.Return(below.clusters); !status)
+  {
+    return status.GetError();
+  }
+  const std::vector<std::uint8_t> full = FullNodes(merging->ExcessOfNodes());
+  if (!full.empty())
+  {
+    merging->GroupNodes(full, sheets);
+    merging->GroupLoose(); // what has lost its last triangles by that
+  }
+  return merging;
+}
+
+}

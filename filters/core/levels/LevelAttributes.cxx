@@ -1,0 +1,317 @@
+// Normals and colours of the levels: see LevelAttributes.h.
+//   1. The sums of the finest level's clusters over their original vertices, ascending.
+//   2. Level by level: the mean of each cluster, and its sum added to its parent's, children by
+//   lowest vertex.
+#include "filters/core/levels/LevelAttributes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <new>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+namespace kdstream
+{
+namespace
+{
+
+class ColorSum
+{
+public:
+  void Add(const Attribute& colors, std::size_t tuple)
+  {
+    for (std::size_t k = 0; k < colors.components; ++k)
+    {
+      this->Sum[k] += colors.values[tuple * colors.components + k];
+    }
+    ++this->Count;
+  }
+  void Add(const ColorSum& child)
+  {
+    for (std::size_t k = 0; k < this->Sum.size(); ++k)
+    {
+      this->Sum[k] += child.Sum[k];
+    }
+    this->Count += child.Count;
+  }
+  // Whether bytes may be these sums: the mean is a number.
+  bool IsPossible() const
+  {
+    return this->Count < noVertex && std::all_of(this->Sum.begin(), this->Sum.end(),
+                                       [&](std::uint64_t sum) { return sum <= 255 * this->Count; });
+  }
+  void AppendMean(Attribute& means) const
+  {
+    for (std::size_t k = 0; k < means.components; ++k)
+    {
+      means.values.push_back(static_cast<std::uint8_t>(
+        this->Count == 0 ? 0 : (2 * this->Sum[k] + this->Count) / (2 * this->Count)));
+    }
+  }
+
+private:
+  std::array<std::uint64_t, 4> Sum{};
+  std::uint64_t Count = 0;
+};
+
+// The vector of length 1 that points the same way, if there is one. Scaled first, so that neither
+// huge nor tiny vectors lose theirs.
+std::optional<Vec3> DirectionOf(const Vec3& v)
+{
+  const double largest = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });
+  if (!std::isfinite(v[0]) || !std::isfinite(v[1]) || !std::isfinite(v[2]) || largest == 0)
+  {
+    return std::nullopt;
+  }
+  const Vec3 scaled{ v[0] / largest, v[1] / largest, v[2] / largest };
+  const double length =
+    std::sqrt(scaled[0] * scaled[0] + scaled[1] * scaled[1] + scaled[2] * scaled[2]);
+  return Vec3{ scaled[0] / length, scaled[1] / length, scaled[2] / length };
+}
+
+class NormalSum
+{
+public:
+  void Add(const Attribute& normals, std::size_t tuple)
+  {
+    if (const auto direction =
+          DirectionOf({ normals.Get(tuple, 0), normals.Get(tuple, 1), normals.Get(tuple, 2) }))
+    {
+      this->Add({ *direction, *direction, 1 });
+    }
+  }
+  void Add(const NormalSum& child)
+  {
+    this->First = this->Count == 0 ? child.First : this->First;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Sum[k] += child.Sum[k];
+    }
+    this->Count += child.Count;
+  }
+  bool IsPossible() const
+  {
+    const auto isFinite = [](double x) { return std::isfinite(x); };
+    return this->Count >= 0 && this->Count < noVertex &&
+           std::all_of(this->Sum.begin(), this->Sum.end(), isFinite) &&
+           std::all_of(this->First.begin(), this->First.end(), isFinite);
+  }
+  void AppendMean(Attribute& means) const
+  {
+    constexpr double cancelled = 1e-9;
+    const Vec3& s = this->Sum;
+    const double length = std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    const std::optional<Vec3> direction = DirectionOf(s);
+    const Vec3 mean = direction && length > cancelled * this->Count ? *direction : this->First;
+    const std::size_t tuple = means.TupleCount();
+    means.values.resize(means.values.size() + means.TupleSize());
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      means.Set(tuple, k, mean[k]);
+    }
+  }
+
+  NormalSum() = default;
+
+private:
+  NormalSum(const Vec3& sum, const Vec3& first, double count)
+    : Sum(sum)
+    , First(first)
+    , Count(count)
+  {
+  }
+
+  Vec3 Sum{};
+  Vec3 First{}; // of the lowest vertex that has one
+  double Count = 0;
+};
+
+static_assert(std::is_trivially_copyable_v<ColorSum> && sizeof(ColorSum) == 40);
+static_assert(std::is_trivially_copyable_v<NormalSum> && sizeof(NormalSum) == 56);
+
+// The sum in a record. Records are multiples of its alignment, in memory fresh from the allocator.
+template <class Sum>
+Sum& SumAt(std::byte* record)
+{
+  return *std::launder(reinterpret_cast<Sum*>(record));
+}
+
+template <class Sum>
+const Sum& SumAt(const std::byte* record)
+{
+  return *std::launder(reinterpret_cast<const Sum*>(record));
+}
+
+bool HasNormals(const AttributeInfo& attribute)
+{
+  return RoleOf(attribute) == AttributeRole::Normals;
+}
+
+}
+
+AttributeSums::AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters)
+  : Clusters(clusters)
+{
+  for (const AttributeInfo& attribute : attributes)
+  {
+    if (IsInLevels(attribute))
+    {
+      this->Columns.push_back({ attribute, this->Record });
+      this->Record += HasNormals(attribute) ? sizeof(NormalSum) : sizeof(ColorSum);
+    }
+  }
+  this->Records.resize(clusters * this->Record); // all zero: empty sums
+}
+
+// Calls visit(column, sum) with an empty sum of the column's kind.
+template <class Visit>
+void AttributeSums::ForEachColumn(const Visit& visit) const
+{
+  for (const Column& column : this->Columns)
+  {
+    if (HasNormals(column.attribute))
+    {
+      visit(column, NormalSum{});
+    }
+    else
+    {
+      visit(column, ColorSum{});
+    }
+  }
+}
+
+Result<AttributeSums> AttributeSums::FromBytes(
+  std::span<const AttributeInfo> attributes, std::vector<std::byte> bytes)
+{
+  AttributeSums sums(attributes, 0);
+  if (sums.Record == 0 ? !bytes.empty() : bytes.size() % sums.Record != 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "sums of attributes: " + std::to_string(bytes.size()) +
+                                             " bytes are not records of " +
+                                             std::to_string(sums.Record) };
+  }
+  sums.Clusters = sums.Record == 0 ? 0 : bytes.size() / sums.Record;
+  sums.Records = std::move(bytes);
+  if (Status status = sums.Check(); !status)
+  {
+    return status.GetError();
+  }
+  return sums;
+}
+
+Status AttributeSums::Check() const
+{
+  std::size_t wrong = this->Clusters;
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      for (std::size_t c = 0; c < wrong; ++c)
+      {
+        if (!SumAt<decltype(sum)>(&this->Records[c * this->Record + column.offset]).IsPossible())
+        {
+          wrong = c;
+        }
+      }
+    });
+  if (wrong < this->Clusters)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "sums of attributes: no tuples add up to those of cluster " + std::to_string(wrong) };
+  }
+  return {};
+}
+
+void AttributeSums::AddVertices(
+  std::span<const Attribute> attributes, std::span<const VertexId> clusterOf)
+{
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      const Attribute& tuples = *FindAttribute(attributes, column.attribute);
+      for (std::size_t v = 0; v < clusterOf.size(); ++v)
+      {
+        if (clusterOf[v] != noVertex)
+        {
+          SumAt<decltype(sum)>(&this->Records[clusterOf[v] * this->Record + column.offset])
+            .Add(tuples, v);
+        }
+      }
+    });
+}
+
+AttributeSums AttributeSums::MakeCoarser(
+  std::span<const VertexId> parents, std::span<const VertexId> lowest, std::size_t count) const
+{
+  AttributeSums above;
+  above.Columns = this->Columns;
+  above.Clusters = count;
+  above.Record = this->Record;
+  above.Records.resize(count * this->Record);
+  if (this->Empty())
+  {
+    return above;
+  }
+  std::vector<VertexId> order(this->Clusters);
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  std::sort(
+    order.begin(), order.end(), [&](VertexId a, VertexId b) { return lowest[a] < lowest[b]; });
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      for (const VertexId cluster : order)
+      {
+        SumAt<decltype(sum)>(&above.Records[parents[cluster] * this->Record + column.offset])
+          .Add(SumAt<decltype(sum)>(&this->Records[cluster * this->Record + column.offset]));
+      }
+    });
+  return above;
+}
+
+std::vector<Attribute> AttributeSums::Means() const
+{
+  std::vector<Attribute> means;
+  this->ForEachColumn(
+    [&](const Column& column, auto sum)
+    {
+      Attribute& mean = means.emplace_back(Attribute{ column.attribute, {} });
+      mean.values.reserve(this->Clusters * mean.TupleSize());
+      for (std::size_t c = 0; c < this->Clusters; ++c)
+      {
+        SumAt<decltype(sum)>(&this->Records[c * this->Record + column.offset]).AppendMean(mean);
+      }
+    });
+  return means;
+}
+
+void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels)
+{
+  if (levels.levels.empty())
+  {
+    return;
+  }
+  const std::vector<AttributeInfo> attributes(mesh.attributes.begin(), mesh.attributes.end());
+  AttributeSums sums(attributes, levels.levels.back().lowest.size());
+  if (sums.Empty())
+  {
+    return;
+  }
+  sums.AddVertices(mesh.attributes, levels.finest);
+  for (std::size_t d = levels.levels.size(); d-- > 0;)
+  {
+    ClusterLevel& level = levels.levels[d];
+    std::vector<Attribute> means = sums.Means();
+    std::move(means.begin(), means.end(), std::back_inserter(level.attributes));
+    if (level.parents.empty())
+    {
+      return; // the coarsest
+    }
+    sums = sums.MakeCoarser(level.parents, level.lowest, levels.levels[d - 1].lowest.size());
+  }
+}
+
+}

@@ -1,0 +1,82 @@
+// Normals and colours of the levels: the last part of step "levels" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/core/levels/ClusterLevels.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Gives every level the mean of the mesh's normals and of its colours (RoleOf), under the name and
+// type that they have in the mesh; other arrays are the original's alone.
+//
+// Colours: each component's mean over the cluster's original vertices, alpha like the others,
+// rounded to the nearest value (halves upwards).
+// Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
+// direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
+// cancel each other (their sum is shorter than 10^-9 of their number) it is the direction of the
+// lowest original vertex that has one; where none has one it is (0, 0, 0).
+//
+// Sums are in double, over original vertices ascending at the finest level and over children by
+// lowest vertex above. Serial; O(n + c log c) for c clusters; AttributeSums of the finest level and
+// the next. REQUIRES: CheckAttributes(mesh.attributes, …), levels of this mesh.
+// Source: DESIGN section 4 "Attributes"; the paper has none.
+void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
+
+// The sums that those means come from, of the clusters of one level: all of them, or those of one
+// block of the tree (VertexNumbers.h), since a cluster of a level >= S is made of vertices and
+// clusters of its own block. They are bytes, a record a cluster, so that they can wait in a file
+// beside the rest of the level; the records of two blocks, one after the other, are those of both.
+class AttributeSums
+{
+public:
+  // Sums of nothing. attributes: of the mesh, those that are not in levels too (IsInLevels).
+  AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters);
+  // Sums as Bytes() gave them. Errors: InvalidInput, naming the cluster: bytes that are not whole
+  // records, or that no colours add up to.
+  static Result<AttributeSums> FromBytes(
+    std::span<const AttributeInfo> attributes, std::vector<std::byte> bytes);
+
+  // Adds the tuples of original vertices, which ascend by id, to their clusters; of noVertex, those
+  // of other blocks, to none. attributes: of the vertices, among others those of these sums.
+  // REQUIRES: a tuple a vertex.
+  void AddVertices(std::span<const Attribute> attributes, std::span<const VertexId> clusterOf);
+  // The sums of the next coarser level's `count` clusters: over children by lowest original vertex.
+  // parents, lowest: of each cluster. O(c log c); 4 bytes a cluster beside the result.
+  AttributeSums MakeCoarser(
+    std::span<const VertexId> parents, std::span<const VertexId> lowest, std::size_t count) const;
+  // A tuple a cluster of each array, in their order.
+  std::vector<Attribute> Means() const;
+
+  // Whether there is anything to add up.
+  bool Empty() const { return this->Columns.empty(); }
+  std::size_t ClusterCount() const { return this->Clusters; }
+  // Bytes of a cluster: 40 for colours and 56 for normals; at most 136, for normals, RGB and RGBA.
+  std::size_t RecordSize() const { return this->Record; }
+  // Record after record, in the byte order of this machine.
+  std::span<const std::byte> Bytes() const { return this->Records; }
+
+private:
+  struct Column
+  {
+    AttributeInfo attribute;
+    std::size_t offset = 0; // in a record
+  };
+
+  AttributeSums() = default;
+  template <class Visit>
+  void ForEachColumn(const Visit& visit) const;
+  Status Check() const;
+
+  std::vector<Column> Columns;
+  std::size_t Clusters = 0;
+  std::size_t Record = 0;
+  std::vector<std::byte> Records;
+};
+
+}

@@ -1,0 +1,87 @@
+// A level in blocks, as a round of collapses goes through it: in memory or in files. For the makers
+// of levels alone.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/collapse/EdgeCollapse.h"
+#include "filters/core/levels/CollapseState.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// The merges of one part, in the order in which they were made; errors never fall. Clusters are
+// numbered from the block's first own one.
+struct MergeList
+{
+  std::vector<Merge> merges;
+  std::uint32_t own = 0; // clusters with triangles at first
+  bool stuck = false;    // no edge can collapse any more
+  bool whole = false;    // nothing was left out
+};
+
+// When it is told where clusters go.
+enum class TargetStage
+{
+  Merged, // by merges of edges alone
+  Grouped // and the clusters of nodes that are too full by cells
+};
+
+// Blocks that follow each other.
+struct BlockRange
+{
+  std::size_t begin = 0, end = 0;
+};
+
+// What a round needs of a level. Blocks are the cells of one depth; parts, nodes of the same or a
+// larger depth, lie in one of them. Whoever implements it decides where all is held: one block, or
+// two (LoadAhead), are in memory at a time.
+class LevelBlocks
+{
+public:
+  virtual ~LevelBlocks() = default;
+
+  // A power of two.
+  virtual std::size_t Count() const = 0;
+  // Those that are here, where several processes make a level together: each goes through its own
+  // blocks and calls all functions from Alone on, in the same order as the others.
+  virtual BlockRange Here() const { return { 0, this->Count() }; }
+  virtual bool Alone() const { return true; }
+  // Adds up the numbers of all processes, one by one.
+  virtual Status Sum(std::span<std::uint64_t>) { return {}; }
+  // parts: equally many bytes for each part of the level. Gets those of other processes' parts.
+  virtual Status ShareParts(std::span<std::byte>) { return {}; }
+  // All targets of a stage are kept: gets those of the ghosts that are at home in other processes.
+  virtual Status ShareTargets(TargetStage) { return {}; }
+
+  // Area of the triangles of all clusters (AddAreas) / number of clusters.
+  virtual double AreaPerCluster() const = 0;
+  // Gets a block that Load is asked for next; on another thread than that which goes on with the
+  // one loaded last. What goes wrong Load tells.
+  virtual void LoadAhead(std::size_t /*block*/) {}
+  // The block until another one is loaded.
+  virtual Result<const CollapseState*> Load(std::size_t block) = 0;
+
+  // The merge lists of the block's parts, ascending; those that Lists returns until another block's
+  // are asked for.
+  virtual Status KeepLists(std::size_t block, std::vector<MergeList>&& lists) = 0;
+  virtual Result<std::vector<MergeList>*> Lists(std::size_t block) = 0;
+
+  // Where each own cluster of a block goes, numbered from the first own one.
+  virtual Status KeepTargets(
+    std::size_t block, TargetStage stage, std::span<const VertexId> targets) = 0;
+  // Where the ghosts of the block that was loaded last go, in their order: equal numbers for those
+  // that go to the same cluster.
+  virtual Result<std::vector<VertexId>> GhostTargets(TargetStage stage) = 0;
+
+  // The block's part of the next coarser level (no ghosts, no triangles), and for each own cluster
+  // its parent there. Blocks come in order.
+  virtual Status KeepCoarser(
+    std::size_t block, CollapseState&& coarser, std::vector<VertexId>&& parents) = 0;
+};
+
+}

@@ -1,0 +1,28 @@
+// Levels of detail of a mesh: who makes them. Step "levels" of the README's picture.
+#pragma once
+
+#include "filters/core/levels/ClusterLevels.h"
+
+namespace kdstream
+{
+
+enum class LevelMaker
+{
+  Collapse, // the finest level by clusters, coarser ones by rounds of edge collapse
+  Cluster   // all by clusters of the tree's cells: with Representative::Mean and without sheets the
+            // paper's method
+};
+
+struct LevelOptions : ClusterOptions
+{
+  LevelMaker maker = LevelMaker::Collapse;
+};
+
+// Builds the levels L … options.coarsestDepth of a mesh by the maker asked for; a mesh without
+// triangles always by clusters. Input and errors: see BuildClusterLevels and BuildCollapseLevels.
+// The levels carry the means of normals and colours (AddLevelAttributes).
+Result<ClusterLevels> BuildLevels(const Mesh& mesh, const KdTree& tree,
+  const TriangleBuckets& partitionTriangles, const LevelOptions& options,
+  const Execution& execution = {});
+
+}

@@ -1,0 +1,107 @@
+// Which clusters of a level become one at the next coarser level: by merges of edges, and by
+// grouping what cannot merge. For the makers of levels alone.
+#pragma once
+
+#include "filters/core/collapse/EdgeCollapse.h"
+#include "filters/core/levels/CollapseState.h"
+#include "filters/core/tree/KdTree.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Applies merges that were made one after the other to where clusters go. into: of each cluster one
+// that stands for itself; merges are numbered from its first one.
+void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into);
+
+// For each node whether it has any excess; empty if none has.
+std::vector<std::uint8_t> FullNodes(std::span<const std::size_t> excess);
+
+// Most clusters that a node of a level's pieces may be the home of.
+std::size_t MostOfNode(const TreeDepths& depths, unsigned level);
+
+// Every own cluster of a block stands for itself at first. A cluster is at home in the cells that
+// hold its lowest original vertex; it keeps the place it has, unless merged or grouped.
+class Merging
+{
+public:
+  enum class Position : std::uint8_t
+  {
+    Kept,
+    Moved,  // by a merge
+    Grouped // to be taken from the sums
+  };
+
+  // below: a block of the level; depth: of the next coarser one. Keeps references to both.
+  Merging(const CollapseState& below, const TreeDepths& depths, unsigned depth);
+
+  // Applies merges that were made one after the other, numbered from the first own cluster. Homes
+  // are known after GroupLoose.
+  void Apply(std::span<const Merge> merges);
+  // Where ghosts go, in their order: equal numbers for those that go to the same cluster.
+  void SetGhosts(std::span<const VertexId> targets);
+  // Groups the own clusters that no triangle touches, one a cell of this depth. REQUIRED before
+  // anything below is asked for.
+  void GroupLoose();
+  // Groups all own clusters at home in the nodes for which full[node] is not 0 by cells of this
+  // depth, or by the sheets of cells. Nodes are those that pieces of this depth are made of.
+  void GroupNodes(std::span<const std::uint8_t> full, bool sheets);
+
+  // The cluster that now stands for `cluster`.
+  VertexId StandsFor(VertexId cluster) const { return this->Into[cluster]; }
+  // Where each own cluster goes, numbered from the first of them.
+  std::vector<VertexId> Targets() const;
+  std::size_t NodeCount() const { return std::size_t{ 1 } << this->NodeDepth; }
+  // The node that a standing cluster is at home in.
+  std::size_t NodeOf(VertexId standing) const
+  {
+    return this->CellAt(this->NodeDepth, this->Cell[standing]);
+  }
+  // By how many own clusters each node is above what a piece may hold.
+  std::vector<std::size_t> ExcessOfNodes() const;
+  // Own standing clusters, by (cell of this depth, lowest original vertex).
+  std::vector<VertexId> Standing() const;
+  std::uint32_t FinestCellOf(VertexId standing) const { return this->Cell[standing]; }
+  Position PositionOf(VertexId standing) const { return this->How[standing]; }
+  // Relative. REQUIRES: PositionOf(standing) == Position::Moved.
+  const Vec3& MovedTo(VertexId standing) const
+  {
+    return this->Positions[standing - this->Below.ownBegin];
+  }
+
+private:
+  std::uint32_t CellAt(unsigned depth, std::uint32_t finestCell) const
+  {
+    return finestCell >> (this->Depths.finest - depth);
+  }
+  std::uint32_t CellOf(VertexId standing) const
+  {
+    return this->CellAt(this->Depth, this->Cell[standing]);
+  }
+  void FindHomes();
+  void FindTouched();
+  void Follow();
+  void Group(VertexId cluster, VertexId to);
+  void SortByCell(std::vector<VertexId>& standing) const;
+  std::vector<VertexId> Components() const;
+  template <class Visit>
+  void ForEachCell(std::span<const VertexId> sorted, const Visit& visit) const;
+
+  const CollapseState& Below;
+  const TreeDepths& Depths;
+  unsigned Depth;
+  unsigned NodeDepth;
+  // Of all clusters, ghosts too:
+  std::vector<VertexId> Into;
+  std::vector<Position> How;
+  std::vector<Vec3> Positions; // of the own ones, from the first of them on
+  // Of standing clusters:
+  std::vector<VertexId> Lowest;      // original vertex
+  std::vector<std::uint32_t> Cell;   // finest, that holds it; of ghosts one that there is not
+  std::vector<std::uint8_t> Touched; // by a triangle of the new level
+};
+
+}

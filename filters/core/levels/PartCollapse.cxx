@@ -1,0 +1,125 @@
+#include "filters/core/levels/PartCollapse.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// A part collapses to this share of its clusters at most, so that the threshold finds what it
+// needs.
+constexpr double deepest = 0.25;
+
+}
+
+PartCollapse::PartCollapse(const CollapseState& block, const CollapseSpace& space,
+  const BlockParts& parts, std::size_t share, double areaPerVertex, const Execution& execution)
+  : Block(block)
+  , Space(space)
+  , Parts(parts)
+  , Share(share)
+  , AreaPerVertex(areaPerVertex)
+  , Exec(execution)
+  , Begin(parts.count + 1, block.ownEnd)
+{
+  for (VertexId c = block.ownEnd; c-- > block.ownBegin;)
+  {
+    this->Begin[parts.Of(block.cellOf[c - block.ownBegin])] = c;
+  }
+  for (std::size_t p = parts.count; p-- > 0;) // parts without clusters
+  {
+    this->Begin[p] = std::min(this->Begin[p], this->Begin[p + 1]);
+  }
+  const std::size_t ghosts = parts.count; // a bucket of no use
+  this->Buckets = BucketTriangles(
+    block.level.triangles, parts.count + 1,
+    [&](VertexId c)
+    { return block.IsOwn(c) ? parts.Of(block.cellOf[c - block.ownBegin]) : ghosts; },
+    execution);
+}
+
+void PartCollapse::Collapse(
+  std::span<const std::size_t> parts, double enough, std::span<MergeList> lists) const
+{
+  this->Exec.parallelFor(parts.size(), 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        lists[parts[i]] = this->MergesOf(parts[i], enough);
+      }
+    });
+}
+
+// The part's own clusters first, then those of other parts that the triangles touch.
+CollapsePart PartCollapse::Extract(std::size_t p) const
+{
+  const std::vector<Triangle>& all = this->Block.level.triangles;
+  const std::span<const std::uint32_t> triangles = this->Buckets.Of(p);
+  const VertexId begin = this->Begin[p], end = this->Begin[p + 1], own = end - begin;
+  std::vector<VertexId> ghosts;
+  for (const std::uint32_t t : triangles)
+  {
+    std::copy_if(all[t].begin(), all[t].end(), std::back_inserter(ghosts),
+      [&](VertexId v) { return v < begin || v >= end; });
+  }
+  std::sort(ghosts.begin(), ghosts.end());
+  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+
+  CollapsePart part;
+  part.components = this->Block.attributes.components;
+  part.bounds = this->Space.RelativeBox();
+  part.areaPerVertex = this->AreaPerVertex;
+  part.positions.reserve(own + ghosts.size());
+  part.quadrics.reserve(own + ghosts.size());
+  for (VertexId c = begin; c < end; ++c)
+  {
+    AppendCluster(this->Block, this->Space, c, part);
+  }
+  std::transform(ghosts.begin(), ghosts.end(), std::back_inserter(part.positions),
+    [&](VertexId ghost) { return this->Space.Relative(this->Block.level.positions[ghost]); });
+  part.quadrics.resize(own + ghosts.size());
+  part.attributes.resize((own + ghosts.size()) * part.components);
+  part.fixed.assign(own, 0);
+  part.fixed.resize(own + ghosts.size(), 1);
+  part.triangles.reserve(triangles.size());
+  for (const std::uint32_t t : triangles)
+  {
+    Triangle& local = part.triangles.emplace_back();
+    std::transform(all[t].begin(), all[t].end(), local.begin(),
+      [&](VertexId v)
+      {
+        const auto ghost = std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin();
+        return v >= begin && v < end ? v - begin : own + static_cast<VertexId>(ghost);
+      });
+  }
+  return part;
+}
+
+MergeList PartCollapse::MergesOf(std::size_t part, double enough) const
+{
+  EdgeCollapse engine(this->Extract(part));
+  MergeList list;
+  list.own = static_cast<std::uint32_t>(engine.VertexCount());
+  const auto fewest = static_cast<std::size_t>(deepest * double(list.own));
+  list.stuck =
+    !engine.Run(std::max<std::size_t>(fewest, std::min<std::size_t>(list.own, this->Share)));
+  if (!list.stuck)
+  {
+    const bool mayStop = engine.Merges().size() + this->Share >= list.own;
+    list.stuck =
+      !engine.RunBeyond(mayStop ? enough : std::numeric_limits<double>::infinity(), fewest);
+  }
+  list.whole = list.stuck || engine.VertexCount() <= fewest;
+  list.merges = engine.Merges();
+  const VertexId offset = this->Begin[part] - this->Block.ownBegin;
+  for (Merge& merge : list.merges) // fixed clusters are in no merge
+  {
+    merge.from += offset;
+    merge.to += offset;
+  }
+  return list;
+}
+
+}

@@ -1,0 +1,63 @@
+// The collapses of the parts of a block, each on its own with the clusters of others fixed. For the
+// makers of levels alone.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/TriangleBuckets.h"
+#include "filters/core/levels/CollapseState.h"
+#include "filters/core/levels/LevelBlocks.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// The parts of a block: `count` nodes of one depth, from the first.
+struct BlockParts
+{
+  unsigned belowPart = 0; // depths from a part to the finest cells
+  std::size_t first = 0, count = 0;
+
+  std::size_t Of(std::uint32_t finestCell) const
+  {
+    return (finestCell >> this->belowPart) - this->first;
+  }
+};
+
+// Collapses parts, as many at once as there are threads.
+class PartCollapse
+{
+public:
+  // share: clusters with triangles that a part is to keep on average; a part is collapsed at least
+  // so far. areaPerVertex: of the level. Keeps references to block and space.
+  PartCollapse(const CollapseState& block, const CollapseSpace& space, const BlockParts& parts,
+    std::size_t share, double areaPerVertex, const Execution& execution);
+
+  // Fills the lists of the parts named (from the block's first one). enough: merges that cost more
+  // need not all be found, if what is left is no more than the share. A list that is made again
+  // with another `enough` begins as it did. O(m log m) for m clusters and triangles.
+  // All of a part, those without triangles too.
+  std::uint32_t ClustersOf(std::size_t part) const
+  {
+    return this->Begin[part + 1] - this->Begin[part];
+  }
+  void Collapse(
+    std::span<const std::size_t> parts, double enough, std::span<MergeList> lists) const;
+
+private:
+  MergeList MergesOf(std::size_t part, double enough) const;
+  CollapsePart Extract(std::size_t part) const;
+
+  const CollapseState& Block;
+  const CollapseSpace& Space;
+  BlockParts Parts;
+  std::size_t Share;
+  double AreaPerVertex;
+  const Execution& Exec;
+  TriangleBuckets Buckets;
+  std::vector<VertexId> Begin; // of each part its first cluster, and the end
+};
+
+}

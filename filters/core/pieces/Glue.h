@@ -1,0 +1,23 @@
+// Gluing partitions back together: the original mesh, or a region of it, out of its pieces (DESIGN
+// section 3.3).
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/pieces/Piece.h"
+
+#include <span>
+
+namespace kdstream
+{
+
+// The mesh of some partitions of the original: their own vertices, in the order given, then the
+// ghosts that no given partition owns; every triangle once, degenerate and duplicate ones of the
+// input too. A triangle comes from the partition of lowest number among those given that own one of
+// its vertices; gluing all partitions gives the original mesh. This is not the drawing rule, which
+// would drop duplicates. Arrays come along, a tuple for each of these vertices and triangles.
+// O(size log partitions + ghosts log ghosts). Errors: InvalidArgument for a piece that is not of
+// the original or given twice; InvalidInput where a ghost names a vertex that its partition does
+// not have, or where partitions have different arrays.
+Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType);
+
+}

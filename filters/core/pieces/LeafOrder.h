@@ -1,0 +1,24 @@
+// The order of the original vertices inside a finest cluster: step "number" of the README's
+// picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/pieces/VertexTree.h"
+
+#include <span>
+
+namespace kdstream
+{
+
+// Sorts vertices by place: ascending x, then y, then z; those in one place by their numbers, which
+// must be unlike. points: of all vertices.
+void SortByPlace(std::span<VertexId> vertices, std::span<const Vec3> points);
+
+// Numbers the vertices of each cluster of the finest level by place (SortByPlace). The codec
+// (filters/codec/PieceNumbering.h) sorts them again, so that their order costs no bytes. Clusters
+// stay the intervals that they are. A tree without levels is left alone: its vertices are numbered
+// by id.
+// points: of the original mesh. O(n log n of the largest cluster); clusters in parallel.
+void OrderLeaves(VertexTree& tree, std::span<const Vec3> points, const Execution& execution = {});
+
+}

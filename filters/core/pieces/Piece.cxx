@@ -1,0 +1,233 @@
+#include "filters/core/pieces/Piece.h"
+
+#include "filters/core/levels/ClusterLevels.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned previewLevel = 11; // a piece of a level holds about 2^11 cells
+
+Error Bad(const std::string& what)
+{
+  return { ErrorCode::InvalidInput, "piece: " + what };
+}
+
+// One function for all messages of a number: the page pays for each that is put together in place.
+Error Bad(const char* before, std::uint64_t number, const char* after)
+{
+  return Bad(before + std::to_string(number) + after);
+}
+
+// Keys ascend, own ones lie in the piece's node, ghosts outside it.
+Status CheckKeys(const Piece& piece, const TreeDepths& depths)
+{
+  const bool byPartition =
+    piece.id.resolution.IsOriginal() || piece.id.resolution.Depth() >= depths.stitch;
+  const unsigned below = depths.partition - DepthOfNode(piece.id.node);
+  for (std::uint32_t v = 0; v < piece.VertexCount(); ++v)
+  {
+    const bool own = v < piece.ownVertices;
+    if (v != 0 && v != piece.ownVertices && piece.keys[v] <= piece.keys[v - 1])
+    {
+      return Bad("key of vertex ", v, " does not ascend");
+    }
+    if (byPartition)
+    {
+      const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
+      if (partition >= NodeId{ 1 } << depths.partition)
+      {
+        return Bad("vertex ", v, " is of a partition that the tree does not have");
+      }
+      if ((NodeOfPartition(partition, depths) >> below == piece.id.node) != own)
+      {
+        return Bad("vertex ", v,
+          own ? " lies outside its piece's node" : ", a ghost, lies inside its piece's node");
+      }
+    }
+    else if (piece.keys[v] >= noVertex)
+    {
+      return Bad("rank of vertex ", v, " is too large");
+    }
+  }
+  return {};
+}
+
+// Own vertices of the original are 0, 1, 2 …; ranks of own vertices of a level below S follow each
+// other.
+Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
+{
+  const bool dense =
+    piece.id.resolution.IsOriginal() || piece.id.resolution.Depth() < depths.stitch;
+  if (!dense || piece.ownVertices == 0)
+  {
+    return {};
+  }
+  if (piece.id.resolution.IsOriginal() && IndexOfKey(piece.keys[0]) != 0)
+  {
+    return Bad("own vertices do not start at index 0");
+  }
+  if (piece.keys[piece.ownVertices - 1] - piece.keys[0] != piece.ownVertices - 1)
+  {
+    return Bad("own vertices are not numbered without gaps");
+  }
+  for (std::uint32_t v = piece.ownVertices; v < piece.VertexCount(); ++v)
+  {
+    if (piece.keys[v] >= piece.keys[0] && piece.keys[v] <= piece.keys[piece.ownVertices - 1])
+    {
+      return Bad("ghost ", v, " has the key of an own vertex");
+    }
+  }
+  return {};
+}
+
+Status CheckReach(const Piece& piece, const TreeDepths& depths)
+{
+  const bool below = piece.id.resolution < Resolution::Level(depths.stitch);
+  if (piece.reachBegin.size() != (below ? piece.ownVertices + std::size_t{ 1 } : 0))
+  {
+    return Bad("reach has ", piece.reachBegin.size(), " entries");
+  }
+  if (!below)
+  {
+    return piece.reachNodes.empty() ? Status{} : Status{ Bad("reach where there is none") };
+  }
+  const unsigned nodeDepth = PieceDepth(Resolution::Level(depths.stitch), depths);
+  if (piece.reachBegin.front() != 0 || piece.reachBegin.back() != piece.reachNodes.size())
+  {
+    return Bad("reach does not cover its nodes");
+  }
+  for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
+  {
+    if (piece.reachBegin[i] > piece.reachBegin[i + 1])
+    {
+      return Bad("reach of vertex ", i, " ends before it begins");
+    }
+  }
+  for (const NodeId node : piece.reachNodes)
+  {
+    if (node >> nodeDepth != 1)
+    {
+      return Bad("reach names node ", node, ", which is no piece of level S");
+    }
+  }
+  return {};
+}
+
+Status CheckTriangles(const Piece& piece)
+{
+  const std::uint32_t count = piece.VertexCount();
+  Triangle last{};
+  for (std::size_t i = 0; i < piece.triangles.size(); ++i)
+  {
+    const Triangle& t = piece.triangles[i];
+    if (t[0] >= count || t[1] >= count || t[2] >= count)
+    {
+      return Bad("triangle ", i, " has an index out of range");
+    }
+    if (t[0] >= piece.ownVertices)
+    {
+      return Bad("triangle ", i, " touches no own vertex");
+    }
+    const bool first = (t[0] < t[1] && t[0] < t[2]) || t == RotateLowestFirst(t); // fast, or sure
+    // Two corners as one number: a processor would seldom foretell which of them decides.
+    const std::uint64_t edge = std::uint64_t{ t[0] } << 32 | t[1];
+    const std::uint64_t lastEdge = std::uint64_t{ last[0] } << 32 | last[1];
+    const bool ascends = edge > lastEdge || (edge == lastEdge && t[2] >= last[2]);
+    last = t;
+    if (!first || !ascends)
+    {
+      return Bad("triangle ", i, " is out of order");
+    }
+  }
+  if (piece.primitive == PrimitiveType::Points && !piece.triangles.empty())
+  {
+    return Bad("points have triangles");
+  }
+  return {};
+}
+
+}
+
+PieceId PieceOfPartition(Resolution resolution, std::uint32_t partition, const TreeDepths& depths)
+{
+  return { resolution,
+    NodeOfPartition(partition, depths) >> (depths.partition - PieceDepth(resolution, depths)) };
+}
+
+std::span<const std::uint32_t> Piece::AncestorsOf(std::uint32_t v, const TreeDepths& depths) const
+{
+  if (this->ancestors.empty())
+  {
+    return {};
+  }
+  const bool all =
+    !this->id.resolution.IsOriginal() && this->id.resolution.Depth() == depths.stitch;
+  if (!all && v < this->ownVertices)
+  {
+    return {};
+  }
+  const std::size_t row = all ? v : v - this->ownVertices;
+  return { this->ancestors.data() + row * depths.stitch, depths.stitch };
+}
+
+Status CheckPiece(const Piece& piece, const TreeDepths& depths)
+{
+  const Resolution resolution = piece.id.resolution;
+  if ((!resolution.IsOriginal() && resolution.Depth() > depths.finest) || piece.id.node == 0 ||
+      DepthOfNode(piece.id.node) != PieceDepth(resolution, depths))
+  {
+    return Bad("node ", piece.id.node, " is no piece of this resolution");
+  }
+  const std::size_t count = piece.positions.size();
+  if (piece.keys.size() != count || piece.ownVertices > count || count >= noVertex)
+  {
+    return Bad("counts of vertices disagree");
+  }
+  if (piece.deviations.size() != (resolution.IsOriginal() ? 0 : piece.ownVertices))
+  {
+    return Bad("deviations and own vertices disagree");
+  }
+  std::size_t carriers = 0;
+  if (resolution >= Resolution::Level(depths.stitch))
+  {
+    const bool all = !resolution.IsOriginal() && resolution.Depth() == depths.stitch;
+    carriers = all ? count : piece.GhostCount();
+  }
+  if (piece.ancestors.size() != carriers * depths.stitch)
+  {
+    return Bad("ancestors and vertices disagree");
+  }
+  for (std::size_t v = 0; v < count; ++v)
+  {
+    const Vec3& p = piece.positions[v];
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
+    {
+      return Bad("vertex ", v, " is not finite");
+    }
+  }
+  for (const auto check : { CheckKeys, CheckOwnKeys, CheckReach })
+  {
+    if (Status status = check(piece, depths); !status)
+    {
+      return status;
+    }
+  }
+  if (Status status = CheckTriangles(piece); !status)
+  {
+    return status;
+  }
+  if (Status status =
+        CheckAttributes(piece.attributes, piece.positions.size(), piece.triangles.size());
+      !status)
+  {
+    return Bad(status.GetError().message);
+  }
+  return {};
+}
+
+}

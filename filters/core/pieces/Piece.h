@@ -1,0 +1,88 @@
+// A piece: what is stored and streamed (DESIGN sections 1 and 4).
+//
+// One shape for every resolution: the part of one level, or of the original, that lies in one node
+// of the tree. Its own vertices come first, then the ghosts (vertices of other pieces, repeated so
+// that the triangles on the boundary are whole); its triangles are all that touch an own vertex.
+#pragma once
+
+#include "filters/core/Attribute.h"
+#include "filters/core/Types.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/core/tree/PieceDepth.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Identity of a vertex inside its resolution.
+// Original, and levels d >= S: (partition << 32) | index, where index is the vertex's number in its
+// partition (for a level: the first of the interval of original vertices that the cluster covers).
+// Levels d < S: the cluster's rank in its level. Own vertices of a piece have ascending keys.
+using VertexKey = std::uint64_t;
+
+constexpr VertexKey MakeKey(std::uint32_t partition, std::uint32_t index)
+{
+  return (static_cast<VertexKey>(partition) << 32) | index;
+}
+constexpr std::uint32_t PartitionOfKey(VertexKey key)
+{
+  return static_cast<std::uint32_t>(key >> 32);
+}
+constexpr std::uint32_t IndexOfKey(VertexKey key)
+{
+  return static_cast<std::uint32_t>(key);
+}
+
+// Which piece: a resolution and a node.
+struct PieceId
+{
+  Resolution resolution;
+  NodeId node = 1;
+  auto operator<=>(const PieceId&) const = default;
+};
+
+// The piece of `resolution` that holds the vertices of `partition`.
+PieceId PieceOfPartition(Resolution resolution, std::uint32_t partition, const TreeDepths& depths);
+
+struct Piece
+{
+  PieceId id;
+  PrimitiveType primitive = PrimitiveType::Triangles;
+  std::uint32_t ownVertices = 0;
+
+  std::vector<Vec3> positions;   // own, then ghosts
+  std::vector<VertexKey> keys;   // own (ascending), then ghosts (ascending)
+  std::vector<float> deviations; // own vertices of a level, model units; empty for the original
+
+  // Ranks at the levels 0 … S - 1 of the ancestors, S values a vertex: for all vertices of level S,
+  // for the ghosts of every finer resolution, and empty otherwise.
+  std::vector<std::uint32_t> ancestors;
+
+  // Own vertices of levels below S: the nodes of the level-S pieces that hold their descendants,
+  // ascending: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] - 1]. Empty otherwise.
+  std::vector<std::uint32_t> reachBegin;
+  std::vector<NodeId> reachNodes;
+
+  std::vector<Triangle>
+    triangles; // local indices, ordered; orientation of the input, lowest index first
+  std::vector<Attribute> attributes; // point arrays: own vertices, then ghosts
+
+  std::uint32_t VertexCount() const { return static_cast<std::uint32_t>(this->positions.size()); }
+  std::uint32_t GhostCount() const { return this->VertexCount() - this->ownVertices; }
+
+  // Ranks at the levels 0 … S - 1 above local vertex `v`; empty where the piece carries none for
+  // it.
+  std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
+};
+
+// Whether `piece` is one that a builder could have written for a tree of these depths: sizes agree,
+// keys ascend and lie in the piece's node (own) or outside it (ghosts), indices are in range.
+// O(size). For decoders: everything that the drawing rule relies on, so that hostile bytes cannot
+// reach it.
+Status CheckPiece(const Piece& piece, const TreeDepths& depths);
+
+}

@@ -1,0 +1,109 @@
+// The numbers of the vertex tree from the top down, of the whole mesh or block by block. Step
+// "number" of the README's picture.
+//
+// A cluster of a level >= S is an interval of the numbered vertices (VertexTree.h), so its lowest
+// number follows from its parent's and from how many vertices the siblings before it hold:
+//   1. FirstOfCoarseClusters: the levels 0 … S, whole; or in parts PositionsDepthFirst down to S,
+//      FirstOfStitch, and LowerFirst back up.
+//   2. FirstOfChildren: each finer level, all of it or the clusters of one block.
+//   3. OrderVertices: the original vertices of the mesh, or of the block.
+//   4. OrderLevel: a level, or what is at hand of it, as PieceCutter takes it; NumberPart the same
+//      for the original.
+// A block is a cell of a depth <= P: its partitions are numbered one after the other, and parents
+// and siblings of its clusters finer than S are its own. NumberVertices (VertexTree.h) does all of
+// it for a mesh in memory.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Types.h"
+#include "filters/core/levels/ClusterLevels.h"
+#include "filters/core/pieces/VertexTree.h"
+
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// What numbering needs of one level: an entry for each cluster, as in ClusterLevel.
+struct LevelLinks
+{
+  std::span<const VertexId> parents; // cluster of the next coarser level; not read at level 0
+  std::span<const VertexId> lowest;  // lowest original vertex
+};
+
+// The position of each cluster in depth-first order, siblings being in order of their lowest
+// vertices.
+// level: a whole level, or all children of some clusters. ofParents: the positions of the clusters
+// that level.parents tells, all unlike, from 0 on or not; none at level 0. O(c log c), 20 bytes a
+// cluster.
+std::vector<VertexId> PositionsDepthFirst(
+  const LevelLinks& level, std::span<const VertexId> ofParents);
+
+// The lowest numbered vertex of each cluster of level S, of all or of those in some partitions.
+// positions: PositionsDepthFirst. counts: original vertices of each cluster; clusters lie in one
+// partition each, and are ordered by it. partitionBegin: the first number of each partition, and
+// the end. O(c log c), 16 bytes a cluster. REQUIRES: the counts of each partition add up to its
+// vertices.
+std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
+  std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
+
+// What clusters of a level <= S say of their parents' lowest numbered vertices, which begin as
+// noVertex.
+void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> first,
+  std::span<VertexId> firstOfParents);
+
+// The nodes of level-S pieces that clusters of level S are in, given their lowest numbered
+// vertices.
+std::vector<ReachedNode> ReachOfStitch(const VertexTree& tree, std::span<const VertexId> first);
+// Those of their parents, from those of clusters of any level <= S: sorted, none twice. O(r log r).
+std::vector<ReachedNode> ReachOfParents(
+  std::span<const ReachedNode> reach, std::span<const VertexId> parents);
+
+// The lowest numbered vertex of every cluster of the levels 0 … S.
+// levels: those of depth 0 … S. counts: original vertices of each cluster of level S, whose
+// clusters lie in one partition each, and are ordered by it. partitionBegin: 2^P + 1 numbers.
+// O(c log c) for c clusters, 20 bytes a cluster. REQUIRES: the counts of each partition add up to
+// its vertices.
+std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLinks> levels,
+  std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
+
+// The lowest numbered vertex of each cluster of a level finer than S: its parent's, and behind it
+// the siblings' vertices, by lowest original vertex.
+// level: clusters and all their siblings, in any order. counts: original vertices of each.
+// firstOfParents: of the clusters that level.parents are places in.
+// O(c log(siblings)); 12 bytes a cluster. Parents in parallel.
+std::vector<VertexId> FirstOfChildren(const LevelLinks& level, std::span<const VertexId> counts,
+  std::span<const VertexId> firstOfParents, const Execution& execution = {});
+
+// The own vertices of a mesh or block in the order of their numbers: the i-th has the number
+// begin + i. Those of a finest cluster by place (SortByPlace, LeafOrder.h), or as they are where
+// `points` is empty.
+// clusterOf: the finest cluster of each vertex, noVertex for those of other blocks, which are left
+// out. first: of each finest cluster. points: of each vertex; vertices ascend by id. begin: the
+// lowest number of the block. O(n log(vertices of a cluster)); 8 bytes a vertex. Clusters in
+// parallel. REQUIRES: `first` as FirstOfChildren gives it, of all the block's clusters.
+std::vector<VertexId> OrderVertices(std::span<const VertexId> clusterOf,
+  std::span<const VertexId> first, VertexId begin, std::span<const Vec3> points,
+  const Execution& execution = {});
+
+struct OrderedLevel
+{
+  VertexTreeLevel level;
+  std::vector<VertexId> places; // of each cluster before: where it is now
+};
+
+// Moves a level, or what is at hand of it, into the order of its clusters' lowest numbers.
+// first: of each cluster, all unlike. placesAbove: `places` of the next coarser level, for the
+// parents; empty: the result has none. O(c log c + t log t), 28 bytes a cluster beside the result.
+OrderedLevel OrderLevel(ClusterLevel level, std::span<const VertexId> first,
+  std::span<const VertexId> placesAbove, const Execution& execution = {});
+
+// 0 … keys.size() - 1 in the order of their keys, which are all unlike. O(n).
+std::vector<VertexId> OrderByKey(std::span<const VertexId> keys);
+
+// Says which original vertices are at hand: fills tree.numbers and tree.original.
+// numbers: of each vertex of the mesh at hand, all unlike, own and ghosts. O(n log n).
+void NumberPart(VertexTree& tree, std::span<const VertexId> numbers);
+
+}

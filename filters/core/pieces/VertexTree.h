@@ -1,0 +1,151 @@
+// The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the README's
+// picture.
+//
+// Within a partition the original vertices are numbered depth-first in the vertex tree, so that a
+// cluster of a level >= S is an interval of one partition's numbers (DESIGN section 4, "Pieces"). A
+// numbered vertex below is the position in the list of all partitions' vertices, one partition
+// after the other: partitionBegin[partition] + index.
+//
+// Of a mesh that does not fit the memory the tree is held in part: one resolution around some
+// pieces, and of the levels 0 … S what lies above it (PieceCutter, ModelPart).
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/core/levels/ClusterLevels.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/core/tree/KdTree.h"
+
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+// A node of the level-S pieces that has descendants of a cluster, or of the one at a place.
+struct ReachedNode
+{
+  VertexId cluster = 0;
+  NodeId node = 0;
+
+  friend auto operator<=>(const ReachedNode&, const ReachedNode&) = default;
+};
+
+// The clusters of a level that are at hand. The place of a cluster is its position in these lists;
+// its rank is the place that it has where the level is there whole.
+struct VertexTreeLevel
+{
+  std::vector<VertexId> first;   // lowest numbered vertex of each cluster, ascending
+  std::vector<VertexId> parents; // place in the next coarser level; empty at level 0, and in a part
+  std::vector<Vec3> positions;
+  std::vector<double> deviations;
+  std::vector<Triangle> triangles;     // places; lowest first, sorted
+  std::vector<Attribute> attributes{}; // a tuple a cluster
+  std::vector<VertexId> ranks{};       // ascending; empty: all clusters are at hand
+  std::vector<ReachedNode> reach{};    // of places; sorted. Below S only
+
+  VertexId RankOf(VertexId place) const { return this->ranks.empty() ? place : this->ranks[place]; }
+};
+
+struct VertexTree
+{
+  TreeDepths depths;
+  // The numbered vertices at hand, ascending; empty: all. A vertex's place is its position here.
+  std::vector<VertexId> numbers{};
+  std::vector<VertexId> original;       // place -> original vertex, as numbered in the mesh at hand
+  std::vector<VertexId> partitionBegin; // 2^P + 1 numbered vertices
+  std::vector<VertexTreeLevel> levels;  // 0 … L
+
+  VertexId NumberAt(VertexId place) const
+  {
+    return this->numbers.empty() ? place : this->numbers[place];
+  }
+  std::uint32_t PartitionOf(VertexId numbered) const;
+  VertexKey KeyOf(VertexId numbered) const;
+  // The place of the cluster of level `depth` >= S that holds a numbered vertex. O(log). REQUIRES:
+  // it is at hand.
+  VertexId ClusterAt(unsigned depth, VertexId numbered) const;
+};
+
+// Numbers the vertices and orders every level by its clusters' lowest numbered vertices; vertices
+// of a finest cluster by id (see OrderLeaves).
+// Without levels (TreeOfClustering) the vertices of a partition are numbered by id.
+// REQUIRES: `levels` go down to depth 0; a cluster of a level >= S lies in one partition; or no
+// levels and L = P.
+// O(n + clusters log clusters).
+VertexTree NumberVertices(
+  const KdTree& tree, ClusterLevels levels, const Execution& execution = {});
+
+// Which pieces of a resolution are to be cut, and what they cannot tell of the model: for a mesh
+// that is at hand in part.
+struct ModelPart
+{
+  std::size_t firstPiece = 0; // of the resolution's 2^PieceDepth, nodes ascending
+  std::size_t pieceCount = 0;
+  PrimitiveType primitive = PrimitiveType::Triangles; // of the whole model
+};
+
+// The pieces of a resolution that lie in cell `index` of `depth`. REQUIRES: depth <= PieceDepth.
+ModelPart PartOfCell(Resolution resolution, const TreeDepths& depths, unsigned depth,
+  std::size_t index, PrimitiveType primitive);
+
+// The pieces of one resolution. Keeps references to what it is made from.
+class PieceCutter
+{
+public:
+  // mesh: the (welded) original; its triangles and attributes are needed for the original only.
+  // Pieces of the original get all arrays, point arrays first; those of a level the level's.
+  //
+  // part: the pieces to be cut; none: all of a tree and mesh that are whole. For a part these must
+  // be at hand: of a level every cluster of the part's pieces, every triangle that touches one of
+  // them, and the triangles' other clusters (ghosts); of the original the same with tree.numbers,
+  // and a mesh of these vertices and triangles, the triangles in the order that they have in the
+  // whole (NumberPart, OrderLevel in VertexNumbers.h). Of a level coarser than S ranks and reach
+  // come with it. Otherwise the levels 0 … S have, with parents and ranks, what lies above the
+  // vertices of level S, or the ghosts of something finer; `first` at level S. Clusters and
+  // triangles beyond that do no harm. The pieces are the same, bit for bit, as those of the whole.
+  // O(at hand + pieces).
+  PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
+    const Execution& execution = {}, const std::optional<ModelPart>& part = {});
+
+  // Of the part.
+  std::size_t PieceCount() const { return this->OwnBegin.size() - 1; }
+  // The i-th piece of the part, nodes ascending. Any number of threads may cut at once.
+  Piece Cut(std::size_t i) const;
+  // Triangles of the resolution whose lowest vertex is an own one of these pieces: over all parts
+  // each once.
+  std::size_t TriangleCount() const { return this->OwnTriangles; }
+  // Own vertices of these pieces.
+  std::size_t VertexCount() const { return this->OwnBegin.back() - this->OwnBegin.front(); }
+
+private:
+  bool IsBelowStitch() const { return this->Which < Resolution::Level(this->Tree.depths.stitch); }
+  void FindOwn(const ModelPart& part);
+  void PlaceMesh(const Execution& execution);
+  void FindTriangles(const Execution& execution);
+  VertexId NumberedAt(VertexId place) const;
+  VertexKey KeyOf(VertexId place) const;
+  void AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const;
+  void AppendVertex(VertexId place, Piece& piece) const;
+  void AddReach(Piece& piece, VertexId begin, VertexId end) const;
+  void AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
+    std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const;
+  VertexId PlaceOf(VertexId v) const { return this->Places.empty() ? v : this->Places[v]; }
+  void AddPointArrays(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const;
+
+  const VertexTree& Tree;
+  const Mesh& Input;
+  Resolution Which;
+  PrimitiveType Primitive = PrimitiveType::Triangles;
+  NodeId FirstNode = 1;           // of the pieces
+  std::vector<VertexId> OwnBegin; // place of the first own vertex of each piece, and the end
+  std::vector<VertexId> Places;   // of each vertex of the mesh at hand; empty for a level
+  std::span<const Triangle> Triangles;
+  std::size_t OwnTriangles = 0;
+  TriangleBuckets Buckets; // a piece, and one for what lies in no piece of the part
+};
+
+}

@@ -1,0 +1,65 @@
+// K-means clustering of vertices on the surface, the paper's second baseline. Step "tree" of the
+// README's picture, in place of KdTree.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/core/tree/Clustering.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace kdstream
+{
+
+struct KMeansOptions
+{
+  // The mean number of vertices of a cluster, at least 1: K = ceil(n / N). Ignored where
+  // `partitions` is given.
+  std::uint32_t verticesPerPartition = 2000;
+  // K instead, 1 … n: there are exactly so many clusters.
+  std::optional<std::uint32_t> partitions;
+  std::uint32_t iterations = 5; // at least 1; the paper's five
+  // The parts of the cost, each 0 to 10^6; that of the distance above 0.
+  double distanceWeight = 1;
+  double compactnessWeight = 4; // straightest boundaries of 0, 1, 4 on four meshes
+  double countWeight = 1;
+};
+
+// Clusters vertices around K seeds.
+//
+// Input: n finite points; triangles name points. Without triangles it is Lloyd's k-means in space.
+//
+// Seeds: hierarchical face clustering (ClusterFaces) into K clusters spreads them: one at the
+// vertex nearest to the middle of each, of the fullest where components make more than K. Vertices
+// in components of less than half a mean cluster, and those that no triangle uses, get seeds by
+// their share of all vertices instead, spaced evenly along the order of a k-d tree. Nothing is
+// random: the same input gives the same clusters.
+//
+// An iteration grows all clusters from their seeds at once over the edges of the triangles, always
+// the cheapest vertex next. What a vertex that cluster c reaches costs is a sum of
+//
+// - distance: the way from the seed along edges, in radii of a mean cluster (a disc of 1/K of the
+//   area), so that clusters become geodesic Voronoi cells;
+// - compactness: the share of its neighbours that are not in c (looking at 16 at most), times the
+//   mean length of edges in radii: closing a gap shortens the boundary;
+// - count: the vertices that c has when it reaches it, by n / K: full clusters wait;
+//
+// each times its weight. Then the vertex nearest to the mean of a cluster's vertices is its next
+// seed. Coincident vertices are connected. A vertex that no seed reaches along edges (in a
+// component without a seed, or without triangles) goes to the seed nearest in space, the lowest
+// cluster of equals.
+//
+// Output: exactly K clusters, none empty, numbered by their first vertices; their sizes differ.
+// Complexity: O(t log^2 t) for the seeds and O((n + t) log n) an iteration, instead of the paper's
+// n K; memory about 200 bytes a vertex and 200 a triangle. Serial. Errors: InvalidArgument for no
+// vertices, K of 0 or above n, N or iterations of 0, or a weight out of its range; InvalidInput
+// beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices; Cancelled. Source:
+// paper 4.1.1, after [5] and [14].
+Result<Clustering> ClusterByKMeans(std::span<const Vec3> points,
+  std::span<const Triangle> triangles, const KMeansOptions& options,
+  const Execution& execution = {});
+
+}

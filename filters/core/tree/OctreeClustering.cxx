@@ -1,0 +1,326 @@
+// Octree clustering: see OctreeClustering.h. Steps:
+//   a. each vertex gets the 63-bit Morton key of its cell at the deepest level,
+//   b. cells are split by sorting their records into eight, by three bits of the key, in place,
+//   c. leaves are numbered as they lie: in Morton order.
+#include "filters/core/tree/OctreeClustering.h"
+
+#include "filters/core/Extent.h"
+#include "filters/core/Weld.h"
+
+#include <algorithm>
+#include <array>
+#include <queue>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+struct Record
+{
+  std::uint64_t key;
+  VertexId id;
+};
+
+// The records [begin, end) of one cell.
+struct Cell
+{
+  VertexId begin = 0, end = 0;
+  unsigned depth = 0;
+
+  std::uint32_t Size() const { return this->end - this->begin; }
+  bool CanSplit() const { return this->depth < octreeDeepest; }
+};
+
+class Octree
+{
+public:
+  Octree(std::span<const Vec3> points, const Box& box, const Execution& execution)
+    : Records(points.size())
+    , Scratch(points.size())
+  {
+    const OctreeCube cube(box);
+    execution.parallelFor(points.size(), 1 << 14,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t i = begin; i < end; ++i)
+        {
+          this->Records[i] = { cube.KeyOf(points[i]), static_cast<VertexId>(i) };
+        }
+      });
+  }
+
+  Cell Root() const { return { 0, static_cast<VertexId>(this->Records.size()), 0 }; }
+
+  // Sorts the cell's records into its children, and calls add(child) for each that is not empty, in
+  // Morton order. Cells that do not overlap can be split at once. REQUIRES: cell.CanSplit().
+  template <class Add>
+  void Split(const Cell& cell, const Add& add)
+  {
+    const unsigned shift = 3 * (octreeDeepest - 1 - cell.depth);
+    const auto childOf = [shift](const Record& record)
+    { return static_cast<std::size_t>(record.key >> shift & 7); };
+    std::array<VertexId, 9> begin{};
+    for (VertexId i = cell.begin; i < cell.end; ++i)
+    {
+      ++begin[childOf(this->Records[i]) + 1];
+    }
+    begin[0] = cell.begin;
+    for (std::size_t child = 0; child < 8; ++child)
+    {
+      begin[child + 1] += begin[child];
+    }
+    std::array<VertexId, 9> next = begin;
+    for (VertexId i = cell.begin; i < cell.end; ++i)
+    {
+      this->Scratch[next[childOf(this->Records[i])]++] = this->Records[i];
+    }
+    std::copy(this->Scratch.data() + cell.begin, this->Scratch.data() + cell.end,
+      this->Records.data() + cell.begin);
+    for (std::size_t child = 0; child < 8; ++child)
+    {
+      if (begin[child + 1] > begin[child])
+      {
+        add(Cell{ begin[child], begin[child + 1], cell.depth + 1 });
+      }
+    }
+  }
+
+  // The leaves below `cell` where cells of more than `most` vertices are split.
+  void Finish(const Cell& cell, std::uint32_t most, std::vector<Cell>& leaves)
+  {
+    if (cell.Size() <= most || !cell.CanSplit())
+    {
+      leaves.push_back(cell);
+      return;
+    }
+    this->Split(cell, [&](const Cell& child) { this->Finish(child, most, leaves); });
+  }
+
+  // Numbers the leaves as they lie. They cover all records.
+  OctreeClustering Number(std::vector<Cell>& leaves) const
+  {
+    std::sort(
+      leaves.begin(), leaves.end(), [](const Cell& a, const Cell& b) { return a.begin < b.begin; });
+    OctreeClustering clustering;
+    clustering.clusterOf.resize(this->Records.size());
+    for (const Cell& leaf : leaves)
+    {
+      clustering.depth = std::max(clustering.depth, leaf.depth);
+      for (VertexId i = leaf.begin; i < leaf.end; ++i)
+      {
+        clustering.clusterOf[this->Records[i].id] = clustering.clusters;
+      }
+      ++clustering.clusters;
+    }
+    return clustering;
+  }
+
+private:
+  std::vector<Record> Records;
+  std::vector<Record> Scratch;
+};
+
+// The leaves where cells of more than `most` vertices are split.
+Result<std::vector<Cell>> SplitByCount(
+  Octree& octree, std::uint32_t most, const Execution& execution)
+{
+  // Large cells first, until there are enough for all threads; then each on its own.
+  constexpr std::size_t enough = 64;
+  std::vector<Cell> cells{ octree.Root() };
+  bool split = true;
+  while (split && cells.size() < enough)
+  {
+    split = false;
+    std::vector<Cell> next;
+    for (const Cell& cell : cells)
+    {
+      if (cell.Size() <= most || !cell.CanSplit())
+      {
+        next.push_back(cell);
+        continue;
+      }
+      split = true;
+      octree.Split(cell, [&](const Cell& child) { next.push_back(child); });
+    }
+    cells = std::move(next);
+    if (Status status = execution.Report("octree", 0.5); !status)
+    {
+      return status.GetError();
+    }
+  }
+  std::vector<std::vector<Cell>> leavesOf(cells.size());
+  execution.parallelFor(cells.size(), 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin; i < end; ++i)
+      {
+        octree.Finish(cells[i], most, leavesOf[i]);
+      }
+    });
+  std::vector<Cell> leaves;
+  for (const std::vector<Cell>& some : leavesOf)
+  {
+    leaves.insert(leaves.end(), some.begin(), some.end());
+  }
+  return leaves;
+}
+
+struct Searched
+{
+  std::vector<Cell> leaves;
+  std::uint32_t most = 0;
+};
+
+// The leaves for the N whose number of leaves is nearest to `wanted`.
+Result<Searched> SearchCount(Octree& octree, std::uint32_t wanted, const Execution& execution)
+{
+  // The fullest first; among equals any order will do, they are all split.
+  const auto less = [](const Cell& a, const Cell& b) { return a.Size() < b.Size(); };
+  std::priority_queue<Cell, std::vector<Cell>, decltype(less)> open(less);
+  std::vector<Cell> closed; // at the deepest level
+  open.push(octree.Root());
+  std::vector<Cell> parents; // split in the last round
+  std::size_t leaves = 1, before = 1;
+  std::uint32_t most = octree.Root().Size(), mostBefore = most;
+  while (leaves < wanted && !open.empty() && open.top().Size() > 1)
+  {
+    // One round: every cell of the largest count, children that have it again included.
+    const std::uint32_t size = open.top().Size();
+    parents.clear();
+    before = leaves;
+    mostBefore = most;
+    while (!open.empty() && open.top().Size() == size)
+    {
+      const Cell cell = open.top();
+      open.pop();
+      parents.push_back(cell);
+      --leaves;
+      octree.Split(cell,
+        [&](const Cell& child)
+        {
+          ++leaves;
+          child.CanSplit() ? open.push(child) : closed.push_back(child);
+        });
+    }
+    most = open.empty() ? 1 : open.top().Size();
+    const double done = std::min(1.0, double(leaves) / double(wanted));
+    if (Status status = execution.Report("octree", 0.5 + 0.5 * done); !status)
+    {
+      return status.GetError();
+    }
+  }
+  Searched result{ std::move(closed), most };
+  for (; !open.empty(); open.pop())
+  {
+    result.leaves.push_back(open.top());
+  }
+  if (leaves > wanted && leaves - wanted >= wanted - before)
+  {
+    // The last round is undone: its cells are leaves again, instead of what lies in them.
+    result.most = mostBefore;
+    std::vector<Cell> kept;
+    std::sort(parents.begin(), parents.end(),
+      [](const Cell& a, const Cell& b)
+      { return a.begin != b.begin ? a.begin < b.begin : a.depth < b.depth; });
+    // A cell with one child only was split with its child: the upper one is the leaf.
+    parents.erase(std::unique(parents.begin(), parents.end(),
+                    [](const Cell& a, const Cell& b) { return a.begin == b.begin; }),
+      parents.end());
+    for (const Cell& leaf : result.leaves)
+    {
+      const auto above = std::upper_bound(parents.begin(), parents.end(), leaf,
+        [](const Cell& a, const Cell& b) { return a.begin < b.begin; });
+      if (above == parents.begin() || leaf.begin >= std::prev(above)->end)
+      {
+        kept.push_back(leaf);
+      }
+    }
+    kept.insert(kept.end(), parents.begin(), parents.end());
+    result.leaves = std::move(kept);
+  }
+  return result;
+}
+
+Status CheckOptions(std::size_t vertices, const OctreeOptions& options)
+{
+  if (vertices == 0)
+  {
+    return Error{ ErrorCode::InvalidArgument, "the mesh has no vertices" };
+  }
+  if (vertices >= noVertex)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      std::to_string(vertices) + " vertices; at most 4294967294 fit an octree in memory" };
+  }
+  if (!options.partitions)
+  {
+    return options.verticesPerPartition > 0
+             ? Status{}
+             : Error{ ErrorCode::InvalidArgument,
+                 "vertices per partition is 0; at least 1 is needed" };
+  }
+  if (*options.partitions == 0)
+  {
+    return Error{ ErrorCode::InvalidArgument, "number of partitions is 0; at least 1 is needed" };
+  }
+  if (*options.partitions > vertices)
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "number of partitions " + std::to_string(*options.partitions) +
+        " is above the number of vertices, " + std::to_string(vertices) };
+  }
+  return {};
+}
+
+}
+
+Result<OctreeClustering> ClusterByOctree(
+  std::span<const Vec3> points, const OctreeOptions& options, const Execution& execution)
+{
+  if (Status status = CheckOptions(points.size(), options); !status)
+  {
+    return status.GetError();
+  }
+  const Box box = BoxOfPoints(points);
+  if (Status status = CheckExtent(box); !status)
+  {
+    return status.GetError();
+  }
+  if (Status status = execution.Report("octree", 0); !status)
+  {
+    return status.GetError();
+  }
+  Octree octree(points, box, execution);
+  Searched found;
+  found.most = options.verticesPerPartition;
+  if (options.partitions)
+  {
+    Result<Searched> searched = SearchCount(octree, *options.partitions, execution);
+    if (!searched)
+    {
+      return searched.GetError();
+    }
+    found = std::move(*searched);
+  }
+  else
+  {
+    Result<std::vector<Cell>> leaves = SplitByCount(octree, found.most, execution);
+    if (!leaves)
+    {
+      return leaves.GetError();
+    }
+    found.leaves = std::move(*leaves);
+  }
+  OctreeClustering clustering = octree.Number(found.leaves);
+  clustering.verticesPerPartition = found.most;
+  if (Status status = execution.Report("octree", 1); !status)
+  {
+    return status.GetError();
+  }
+  return clustering;
+}
+
+}

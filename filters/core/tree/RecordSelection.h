@@ -1,0 +1,192 @@
+// The k-th of some records on the total order (coordinate, id): paper 4.1 step c, in memory.
+//
+// Steps, after R. W. Floyd and R. L. Rivest, "Expected time bounds for selection" (CACM 18, 1975):
+//   a. a sample tells a pivot just beyond the wanted rank, on the side where more records lie,
+//   b. the records are partitioned around it, without a branch that could be mispredicted,
+//   c. again for the part that holds the rank, which after two rounds is small.
+// The sample is drawn by a fixed rule; it changes the time, never the two halves.
+#pragma once
+
+#include "filters/core/tree/PointRecord.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace kdstream
+{
+
+// Whether a record comes before a place on the total order along an axis. 0.0 and -0.0 are equal.
+template <class Scalar, std::size_t Axis>
+struct BeforePivot
+{
+  Scalar coordinate;
+  VertexId id;
+
+  explicit BeforePivot(const PointRecord<Scalar>& record)
+    : coordinate(record.p[Axis])
+    , id(record.id)
+  {
+  }
+  // Bits, not && and ||: a branch here is taken as often as not.
+  bool operator()(const PointRecord<Scalar>& record) const
+  {
+    const Scalar other = record.p[Axis];
+    return (unsigned(other < this->coordinate) |
+             (unsigned(other == this->coordinate) & unsigned(record.id < this->id))) != 0;
+  }
+};
+
+template <class Scalar, std::size_t Axis>
+class RecordSelection
+{
+public:
+  using Record = PointRecord<Scalar>;
+  using Before = BeforePivot<Scalar, Axis>;
+
+  // Afterwards *nth is the record of that rank, those before it come before it in the order, those
+  // behind it after. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first <= nth
+  // < last, ids that differ.
+  static void Select(Record* first, Record* nth, Record* last)
+  {
+    constexpr unsigned mostRounds = 40;
+    for (unsigned round = 0; last - first > fewRecords; ++round)
+    {
+      if (round == mostRounds)
+      {
+        // An order that defeats the choice of pivots.
+        std::nth_element(
+          first, nth, last, [](const Record& a, const Record& b) { return Before(b)(a); });
+        return;
+      }
+      Record* const pivot =
+        last - first > manyRecords ? PivotOfSample(first, nth, last) : PivotOfThree(first, last);
+      std::swap(*first, *pivot);
+      Record* const middle = Partition(first, last);
+      if (middle == nth)
+      {
+        return;
+      }
+      (middle < nth ? first : last) = middle < nth ? middle + 1 : middle;
+    }
+    Sort(first, last);
+  }
+
+private:
+  static constexpr std::ptrdiff_t fewRecords = 32;
+  static constexpr std::ptrdiff_t manyRecords = 600;
+
+  // Puts each of a few records where as many lie before it as come before it in the order. Without
+  // a branch, and several comparisons at a time, that is faster than to compare fewer pairs.
+  static void Sort(Record* first, Record* last)
+  {
+    constexpr std::size_t most = fewRecords;
+    const auto count = static_cast<std::size_t>(last - first);
+    const std::size_t padded = (count + 3) / 4 * 4;
+    Scalar coordinates[most];
+    VertexId ids[most];
+    Record records[most];
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      records[i] = first[i];
+      coordinates[i] = first[i].p[Axis];
+      ids[i] = first[i].id;
+    }
+    for (std::size_t i = count; i < padded; ++i)
+    {
+      coordinates[i] = std::numeric_limits<Scalar>::infinity(); // behind all
+      ids[i] = 0;
+    }
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      std::uint32_t rank = 0;
+      for (std::size_t j = 0; j < padded; ++j)
+      {
+        rank += unsigned(coordinates[j] < coordinates[i]) |
+                (unsigned(coordinates[j] == coordinates[i]) & unsigned(ids[j] < ids[i]));
+      }
+      first[rank] = records[i];
+    }
+  }
+
+  static Record* PivotOfThree(Record* first, Record* last)
+  {
+    Record* a = first;
+    Record* b = first + (last - first) / 2;
+    Record* c = last - 1;
+    if (Before(*a)(*b))
+    {
+      std::swap(a, b);
+    }
+    if (Before(*b)(*c))
+    {
+      std::swap(b, c);
+      if (Before(*a)(*b))
+      {
+        std::swap(a, b);
+      }
+    }
+    return b;
+  }
+
+  // The place of a record whose rank is probably just beyond nth's.
+  static Record* PivotOfSample(Record* first, Record* nth, Record* last)
+  {
+    const auto size = static_cast<std::uint64_t>(last - first);
+    const auto rank = static_cast<std::uint64_t>(nth - first);
+    // About size^(2/3): the cost of the sample against that of a second round.
+    const unsigned bits = static_cast<unsigned>(std::bit_width(size)) * 2 / 3;
+    const std::uint64_t sample = std::max<std::uint64_t>(5, std::uint64_t{ 1 } << bits >> 1);
+    const std::uint64_t stride = size / sample;
+    std::uint32_t noise = 1;
+    for (std::uint64_t i = 0; i < sample; ++i)
+    {
+      noise = noise * 1664525U + 1013904223U;
+      const std::uint64_t within = (std::uint64_t{ noise } * stride) >> 32;
+      std::swap(first[i], first[i * stride + within]);
+    }
+    // Two standard deviations of a rank of the sample, at most.
+    const std::uint64_t margin = std::uint64_t{ 1 } << (bits / 2);
+    const std::uint64_t scaled = rank * sample / size;
+    const std::uint64_t wanted = 2 * rank < size ? std::min(scaled + margin, sample - 1)
+                                                 : (scaled > margin ? scaled - margin : 0);
+    Record* const pivot = first + wanted;
+    Select(first, pivot, first + sample);
+    return pivot;
+  }
+
+  // Moves the records before *first in the order to the front and *first behind them; returns where
+  // it is. Every record is moved, whether it must or not: cheaper than asking.
+  static Record* Partition(Record* first, Record* last)
+  {
+    const Before before(*first);
+    Record* const begin = first + 1;
+    if (begin == last)
+    {
+      return first;
+    }
+    const Record kept = *begin; // its place is the gap that travels along
+    Record* gap = begin;
+    Record* end = begin; // of those before the pivot
+    for (Record* next = begin + 1; next != last; ++next)
+    {
+      const bool isBefore = before(*next);
+      *gap = *end;
+      *end = *next;
+      gap = next;
+      end += isBefore;
+    }
+    const bool isBefore = before(kept);
+    *gap = *end;
+    *end = kept;
+    end += isBefore;
+    --end;
+    std::swap(*first, *end);
+    return end;
+  }
+};
+
+}

@@ -1,0 +1,111 @@
+// One pass over the records of a file, many blocks at a time: read and worked on side by side, then
+// taken in order. What every step out of core is made of.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/outofcore/files/RecordFile.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+namespace kdstream
+{
+
+// How many blocks are worked on at once, and how large each is. It depends on the memory alone, so
+// that sums over slots do not depend on the number of threads.
+struct BatchShape
+{
+  std::size_t slots = 1;
+  std::size_t blockRecords = 1;
+};
+
+// Buffers for the blocks of one pass.
+template <SpillRecord Record>
+class BatchPass
+{
+public:
+  BatchPass(const BatchShape& shape, const Execution& execution)
+    : Shape(shape)
+    , Run(execution)
+    , Blocks(shape.slots)
+    , Statuses(shape.slots)
+  {
+  }
+
+  // Reads the records [begin, end) of `file`. work(slot, records) -> Status is called for each
+  // block, on any threads: slot i works on the blocks i, i + slots, …; the records may be changed.
+  // Or work(slot, records, number of the first) -> Status.
+  // Then after(used, last) -> Status, from the calling thread, for each batch: the slots [0, used)
+  // have worked, and `last` is the number of the record behind the batch's.
+  template <class Work, class After>
+  Status Over(const SpillFile& file, std::uint64_t begin, std::uint64_t end, const Work& work,
+    const After& after)
+  {
+    while (begin < end)
+    {
+      const std::uint64_t block = this->Shape.blockRecords;
+      const std::uint64_t last = std::min(end, begin + block * this->Shape.slots);
+      const auto used = static_cast<std::size_t>((last - begin + block - 1) / block);
+      this->Run.parallelFor(used, 1,
+        [&](std::size_t firstSlot, std::size_t lastSlot)
+        {
+          for (std::size_t slot = firstSlot; slot < lastSlot; ++slot)
+          {
+            const std::uint64_t from = begin + slot * block;
+            std::vector<Record>& records = this->Blocks[slot];
+            records.resize(static_cast<std::size_t>(std::min(last, from + block) - from));
+            this->Statuses[slot] = ReadRecords<Record>(file, from, std::span<Record>(records));
+            if (this->Statuses[slot])
+            {
+              if constexpr (std::is_invocable_v<Work, std::size_t, std::span<Record>,
+                              std::uint64_t>)
+              {
+                this->Statuses[slot] = work(slot, std::span<Record>(records), from);
+              }
+              else
+              {
+                this->Statuses[slot] = work(slot, std::span<Record>(records));
+              }
+            }
+          }
+        });
+      if (Status status = this->FirstError(used); !status)
+      {
+        return status;
+      }
+      if (Status status = after(used, last); !status)
+      {
+        return status;
+      }
+      begin = last;
+    }
+    return {};
+  }
+
+  // The error of the lowest slot, for whatever else runs over the slots.
+  Status FirstError(std::size_t used) const
+  {
+    for (std::size_t slot = 0; slot < used; ++slot)
+    {
+      if (!this->Statuses[slot])
+      {
+        return this->Statuses[slot];
+      }
+    }
+    return {};
+  }
+
+  Status& StatusOf(std::size_t slot) { return this->Statuses[slot]; }
+
+private:
+  BatchShape Shape;
+  const Execution& Run;
+  std::vector<std::vector<Record>> Blocks;
+  std::vector<Status> Statuses;
+};
+
+}

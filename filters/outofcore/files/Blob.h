@@ -1,0 +1,138 @@
+// A few values as bytes, and back: counts, boxes, lists. What a phase of a build leaves for those
+// after it. Written and read by the same program on the same machine (a build folder's fingerprint
+// says so), hence as they lie in memory.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+class BlobWriter
+{
+public:
+  template <class T>
+  void Add(const T& value)
+  {
+    static_assert(std::is_trivially_copyable_v<T>);
+    this->AddBytes(std::as_bytes(std::span(&value, 1)));
+  }
+
+  // A list with its length.
+  template <class T>
+  void AddList(std::span<const T> values)
+  {
+    static_assert(std::is_trivially_copyable_v<T>);
+    this->Add(static_cast<std::uint64_t>(values.size()));
+    this->AddBytes(std::as_bytes(values));
+  }
+  template <class T>
+  void AddList(const std::vector<T>& values)
+  {
+    this->AddList(std::span<const T>(values));
+  }
+  void AddText(std::string_view text) { this->AddList(std::span<const char>(text)); }
+
+  const std::vector<std::byte>& Bytes() const { return this->Content; }
+
+private:
+  void AddBytes(std::span<const std::byte> bytes)
+  {
+    // Not by insert, of which g++ 12 warns without reason.
+    const std::size_t before = this->Content.size();
+    this->Content.resize(before + bytes.size());
+    std::copy(bytes.begin(), bytes.end(), this->Content.data() + before);
+  }
+
+  std::vector<std::byte> Content;
+};
+
+// Reads what a BlobWriter wrote, in the same order. What is not there reads as zeros, empty lists
+// and texts; Finish tells. No memory is taken for a list that is longer than the bytes that are
+// left.
+class BlobReader
+{
+public:
+  explicit BlobReader(std::span<const std::byte> bytes)
+    : Content(bytes)
+  {
+  }
+
+  template <class T>
+  T Read()
+  {
+    static_assert(std::is_trivially_copyable_v<T>);
+    T value{};
+    if (this->CanRead(1, sizeof(T)))
+    {
+      std::memcpy(&value, this->Content.data() + this->At, sizeof(T));
+      this->At += sizeof(T);
+    }
+    return value;
+  }
+
+  template <class T>
+  std::vector<T> ReadList()
+  {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto count = this->Read<std::uint64_t>();
+    std::vector<T> values;
+    if (this->CanRead(count, sizeof(T)) && count > 0)
+    {
+      values.resize(static_cast<std::size_t>(count));
+      std::memcpy(values.data(), this->Content.data() + this->At, values.size() * sizeof(T));
+      this->At += values.size() * sizeof(T);
+    }
+    return values;
+  }
+
+  std::string ReadText()
+  {
+    const std::vector<char> text = this->ReadList<char>();
+    return { text.begin(), text.end() };
+  }
+
+  // False as soon as something was not there: loops over a count that was read stop here.
+  bool Good() const { return this->FirstError.HasValue(); }
+
+  // Errors: Damaged, with the offset, where something that was read was not there, or where bytes
+  // are left.
+  Status Finish() const
+  {
+    if (this->Good() && this->At < this->Content.size())
+    {
+      return Error{ ErrorCode::Damaged, std::to_string(this->Content.size() - this->At) +
+                                          " bytes too many at offset " + std::to_string(this->At) };
+    }
+    return this->FirstError;
+  }
+
+private:
+  bool CanRead(std::uint64_t count, std::size_t bytes)
+  {
+    if (this->Good() && count > (this->Content.size() - this->At) / bytes)
+    {
+      this->FirstError =
+        Error{ ErrorCode::Damaged, std::to_string(count) + " values of " + std::to_string(bytes) +
+                                     " bytes are not there at offset " + std::to_string(this->At) };
+    }
+    return this->Good();
+  }
+
+  std::span<const std::byte> Content;
+  std::size_t At = 0;
+  Status FirstError;
+};
+
+}

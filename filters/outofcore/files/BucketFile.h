@@ -1,0 +1,149 @@
+// Records sorted into buckets on the way to a file: the pass that brings together what belongs
+// together when it does not fit the memory.
+#pragma once
+
+#include "filters/outofcore/files/Blob.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/SpillFile.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// A file of buckets of records of one size, which is known when it is made. A bucket keeps its
+// records in the order in which they came. The file is a list of blocks, each of one bucket; the
+// memory taken is a block a bucket while writing, a block while reading, and 4 bytes a block.
+class BucketFile
+{
+public:
+  // expectedRecords: how many there will be at most. memory: bytes for the blocks of all buckets
+  // together; a block has at least one record, and at most 1 MiB. REQUIRES: buckets, recordBytes >
+  // 0. Errors: those of SpillFolder.
+  static Result<BucketFile> Create(SpillFolder& folder, std::string_view purpose,
+    std::size_t recordBytes, std::size_t buckets, std::uint64_t expectedRecords,
+    std::uint64_t memory);
+
+  // One record or several. REQUIRES: bucket < BucketCount(), records.size() a multiple of
+  // recordBytes. Errors: those of SpillFile.
+  Status Add(std::size_t bucket, std::span<const std::byte> records);
+  // Writes what is left in memory; nothing is added afterwards.
+  Status Finish();
+
+  std::size_t BucketCount() const { return this->Buckets.size(); }
+  std::uint64_t Size(std::size_t bucket) const { return this->Buckets[bucket].records; }
+
+  // Gives the records of a bucket to `visit`, block by block, whole records each. REQUIRES:
+  // Finish() was called. Errors: those of SpillFile and of `visit`.
+  Status ForEachBlock(std::size_t bucket,
+    const std::function<Status(std::span<const std::byte> records)>& visit) const;
+
+  // For a phase of a build that leaves buckets (BuildFolder.h): what is not in the file, about 4
+  // bytes a block, and the file itself. REQUIRES: Finish() was called; nothing else is afterwards.
+  SpillFile Save(BlobWriter& blob);
+  // What Save took apart. Errors: Damaged where the two do not fit each other.
+  static Result<BucketFile> Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob);
+
+private:
+  struct Bucket
+  {
+    std::uint64_t records = 0;
+    std::vector<std::byte> open;       // the block that is filled now
+    std::vector<std::uint32_t> blocks; // places of the full ones, in blocks; the last may be short
+  };
+
+  Status Flush(Bucket& bucket);
+
+  SpillFile File;
+  std::size_t RecordBytes = 0;
+  std::size_t BlockBytes = 0; // a multiple of RecordBytes
+  std::uint32_t NextBlock = 0;
+  std::vector<Bucket> Buckets;
+};
+
+// The same for records of one type.
+template <SpillRecord Record>
+class RecordBuckets
+{
+public:
+  static Result<RecordBuckets> Create(SpillFolder& folder, std::string_view purpose,
+    std::size_t buckets, std::uint64_t expectedRecords, std::uint64_t memory)
+  {
+    Result<BucketFile> file =
+      BucketFile::Create(folder, purpose, sizeof(Record), buckets, expectedRecords, memory);
+    if (!file)
+    {
+      return file.GetError();
+    }
+    return RecordBuckets(std::move(*file));
+  }
+
+  Status Add(std::size_t bucket, const Record& record)
+  {
+    return this->File.Add(bucket, std::as_bytes(std::span(&record, 1)));
+  }
+  Status Add(std::size_t bucket, std::span<const Record> records)
+  {
+    return this->File.Add(bucket, std::as_bytes(records));
+  }
+  Status Finish() { return this->File.Finish(); }
+  SpillFile Save(BlobWriter& blob) { return this->File.Save(blob); }
+  static Result<RecordBuckets> Restore(SpillFile file, BlobReader& blob)
+  {
+    Result<BucketFile> restored = BucketFile::Restore(std::move(file), sizeof(Record), blob);
+    return restored ? Result<RecordBuckets>(RecordBuckets(std::move(*restored)))
+                    : restored.GetError();
+  }
+  std::size_t BucketCount() const { return this->File.BucketCount(); }
+  std::uint64_t Size(std::size_t bucket) const { return this->File.Size(bucket); }
+
+  // All records of a bucket in the order in which they came.
+  Result<std::vector<Record>> ReadAll(std::size_t bucket) const
+  {
+    std::vector<Record> all(static_cast<std::size_t>(this->Size(bucket)));
+    std::size_t read = 0;
+    const Status status = this->File.ForEachBlock(bucket,
+      [&](std::span<const std::byte> records) -> Status
+      {
+        std::memcpy(all.data() + read, records.data(), records.size());
+        read += records.size() / sizeof(Record);
+        return {};
+      });
+    return status ? Result<std::vector<Record>>(std::move(all)) : status.GetError();
+  }
+
+  // visit(const Record&) -> Status, for each record of the bucket in the order in which they came.
+  template <class Visit>
+  Status ForEach(std::size_t bucket, const Visit& visit) const
+  {
+    return this->File.ForEachBlock(bucket,
+      [&](std::span<const std::byte> records) -> Status
+      {
+        for (std::size_t at = 0; at < records.size(); at += sizeof(Record))
+        {
+          Record record;
+          std::memcpy(&record, records.data() + at, sizeof(Record));
+          if (Status status = visit(record); !status)
+          {
+            return status;
+          }
+        }
+        return {};
+      });
+  }
+
+private:
+  explicit RecordBuckets(BucketFile file)
+    : File(std::move(file))
+  {
+  }
+  BucketFile File;
+};
+
+}

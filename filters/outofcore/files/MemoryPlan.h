@@ -1,0 +1,60 @@
+// How a memory limit is divided among the buffers of the steps out of core.
+#pragma once
+
+#include "filters/outofcore/files/BatchPass.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace kdstream
+{
+
+// The blocks of a pass that takes about `memory` bytes and keeps nothing else: a block is there
+// twice, as it was read and as what becomes of it.
+inline BatchShape ShapeOfPass(std::uint64_t memory, std::size_t recordBytes)
+{
+  constexpr std::size_t slots = 8;
+  return { slots, static_cast<std::size_t>(std::clamp<std::uint64_t>(
+                    memory / (2 * slots * recordBytes), 1, spillBlockBytes / recordBytes)) };
+}
+
+// The parts of a pass come to the limit together: blocks a quarter, records that are kept and
+// histograms an eighth each, a method's own half. A cell in memory has all of it.
+struct MemoryPlan
+{
+  // The least limit for records of a size.
+  static constexpr std::uint64_t Least(std::size_t recordBytes) { return 64 * recordBytes; }
+
+  // REQUIRES: memory >= Least(recordBytes).
+  MemoryPlan(std::uint64_t memory, std::size_t recordBytes)
+    : cellRecords(memory / recordBytes)
+    , keepable(std::max<std::uint64_t>(1, memory / 8 / recordBytes))
+    , method(memory / 2)
+  {
+    // A block is there twice: as it was read, and divided (or as keys, which are no larger).
+    const std::uint64_t records = memory / 4 / (2 * recordBytes);
+    const std::uint64_t large = largeBlockBytes / recordBytes;
+    this->shape.slots =
+      static_cast<std::size_t>(std::clamp<std::uint64_t>(records / large, 1, mostSlots));
+    this->shape.blockRecords =
+      static_cast<std::size_t>(std::clamp<std::uint64_t>(records / this->shape.slots, 1, large));
+    // Two cells, three axes, 4 bytes a bin.
+    while (this->bits > 4 && (std::uint64_t{ 24 } << this->bits) * this->shape.slots > memory / 8)
+    {
+      --this->bits;
+    }
+  }
+
+  BatchShape shape;
+  std::uint64_t cellRecords; // most records of a cell that is finished in memory
+  std::uint64_t keepable;    // most records around a median that a pass may keep
+  std::uint64_t method;      // bytes
+  unsigned bits = 12;        // of the histograms that are gathered beside something else
+
+private:
+  static constexpr std::uint64_t largeBlockBytes = 2 * spillBlockBytes;
+  static constexpr std::uint64_t mostSlots = 8;
+};
+
+}

@@ -1,0 +1,262 @@
+// Files for what does not fit the memory: see SpillFile.h.
+#include "filters/outofcore/files/SpillFile.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+namespace kdstream
+{
+namespace
+{
+
+// The kernel moves at most 2 GiB at once.
+constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 30;
+
+bool IsFull(int reason)
+{
+  return reason == ENOSPC || reason == EDQUOT || reason == EFBIG;
+}
+
+std::string ReasonText(int reason)
+{
+  return std::generic_category().message(reason);
+}
+
+// " of which 123 are free", as far as the system tells.
+std::uint64_t FreeBytes(const std::filesystem::path& folder)
+{
+  struct statvfs state = {};
+  if (statvfs(folder.c_str(), &state) != 0)
+  {
+    return 0;
+  }
+  return std::uint64_t{ state.f_bavail } * state.f_frsize;
+}
+
+// "the build takes about 12 MiB there; ", if that is known.
+std::string InAll(std::uint64_t bytes)
+{
+  return bytes == 0 ? std::string()
+                    : "the build takes about " + std::to_string((bytes >> 20) + 1) + " MiB there; ";
+}
+
+Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std::uint64_t needed,
+  std::uint64_t present, int reason)
+{
+  return { ErrorCode::InputOutput,
+    "the temporary folder is too small: " + InAll(ledger.expected) + std::string(purpose) +
+      " need " + std::to_string(needed) + " bytes, of which " + std::to_string(present) +
+      " are there; " + std::to_string(FreeBytes(ledger.folder)) +
+      " bytes are free on its disk, and other temporary files take " +
+      std::to_string(ledger.onDisk.load() - std::min(ledger.onDisk.load(), present)) + " (" +
+      ReasonText(reason) + ")" };
+}
+
+}
+
+void detail::SpillLedger::Note(FileOperation operation) const
+{
+  if (this->hook)
+  {
+    this->hook(operation);
+  }
+}
+
+void detail::SpillLedger::Grow(std::uint64_t bytes)
+{
+  const std::uint64_t now = this->onDisk += bytes;
+  std::uint64_t peak = this->peakOnDisk.load();
+  while (peak < now && !this->peakOnDisk.compare_exchange_weak(peak, now))
+  {
+  }
+}
+
+SpillFile& SpillFile::operator=(SpillFile&& other) noexcept
+{
+  if (this != &other)
+  {
+    this->Remove();
+    this->Ledger = std::move(other.Ledger);
+    this->Path = std::exchange(other.Path, {});
+    this->Number = std::exchange(other.Number, 0);
+    this->Purpose = std::exchange(other.Purpose, {});
+    this->Expected = std::exchange(other.Expected, 0);
+    this->Bytes = other.Bytes.exchange(0);
+    this->Descriptor = std::exchange(other.Descriptor, -1);
+    this->Kept = std::exchange(other.Kept, false);
+  }
+  return *this;
+}
+
+void SpillFile::Remove()
+{
+  if (this->Descriptor < 0)
+  {
+    return;
+  }
+  close(std::exchange(this->Descriptor, -1));
+  const std::uint64_t bytes = this->Bytes.exchange(0);
+  if (!std::exchange(this->Kept, false))
+  {
+    this->Ledger->Note(FileOperation::Remove);
+    unlink(this->Path.c_str());
+    this->Ledger->onDisk -= bytes;
+  }
+  this->Ledger.reset();
+}
+
+std::string SpillFile::Describe() const
+{
+  return "temporary file " + this->Path.string() + " (" + this->Purpose + ")";
+}
+
+Status SpillFile::Read(std::uint64_t offset, std::span<std::byte> bytes) const
+{
+  this->Ledger->bytesRead += bytes.size();
+  while (!bytes.empty())
+  {
+    const ssize_t count = pread(this->Descriptor, bytes.data(), std::min(bytes.size(), mostAtOnce),
+      static_cast<off_t>(offset));
+    if (count < 0 && errno == EINTR)
+    {
+      continue;
+    }
+    if (count <= 0)
+    {
+      return Error{ ErrorCode::InputOutput,
+        this->Describe() + ": " + std::to_string(bytes.size()) + " bytes at offset " +
+          std::to_string(offset) +
+          " cannot be read: " + (count < 0 ? ReasonText(errno) : "the file ends before them") };
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    offset += static_cast<std::uint64_t>(count);
+  }
+  return {};
+}
+
+Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
+{
+  if (this->Kept)
+  {
+    return Error{ ErrorCode::InputOutput,
+      this->Describe() + " belongs to a finished phase and cannot be written" };
+  }
+  while (!bytes.empty())
+  {
+    this->Ledger->Note(FileOperation::Write);
+    const ssize_t count = pwrite(this->Descriptor, bytes.data(), std::min(bytes.size(), mostAtOnce),
+      static_cast<off_t>(offset));
+    if (count < 0)
+    {
+      const int reason = errno;
+      if (reason == EINTR)
+      {
+        continue;
+      }
+      if (IsFull(reason))
+      {
+        return FullDisk(*this->Ledger, this->Purpose,
+          std::max(this->Expected, offset + bytes.size()), this->Size(), reason);
+      }
+      return Error{ ErrorCode::InputOutput, this->Describe() + ": " + std::to_string(bytes.size()) +
+                                              " bytes at offset " + std::to_string(offset) +
+                                              " cannot be written: " + ReasonText(reason) };
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    offset += static_cast<std::uint64_t>(count);
+    this->Ledger->bytesWritten += static_cast<std::uint64_t>(count);
+    std::uint64_t size = this->Bytes.load();
+    while (size < offset && !this->Bytes.compare_exchange_weak(size, offset))
+    {
+    }
+    if (size < offset)
+    {
+      this->Ledger->Grow(offset - size);
+    }
+  }
+  return {};
+}
+
+Status SpillFile::Sync() const
+{
+  this->Ledger->Note(FileOperation::Sync);
+  if (fsync(this->Descriptor) != 0)
+  {
+    const int reason = errno;
+    return IsFull(reason)
+             ? FullDisk(*this->Ledger, this->Purpose, this->Expected, this->Size(), reason)
+             : Error{ ErrorCode::InputOutput,
+                 this->Describe() + " cannot be written: " + ReasonText(reason) };
+  }
+  return {};
+}
+
+Result<SpillFolder> SpillFolder::Create(const std::filesystem::path& parent)
+{
+  std::string name = (parent.empty() ? std::filesystem::path(".") : parent) / "kdstream-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr)
+  {
+    return Error{ ErrorCode::InputOutput, "no folder for temporary files can be made in " +
+                                            parent.string() + ": " + ReasonText(errno) };
+  }
+  auto ledger = std::make_shared<detail::SpillLedger>();
+  ledger->folder = name;
+  return SpillFolder(std::move(ledger));
+}
+
+SpillFolder::~SpillFolder()
+{
+  if (this->Ledger && !this->Ledger->keepFolder)
+  {
+    this->Ledger->Note(FileOperation::Remove);
+    std::error_code ignored;
+    std::filesystem::remove_all(this->Ledger->folder, ignored);
+  }
+}
+
+SpillCounts SpillFolder::Counts() const
+{
+  return { this->Ledger->bytesRead.load(), this->Ledger->bytesWritten.load(),
+    this->Ledger->onDisk.load(), this->Ledger->peakOnDisk.load() };
+}
+
+Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_t bytes)
+{
+  SpillFile file;
+  file.Ledger = this->Ledger;
+  file.Purpose = purpose;
+  file.Expected = bytes;
+  file.Number = this->Ledger->files++;
+  file.Path = this->Ledger->folder / std::to_string(file.Number);
+  this->Ledger->Note(FileOperation::Create);
+  file.Descriptor = open(file.Path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (file.Descriptor < 0)
+  {
+    return Error{ ErrorCode::InputOutput,
+      file.Describe() + " cannot be made: " + ReasonText(errno) };
+  }
+  int reason = 0;
+  if (bytes > 0 &&
+      fallocate(file.Descriptor, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) != 0)
+  {
+    reason = errno;
+    if (!IsFull(reason))
+    {
+      // The file system cannot do it; its word on what is free is the next best.
+      reason = FreeBytes(this->Ledger->folder) < bytes ? ENOSPC : 0;
+    }
+  }
+  if (reason != 0)
+  {
+    return FullDisk(*this->Ledger, purpose, bytes, 0, reason);
+  }
+  return file;
+}
+
+}

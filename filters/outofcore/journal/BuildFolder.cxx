@@ -1,0 +1,543 @@
+// Build folders: see BuildFolder.h.
+//   NAME         files by number, and `journal`
+//   NAME.lock    locked by the process that builds; removed by it, and only by it
+#include "filters/outofcore/journal/BuildFolder.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <map>
+#include <memory>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace kdstream
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr const char* journalName = "journal";
+
+Error SystemError(const std::string& what, int reason)
+{
+  return { ErrorCode::InputOutput, what + ": " + std::generic_category().message(reason) };
+}
+
+// One path for a file, however it is written.
+fs::path Canonical(const fs::path& path)
+{
+  std::error_code failed;
+  fs::path canonical = fs::weakly_canonical(fs::absolute(path, failed), failed);
+  return failed ? fs::absolute(path, failed) : canonical;
+}
+
+// A locked file. It is removed while it is still locked: who locks it next has made another one.
+class FileLock
+{
+public:
+  FileLock(int descriptor, fs::path path, FileHook hook)
+    : Descriptor(descriptor)
+    , Path(std::move(path))
+    , Hook(std::move(hook))
+  {
+  }
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+  ~FileLock()
+  {
+    if (this->Hook)
+    {
+      this->Hook(FileOperation::Remove);
+    }
+    unlink(this->Path.c_str());
+    close(this->Descriptor);
+  }
+
+private:
+  int Descriptor;
+  fs::path Path;
+  FileHook Hook;
+};
+
+bool IsSameFile(int descriptor, const fs::path& path)
+{
+  struct stat opened = {}, named = {};
+  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
+{
+  for (;;)
+  {
+    const int descriptor =
+      open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, S_IRUSR | S_IWUSR);
+    if (descriptor < 0)
+    {
+      return SystemError("no lock can be made at " + path.string(), errno);
+    }
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0)
+    {
+      const int reason = errno;
+      close(descriptor);
+      if (reason == EWOULDBLOCK)
+      {
+        return Error{ ErrorCode::LimitExceeded,
+          "another build of this store is running: it has locked " + path.string() };
+      }
+      return SystemError(path.string() + " cannot be locked", reason);
+    }
+    // Whoever had it before may have removed it in between.
+    if (IsSameFile(descriptor, path))
+    {
+      return std::shared_ptr<void>(std::make_shared<FileLock>(descriptor, path, hook));
+    }
+    close(descriptor);
+  }
+}
+
+Status MakeFolder(const fs::path& path)
+{
+  if (mkdir(path.c_str(), S_IRWXU) == 0)
+  {
+    return {};
+  }
+  if (errno != EEXIST)
+  {
+    return SystemError("no folder for temporary files can be made at " + path.string(), errno);
+  }
+  // Its name can be foretold, and the folder that it is in may be open to everybody.
+  struct stat found = {};
+  if (lstat(path.c_str(), &found) != 0 || !S_ISDIR(found.st_mode) || found.st_uid != geteuid() ||
+      (found.st_mode & (S_IWGRP | S_IWOTH)) != 0)
+  {
+    return Error{ ErrorCode::InputOutput,
+      path.string() + " is not a folder that only this user can write to" };
+  }
+  return {};
+}
+
+// Of the last change to its bytes, in nanoseconds.
+std::int64_t TimeOf(const struct stat& state)
+{
+  return std::int64_t{ state.st_mtim.tv_sec } * 1000000000 + state.st_mtim.tv_nsec;
+}
+
+Status SyncFolder(const fs::path& path)
+{
+  const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0 || fsync(descriptor) != 0)
+  {
+    const int reason = errno;
+    if (descriptor >= 0)
+    {
+      close(descriptor);
+    }
+    return SystemError("temporary folder " + path.string() + " cannot be written", reason);
+  }
+  close(descriptor);
+  return {};
+}
+
+}
+
+namespace
+{
+
+// The parts of a fingerprint, each after its length; fewer where it is none.
+std::vector<std::string_view> PartsOf(std::string_view fingerprint)
+{
+  std::vector<std::string_view> parts;
+  while (!fingerprint.empty())
+  {
+    std::size_t length = 0, digits = 0;
+    for (; digits < fingerprint.size() && fingerprint[digits] >= '0' &&
+           fingerprint[digits] <= '9' && length < fingerprint.size();
+         ++digits)
+    {
+      length = 10 * length + static_cast<std::size_t>(fingerprint[digits] - '0');
+    }
+    if (digits + 2 + length > fingerprint.size())
+    {
+      break;
+    }
+    parts.push_back(fingerprint.substr(digits + 1, length));
+    fingerprint.remove_prefix(digits + 2 + length);
+  }
+  return parts;
+}
+
+BuildFolder::Found Compare(std::string_view earlier, std::string_view now)
+{
+  if (earlier == now)
+  {
+    return BuildFolder::Found::SameBuild;
+  }
+  // As FingerprintOf writes them: the program; path, size and time of the input; the options.
+  const std::vector<std::string_view> before = PartsOf(earlier), after = PartsOf(now);
+  if (before.size() != 5 || after.size() != 5 || before[0] != after[0])
+  {
+    return BuildFolder::Found::OtherProgram;
+  }
+  return std::equal(before.begin() + 1, before.begin() + 4, after.begin() + 1)
+           ? BuildFolder::Found::OtherOptions
+           : BuildFolder::Found::OtherInput;
+}
+
+}
+
+Result<std::string> FingerprintOf(const BuildIdentity& identity)
+{
+  struct stat input = {};
+  if (stat(identity.input.c_str(), &input) != 0)
+  {
+    return SystemError(identity.input.string() + " cannot be examined", errno);
+  }
+  std::string fingerprint;
+  for (const std::string& part :
+    { identity.program, Canonical(identity.input).string(), std::to_string(input.st_size),
+      std::to_string(input.st_mtim.tv_sec) + "." + std::to_string(input.st_mtim.tv_nsec),
+      identity.options })
+  {
+    fingerprint += std::to_string(part.size()) + ":" + part + "\n";
+  }
+  return fingerprint;
+}
+
+fs::path BuildFolder::PathFor(const fs::path& store, const fs::path& temporaryFolder)
+{
+  const fs::path canonical = Canonical(store);
+  const std::string whole = canonical.string();
+  constexpr const char* digits = "0123456789abcdef";
+  std::string hash;
+  for (std::uint64_t rest = XXH3_64bits(whole.data(), whole.size()), i = 0; i < 16; ++i, rest >>= 4)
+  {
+    hash += digits[rest & 15];
+  }
+  // A file name has at most 255 bytes.
+  constexpr std::size_t longestName = 200;
+  const std::string name = "." + canonical.filename().string().substr(0, longestName) + "." + hash;
+  return (temporaryFolder.empty() ? canonical.parent_path() : temporaryFolder) / (name + ".build");
+}
+
+Result<BuildFolder> BuildFolder::Open(
+  const fs::path& path, std::string_view fingerprint, bool resume, FileHook hook)
+{
+  fs::path lockPath = path;
+  lockPath += ".lock";
+  Result<std::shared_ptr<void>> lock = Lock(lockPath, hook);
+  if (!lock)
+  {
+    return lock.GetError();
+  }
+  if (hook)
+  {
+    hook(FileOperation::Create);
+  }
+  if (Status status = MakeFolder(path); !status)
+  {
+    return status.GetError();
+  }
+  auto ledger = std::make_shared<detail::SpillLedger>();
+  ledger->folder = path;
+  ledger->hook = std::move(hook);
+  ledger->lock = std::move(*lock);
+  BuildFolder folder{ SpillFolder(std::move(ledger)) };
+  folder.TakeUp(fingerprint, resume);
+  return folder;
+}
+
+BuildFolder::~BuildFolder()
+{
+  if (this->Folder.Ledger && !this->Folder.Ledger->keepFolder)
+  {
+    // First: without it nothing else counts, wherever this ends.
+    this->Folder.Ledger->Note(FileOperation::Remove);
+    unlink((this->Folder.Path() / journalName).c_str());
+  }
+}
+
+void BuildFolder::Keep(bool keep)
+{
+  this->Folder.Ledger->keepFolder = keep;
+}
+
+fs::path BuildFolder::PathOf(std::uint64_t number) const
+{
+  return this->Folder.Path() / std::to_string(number);
+}
+
+void BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
+{
+  Result<PhaseJournal> found =
+    resume ? this->ReadJournal() : Error{ ErrorCode::NotFound, "not asked for" };
+  this->Earlier = found ? Compare(found->fingerprint, fingerprint)
+                  : found.GetError().code == ErrorCode::NotFound ? Found::Nothing
+                                                                 : Found::Damaged;
+  if (this->Earlier == Found::SameBuild)
+  {
+    this->Journal = std::move(*found);
+  }
+  else
+  {
+    this->Folder.Ledger->Note(FileOperation::Remove);
+    unlink((this->Folder.Path() / journalName).c_str());
+    this->Journal.fingerprint = fingerprint;
+  }
+  std::uint64_t next = 0;
+  for (const JournalPhase& phase : this->Journal.phases)
+  {
+    for (const JournalFile& file : phase.files)
+    {
+      // Also of files that are gone: as long as the journal is not replaced it names them.
+      next = file.number == JournalFile::noNumber ? next : std::max(next, file.number + 1);
+    }
+  }
+  this->Folder.Ledger->files = next;
+  this->Journal.phases.resize(UsablePhases(this->Journal,
+    [&](const JournalFile& file)
+    {
+      struct stat state = {};
+      return lstat(this->PathOf(file.number).c_str(), &state) == 0 && S_ISREG(state.st_mode) &&
+             static_cast<std::uint64_t>(state.st_size) == file.bytes &&
+             TimeOf(state) == file.changed;
+    }));
+  this->RemoveUnnamed();
+}
+
+void BuildFolder::RemoveUnnamed()
+{
+  std::set<std::string> named;
+  for (const JournalPhase& phase : this->Journal.phases)
+  {
+    for (const JournalFile& file : phase.files)
+    {
+      if (file.releasedAfter == 0 && file.number != JournalFile::noNumber &&
+          named.insert(std::to_string(file.number)).second)
+      {
+        this->Folder.Ledger->Grow(file.bytes);
+      }
+    }
+  }
+  named.insert(journalName);
+  std::error_code ignored;
+  std::vector<fs::path> unnamed;
+  for (fs::directory_iterator entry(this->Folder.Path(), ignored), end; entry != end;
+       entry.increment(ignored))
+  {
+    if (!named.count(entry->path().filename().string()))
+    {
+      unnamed.push_back(entry->path());
+    }
+  }
+  for (const fs::path& path : unnamed)
+  {
+    this->Folder.Ledger->Note(FileOperation::Remove);
+    fs::remove_all(path, ignored);
+  }
+}
+
+Result<PhaseJournal> BuildFolder::ReadJournal() const
+{
+  const fs::path path = this->Folder.Path() / journalName;
+  struct stat state = {};
+  if (lstat(path.c_str(), &state) != 0 || !S_ISREG(state.st_mode))
+  {
+    return Error{ ErrorCode::NotFound, "there is no journal" };
+  }
+  Result<SpillFile> file = this->OpenKept(
+    path, "journal of the build", { journalName, 0, static_cast<std::uint64_t>(state.st_size), 0 });
+  if (!file)
+  {
+    return file.GetError();
+  }
+  std::vector<std::byte> bytes(static_cast<std::size_t>(file->Size()));
+  if (Status status = file->Read(0, bytes); !status)
+  {
+    return status.GetError();
+  }
+  return DecodeJournal(bytes);
+}
+
+Status BuildFolder::WriteJournal(const PhaseJournal& journal)
+{
+  const std::vector<std::byte> bytes = EncodeJournal(journal);
+  Result<SpillFile> file = this->Folder.CreateFile("entries of the journal", bytes.size());
+  if (!file)
+  {
+    return file.GetError();
+  }
+  Status status = file->Write(0, bytes);
+  if (status)
+  {
+    status = file->Sync();
+  }
+  if (!status)
+  {
+    return status;
+  }
+  this->Folder.Ledger->Note(FileOperation::Rename);
+  if (rename(file->Path.c_str(), (this->Folder.Path() / journalName).c_str()) != 0)
+  {
+    return SystemError(file->Describe() + " cannot be renamed", errno);
+  }
+  file->Kept = true;
+  this->Folder.Ledger->onDisk -= bytes.size(); // the journal is no spill file
+  this->Folder.Ledger->Note(FileOperation::Sync);
+  return SyncFolder(this->Folder.Path());
+}
+
+const JournalPhase* BuildFolder::Find(std::string_view phase) const
+{
+  const auto found = std::find_if(this->Journal.phases.begin(), this->Journal.phases.end(),
+    [&](const JournalPhase& other) { return other.name == phase; });
+  return found == this->Journal.phases.end() ? nullptr : &*found;
+}
+
+bool BuildFolder::Finished(std::string_view phase) const
+{
+  return this->Find(phase) != nullptr;
+}
+
+BlobReader BuildFolder::BlobOf(std::string_view phase) const
+{
+  return BlobReader(this->Find(phase)->blob);
+}
+
+Status BuildFolder::Finish(std::string_view phase, const BlobWriter& blob,
+  std::span<PhaseFile> files, std::initializer_list<PhaseFileName> givenUp)
+{
+  PhaseJournal journal = this->Journal;
+  JournalPhase& finished = journal.phases.emplace_back();
+  finished.name = phase;
+  finished.blob = blob.Bytes();
+  for (const PhaseFile& left : files)
+  {
+    JournalFile& entry = finished.files.emplace_back();
+    entry.name = left.name;
+    if (!left.file.IsOpen())
+    {
+      continue;
+    }
+    entry.number = left.file.Number;
+    entry.bytes = left.file.Size();
+    if (Status status = left.file.Kept ? Status{} : left.file.Sync(); !status)
+    {
+      return status;
+    }
+    struct stat state = {};
+    if (fstat(left.file.Descriptor, &state) != 0)
+    {
+      return SystemError(left.file.Describe() + " cannot be examined", errno);
+    }
+    entry.changed = TimeOf(state);
+  }
+  const std::vector<JournalFile> released = GiveUp(journal, givenUp);
+  if (Status status = this->WriteJournal(journal); !status)
+  {
+    return status;
+  }
+  this->Journal = std::move(journal);
+  for (PhaseFile& left : files)
+  {
+    left.file.Kept = left.file.IsOpen();
+    left.file.Remove();
+  }
+  for (const JournalFile& file : released)
+  {
+    this->Folder.Ledger->Note(FileOperation::Remove);
+    unlink(this->PathOf(file.number).c_str());
+    this->Folder.Ledger->onDisk -= file.bytes;
+  }
+  return {};
+}
+
+std::vector<JournalFile> BuildFolder::GiveUp(
+  PhaseJournal& journal, std::initializer_list<PhaseFileName> files)
+{
+  const auto isGivenUp = [&](const JournalPhase& phase, const JournalFile& file)
+  {
+    return std::any_of(files.begin(), files.end(),
+      [&](const PhaseFileName& name)
+      { return name.phase == phase.name && (name.file.empty() || name.file == file.name); });
+  };
+  std::set<std::uint64_t> needed;
+  std::map<std::uint64_t, JournalFile> released; // by number
+  for (JournalPhase& phase : journal.phases)
+  {
+    for (JournalFile& file : phase.files)
+    {
+      if (file.releasedAfter > 0 || file.number == JournalFile::noNumber)
+      {
+        continue;
+      }
+      if (isGivenUp(phase, file))
+      {
+        file.releasedAfter = journal.phases.size();
+        released.emplace(file.number, file);
+      }
+      else
+      {
+        needed.insert(file.number);
+      }
+    }
+  }
+  std::vector<JournalFile> removed;
+  for (const auto& [number, file] : released)
+  {
+    if (!needed.count(number))
+    {
+      removed.push_back(file);
+    }
+  }
+  return removed;
+}
+
+Result<SpillFile> BuildFolder::TakeFile(std::string_view phase, std::string_view file) const
+{
+  const std::string purpose = std::string(file) + " of phase " + std::string(phase);
+  if (const JournalPhase* finished = this->Find(phase))
+  {
+    for (const JournalFile& left : finished->files)
+    {
+      if (left.name == file && left.releasedAfter == 0)
+      {
+        return left.number == JournalFile::noNumber
+                 ? Result<SpillFile>(SpillFile())
+                 : this->OpenKept(this->PathOf(left.number), purpose, left);
+      }
+    }
+  }
+  return Error{ ErrorCode::NotFound, "there is no file of " + purpose };
+}
+
+Result<SpillFile> BuildFolder::OpenKept(
+  const fs::path& path, std::string_view purpose, const JournalFile& file) const
+{
+  SpillFile opened;
+  opened.Ledger = this->Folder.Ledger;
+  opened.Path = path;
+  opened.Number = file.number;
+  opened.Purpose = purpose;
+  opened.Expected = file.bytes;
+  opened.Bytes = file.bytes;
+  opened.Kept = true;
+  opened.Descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (opened.Descriptor < 0)
+  {
+    return SystemError(opened.Describe() + " cannot be opened", errno);
+  }
+  return opened;
+}
+
+}

@@ -1,0 +1,141 @@
+// A folder of spill files that outlives a killed build: the next build of the same store takes it
+// up and goes on from the last finished phase (DESIGN promise 6, CLI.md --resume).
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/outofcore/files/Blob.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/journal/PhaseJournal.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// What a build is made from. Builds of equal fingerprints make the same files.
+struct BuildIdentity
+{
+  std::string program;         // with its version
+  std::filesystem::path input; // its absolute path, size and time of change count
+  std::string options;         // all that the store or the files of any phase depend on
+};
+// Errors: InputOutput where the input cannot be examined.
+Result<std::string> FingerprintOf(const BuildIdentity& identity);
+
+// A file of a phase, under the name by which it is asked for. It may be closed, where the phase has
+// nothing to leave, and it may be one that an earlier phase left.
+struct PhaseFile
+{
+  std::string name;
+  SpillFile file;
+};
+struct PhaseFileName
+{
+  std::string_view phase, file;
+};
+
+// A build is a list of phases that always come in the same order. Each makes files in Files() and
+// leaves some of them, and a few values, with Finish; those after it read them by TakeFile and
+// BlobOf:
+//
+//   if (!folder.Finished("tree"))
+//   {
+//     … files from folder.Files() …
+//     PhaseFile files[] = { { "records", std::move(records) } };
+//     status = folder.Finish("tree", blob, files);
+//   }
+//   BlobReader blob = folder.BlobOf("tree");
+//   Result<SpillFile> records = folder.TakeFile("tree", "records");
+//
+// The journal (PhaseJournal.h) is replaced by a write and a rename once the files are on the disk,
+// so that a process that is killed, or a machine that stops, leaves the phases finished before or
+// those and one more. Folder and lock go when this and all its files have gone, after errors too
+// (CLI.md); Keep changes that.
+class BuildFolder
+{
+public:
+  // What Open found of an earlier build.
+  enum class Found
+  {
+    Nothing,      // no journal: none, or one that was killed before its first phase was finished
+    Damaged,      // a journal that cannot be read, or is of another version
+    OtherProgram, // of another version, or another program
+    OtherInput,   // or the same input, changed since
+    OtherOptions,
+    SameBuild // phases of it may be usable
+  };
+
+  // The folder of the builds of `store`: hidden, in temporaryFolder, or beside the store if that is
+  // empty. Its name holds a hash of the store's absolute path: builds of other stores do not meet.
+  static std::filesystem::path PathFor(
+    const std::filesystem::path& store, const std::filesystem::path& temporaryFolder);
+
+  // Makes the folder, or takes it up. What a build of another fingerprint left is thrown away, as
+  // is all without `resume`, and what the journal does not name. A phase with a missing file or one
+  // of another size, or written since, counts as not finished; a damaged journal as none. hook: for
+  // tests. Errors: InputOutput where the folder cannot be made or is not this user's; LimitExceeded
+  // where another process builds in it now (a lock on PATH.lock, which the system gives back with
+  // the process).
+  static Result<BuildFolder> Open(const std::filesystem::path& path, std::string_view fingerprint,
+    bool resume, FileHook hook = {});
+
+  BuildFolder(BuildFolder&&) noexcept = default;
+  BuildFolder& operator=(BuildFolder&&) = delete;
+  ~BuildFolder();
+
+  // Where files are made. They go with their owners until a phase is finished with them.
+  SpillFolder& Files() { return this->Folder; }
+
+  bool Finished(std::string_view phase) const;
+  std::size_t FinishedPhases() const { return this->Journal.phases.size(); }
+  // The last of them. REQUIRES: FinishedPhases() > 0.
+  const std::string& LastPhase() const { return this->Journal.phases.back().name; }
+  Found WhatWasFound() const { return this->Earlier; }
+
+  // The phase has left these files, which are closed and from now on only read; and no phase that
+  // is still to come needs what `givenUp` names of this and earlier ones (an empty file name means
+  // all of a phase), which is removed. Both or neither, wherever the process is killed. Waits for
+  // the disk. Errors: InputOutput; then the phase is not finished. REQUIRES: !Finished(phase);
+  // names of files differ; `files` come from Files().
+  Status Finish(std::string_view phase, const BlobWriter& blob, std::span<PhaseFile> files = {},
+    std::initializer_list<PhaseFileName> givenUp = {});
+
+  // The values that a phase left. REQUIRES: Finished(phase).
+  BlobReader BlobOf(std::string_view phase) const;
+  // A file that a phase left, for reading, any number of times; closed where the phase left it
+  // closed. Errors: InputOutput; NotFound for a name that it did not leave, or that was given up.
+  Result<SpillFile> TakeFile(std::string_view phase, std::string_view file) const;
+
+  // Whether what finished phases left stays when this goes, for a later build with `resume`. Not at
+  // first.
+  void Keep(bool keep);
+
+private:
+  explicit BuildFolder(SpillFolder folder)
+    : Folder(std::move(folder))
+  {
+  }
+
+  std::filesystem::path PathOf(std::uint64_t number) const;
+  void TakeUp(std::string_view fingerprint, bool resume);
+  void RemoveUnnamed();
+  Result<PhaseJournal> ReadJournal() const;
+  // Marks the files as given up; their numbers and sizes, but those that another entry still needs.
+  static std::vector<JournalFile> GiveUp(
+    PhaseJournal& journal, std::initializer_list<PhaseFileName> files);
+  Status WriteJournal(const PhaseJournal& journal);
+  const JournalPhase* Find(std::string_view phase) const;
+  Result<SpillFile> OpenKept(
+    const std::filesystem::path& path, std::string_view purpose, const JournalFile& file) const;
+
+  SpillFolder Folder;
+  PhaseJournal Journal;
+  Found Earlier = Found::Nothing;
+};
+
+}

@@ -1,0 +1,414 @@
+// The levels out of core: see ExternalLevels.h. Steps, shared with the levels of several ranks, are
+// in LevelSteps.h.
+//   1. The finest level, block by block (FinestClusters.h); where every vertex goes, by rank.
+//   2. Rounds from level to level (CollapseRound.h, ClusterRound.h) on files.
+//   3. The coarse levels in memory.
+#include "filters/outofcore/levels/ExternalLevels.h"
+
+#include "filters/core/TakeResult.h"
+#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/LoadAhead.h"
+#include "filters/outofcore/levels/LevelSteps.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/outofcore/mesh/CoincidentRanks.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+// What finding coincident vertices may take, for each vertex of a block: no more than other steps.
+constexpr std::uint64_t coincidentBytes = 200;
+constexpr std::uint64_t leastCoincidentMemory = std::uint64_t{ 1 } << 20;
+// Of a level in blocks: how many clusters one may have for each vertex that one of the mesh has.
+// Clusters take more (ExternalLevels.h), and two blocks of them are in memory.
+constexpr double clustersOfBlock = 0.62;
+// What a triangle beyond two a vertex takes of what a vertex does.
+constexpr double triangleShare = 1.0 / 6;
+// Blocks whose triangles are mapped at the same time: each takes a tenth of what its vertices do.
+constexpr std::size_t imagesAtOnce = 4;
+
+// In order, lowest corner first, none twice; what has shrunk to a point goes, and to an edge unless
+// links are wanted.
+void SortImage(std::vector<Triangle>& triangles, bool links)
+{
+  std::erase_if(triangles,
+    [&](const Triangle& t)
+    {
+      const bool ab = t[0] == t[1], bc = t[1] == t[2];
+      return links ? ab && bc : ab || bc || t[2] == t[0];
+    });
+  std::transform(triangles.begin(), triangles.end(), triangles.begin(), RotateLowestFirst);
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+}
+
+// Adds sorted triangles to others.
+void MergeSorted(const std::vector<Triangle>& added, std::vector<Triangle>& triangles)
+{
+  const auto middle = static_cast<std::ptrdiff_t>(triangles.size());
+  triangles.insert(triangles.end(), added.begin(), added.end());
+  std::inplace_merge(triangles.begin(), triangles.begin() + middle, triangles.end());
+}
+
+class LevelsBuilder
+{
+public:
+  LevelsBuilder(SpillFolder& folder, const MeshBlocks& mesh, const LevelOptions& options,
+    const Execution& execution, const std::function<void(const TreeBlock&)>& seen)
+    : Folder(folder)
+    , Mesh(mesh)
+    , Exec(execution)
+    , Seen(seen)
+    , Steps(mesh, options, execution)
+  {
+    this->Output.attributes = this->Steps.Arrays().attributes;
+    this->Output.files.resize(mesh.depths.finest + 1);
+  }
+
+  Result<ExternalLevels> Build()
+  {
+    Status status = this->BuildFinest();
+    LevelFile& finest = this->FileOf(this->Mesh.depths.finest);
+    if (status)
+    {
+      MergeBlocks(finest, this->BlockDepthOf(finest));
+      status = this->FindCoincident();
+    }
+    if (status)
+    {
+      status = this->MapFinestTriangles();
+    }
+    unsigned depth = finest.depth;
+    while (status && this->Steps.IsCoarserInFiles(this->FileOf(depth)))
+    {
+      status = this->BuildCoarser(--depth);
+    }
+    if (status)
+    {
+      status = this->BuildCoarse(depth);
+    }
+    if (!status)
+    {
+      return status.GetError();
+    }
+    return std::move(this->Output);
+  }
+
+private:
+  LevelFile& FileOf(unsigned depth) { return this->Output.files[depth]; }
+
+  Status BuildFinest()
+  {
+    const unsigned finest = this->Mesh.depths.finest;
+    LevelFile& level = this->FileOf(finest);
+    level.depth = finest;
+    level.blockDepth = this->Mesh.blockDepth;
+    LevelWriter writer(level, this->States, this->Steps.Arrays());
+    Status status = writer.Begin(this->Folder, std::uint64_t{ 1 } << finest);
+    if (status)
+    {
+      Result<SpillFile> map = this->Folder.CreateFile(
+        "clusters of vertices", this->Mesh.vertexCount * std::uint64_t{ sizeof(VertexId) });
+      status = map ? Status{} : Status(map.GetError());
+      if (map)
+      {
+        this->Output.clusterOfRank = std::move(*map);
+      }
+    }
+    if (!status)
+    {
+      return status;
+    }
+    return ForEachLoaded(
+      this->Mesh.BlockCount(), [&](std::size_t index) { return this->Mesh.Load(index); },
+      [&](const TreeBlock& block)
+      {
+        if (this->Seen)
+        {
+          this->Seen(block);
+        }
+        const Status built = this->Steps.BuildFinestBlock(
+          block, level.begin.back(), this->Output.clusterOfRank, writer);
+        ReturnFreeMemory(this->Mesh.keptMemory);
+        return built ? this->Steps.ReportFinest(
+                         double(block.cell + 1) / double(this->Mesh.BlockCount()))
+                     : built;
+      },
+      this->Exec);
+  }
+
+  // Links vertices in the same place that are in different cells, the next ones in the order of
+  // leaves.
+  Status FindCoincident()
+  {
+    const LevelFile& level = this->FileOf(this->Mesh.depths.finest);
+    if (!this->Steps.LinksCoincident())
+    {
+      return {};
+    }
+    const std::uint64_t memory = std::max(
+      leastCoincidentMemory, coincidentBytes * (this->Mesh.vertexCount >> this->Mesh.blockDepth));
+    Result<RecordBuckets<Triangle>> pairs = RecordBuckets<Triangle>::Create(
+      this->Folder, "coincident vertices", level.BlockCount(), this->Mesh.vertexCount, memory / 4);
+    if (!pairs)
+    {
+      return pairs.GetError();
+    }
+    const CellOfRank blockOf(this->Mesh.vertexCount, level.blockDepth);
+    const auto add = [&](VertexId a, VertexId b) {
+      return pairs->Add(blockOf(a), CollapsedTriangleOf({ a, b }));
+    };
+    Status status = (this->Mesh.floats ? ForEachCoincidentPair<float>
+                                       : ForEachCoincidentPair<double>)(this->Folder,
+      this->Mesh.records, this->Mesh.vertexCount, memory, add);
+    if (status)
+    {
+      status = pairs->Finish();
+      this->Coincident.emplace(std::move(*pairs));
+    }
+    return status;
+  }
+
+  // How large a block is: its vertices or clusters, and as many more as its triangles take that are
+  // beyond those of a surface. over: the vertices or clusters that the triangles are of.
+  static double SizeOf(std::uint64_t elements, std::uint64_t triangles, std::uint64_t over)
+  {
+    return double(elements) + double(triangles - std::min(triangles, 2 * over)) * triangleShare;
+  }
+
+  // The depth of the largest blocks of a level that take no more memory than those of the mesh: the
+  // fewer, the fewer ghosts, and the less is read twice. A triangle of the finer level stands for
+  // its image, which is not known yet. level: in the blocks of the finer level, or of the mesh.
+  unsigned BlockDepthOf(const LevelFile& level)
+  {
+    const bool isFinest = level.depth == this->Mesh.depths.finest;
+    const LevelFile* const below = isFinest ? nullptr : &this->FileOf(level.depth + 1);
+    const auto most =
+      clustersOfBlock *
+      SizeOf(this->Mesh.vertexCount, this->Mesh.triangleCount, this->Mesh.vertexCount) /
+      double(this->Mesh.BlockCount());
+    const auto fits = [&](unsigned depth)
+    {
+      const std::size_t step = level.BlockCount() >> depth;
+      for (std::size_t block = 0; block < level.BlockCount(); block += step)
+      {
+        const std::uint64_t clusters = level.begin[block + step] - level.begin[block];
+        std::uint64_t triangles = 0, over = 0;
+        for (std::size_t b = block; isFinest && b < block + step; ++b)
+        {
+          triangles += this->Mesh.triangleCount > 0 ? this->Mesh.triangles->Size(b) : 0;
+          over += this->Mesh.RangeOf(b).size;
+        }
+        if (below)
+        {
+          triangles = below->triangleBegin[block + step] - below->triangleBegin[block];
+          over = below->begin[block + step] - below->begin[block];
+        }
+        if (SizeOf(clusters, triangles, over) > most)
+        {
+          return false;
+        }
+      }
+      return true;
+    };
+    unsigned depth = this->Steps.BlockDepthOf(level.depth, level.blockDepth);
+    while (depth > 0 && fits(depth - 1))
+    {
+      --depth;
+    }
+    return depth;
+  }
+
+  // The triangles, of clusters or vertices, that a level's are the image of, in blocks.
+  struct Finer
+  {
+    std::size_t blocks = 0;
+    std::function<VertexId(std::size_t block)> begin; // first cluster or vertex
+    std::function<Status(std::size_t block, std::vector<Triangle>& triangles)> load;
+  };
+
+  // Of the finest level, from the mesh's.
+  Status MapFinestTriangles()
+  {
+    const std::vector<VertexId> begin = this->Mesh.BlockBegins();
+    const Status status =
+      this->WriteImages(this->FileOf(this->Mesh.depths.finest), this->Output.clusterOfRank,
+        { this->Mesh.BlockCount(), [&](std::size_t block) { return begin[block]; },
+          [&](std::size_t block, std::vector<Triangle>& triangles)
+          {
+            triangles.reserve(static_cast<std::size_t>(this->Mesh.triangles->Size(block)));
+            return this->Mesh.triangles->ForEach(block,
+              [&](const NumberedTriangle& t) -> Status
+              {
+                triangles.push_back(t.corners);
+                return {};
+              });
+          } });
+    this->Coincident.reset();
+    return status;
+  }
+
+  // Writes a level's triangles and links, all blocks. map: where the finer ones' corners go.
+  Status WriteImages(LevelFile& level, const SpillFile& map, const Finer& finer)
+  {
+    ImageWriter writer(this->Folder, level);
+    LevelLinks links;
+    LinkWriter linkWriter(level, links);
+    Status status = writer.Begin(0);
+    if (status && this->Steps.ByClusters())
+    {
+      status = linkWriter.Begin(this->Folder);
+    }
+    const std::size_t step = finer.blocks / level.BlockCount();
+    std::vector<std::vector<Triangle>> images;
+    std::vector<Triangle> triangles; // of the level's block
+    for (std::size_t block = 0; status && block < finer.blocks; ++block)
+    {
+      const std::size_t which = block % imagesAtOnce;
+      if (which == 0)
+      {
+        status = this->MapBlocks(map, finer, block, images);
+      }
+      if (status)
+      {
+        MergeSorted(images[which], triangles);
+      }
+      if (status && (block + 1) % step == 0)
+      {
+        status = this->AddImage(block / step, finer, triangles, map, linkWriter, writer);
+        triangles.clear();
+      }
+    }
+    this->Links = std::move(links);
+    return status;
+  }
+
+  // The images of the finer blocks from `first` on, as many as are made at once.
+  Status MapBlocks(const SpillFile& map, const Finer& finer, std::size_t first,
+    std::vector<std::vector<Triangle>>& images)
+  {
+    const std::size_t count = std::min(imagesAtOnce, finer.blocks - first);
+    images.resize(count);
+    std::vector<Status> statuses(count);
+    this->Exec.parallelFor(count, 1,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t i = begin; i < end; ++i)
+        {
+          const std::size_t block = first + i;
+          images[i].clear();
+          Status& status = statuses[i] = finer.load(block, images[i]);
+          if (status)
+          {
+            status = MapCorners(images[i], map, finer.begin(block), finer.begin(block + 1));
+            SortImage(images[i], this->Steps.ByClusters());
+          }
+        }
+      });
+    const auto failed =
+      std::find_if(statuses.begin(), statuses.end(), [](const Status& status) { return !status; });
+    return failed == statuses.end() ? Status{} : *failed;
+  }
+
+  Status AddImage(std::size_t block, const Finer& finer, std::vector<Triangle>& triangles,
+    const SpillFile& map, LinkWriter& linkWriter, ImageWriter& writer)
+  {
+    Status status;
+    if (this->Coincident)
+    {
+      const std::size_t step = finer.blocks / this->Coincident->BucketCount();
+      std::vector<Triangle> links;
+      status = this->Coincident->ForEach(block,
+        [&](const Triangle& link) -> Status
+        {
+          links.push_back(link);
+          return {};
+        });
+      status =
+        status ? MapCorners(links, map, finer.begin(block * step), finer.begin((block + 1) * step))
+               : status;
+      triangles.insert(triangles.end(), links.begin(), links.end());
+    }
+    if (status && this->Steps.ByClusters())
+    {
+      status = linkWriter.Add(triangles);
+    }
+    return status ? writer.Add(triangles) : status;
+  }
+
+  // Level `depth` from the one below it, in files.
+  Status BuildCoarser(unsigned depth)
+  {
+    LevelFile& below = this->FileOf(depth + 1);
+    LevelFile& level = this->FileOf(depth);
+    level.depth = depth;
+    LevelStates states;
+    {
+      const LevelArrays& arrays = this->Steps.Arrays();
+      LevelWriter writer(level, states, arrays);
+      Status status = writer.Begin(this->Folder, std::uint64_t{ 1 } << depth);
+      if (status && this->Steps.ByClusters())
+      {
+        status = this->Steps.Join(
+          this->Folder, { below, this->States, this->Links, below.AllBlocks() }, depth, writer);
+      }
+      else if (status)
+      {
+        FileLevelBlocks blocks(this->Folder, below, this->States, arrays, level, writer);
+        status = this->Steps.Collapse(blocks, depth);
+      }
+      if (!status)
+      {
+        return status;
+      }
+    }
+    this->States = std::move(states);
+    level.blockDepth = below.blockDepth;
+    MergeBlocks(level, this->BlockDepthOf(level));
+    return this->WriteImages(level, below.parents,
+      { below.BlockCount(), [&](std::size_t block) { return below.begin[block]; },
+        [&](std::size_t block, std::vector<Triangle>& triangles)
+        {
+          const std::uint64_t from = below.triangleBegin[block];
+          triangles.resize(static_cast<std::size_t>(below.triangleBegin[block + 1] - from));
+          const Status status =
+            ReadRecords<Triangle>(below.triangles, from, std::span<Triangle>(triangles));
+          return status && this->Steps.ByClusters() ? this->Links.Load(block, block + 1, triangles)
+                                                    : status;
+        } });
+  }
+
+  // All levels coarser than `depth`, the last one in files, in memory.
+  Status BuildCoarse(unsigned depth)
+  {
+    this->Output.firstInFiles = depth;
+    return Take(this->Steps.BuildCoarse(
+                  this->Folder, this->FileOf(depth), std::move(this->States), this->Links),
+      this->Output.coarse);
+  }
+
+  SpillFolder& Folder;
+  const MeshBlocks& Mesh;
+  const Execution& Exec;
+  const std::function<void(const TreeBlock&)>& Seen;
+  LevelSteps Steps;
+  std::optional<RecordBuckets<Triangle>> Coincident; // links of ranks, of each finest block
+  LevelStates States;                                // of the coarsest level so far
+  LevelLinks Links;                                  // of the same; only by clusters
+  ExternalLevels Output;
+};
+
+}
+
+Result<ExternalLevels> BuildExternalLevels(SpillFolder& folder, const MeshBlocks& mesh,
+  const LevelOptions& options, const Execution& execution,
+  const std::function<void(const TreeBlock&)>& seen)
+{
+  return LevelsBuilder(folder, mesh, options, execution, seen).Build();
+}
+
+}

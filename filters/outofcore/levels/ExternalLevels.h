@@ -1,0 +1,37 @@
+// The levels of a mesh that does not fit the memory: step "levels" of building out of core.
+#pragma once
+
+#include "filters/core/levels/Levels.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/levels/LevelFile.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
+
+#include <functional>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ExternalLevels
+{
+  // The levels firstInFiles … L are files[depth]; S is one of them, or is coarser only where all
+  // are (firstInFiles <= S). The coarser ones, 0 … firstInFiles - 1, are coarse[depth], whole.
+  unsigned firstInFiles = 0;
+  std::vector<LevelFile> files;
+  std::vector<ClusterLevel> coarse;
+  SpillFile clusterOfRank; // VertexId: of each vertex, by rank, its cluster of level L
+  std::vector<AttributeInfo> attributes; // that levels carry (IsInLevels), in the mesh's order
+};
+
+// Builds the levels L … 0 of a mesh in blocks: to the bit what BuildLevels makes in memory,
+// whatever the blocks are: by rounds of collapse, or by clusters of cells as LevelMaker tells, and
+// of a cloud. Blocks of a level are larger than the mesh's, as far as they take no more memory;
+// each is loaded about three times, once by clusters. Memory: a block at a time, about 520 bytes a
+// cluster and 220 a vertex, and the next one as it is loaded; below S 2^16 clusters whole,
+// sometimes four times as many; by clusters 2^14. Errors: InputOutput; Cancelled. seen: called with
+// every block of the mesh once, ascending, while it is in memory.
+Result<ExternalLevels> BuildExternalLevels(SpillFolder& folder, const MeshBlocks& mesh,
+  const LevelOptions& options, const Execution& execution = {},
+  const std::function<void(const TreeBlock&)>& seen = {});
+
+}

@@ -1,0 +1,33 @@
+// A coarser level by clusters from a level in files, block by block. For the levels out of core
+// alone.
+#pragma once
+
+#include "filters/core/levels/ClusterRound.h"
+#include "filters/core/levels/LevelBlocks.h"
+#include "filters/outofcore/levels/LevelLinks.h"
+#include "filters/outofcore/levels/LevelStates.h"
+
+#include <functional>
+
+namespace kdstream
+{
+
+// A level that the next coarser one is made of.
+struct LinkedLevel
+{
+  LevelFile& level; // its parents are filled
+  const LevelStates& states;
+  const LevelLinks& links;
+  BlockRange here; // the blocks that are gone through
+};
+
+// Appends the clusters of level `depth` to what `coarser` writes, in blocks of the depth that
+// `below` has, and leaves in below's file of parents their numbers. Its triangles and links are the
+// caller's. report: called after each block with what is done, 0 … 1. Memory: a block without
+// ghosts, about 520 bytes a cluster. Errors: InputOutput; those of report. REQUIRES: blocks are not
+// deeper than `depth`.
+Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below, unsigned depth,
+  const LevelArrays& arrays, const ClusterRules& rules, LevelWriter& coarser,
+  const Execution& execution, const std::function<Status(double)>& report);
+
+}

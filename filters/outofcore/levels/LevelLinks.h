@@ -1,0 +1,48 @@
+// The links of a level by clusters, in a file: pairs of clusters that only collapsed triangles or
+// coincident vertices tie together. A link matters once both ends are in one cell, hence in one
+// block: any block that owns an end may keep it until then. For the levels out of core alone.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/outofcore/levels/LevelFile.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// A link is a triangle with two equal corners, so that links are mapped as triangles are.
+struct LevelLinks
+{
+  SpillFile file;                   // Triangle; each in the block of its lower end
+  std::vector<std::uint64_t> begin; // first link of each of the level's blocks, and the end
+
+  // Appends those of the blocks [firstBlock, endBlock). Errors: InputOutput.
+  Status Load(std::size_t firstBlock, std::size_t endBlock, std::vector<Triangle>& triangles) const;
+};
+
+// Writes them, block after block. Errors of both functions: InputOutput.
+class LinkWriter
+{
+public:
+  // Keeps references.
+  LinkWriter(const LevelFile& level, LevelLinks& links)
+    : Level(level)
+    , Links(links)
+  {
+  }
+
+  Status Begin(SpillFolder& folder);
+  // Those of the next block: what is left of triangles that collapsed to two of the level's
+  // clusters, of which the lower one is the block's. mapped: all such triangles, others perhaps.
+  // O(t log t).
+  Status Add(const std::vector<Triangle>& mapped);
+
+private:
+  const LevelFile& Level;
+  LevelLinks& Links;
+};
+
+}

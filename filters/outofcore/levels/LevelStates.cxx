@@ -1,0 +1,258 @@
+#include "filters/outofcore/levels/LevelStates.h"
+
+#include "filters/outofcore/files/ScatteredRead.h"
+#include "filters/outofcore/files/Tuples.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+Status MakeFile(SpillFolder& folder, SpillFile& file, std::string_view purpose, std::uint64_t count,
+  std::size_t elementBytes)
+{
+  if (elementBytes == 0)
+  {
+    return {};
+  }
+  Result<SpillFile> made = folder.CreateFile(purpose, count * elementBytes);
+  if (!made)
+  {
+    return made.GetError();
+  }
+  file = std::move(*made);
+  return {};
+}
+
+// The own clusters' interval of numbers in the level.
+BlockRange OwnNumbers(const LevelBlock& block)
+{
+  const std::size_t first = block.ownBegin < block.ownEnd ? block.clusters[block.ownBegin] : 0;
+  return { first, first + block.ownEnd - block.ownBegin };
+}
+
+void AppendPlaces(std::span<const ClusterRecord> records, ClusterLevel& places)
+{
+  for (const ClusterRecord& record : records)
+  {
+    places.positions.push_back(record.position);
+    places.deviations.push_back(record.deviation);
+    places.lowest.push_back(record.lowest);
+  }
+}
+
+// Of all clusters of a block, ghosts too.
+Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel& places)
+{
+  const std::span<const VertexId> all(block.clusters);
+  places.positions.reserve(all.size());
+  places.deviations.reserve(all.size());
+  places.lowest.reserve(all.size());
+  const auto appendGhosts = [&](std::span<const VertexId> ghosts)
+  {
+    std::vector<ClusterRecord> records(ghosts.size());
+    const Status status =
+      ReadRecordsAt<ClusterRecord>(level.clusters, ghosts, std::span<ClusterRecord>(records));
+    AppendPlaces(records, places);
+    return status;
+  };
+  const BlockRange own = OwnNumbers(block);
+  Status status = appendGhosts(all.first(block.ownBegin));
+  if (status)
+  {
+    status = ForEachBlockOf<ClusterRecord>(level.clusters, own.begin, own.end,
+      [&](std::span<const ClusterRecord> records) { AppendPlaces(records, places); });
+  }
+  return status ? appendGhosts(all.subspan(block.ownEnd)) : status;
+}
+
+// Of the own clusters of a block.
+Status LoadSums(const LevelStates& states, const LevelBlock& block, CollapseState& state)
+{
+  const BlockRange own = OwnNumbers(block);
+  state.clusters.reserve(state.OwnCount());
+  state.cellOf.reserve(state.OwnCount());
+  Status status = ForEachBlockOf<ClusterState>(states.sums, own.begin, own.end,
+    [&](std::span<const ClusterState> clusters)
+    {
+      for (const ClusterState& cluster : clusters)
+      {
+        state.clusters.push_back(cluster.sum);
+        state.cellOf.push_back(cluster.cellOf);
+      }
+    });
+  std::vector<float>& values = state.attributes.values;
+  values.resize(state.attributes.components * state.OwnCount());
+  return status && states.components.IsOpen()
+           ? ReadRecords<float>(
+               states.components, own.begin * state.attributes.components, std::span<float>(values))
+           : status;
+}
+
+}
+
+std::size_t LevelArrays::TupleBytes() const
+{
+  std::size_t bytes = 0;
+  for (const AttributeInfo& attribute : this->attributes)
+  {
+    bytes += attribute.TupleSize();
+  }
+  return bytes;
+}
+
+Status LevelWriter::Begin(SpillFolder& folder, std::uint64_t expected)
+{
+  this->Level.begin.assign(1, 0);
+  const std::size_t sumBytes = AttributeSums(this->Arrays.attributes, 0).RecordSize();
+  Status status =
+    MakeFile(folder, this->Level.clusters, "clusters of a level", expected, sizeof(ClusterRecord));
+  if (status)
+  {
+    status = MakeFile(
+      folder, this->Level.tuples, "attributes of a level", expected, this->Arrays.TupleBytes());
+  }
+  if (status)
+  {
+    status =
+      MakeFile(folder, this->States.sums, "sums of clusters", expected, sizeof(ClusterState));
+  }
+  if (status)
+  {
+    status = MakeFile(folder, this->States.components, "attributes of clusters", expected,
+      this->Arrays.components * sizeof(float));
+  }
+  return status
+           ? MakeFile(folder, this->States.attributeSums, "sums of attributes", expected, sumBytes)
+           : status;
+}
+
+Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attributes)
+{
+  const VertexId first = this->Level.begin.back();
+  const std::size_t count = block.clusters.size();
+  RecordWriter<ClusterRecord> records(this->Level.clusters, first);
+  RecordWriter<ClusterState> states(this->States.sums, first);
+  for (std::size_t c = 0; c < count; ++c)
+  {
+    const ClusterSum& sum = block.clusters[c];
+    records.Append(
+      { block.level.positions[c], sum.deviation, sum.lowest, static_cast<VertexId>(sum.count) });
+    states.Append({ sum, block.cellOf[c] });
+  }
+  this->States.area = AddAreas(this->States.area, block.clusters);
+  Status status = records.Finish();
+  if (status)
+  {
+    status = states.Finish();
+  }
+  if (status && this->States.components.IsOpen())
+  {
+    status = this->States.components.Write(
+      std::uint64_t{ first } * this->Arrays.components * sizeof(float),
+      std::as_bytes(std::span(block.attributes.values)));
+  }
+  if (status && this->States.attributeSums.IsOpen())
+  {
+    status = this->States.attributeSums.Write(
+      std::uint64_t{ first } * attributes.RecordSize(), attributes.Bytes());
+  }
+  if (status && this->Level.tuples.IsOpen())
+  {
+    const std::vector<Attribute> means = attributes.Means();
+    std::vector<const Attribute*> arrays;
+    arrays.reserve(means.size());
+    for (const Attribute& array : means)
+    {
+      arrays.push_back(&array);
+    }
+    status = this->Level.tuples.Write(
+      std::uint64_t{ first } * this->Arrays.TupleBytes(), InterleaveTuples(arrays, count));
+  }
+  this->Level.begin.push_back(first + static_cast<VertexId>(count));
+  return status;
+}
+
+Result<CollapseState> LoadState(
+  const LevelFile& level, const LevelStates& states, const LevelArrays& arrays, LevelBlock& block)
+{
+  CollapseState state;
+  state.ownBegin = block.ownBegin;
+  state.ownEnd = block.ownEnd;
+  state.attributes.components = arrays.components;
+  Status status = LoadPlaces(level, block, state.level);
+  if (status)
+  {
+    status = LoadSums(states, block, state);
+  }
+  if (!status)
+  {
+    return status.GetError();
+  }
+  state.level.triangles = std::move(block.triangles);
+  return state;
+}
+
+Result<AttributeSums> LoadAttributeSums(
+  const LevelStates& states, const LevelArrays& arrays, VertexId firstCluster, std::size_t clusters)
+{
+  AttributeSums none(arrays.attributes, clusters);
+  if (none.Empty())
+  {
+    return none;
+  }
+  std::vector<std::byte> bytes(clusters * none.RecordSize());
+  if (Status status =
+        states.attributeSums.Read(std::uint64_t{ firstCluster } * none.RecordSize(), bytes);
+      !status)
+  {
+    return status.GetError();
+  }
+  return AttributeSums::FromBytes(arrays.attributes, bytes);
+}
+
+void MergeBlocks(LevelFile& level, unsigned blockDepth)
+{
+  const std::size_t step = (level.begin.size() - 1) >> blockDepth;
+  for (std::size_t i = 0; i <= std::size_t{ 1 } << blockDepth; ++i)
+  {
+    level.begin[i] = level.begin[i * step];
+  }
+  level.begin.resize((std::size_t{ 1 } << blockDepth) + 1);
+  level.blockDepth = blockDepth;
+}
+
+Status MapCorners(
+  std::vector<Triangle>& triangles, const SpillFile& map, VertexId first, VertexId end)
+{
+  std::vector<VertexId> own(end - first), ghosts;
+  const auto isOwn = [&](VertexId v) { return v >= first && v < end; };
+  for (const Triangle& t : triangles)
+  {
+    std::copy_if(
+      t.begin(), t.end(), std::back_inserter(ghosts), [&](VertexId v) { return !isOwn(v); });
+  }
+  std::sort(ghosts.begin(), ghosts.end());
+  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+  std::vector<VertexId> ghostTargets(ghosts.size());
+  Status status = ReadRecords<VertexId>(map, first, std::span<VertexId>(own));
+  if (status)
+  {
+    status = ReadRecordsAt<VertexId>(map, ghosts, std::span<VertexId>(ghostTargets));
+  }
+  for (Triangle& t : triangles)
+  {
+    for (VertexId& corner : t)
+    {
+      corner = isOwn(corner)
+                 ? own[corner - first]
+                 : ghostTargets[static_cast<std::size_t>(
+                     std::lower_bound(ghosts.begin(), ghosts.end(), corner) - ghosts.begin())];
+    }
+  }
+  return status;
+}
+
+}

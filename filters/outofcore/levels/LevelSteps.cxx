@@ -1,0 +1,273 @@
+#include "filters/outofcore/levels/LevelSteps.h"
+
+#include "filters/core/TakeResult.h"
+#include "filters/core/levels/CollapseRound.h"
+#include "filters/core/levels/FinestClusters.h"
+#include "filters/core/levels/FreeCollapse.h"
+#include "filters/core/levels/LevelAttributes.h"
+#include "filters/core/tree/PieceDepth.h"
+#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/RecordFile.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+// The share of the step's progress that the finest level takes.
+constexpr double finestShare = 0.4;
+// Of levels by clusters those with at most so many are made in memory, where all are needed whole.
+constexpr VertexId mostInMemory = 1 << 14;
+
+// Writes them to a file, and reads them back.
+class SumsInFile : public SumsAside
+{
+public:
+  explicit SumsInFile(SpillFolder& folder)
+    : Folder(folder)
+  {
+  }
+
+  Status Put(std::vector<ClusterSum>& sums) override
+  {
+    this->Count = sums.size();
+    Status status = Take(
+      this->Folder.CreateFile("sums of clusters", this->Count * sizeof(ClusterSum)), this->File);
+    if (status)
+    {
+      status = WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums));
+    }
+    sums = std::vector<ClusterSum>();
+    ReturnFreeMemory(); // what the level before has left, too
+    return status;
+  }
+
+  Status Return(std::vector<ClusterSum>& sums) override
+  {
+    sums.resize(this->Count);
+    const Status status = ReadRecords<ClusterSum>(this->File, 0, std::span<ClusterSum>(sums));
+    this->File = {};
+    return status;
+  }
+
+private:
+  SpillFolder& Folder;
+  SpillFile File;
+  std::size_t Count = 0;
+};
+
+}
+
+LevelSteps::LevelSteps(
+  const MeshBlocks& mesh, const LevelOptions& options, const Execution& execution)
+  : Mesh(mesh)
+  , Options(options)
+  , Exec(execution)
+  , Space{ CentreOf(mesh.box), mesh.box }
+  , Clusters(options.maker == LevelMaker::Cluster || mesh.triangleCount == 0)
+  , Rules{ options, mesh.depths.finest, this->Space.origin }
+  , JoinsCoincident(
+      options.mayCoincide && (!this->Clusters || (options.sheets && mesh.triangleCount > 0)))
+  , MayCoincide(this->JoinsCoincident && mesh.mayCoincide)
+{
+  std::copy_if(mesh.attributes.begin(), mesh.attributes.end(),
+    std::back_inserter(this->LevelsArrays.attributes), IsInLevels);
+  for (const AttributeInfo& attribute : this->LevelsArrays.attributes)
+  {
+    this->LevelsArrays.components += this->Clusters ? 0 : attribute.components;
+  }
+}
+
+unsigned LevelSteps::BlockDepthOf(unsigned level, unsigned most) const
+{
+  return level == 0 ? 0
+                    : std::min(most, PieceDepth(Resolution::Level(level - 1), this->Mesh.depths));
+}
+
+bool LevelSteps::IsCoarserInFiles(const LevelFile& level) const
+{
+  if (level.depth == 0 || !this->Clusters)
+  {
+    return level.depth > 0 &&
+           CollapsesInParts(this->Mesh.depths, level.depth - 1, level.ClusterCount());
+  }
+  return level.depth > this->Mesh.depths.stitch || level.ClusterCount() > mostInMemory;
+}
+
+Status LevelSteps::ReportFinest(double done) const
+{
+  return this->Exec.Report("levels", finestShare * done);
+}
+
+Status LevelSteps::ReportLevel(unsigned depth, double done) const
+{
+  const double levels = this->Mesh.depths.finest + 1.0;
+  const double made = (this->Mesh.depths.finest - depth - 1 + done) / levels;
+  return this->Exec.Report("levels", finestShare + (1 - finestShare) * made);
+}
+
+Status LevelSteps::BuildFinestBlock(
+  const TreeBlock& block, VertexId firstCluster, SpillFile& clusterOfRank, LevelWriter& writer)
+{
+  const KdTree tree = TreeOfBlock(this->Mesh, block);
+  const std::vector<std::uint32_t> partition =
+    CellOfVertex(tree, tree.depths.partition, block.mesh.points.size());
+  const std::size_t partitions = std::size_t{ 1 } << tree.depths.partition;
+  TriangleBuckets buckets = BucketTriangles(
+    block.mesh.triangles, partitions + 1,
+    [&](VertexId v) { return std::min<std::size_t>(partition[v], partitions); }, this->Exec);
+  buckets.begin.pop_back(); // of ghosts
+
+  Execution quiet = this->Exec;
+  quiet.progress = [](std::string_view, double) { return true; };
+  Result<FinestClusters> finest = BuildFinestClusters(
+    { block.mesh.points, block.mesh.triangles, tree, buckets, this->Space.origin, block.ids },
+    this->OptionsFor(block), quiet);
+  if (!finest)
+  {
+    return finest.GetError();
+  }
+  CollapseState state;
+  if (!this->Clusters)
+  {
+    state.attributes =
+      MeanAttributes(block.mesh, finest->clusterOf, finest->clusters, DiagonalOf(this->Mesh.box));
+  }
+  AttributeSums sums(this->LevelsArrays.attributes, finest->clusters.size());
+  sums.AddVertices(block.mesh.attributes, finest->clusterOf);
+  state.level = std::move(finest->level);
+  state.clusters = std::move(finest->clusters);
+  state.cellOf = std::move(finest->cellOf);
+  const auto firstCell = static_cast<std::uint32_t>(block.cell << tree.depths.finest);
+  for (std::uint32_t& cell : state.cellOf)
+  {
+    cell += firstCell;
+  }
+  std::vector<VertexId> clusters(block.order.size());
+  std::transform(block.order.begin(), block.order.end(), clusters.begin(),
+    [&](VertexId v) { return firstCluster + finest->clusterOf[v]; });
+  const Status status =
+    WriteRecords<VertexId>(clusterOfRank, block.firstRank, std::span<const VertexId>(clusters));
+  return status ? writer.Append(state, sums) : status;
+}
+
+// Of a mesh whose places differ, vertices in one place differ by the sign of a zero: the block
+// then has one that is negative.
+LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
+{
+  const bool negative = std::any_of(block.mesh.points.begin(), block.mesh.points.end(),
+    [](const Vec3& p) {
+      return std::any_of(p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
+    });
+  LevelOptions options = this->Options;
+  options.mayCoincide = this->JoinsCoincident && (this->Mesh.mayCoincide || negative);
+  options.joinCoincident = !this->Clusters;
+  this->MayCoincide |= options.mayCoincide;
+  return options;
+}
+
+Status LevelSteps::Collapse(FileLevelBlocks& blocks, unsigned depth) const
+{
+  const std::function<Status(double)> report = [&](double done)
+  {
+    ReturnFreeMemory(this->Mesh.keptMemory);
+    return this->ReportLevel(depth, done);
+  };
+  const Status status = blocks.Begin();
+  return status ? CollapseRound(blocks, this->Mesh.depths, depth, this->Space,
+                    this->Options.representative, this->Options.sheets, this->Exec, report)
+                    .Run()
+                : status;
+}
+
+Status LevelSteps::Join(
+  SpillFolder& folder, const LinkedLevel& below, unsigned depth, LevelWriter& writer) const
+{
+  const std::function<Status(double)> report = [&](double done)
+  {
+    ReturnFreeMemory(this->Mesh.keptMemory);
+    return this->ReportLevel(depth, done);
+  };
+  return MakeCoarserClustersInFiles(
+    folder, below, depth, this->LevelsArrays, this->Rules, writer, this->Exec, report);
+}
+
+Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
+  SpillFolder& folder, LevelFile& level, LevelStates states, const LevelLinks& links) const
+{
+  if (level.depth == 0)
+  {
+    return std::vector<ClusterLevel>{};
+  }
+  ReturnFreeMemory(); // of the rounds, before a whole level and all that its collapse takes
+  Result<LevelBlock> whole = LoadWholeLevel(level);
+  if (!whole)
+  {
+    return whole.GetError();
+  }
+  Result<CollapseState> state = LoadState(level, states, this->LevelsArrays, *whole);
+  if (!state)
+  {
+    return state.GetError();
+  }
+  states.sums = {};
+  states.components = {};
+  Result<std::vector<ClusterLevel>> levels =
+    this->MakeCoarse(folder, std::move(*state), level, links);
+  if (!levels)
+  {
+    return levels.GetError();
+  }
+  Result<AttributeSums> sums =
+    LoadAttributeSums(states, this->LevelsArrays, 0, level.ClusterCount());
+  if (!sums)
+  {
+    return sums.GetError();
+  }
+  states = {};
+  for (unsigned d = level.depth; d-- > 0;)
+  {
+    const ClusterLevel& below = (*levels)[d + 1];
+    sums = sums->MakeCoarser(below.parents, below.lowest, (*levels)[d].lowest.size());
+    (*levels)[d].attributes = sums->Means();
+  }
+  Result<SpillFile> parents = folder.CreateFile(
+    "parents of clusters", level.ClusterCount() * std::uint64_t{ sizeof(VertexId) });
+  if (!parents)
+  {
+    return parents.GetError();
+  }
+  level.parents = std::move(*parents);
+  const std::vector<VertexId>& parentOf = (*levels)[level.depth].parents;
+  const Status status =
+    WriteRecords<VertexId>(level.parents, 0, std::span<const VertexId>(parentOf));
+  levels->pop_back();
+  return status ? std::move(levels) : status.GetError();
+}
+
+// The level and the coarser ones, [depth], without attributes.
+Result<std::vector<ClusterLevel>> LevelSteps::MakeCoarse(
+  SpillFolder& folder, CollapseState&& state, const LevelFile& level, const LevelLinks& links) const
+{
+  if (!this->Clusters)
+  {
+    SumsInFile aside(folder);
+    return BuildCoarserLevels(std::move(state), level.depth, this->Mesh.depths, this->Mesh.box,
+      this->Options, aside, this->Exec);
+  }
+  std::vector<Triangle> triangles;
+  if (Status status = links.Load(0, level.BlockCount(), triangles); !status)
+  {
+    return status.GetError();
+  }
+  std::vector<Link> pairs;
+  std::for_each(
+    triangles.begin(), triangles.end(), [&](const Triangle& link) { AppendLinkOf(link, pairs); });
+  return BuildCoarserClusterLevels(
+    std::move(state), std::move(pairs), level.depth, this->Rules, this->Exec);
+}
+
+}

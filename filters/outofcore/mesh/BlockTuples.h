@@ -1,0 +1,25 @@
+// The attributes of one block: what its points and triangles are in files becomes arrays of its
+// mesh.
+#pragma once
+
+#include "filters/core/Attribute.h"
+#include "filters/core/Result.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/TreeBlock.h"
+
+#include <span>
+
+namespace kdstream
+{
+
+// Fills block.mesh.attributes with the arrays of `attributes`, in that order, in the block's own
+// numbering: a tuple for each vertex, ghosts included, and for each triangle. attributes: point
+// arrays first (SpilledMesh). pointTuples: the bytes of all point arrays' tuples by rank
+// (SortTuplesByRank); cellTuples: those of all cell arrays by number of triangle (SpilledMesh). A
+// file without arrays may be closed. What lies near each other is read at once, in blocks of up to
+// 1 MiB, and nothing twice. O(v log v + t) and their bytes; memory: the arrays, 8 bytes an element
+// and a block. Errors: InputOutput.
+Status LoadBlockTuples(std::span<const AttributeInfo> attributes, const SpillFile& pointTuples,
+  const SpillFile& cellTuples, TreeBlock& block);
+
+}

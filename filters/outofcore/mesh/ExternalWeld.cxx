@@ -1,0 +1,524 @@
+// Welding out of core: see ExternalWeld.h.
+//   1. Where not all fit the memory: those whose place has a hash that may come twice are sought,
+//      and are all that step 2 sees; where these do not fit either, they go into buckets by a hash
+//      of their bytes: equal ones meet.
+//   2. Bucket by bucket: each vertex that equals a lower one, with the lowest such.
+//   3. The map: new numbers for those that stay, in the order of ids, then for those that go.
+//   4. What stays is moved together.
+#include "filters/outofcore/mesh/ExternalWeld.h"
+
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/KeyTable.h"
+#include "filters/outofcore/files/MemoryPlan.h"
+#include "filters/outofcore/files/RepeatedHashes.h"
+#include "filters/outofcore/files/ScatteredRead.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::string_view step = "weld";
+
+// A vertex that goes, and the lowest that it equals.
+struct Twin
+{
+  VertexId id = 0, lowest = 0;
+};
+
+class Welder
+{
+public:
+  Welder(SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution)
+    : Folder(folder)
+    , Input(std::move(input))
+    , KeyBytes(sizeof(Vec3) + this->Input.tupleBytes)
+    , Memory(memory)
+    , Exec(execution)
+    , Sections(MapSections::Over(this->Input.count, memory / 2, sizeof(VertexId)))
+    // The result does not depend on it, and nobody can prepare keys that meet.
+    , Seed(std::random_device{}())
+  {
+  }
+
+  Result<ExternalWeld> Weld()
+  {
+    Result<RecordBuckets<Twin>> twins = this->MakeBuckets<Twin>("equal vertices");
+    if (!twins)
+    {
+      return twins.GetError();
+    }
+    Status status = this->FindTwins(*twins);
+    if (status)
+    {
+      status = twins->Finish();
+    }
+    if (!status)
+    {
+      return status.GetError();
+    }
+    ExternalWeld result;
+    if (this->Twins == 0)
+    {
+      result.vertices = std::move(this->Input);
+      return result;
+    }
+    Result<VertexMap> map = this->MakeMap(*twins);
+    if (!map)
+    {
+      return map.GetError();
+    }
+    result.welded = this->Twins;
+    status = this->Compact(*map, result.vertices);
+    if (!status)
+    {
+      return status.GetError();
+    }
+    result.map = std::move(*map);
+    return result;
+  }
+
+private:
+  template <class Record>
+  Result<RecordBuckets<Record>> MakeBuckets(std::string_view purpose)
+  {
+    return RecordBuckets<Record>::Create(this->Folder, purpose,
+      std::max<std::size_t>(1, this->Sections.Number()), 0, this->Memory / 8);
+  }
+
+  Status Report(double begin, double end, std::uint64_t done) const
+  {
+    return this->Exec.Report(
+      step, begin + (end - begin) * double(done) / double(std::max(1U, this->Input.count)));
+  }
+
+  // visit(id, key) for each vertex.
+  template <class Visit>
+  Status ForEachVertex(const Visit& visit) const
+  {
+    const std::size_t most = RecordsOfBlock<Vec3>(
+      std::max<std::size_t>(1, spillBlockBytes / this->KeyBytes) * sizeof(Vec3));
+    std::vector<Vec3> points;
+    std::vector<std::byte> tuples, key(this->KeyBytes);
+    for (VertexId first = 0; first < this->Input.count; first += VertexId(points.size()))
+    {
+      points.resize(std::min<std::size_t>(most, this->Input.count - first));
+      tuples.resize(points.size() * this->Input.tupleBytes);
+      Status status = ReadRecords<Vec3>(this->Input.points, first, std::span<Vec3>(points));
+      if (status && !tuples.empty())
+      {
+        status = this->Input.tuples.Read(
+          std::uint64_t{ first } * this->Input.tupleBytes, std::span<std::byte>(tuples));
+      }
+      for (std::size_t i = 0; status && i < points.size(); ++i)
+      {
+        std::memcpy(key.data(), &points[i], sizeof(Vec3));
+        if (this->Input.tupleBytes > 0)
+        {
+          std::memcpy(key.data() + sizeof(Vec3), tuples.data() + i * this->Input.tupleBytes,
+            this->Input.tupleBytes);
+        }
+        status = visit(first + static_cast<VertexId>(i), std::span<const std::byte>(key));
+      }
+      if (!status)
+      {
+        return status;
+      }
+    }
+    return {};
+  }
+
+  std::uint64_t HashOf(std::span<const std::byte> key) const
+  {
+    return XXH3_64bits_withSeed(key.data(), key.size(), this->Seed);
+  }
+
+  // How many buckets of that many keys there must be for one to fit.
+  std::size_t BucketsFor(std::uint64_t keys) const
+  {
+    return static_cast<std::size_t>(
+      1 + keys * KeyTable::BytesOf(this->KeyBytes) / std::max<std::uint64_t>(1, this->Memory / 2));
+  }
+
+  // Steps 1 and 2.
+  Status FindTwins(RecordBuckets<Twin>& twins)
+  {
+    std::size_t count = this->BucketsFor(this->Input.count);
+    if (count > 1)
+    {
+      const Result<std::uint64_t> most = this->FindRepeated();
+      if (!most)
+      {
+        return most.GetError();
+      }
+      count = this->BucketsFor(*most);
+    }
+    KeyTable table(this->KeyBytes);
+    const auto look = [&](VertexId id, std::span<const std::byte> key) -> Status
+    {
+      const VertexId first = table.VertexOf(key, this->HashOf(key), id);
+      if (first == id)
+      {
+        return {};
+      }
+      ++this->Twins;
+      return twins.Add(this->Sections.Of(id), { id, first });
+    };
+    if (count == 1)
+    {
+      return this->Repeated ? this->ForEachRepeated(look) : this->ForEachVertex(look);
+    }
+    Result<BucketFile> buckets = this->BucketVertices(count);
+    this->Repeated.reset();
+    if (!buckets)
+    {
+      return buckets.GetError();
+    }
+    const std::size_t stride = this->KeyBytes + sizeof(VertexId);
+    std::uint64_t done = 0;
+    for (std::size_t b = 0; b < count; ++b)
+    {
+      table.Clear();
+      Status status = buckets->ForEachBlock(b,
+        [&](std::span<const std::byte> records) -> Status
+        {
+          Status looked;
+          for (std::size_t at = 0; looked && at < records.size(); at += stride)
+          {
+            VertexId id = 0;
+            std::memcpy(&id, records.data() + at + this->KeyBytes, sizeof(id));
+            looked = look(id, records.subspan(at, this->KeyBytes));
+          }
+          return looked;
+        });
+      done += buckets->Size(b);
+      if (status)
+      {
+        status = this->Report(0.4, 0.8, done);
+      }
+      if (!status)
+      {
+        return status;
+      }
+    }
+    return {};
+  }
+
+  std::uint64_t HashOfPlace(const Vec3& p) const
+  {
+    return XXH3_64bits_withSeed(p.data(), sizeof(p), this->Seed);
+  }
+
+  // Step 1: where a vertex may have an equal. Returns how many such vertices there are at most.
+  Result<std::uint64_t> FindRepeated()
+  {
+    RepeatedHashes& repeated =
+      this->Repeated.emplace(std::uint64_t{ this->Input.count }, this->Memory / 4 * 3);
+    const BatchShape shape = ShapeOfPass(this->Memory / 8, sizeof(Vec3));
+    std::vector<std::vector<std::uint64_t>> hashes(shape.slots);
+    std::vector<std::uint64_t> repeats(shape.slots, 0);
+    BatchPass<Vec3> batches(shape, this->Exec);
+    const Status status = batches.Over(
+      this->Input.points, 0, this->Input.count,
+      [&](std::size_t slot, std::span<Vec3> points) -> Status
+      {
+        hashes[slot].resize(points.size());
+        std::transform(points.begin(), points.end(), hashes[slot].begin(),
+          [&](const Vec3& p) { return this->HashOfPlace(p); });
+        repeats[slot] += repeated.Add(hashes[slot]);
+        return {};
+      },
+      [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); });
+    repeated.Finish();
+    if (!status)
+    {
+      return status.GetError();
+    }
+    // Each has one before it in its class, but for the first of the class.
+    return std::min<std::uint64_t>(
+      this->Input.count, 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 }));
+  }
+
+  // visit(id, key) for each vertex that may have an equal, ascending.
+  template <class Visit>
+  Status ForEachRepeated(const Visit& visit) const
+  {
+    const BatchShape shape = ShapeOfPass(this->Memory / 8, sizeof(Vec3));
+    struct Found
+    {
+      std::vector<VertexId> ids;
+      std::vector<Vec3> points;
+      std::vector<std::byte> tuples;
+    };
+    std::vector<Found> found(shape.slots);
+    BatchPass<Vec3> batches(shape, this->Exec);
+    std::vector<std::byte> key(this->KeyBytes);
+    return batches.Over(
+      this->Input.points, 0, this->Input.count,
+      [&](std::size_t slot, std::span<Vec3> points, std::uint64_t first) -> Status
+      {
+        Found& those = found[slot];
+        those.ids.clear();
+        those.points.clear();
+        for (std::size_t i = 0; i < points.size(); ++i)
+        {
+          if (this->Repeated->MayRepeat(this->HashOfPlace(points[i])))
+          {
+            those.ids.push_back(static_cast<VertexId>(first + i));
+            those.points.push_back(points[i]);
+          }
+        }
+        those.tuples.resize(those.ids.size() * this->Input.tupleBytes);
+        return those.tuples.empty() ? Status{}
+                                    : ReadElementsAt(this->Input.tuples, this->Input.tupleBytes,
+                                        those.ids, those.tuples);
+      },
+      [&](std::size_t used, std::uint64_t last) -> Status
+      {
+        Status status = this->Report(0.2, 0.4, last);
+        for (std::size_t slot = 0; slot < used; ++slot)
+        {
+          const Found& those = found[slot];
+          for (std::size_t i = 0; status && i < those.ids.size(); ++i)
+          {
+            std::memcpy(key.data(), &those.points[i], sizeof(Vec3));
+            std::copy_n(those.tuples.begin() + std::ptrdiff_t(i * this->Input.tupleBytes),
+              this->Input.tupleBytes, key.begin() + sizeof(Vec3));
+            status = visit(those.ids[i], std::span<const std::byte>(key));
+          }
+        }
+        return status;
+      });
+  }
+
+  // By the upper half of the hash; tables go by the lower.
+  Result<BucketFile> BucketVertices(std::size_t count)
+  {
+    const std::size_t stride = this->KeyBytes + sizeof(VertexId);
+    Result<BucketFile> buckets = BucketFile::Create(
+      this->Folder, "vertices by hash", stride, count, this->Input.count, this->Memory / 4);
+    if (!buckets)
+    {
+      return buckets.GetError();
+    }
+    std::vector<std::byte> record(stride);
+    Status status = this->ForEachRepeated(
+      [&](VertexId id, std::span<const std::byte> key) -> Status
+      {
+        std::copy(key.begin(), key.end(), record.begin());
+        std::memcpy(record.data() + this->KeyBytes, &id, sizeof(id));
+        const Status added =
+          buckets->Add(static_cast<std::size_t>(((this->HashOf(key) >> 32) * count) >> 32), record);
+        return added;
+      });
+    if (status)
+    {
+      status = buckets->Finish();
+    }
+    if (!status)
+    {
+      return status.GetError();
+    }
+    return buckets;
+  }
+
+  // Step 3.
+  Result<VertexMap> MakeMap(const RecordBuckets<Twin>& twins)
+  {
+    VertexMap map;
+    map.count = this->Input.count;
+    Result<SpillFile> file = this->Folder.CreateFile(
+      "numbers after welding", std::uint64_t{ map.count } * sizeof(VertexId));
+    Result<RecordBuckets<Twin>> byLowest = this->MakeBuckets<Twin>("equal vertices by the lowest");
+    Result<RecordBuckets<Twin>> numbered = this->MakeBuckets<Twin>("numbers of equal vertices");
+    if (!file || !byLowest || !numbered)
+    {
+      return !file ? file.GetError() : !byLowest ? byLowest.GetError() : numbered.GetError();
+    }
+    map.file = std::move(*file);
+    Status status = this->NumberThoseThatStay(twins, map, *byLowest);
+    if (status)
+    {
+      status = this->ForEachSection(map, *byLowest,
+        [&](const Twin& twin, std::span<VertexId> entries, VertexId first) {
+          return numbered->Add(
+            this->Sections.Of(twin.id), { twin.id, entries[twin.lowest - first] });
+        });
+    }
+    if (status)
+    {
+      status = this->ForEachSection(map, *numbered,
+        [&](const Twin& twin, std::span<VertexId> entries, VertexId first) -> Status
+        {
+          entries[twin.id - first] = twin.lowest;
+          return {};
+        });
+    }
+    if (!status)
+    {
+      return status.GetError();
+    }
+    return map;
+  }
+
+  // Those that go get noVertex until the numbers of the lowest are known.
+  Status NumberThoseThatStay(
+    const RecordBuckets<Twin>& twins, VertexMap& map, RecordBuckets<Twin>& byLowest)
+  {
+    std::vector<VertexId> entries;
+    for (std::size_t section = 0; section < this->Sections.Number(); ++section)
+    {
+      const VertexId first = this->Sections.Begin(section);
+      entries.assign(this->Sections.End(section) - first, 0);
+      Status status = twins.ForEach(section,
+        [&](const Twin& twin)
+        {
+          entries[twin.id - first] = noVertex;
+          return byLowest.Add(this->Sections.Of(twin.lowest), twin);
+        });
+      for (VertexId& entry : entries)
+      {
+        entry = entry == noVertex ? noVertex : this->Kept++;
+      }
+      if (status)
+      {
+        status = WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries));
+      }
+      if (!status)
+      {
+        return status;
+      }
+    }
+    return byLowest.Finish();
+  }
+
+  // visit(twin, entries of the section, its first number) for each record, with the section of the
+  // map that it belongs to; what is changed is kept.
+  template <class Visit>
+  Status ForEachSection(VertexMap& map, RecordBuckets<Twin>& records, const Visit& visit)
+  {
+    Status status = records.Finish();
+    std::vector<VertexId> entries;
+    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
+    {
+      if (records.Size(section) == 0)
+      {
+        continue;
+      }
+      const VertexId first = this->Sections.Begin(section);
+      entries.resize(this->Sections.End(section) - first);
+      status = ReadRecords<VertexId>(map.file, first, std::span<VertexId>(entries));
+      if (status)
+      {
+        status = records.ForEach(section,
+          [&](const Twin& twin) { return visit(twin, std::span<VertexId>(entries), first); });
+      }
+      if (status)
+      {
+        status = WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries));
+      }
+    }
+    return status;
+  }
+
+  // Step 4. A vertex stays if its number is the next one: those that go have a lower one.
+  Status Compact(const VertexMap& map, VertexFiles& output)
+  {
+    output.count = this->Kept;
+    output.tupleBytes = this->Input.tupleBytes;
+    Result<SpillFile> points =
+      this->Folder.CreateFile("welded vertices", std::uint64_t{ this->Kept } * sizeof(Vec3));
+    Result<SpillFile> tuples = this->Folder.CreateFile(
+      "attributes of welded vertices", std::uint64_t{ this->Kept } * this->Input.tupleBytes);
+    if (!points || !tuples)
+    {
+      return !points ? points.GetError() : tuples.GetError();
+    }
+    output.points = std::move(*points);
+    RecordWriter<Vec3> writer(output.points);
+    RecordReader<VertexId> numbers(map.file, 0, map.count);
+    std::span<const VertexId> block;
+    std::vector<std::byte> waiting;
+    std::uint64_t written = 0;
+    VertexId next = 0;
+    std::size_t at = 0;
+    const auto flush = [&]() -> Status
+    {
+      const Status status = waiting.empty() ? Status{} : tuples->Write(written, waiting);
+      written += waiting.size();
+      waiting.clear();
+      return status;
+    };
+    Status status = this->ForEachVertex(
+      [&](VertexId id, std::span<const std::byte> key) -> Status
+      {
+        if (at == block.size())
+        {
+          const Result<std::span<const VertexId>> read = numbers.Next();
+          if (!read)
+          {
+            return read.GetError();
+          }
+          block = *read;
+          at = 0;
+        }
+        if (block[at++] != next)
+        {
+          return {};
+        }
+        ++next;
+        Vec3 point;
+        std::memcpy(&point, key.data(), sizeof(point));
+        writer.Append(point);
+        const auto tuple = key.subspan(sizeof(Vec3));
+        waiting.insert(waiting.end(), tuple.begin(), tuple.end());
+        const Status flushed = waiting.size() < spillBlockBytes ? Status{} : flush();
+        return flushed && id % (1 << 20) == 0 ? this->Report(0.8, 1, id) : flushed;
+      });
+    if (status)
+    {
+      status = flush();
+    }
+    if (status)
+    {
+      status = writer.Finish();
+    }
+    if (this->Input.tupleBytes > 0)
+    {
+      output.tuples = std::move(*tuples);
+    }
+    return status;
+  }
+
+  SpillFolder& Folder;
+  VertexFiles Input;
+  std::size_t KeyBytes;
+  std::uint64_t Memory;
+  const Execution& Exec;
+  MapSections Sections;
+  std::uint64_t Seed;
+  std::optional<RepeatedHashes> Repeated; // of places
+  std::uint64_t Twins = 0;
+  std::uint32_t Kept = 0;
+};
+
+}
+
+Result<ExternalWeld> WeldExternally(
+  SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution)
+{
+  return Welder(folder, std::move(input), memory, execution).Weld();
+}
+
+}

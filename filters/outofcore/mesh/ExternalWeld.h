@@ -1,0 +1,41 @@
+// Welding of vertices that do not fit the memory: step "weld" of the README's picture, out of core.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Types.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/VertexMap.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace kdstream
+{
+
+// Vertices in files, by id: coordinates, and the bytes of all their point arrays' tuples one after
+// the other.
+struct VertexFiles
+{
+  std::uint32_t count = 0;
+  SpillFile points; // Vec3
+  SpillFile tuples; // tupleBytes each; closed if there are no point arrays
+  std::size_t tupleBytes = 0;
+};
+
+struct ExternalWeld
+{
+  VertexFiles vertices;         // those that stay, in their order
+  std::uint64_t welded = 0;     // how many went
+  std::optional<VertexMap> map; // for each id of the input its new one; none if nothing went
+};
+
+// Joins vertices with bit-equal coordinates and bit-equal tuples to the lowest id and renumbers the
+// rest, keeping their order: what core's WeldVertices does (Weld.h), to the bit. Expected O(n); the
+// vertices are written and read once as buckets of equal hashes, where they do not fit, and what is
+// found in passes over the ids. Peak memory: `memory` and a few blocks, whatever is equal to
+// whatever. Errors: InputOutput; Cancelled.
+Result<ExternalWeld> WeldExternally(
+  SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution = {});
+
+}

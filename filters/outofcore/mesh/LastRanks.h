@@ -1,0 +1,64 @@
+// Which vertices, in the order of the leaves, are in one place: for those who look for coincident
+// ones (CoincidentRanks.h, filters/Parallel).
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/core/tree/PointRecord.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <unordered_map>
+#include <utility>
+
+namespace kdstream
+{
+
+struct HashOfPlace
+{
+  template <class Scalar>
+  std::size_t operator()(const std::array<Scalar, 3>& place) const
+  {
+    return XXH3_64bits(place.data(), sizeof(place));
+  }
+};
+
+// A vertex whose id is its rank, and no zero is negative.
+template <class Scalar>
+PointRecord<Scalar> RankedPlace(const PointRecord<Scalar>& vertex, VertexId rank)
+{
+  const std::array<Scalar, 3>& p = vertex.p;
+  return { { p[0] + Scalar(0), p[1] + Scalar(0), p[2] + Scalar(0) }, rank };
+}
+
+// Which rank was met last in each place.
+template <class Scalar>
+class LastRanks
+{
+public:
+  static constexpr std::uint64_t bytesPerPlace = 80; // of the table, while it grows too
+
+  // visit(a, b): ranks a < b in one place that have none of it between them. Keeps a reference.
+  explicit LastRanks(const std::function<Status(VertexId, VertexId)>& visit)
+    : Visit(visit)
+  {
+  }
+
+  // REQUIRES: a RankedPlace; ranks ascend. Errors: those of `visit`.
+  Status Add(const PointRecord<Scalar>& vertex)
+  {
+    const auto [found, isNew] = this->Last.try_emplace(vertex.p, vertex.id);
+    return isNew ? Status{} : this->Visit(std::exchange(found->second, vertex.id), vertex.id);
+  }
+  void Clear() { this->Last.clear(); }
+
+private:
+  const std::function<Status(VertexId, VertexId)>& Visit;
+  std::unordered_map<std::array<Scalar, 3>, VertexId, HashOfPlace> Last;
+};
+
+}

@@ -1,0 +1,64 @@
+// A mesh in blocks: the files that the steps "tree" and "faces" of building out of core leave, and
+// how a block of them gets into memory.
+#pragma once
+
+#include "filters/core/Attribute.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/TreeBlock.h"
+#include "filters/outofcore/mesh/VertexMap.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+struct MeshBlocks
+{
+  TreeDepths depths;
+  std::uint32_t vertexCount = 0;
+  std::uint32_t triangleCount = 0;
+  Box box;                 // the model's
+  bool floats = true;      // whether the records hold floats
+  unsigned blockDepth = 0; // at most depths.partition
+  // Where each block begins, and the end: of blocks that are no cells of a k-d tree, whose
+  // partitions may be of any size (OctreePartitions.h). Empty: cells of depth blockDepth.
+  std::vector<VertexId> begin;
+  SpillFile records; // of an ExternalTree
+  // Of each block those that touch it, corners are ranks; none of a cloud.
+  std::optional<RecordBuckets<NumberedTriangle>> triangles;
+  ScalarType scalarType = ScalarType::Float32;
+  bool mayCoincide = true; // false: no two vertices are in one place, -0.0 and 0.0 unlike
+  std::vector<AttributeInfo> attributes; // of the mesh, point arrays first
+  SpillFile pointTuples;                 // by rank; closed if there are none
+  SpillFile cellTuples;                  // by number of triangle; closed if there are none
+  // What the process may hold while freed memory stays with it (ReturnFreeMemory).
+  std::uint64_t keptMemory = 0;
+  // Ranks of other processes' vertices that blocks of this one use, ascending (BlockTeam.h).
+  std::vector<VertexId> foreign;
+
+  std::size_t BlockCount() const
+  {
+    return this->begin.empty() ? std::size_t{ 1 } << this->blockDepth : this->begin.size() - 1;
+  }
+  CellRange RangeOf(std::size_t block) const
+  {
+    return this->begin.empty()
+             ? RangeOfCell(this->vertexCount, this->blockDepth, block)
+             : CellRange{ this->begin[block], this->begin[block + 1] - this->begin[block] };
+  }
+  // The first rank of each block, and the end.
+  std::vector<VertexId> BlockBegins() const;
+  // The block's vertices and triangles, with their attributes. Errors: InputOutput.
+  Result<TreeBlock> Load(std::size_t block, BlockOrder order = BlockOrder::ById) const;
+};
+
+// The tree below a block's cell, over its own vertices alone: what core's functions for a part of a
+// mesh take. Its depths count from the block; `order` and `cellBegin` in the block's numbers; no
+// boxes.
+KdTree TreeOfBlock(const MeshBlocks& mesh, const TreeBlock& block);
+
+}

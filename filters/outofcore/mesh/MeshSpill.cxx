@@ -1,0 +1,269 @@
+#include "filters/outofcore/mesh/MeshSpill.h"
+
+#include "filters/outofcore/files/Tuples.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+std::size_t TupleBytes(std::span<const AttributeInfo> attributes, AttributeAssociation association)
+{
+  std::size_t bytes = 0;
+  for (const AttributeInfo& attribute : attributes)
+  {
+    bytes += attribute.association == association ? attribute.TupleSize() : 0;
+  }
+  return bytes;
+}
+
+// The tuples of a chunk's arrays of one association, element by element.
+std::vector<std::byte> Interleaved(const Mesh& chunk, std::span<const AttributeInfo> attributes,
+  AttributeAssociation association, std::size_t count)
+{
+  std::vector<const Attribute*> arrays;
+  for (const AttributeInfo& wanted : attributes)
+  {
+    if (wanted.association == association)
+    {
+      arrays.push_back(FindAttribute(chunk.attributes, wanted));
+    }
+  }
+  return InterleaveTuples(arrays, count);
+}
+
+bool FitsFloats(const Vec3& p)
+{
+  return std::all_of(
+    p.begin(), p.end(), [](double x) { return static_cast<double>(static_cast<float>(x)) == x; });
+}
+
+// Point arrays, then cell arrays, each in their order: as a store has them.
+std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attributes)
+{
+  std::stable_partition(attributes.begin(), attributes.end(),
+    [](const AttributeInfo& attribute)
+    { return attribute.association == AttributeAssociation::Point; });
+  return attributes;
+}
+
+class Spiller
+{
+public:
+  Spiller(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+    const Execution& execution, bool part)
+    : Folder(folder)
+    , Reader(reader)
+    , ChunkBytes(chunkBytes)
+    , Exec(execution)
+    , Part(part)
+  {
+  }
+
+  Result<SpilledMesh> Run()
+  {
+    Status status = this->Prepare();
+    if (status)
+    {
+      status = this->ReadVertices();
+    }
+    if (status && this->Output.vertices.count == 0 && !this->Part)
+    {
+      status = Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+    }
+    if (status)
+    {
+      status = this->ReadTriangles();
+    }
+    if (!status)
+    {
+      return status.GetError();
+    }
+    return std::move(this->Output);
+  }
+
+private:
+  Status Prepare()
+  {
+    SpilledMesh& output = this->Output;
+    output.attributes = PointArraysFirst(this->Reader.Info().attributes);
+    std::vector<Attribute> none;
+    for (const AttributeInfo& attribute : output.attributes)
+    {
+      none.push_back({ attribute, {} });
+    }
+    if (Status status = CheckAttributes(none, 0, 0); !status)
+    {
+      return status;
+    }
+    output.vertices.tupleBytes = TupleBytes(output.attributes, AttributeAssociation::Point);
+    output.cellTupleBytes = TupleBytes(output.attributes, AttributeAssociation::Cell);
+    // What the header claims is not taken from the disk: nobody knows yet whether it is true.
+    const std::pair<SpillFile*, std::string_view> files[] = {
+      { &output.vertices.points, "vertices" }, { &output.triangles, "triangles" },
+      { output.vertices.tupleBytes > 0 ? &output.vertices.tuples : nullptr,
+        "attributes of vertices" },
+      { output.cellTupleBytes > 0 ? &output.cellTuples : nullptr, "attributes of triangles" }
+    };
+    for (const auto& [file, purpose] : files)
+    {
+      if (file != nullptr)
+      {
+        Result<SpillFile> made = this->Folder.CreateFile(purpose, 0);
+        if (!made)
+        {
+          return made.GetError();
+        }
+        *file = std::move(*made);
+      }
+    }
+    return {};
+  }
+
+  std::size_t ElementsOfChunk(std::size_t elementBytes) const
+  {
+    return std::max<std::size_t>(1, this->ChunkBytes / elementBytes);
+  }
+
+  static Error TooMany(std::uint64_t count, const std::string& what)
+  {
+    return { ErrorCode::LimitExceeded,
+      std::to_string(count) + " " + what + "; at most 4294967294 are possible" };
+  }
+
+  Status ReportRead() const
+  {
+    const double size = std::max(1.0, double(this->Reader.FileSize()));
+    return this->Exec.Report("read", std::min(1.0, double(this->Reader.Position()) / size));
+  }
+
+  // Calls read(chunk) -> Result<count> until there is nothing left, and use(chunk) -> Status for
+  // each chunk; the next one is read while one is used, if the execution has a thread for it.
+  template <class Read, class Use>
+  Status ForEachChunk(const Read& read, const Use& use)
+  {
+    std::array<Mesh, 2> chunks;
+    Result<std::size_t> found = read(chunks[0]);
+    for (std::size_t i = 0; found && *found > 0; ++i)
+    {
+      const Mesh& chunk = chunks[i % 2];
+      Mesh& next = chunks[(i + 1) % 2];
+      next.points.clear();
+      next.triangles.clear();
+      for (Attribute& array : next.attributes)
+      {
+        array.values.clear();
+      }
+      Status used;
+      this->Exec.parallelFor(2, 1,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t which = begin; which < end; ++which)
+          {
+            if (which == 0)
+            {
+              used = use(chunk);
+            }
+            else
+            {
+              found = read(next);
+            }
+          }
+        });
+      if (used)
+      {
+        used = this->ReportRead();
+      }
+      if (!used)
+      {
+        return used;
+      }
+    }
+    return found ? Status{} : Status(found.GetError());
+  }
+
+  Status ReadVertices()
+  {
+    const std::size_t limit =
+      this->ElementsOfChunk(sizeof(Vec3) + this->Output.vertices.tupleBytes);
+    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadVertices(chunk, limit); },
+      [&](const Mesh& chunk) { return this->WriteVertices(chunk); });
+  }
+
+  Status WriteVertices(const Mesh& chunk)
+  {
+    SpilledMesh& output = this->Output;
+    std::uint32_t& done = output.vertices.count;
+    if (done + chunk.points.size() >= noVertex)
+    {
+      return TooMany(done + chunk.points.size(), "vertices");
+    }
+    output.scalarType = chunk.scalarType;
+    output.fitFloats =
+      output.fitFloats && std::all_of(chunk.points.begin(), chunk.points.end(), FitsFloats);
+    Status status =
+      WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points));
+    if (status && output.vertices.tupleBytes > 0)
+    {
+      status = output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size()));
+    }
+    done += static_cast<std::uint32_t>(chunk.points.size());
+    return status;
+  }
+
+  Status ReadTriangles()
+  {
+    const std::size_t limit =
+      this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + this->Output.cellTupleBytes);
+    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadTriangles(chunk, limit); },
+      [&](const Mesh& chunk) { return this->WriteTriangles(chunk); });
+  }
+
+  Status WriteTriangles(const Mesh& chunk)
+  {
+    SpilledMesh& output = this->Output;
+    std::uint32_t& done = output.triangleCount;
+    if (done + chunk.triangles.size() >= noVertex)
+    {
+      return TooMany(done + chunk.triangles.size(), "triangles");
+    }
+    this->Numbered.clear();
+    for (const Triangle& corners : chunk.triangles)
+    {
+      this->Numbered.push_back(
+        { corners, done + static_cast<std::uint32_t>(this->Numbered.size()) });
+    }
+    Status status = WriteRecords<NumberedTriangle>(
+      output.triangles, done, std::span<const NumberedTriangle>(this->Numbered));
+    if (status && output.cellTupleBytes > 0)
+    {
+      status = output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size()));
+    }
+    done += static_cast<std::uint32_t>(this->Numbered.size());
+    return status;
+  }
+
+  SpillFolder& Folder;
+  MeshReader& Reader;
+  std::size_t ChunkBytes;
+  const Execution& Exec;
+  bool Part;
+  SpilledMesh Output;
+  std::vector<NumberedTriangle> Numbered; // of a chunk
+};
+
+}
+
+Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+  const Execution& execution, bool part)
+{
+  return Spiller(folder, reader, chunkBytes, execution, part).Run();
+}
+
+}

@@ -1,0 +1,39 @@
+// A mesh file, read in chunks into spill files: step "read" of building out of core.
+#pragma once
+
+#include "filters/core/Attribute.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Types.h"
+#include "filters/meshio/MeshReader.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
+#include "filters/outofcore/mesh/VertexMap.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// A mesh in files: vertices by id, triangles by number.
+struct SpilledMesh
+{
+  VertexFiles vertices;
+  std::uint32_t triangleCount = 0;
+  SpillFile triangles;  // NumberedTriangle, corners are ids
+  SpillFile cellTuples; // of each triangle the bytes of all its cell arrays' tuples; closed if none
+  std::size_t cellTupleBytes = 0;
+  ScalarType scalarType = ScalarType::Float32;
+  std::vector<AttributeInfo> attributes; // point arrays first, as their tuples are
+  bool fitFloats = true;                 // whether floats hold every coordinate exactly
+};
+
+// Reads all that a reader has left. Peak memory: a few chunks of about chunkBytes, whatever the
+// file holds, but for a face of that many corners. Errors: those of the reader; InvalidInput where
+// there are no vertices, or an array that no mesh can have (CheckAttributes); LimitExceeded for
+// more than 2^32 - 2 vertices or triangles; InputOutput; Cancelled.
+// part: of a mesh, so that it may have no vertices.
+Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+  const Execution& execution = {}, bool part = false);
+
+}

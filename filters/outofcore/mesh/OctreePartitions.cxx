@@ -1,0 +1,209 @@
+#include "filters/outofcore/mesh/OctreePartitions.h"
+
+#include "filters/core/tree/Clustering.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/tree/ExternalOctree.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// Shows the step "octree" as its part [begin, end), and what comes before it as its begin.
+Execution PartOf(const Execution& execution, double begin, double end)
+{
+  Execution part = execution;
+  part.progress = [&execution, begin, end](std::string_view step, double fraction)
+  { return execution.progress(step, step == "octree" ? begin + (end - begin) * fraction : begin); };
+  return part;
+}
+
+template <class Scalar>
+class Partitioning
+{
+public:
+  using Record = PointRecord<Scalar>;
+
+  Partitioning(SpillFolder& folder, SpillFile& points, const KdTreeOptions& options,
+    std::uint64_t memory, const Execution& execution)
+    : Folder(folder)
+    , Points(points)
+    , Count(points.Size() / sizeof(Record))
+    , Options(options)
+    , Memory(memory)
+    , Exec(execution)
+  {
+  }
+
+  Result<ExternalPartitions> Make()
+  {
+    Result<std::uint32_t> most = this->Options.partitions
+                                   ? this->SearchSize(*this->Options.partitions)
+                                   : Result<std::uint32_t>(this->Options.verticesPerPartition);
+    if (!most)
+    {
+      return most.GetError();
+    }
+    Result<ExternalOctree> octree = this->Cluster(*most, false, this->Searched, 0.9);
+    if (!octree)
+    {
+      return octree.GetError();
+    }
+    ExternalPartitions result;
+    result.begin.assign(octree->clusterBegin.begin(), octree->clusterBegin.end());
+    octree->clusterBegin = {};
+    result.records = std::move(octree->records);
+    result.depths = DepthsOfClusters(result.begin.size() - 1);
+    if (Status status = this->FindBoxes(result); !status)
+    {
+      return status.GetError();
+    }
+    result.recordsRead = this->RecordsRead + this->Count;
+    return result;
+  }
+
+private:
+  Result<ExternalOctree> Cluster(std::uint32_t most, bool keep, double begin, double end)
+  {
+    ExternalOctreeOptions options;
+    options.verticesPerPartition = most;
+    options.memory = this->Memory;
+    options.keepPoints = keep;
+    const Execution part = PartOf(this->Exec, begin, end);
+    Result<ExternalOctree> octree =
+      ClusterByExternalOctree<Scalar>(this->Folder, this->Points, options, part);
+    if (octree)
+    {
+      // The box, what does not fit at once, and each group.
+      this->RecordsRead += 2 * this->Count + 2 * octree->statistics.distributedRecords;
+    }
+    return octree;
+  }
+
+  Result<std::uint64_t> CountClusters(std::uint64_t most)
+  {
+    const double begin = this->Searched;
+    this->Searched += (0.8 - begin) / 8;
+    const Result<ExternalOctree> octree =
+      this->Cluster(static_cast<std::uint32_t>(most), true, begin, this->Searched);
+    return octree ? Result<std::uint64_t>(octree->clusterBegin.size() - 1) : octree.GetError();
+  }
+
+  // The most vertices of a partition for which there are about `wanted` partitions: those of
+  // ClusterByOctree. Fewer vertices never give fewer partitions.
+  Result<std::uint32_t> SearchSize(std::uint64_t wanted)
+  {
+    if (wanted == 0)
+    {
+      return Error{ ErrorCode::InvalidArgument, "number of partitions is 0; at least 1 is needed" };
+    }
+    if (wanted > this->Count)
+    {
+      return Error{ ErrorCode::InvalidArgument, "number of partitions " + std::to_string(wanted) +
+                                                  " is above the number of vertices, " +
+                                                  std::to_string(this->Count) };
+    }
+    // Partitions of at most `most` vertices are enough, of `above` they are too few.
+    std::uint64_t most = this->Count / wanted, above = this->Count, ofAbove = 1;
+    Result<std::uint64_t> ofMost = this->CountClusters(most);
+    for (; ofMost && *ofMost < wanted && most > 1; ofMost = this->CountClusters(most))
+    {
+      above = most; // vertices in one place
+      ofAbove = *ofMost;
+      most /= 2;
+    }
+    while (ofMost && *ofMost >= wanted && above - most > 1 && most < this->Count)
+    {
+      // Outwards first: an octree has a few times as many partitions as it must, not many times.
+      const std::uint64_t next = std::min(2 * most, most + (above - most) / 2);
+      const Result<std::uint64_t> clusters = this->CountClusters(next);
+      if (!clusters)
+      {
+        return clusters.GetError();
+      }
+      (*clusters >= wanted ? most : above) = next;
+      (*clusters >= wanted ? *ofMost : ofAbove) = *clusters;
+    }
+    if (!ofMost)
+    {
+      return ofMost.GetError();
+    }
+    const bool fewer = *ofMost > wanted && *ofMost - wanted >= wanted - ofAbove;
+    return static_cast<std::uint32_t>(fewer ? above : most);
+  }
+
+  // One after the other, in the order of ids: which of two zeros a side is depends on it.
+  Status FindBoxes(ExternalPartitions& result) const
+  {
+    const std::size_t partitions = std::size_t{ 1 } << result.depths.partition;
+    result.boxes.resize(2 * partitions);
+    RecordReader<Record> reader(result.records, 0, this->Count);
+    std::size_t partition = 0;
+    for (std::uint64_t rank = 0; rank < this->Count;)
+    {
+      const Result<std::span<const Record>> block = reader.Next();
+      if (!block)
+      {
+        return block.GetError();
+      }
+      for (const Record& record : *block)
+      {
+        partition += rank++ == result.begin[partition + 1] ? 1 : 0;
+        result.boxes[partitions + partition].Add(
+          Vec3{ double(record.p[0]), double(record.p[1]), double(record.p[2]) });
+      }
+      const double done = 0.9 + 0.1 * double(rank) / double(this->Count);
+      if (Status status = this->Exec.Report("octree", done); !status)
+      {
+        return status;
+      }
+    }
+    AddBoxesAbove(result.boxes);
+    return {};
+  }
+
+  SpillFolder& Folder;
+  SpillFile& Points;
+  std::uint64_t Count;
+  const KdTreeOptions& Options;
+  std::uint64_t Memory;
+  const Execution& Exec;
+  double Searched = 0; // of the progress
+  std::uint64_t RecordsRead = 0;
+};
+
+}
+
+template <class Scalar>
+Result<ExternalPartitions> PartitionByExternalOctree(SpillFolder& folder, SpillFile& points,
+  const KdTreeOptions& options, std::uint64_t memory, const Execution& execution)
+{
+  return Partitioning<Scalar>(folder, points, options, memory, execution).Make();
+}
+
+template Result<ExternalPartitions> PartitionByExternalOctree<float>(
+  SpillFolder&, SpillFile&, const KdTreeOptions&, std::uint64_t, const Execution&);
+template Result<ExternalPartitions> PartitionByExternalOctree<double>(
+  SpillFolder&, SpillFile&, const KdTreeOptions&, std::uint64_t, const Execution&);
+
+std::vector<VertexId> JoinIntoBlocks(std::span<const VertexId> partitionBegin, std::uint64_t most)
+{
+  std::vector<VertexId> begin{ partitionBegin.front() };
+  for (std::size_t p = 1; p < partitionBegin.size(); ++p)
+  {
+    // The block ends before the partition that would make it too large.
+    if (partitionBegin[p] - begin.back() > most && partitionBegin[p - 1] > begin.back())
+    {
+      begin.push_back(partitionBegin[p - 1]);
+    }
+  }
+  begin.push_back(partitionBegin.back());
+  return begin;
+}
+
+}

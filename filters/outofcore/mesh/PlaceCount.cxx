@@ -1,0 +1,274 @@
+// Counting of places: see PlaceCount.h.
+//   1. Which hashes may come twice. The others are counted; these are sorted, if they fit.
+//   2. If not: the hash of each place into a bucket by its upper bits.
+//   3. Bucket by bucket: how many different ones.
+#include "filters/outofcore/mesh/PlaceCount.h"
+
+#include "filters/outofcore/files/BatchPass.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/MemoryPlan.h"
+#include "filters/outofcore/files/RepeatedHashes.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::string_view step = "tree";
+constexpr std::size_t grain = 1 << 12;
+
+using PlaceOf = std::function<Vec3(const Vec3&)>;
+
+std::uint64_t HashOf(const Vec3& place)
+{
+  const Vec3 positive{ place[0] + 0.0, place[1] + 0.0, place[2] + 0.0 }; // -0.0 becomes 0.0
+  return XXH3_64bits(positive.data(), sizeof(positive));
+}
+
+// Different numbers. Equal ones are dropped whenever there are too many, so that they take no more
+// memory than different ones.
+class DifferentNumbers
+{
+public:
+  DifferentNumbers(std::size_t most, std::size_t all)
+    : Most(most)
+  {
+    this->Numbers.reserve(std::min(most, all));
+  }
+
+  void Add(std::uint64_t number)
+  {
+    if (this->Numbers.size() == this->Most)
+    {
+      this->DropEqual();
+      // There may be more than expected: then memory has to grow, or sorting would never end.
+      this->Most = std::max(this->Most, 2 * this->Numbers.size());
+    }
+    this->Numbers.push_back(number);
+  }
+
+  std::uint64_t CountAndClear()
+  {
+    this->DropEqual();
+    const std::uint64_t count = this->Numbers.size();
+    this->Numbers.clear();
+    return count;
+  }
+
+private:
+  void DropEqual()
+  {
+    std::sort(this->Numbers.begin(), this->Numbers.end());
+    this->Numbers.erase(
+      std::unique(this->Numbers.begin(), this->Numbers.end()), this->Numbers.end());
+  }
+
+  std::size_t Most;
+  std::vector<std::uint64_t> Numbers;
+};
+
+// Step 1: all places, where the hashes that may come twice fit the memory.
+template <class Scalar>
+class PlaceCounter
+{
+public:
+  PlaceCounter(const SpillFile& records, std::uint32_t count, const PlaceOf& placeOf,
+    std::uint64_t memory, const Execution& execution)
+    : Records(records)
+    , Count(count)
+    , Place(placeOf)
+    , Memory(memory)
+    , Exec(execution)
+    , Shape(ShapeOfPass(memory / 8, sizeof(Record)))
+    , Hashes(this->Shape.slots)
+    , Repeated(count, memory / 2)
+  {
+  }
+
+  // None where they do not fit.
+  Result<std::optional<std::uint64_t>> CountPlaces()
+  {
+    std::vector<std::uint64_t> repeats(this->Shape.slots, 0);
+    Status status = this->ForEachBlock(
+      0, [&](std::size_t slot) { repeats[slot] += this->Repeated.Add(this->Hashes[slot]); },
+      [](std::size_t) {});
+    this->Repeated.Finish();
+    const auto most = 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 });
+    if (!status)
+    {
+      return status.GetError();
+    }
+    if (most * sizeof(std::uint64_t) > this->Memory / 2)
+    {
+      return std::optional<std::uint64_t>{};
+    }
+    std::vector<std::uint64_t> shared;
+    status = this->ForEachBlock(
+      0.5,
+      [&](std::size_t slot) {
+        std::erase_if(
+          this->Hashes[slot], [&](auto hash) { return !this->Repeated.MayRepeat(hash); });
+      },
+      [&](std::size_t slot)
+      { shared.insert(shared.end(), this->Hashes[slot].begin(), this->Hashes[slot].end()); });
+    if (!status)
+    {
+      return status.GetError();
+    }
+    const std::uint64_t alone = this->Count - shared.size();
+    std::sort(shared.begin(), shared.end());
+    const auto end = std::unique(shared.begin(), shared.end());
+    return std::optional(alone + static_cast<std::uint64_t>(end - shared.begin()));
+  }
+
+private:
+  using Record = PointRecord<Scalar>;
+
+  // work(slot), on any threads, when the hashes of a block are in that slot; then take(slot) in the
+  // order of the blocks.
+  template <class Work, class Take>
+  Status ForEachBlock(double progress, const Work& work, const Take& take)
+  {
+    BatchPass<Record> batches(this->Shape, this->Exec);
+    return batches.Over(
+      this->Records, 0, this->Count,
+      [&](std::size_t slot, std::span<Record> records) -> Status
+      {
+        std::vector<std::uint64_t>& hashes = this->Hashes[slot];
+        hashes.clear();
+        for (const Record& record : records)
+        {
+          const Vec3 point{ record.p[0], record.p[1], record.p[2] };
+          hashes.push_back(HashOf(this->Place ? this->Place(point) : point));
+        }
+        work(slot);
+        return {};
+      },
+      [&](std::size_t used, std::uint64_t last) -> Status
+      {
+        for (std::size_t slot = 0; slot < used; ++slot)
+        {
+          take(slot);
+        }
+        return this->Exec.Report(step, progress + 0.5 * double(last) / double(this->Count));
+      });
+  }
+
+  const SpillFile& Records;
+  std::uint32_t Count;
+  const PlaceOf& Place;
+  std::uint64_t Memory;
+  const Execution& Exec;
+  BatchShape Shape;
+  std::vector<std::vector<std::uint64_t>> Hashes; // of each slot's block
+  RepeatedHashes Repeated;
+};
+
+// visit(hash) for each record.
+template <class Scalar, class Visit>
+Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf& placeOf,
+  const Execution& execution, const Visit& visit)
+{
+  RecordReader<PointRecord<Scalar>> reader(records, 0, count);
+  std::vector<std::uint64_t> hashes;
+  for (std::uint64_t done = 0; done < count; done += hashes.size())
+  {
+    const auto block = reader.Next();
+    if (!block)
+    {
+      return block.GetError();
+    }
+    hashes.resize(block->size());
+    execution.parallelFor(hashes.size(), grain,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t i = begin; i < end; ++i)
+        {
+          const auto& p = (*block)[i].p;
+          const Vec3 point{ p[0], p[1], p[2] };
+          hashes[i] = HashOf(placeOf ? placeOf(point) : point);
+        }
+      });
+    for (const std::uint64_t hash : hashes)
+    {
+      if (Status status = visit(hash); !status)
+      {
+        return status;
+      }
+    }
+    if (Status status = execution.Report(step, double(done + hashes.size()) / double(count));
+        !status)
+    {
+      return status;
+    }
+  }
+  return {};
+}
+
+}
+
+template <class Scalar>
+Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile& records,
+  std::uint32_t count, const PlaceOf& placeOf, std::uint64_t memory, const Execution& execution)
+{
+  const Result<std::optional<std::uint64_t>> counted =
+    PlaceCounter<Scalar>(records, count, placeOf, memory, execution).CountPlaces();
+  if (!counted || *counted)
+  {
+    return counted ? Result<std::uint64_t>(**counted) : counted.GetError();
+  }
+  // Half of the memory for different hashes; a bucket has half of what fits, or a few more.
+  const std::uint64_t most = std::max<std::uint64_t>(64, memory / 2 / sizeof(std::uint64_t));
+  const std::uint64_t buckets = count <= most ? 1 : 1 + 2 * std::uint64_t{ count } / most;
+  DifferentNumbers different(static_cast<std::size_t>(most), count);
+  if (buckets == 1)
+  {
+    const Status status = ForEachHash<Scalar>(records, count, placeOf, execution,
+      [&](std::uint64_t hash) -> Status
+      {
+        different.Add(hash);
+        return {};
+      });
+    return status ? Result<std::uint64_t>(different.CountAndClear()) : status.GetError();
+  }
+  Result<RecordBuckets<std::uint64_t>> sorted = RecordBuckets<std::uint64_t>::Create(
+    folder, "hashes of places", static_cast<std::size_t>(buckets), count, memory / 4);
+  if (!sorted)
+  {
+    return sorted.GetError();
+  }
+  Status status = ForEachHash<Scalar>(records, count, placeOf, execution,
+    [&](std::uint64_t hash)
+    { return sorted->Add(static_cast<std::size_t>(((hash >> 32) * buckets) >> 32), hash); });
+  if (status)
+  {
+    status = sorted->Finish();
+  }
+  std::uint64_t places = 0;
+  for (std::size_t bucket = 0; status && bucket < buckets; ++bucket)
+  {
+    status = sorted->ForEach(bucket,
+      [&](std::uint64_t hash) -> Status
+      {
+        different.Add(hash);
+        return {};
+      });
+    places += different.CountAndClear();
+  }
+  return status ? Result<std::uint64_t>(places) : status.GetError();
+}
+
+template Result<std::uint64_t> CountPlacesExternally<float>(
+  SpillFolder&, const SpillFile&, std::uint32_t, const PlaceOf&, std::uint64_t, const Execution&);
+template Result<std::uint64_t> CountPlacesExternally<double>(
+  SpillFolder&, const SpillFile&, std::uint32_t, const PlaceOf&, std::uint64_t, const Execution&);
+
+}

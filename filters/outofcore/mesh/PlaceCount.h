@@ -1,0 +1,34 @@
+// In how many different places the vertices of a mesh are that does not fit the memory.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/SpillFile.h"
+
+#include <cstdint>
+#include <functional>
+
+namespace kdstream
+{
+
+// What core's CountPlaces counts (Weld.h; -0.0 and 0.0 are the same place), of the records of a
+// tree in any order. placeOf: what becomes of a point, such as its place on a grid; the point
+// itself if it is empty; called by several threads. Places are told apart by 64 bits of a hash: of
+// n different ones two fall together with a probability of n^2 / 2^65, and the count is then one
+// too low. That is good for a warning; do not build upon it. Two passes over the records; where
+// the hashes that may come twice do not fit the memory, another, and all hashes are written and
+// read once. Peak memory: `memory` and a few blocks, whatever is equal to whatever. Errors:
+// InputOutput; Cancelled.
+template <class Scalar>
+Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile& records,
+  std::uint32_t count, const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory,
+  const Execution& execution = {});
+
+extern template Result<std::uint64_t> CountPlacesExternally<float>(SpillFolder&, const SpillFile&,
+  std::uint32_t, const std::function<Vec3(const Vec3&)>&, std::uint64_t, const Execution&);
+extern template Result<std::uint64_t> CountPlacesExternally<double>(SpillFolder&, const SpillFile&,
+  std::uint32_t, const std::function<Vec3(const Vec3&)>&, std::uint64_t, const Execution&);
+
+}

@@ -1,0 +1,25 @@
+// The tuples of vertices' attributes in the order of the tree, out of core: step "faces" of
+// building, for those arrays.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/VertexMap.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace kdstream
+{
+
+// tuples: tupleBytes for each vertex, by id (VertexFiles). Returns a file of the same tuples by
+// rank, so that those of a block are one interval. ranks: RankVertices. Where they fit half of the
+// memory a pass over the tuples; else they are written and read once more, as buckets of ranks.
+// Peak memory: `memory` and a few blocks. Disk: a copy of the tuples, and another with the ranks
+// while it runs. Errors: InputOutput; Cancelled. REQUIRES: tupleBytes > 0.
+Result<SpillFile> SortTuplesByRank(SpillFolder& folder, const SpillFile& tuples,
+  std::size_t tupleBytes, const VertexMap& ranks, std::uint64_t memory,
+  const Execution& execution = {});
+
+}

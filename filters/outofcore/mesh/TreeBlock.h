@@ -1,0 +1,69 @@
+// One cell of the tree with all that touches it, in memory: what the steps after the tree work on,
+// one block after the other.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/VertexMap.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// How the vertices of a block are numbered.
+enum class BlockOrder
+{
+  ById,  // ascending, own and ghosts together: whatever goes by the order of ids comes out as for
+         // the whole mesh
+  ByRank // the own vertices, then the ghosts: less work, for whoever does not look at the order
+};
+
+// The vertices of one cell and the vertices of other cells that its triangles use (ghosts).
+struct TreeBlock
+{
+  std::size_t cell = 0;   // at the depth of the blocks
+  VertexId firstRank = 0; // of the own vertices, which are ranks firstRank … + order.size() - 1
+  Mesh mesh;              // points; triangles that touch an own vertex, ascending by number
+  std::vector<VertexId> ids;          // of each vertex, ascending if ordered by id
+  std::vector<VertexId> ranks;        // of each vertex
+  std::vector<VertexId> order;        // the own vertices in the order of ranks
+  std::vector<std::uint32_t> numbers; // of each triangle, ascending
+
+  bool IsOwn(VertexId v) const
+  {
+    return this->ranks[v] >= this->firstRank &&
+           this->ranks[v] - this->firstRank < this->order.size();
+  }
+};
+
+// Loads block `cell` of depth `depth`. records: those of an ExternalTree over `vertices` vertices
+// (PointRecord<Scalar>); triangles: SortTrianglesIntoCells at that depth. Ghosts are read in the
+// order of their ranks, a page of 16 KiB once. O(v + t + g log g) for v vertices, g of them ghosts,
+// and t triangles of the block, O(t log t) where they do not ascend in their file; memory about 80
+// bytes a vertex and 40 a triangle. Errors: InputOutput.
+template <class Scalar>
+Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,
+  const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell,
+  BlockOrder order = BlockOrder::ById);
+
+// The same for a cell of any size, the vertices of the ranks `range`.
+template <class Scalar>
+Result<TreeBlock> LoadBlock(const SpillFile& records, const CellRange& range,
+  const RecordBuckets<NumberedTriangle>& triangles, std::size_t cell,
+  BlockOrder order = BlockOrder::ById);
+
+extern template Result<TreeBlock> LoadBlock<float>(const SpillFile&, std::uint32_t,
+  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
+extern template Result<TreeBlock> LoadBlock<double>(const SpillFile&, std::uint32_t,
+  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
+extern template Result<TreeBlock> LoadBlock<float>(const SpillFile&, const CellRange&,
+  const RecordBuckets<NumberedTriangle>&, std::size_t, BlockOrder);
+extern template Result<TreeBlock> LoadBlock<double>(const SpillFile&, const CellRange&,
+  const RecordBuckets<NumberedTriangle>&, std::size_t, BlockOrder);
+
+}

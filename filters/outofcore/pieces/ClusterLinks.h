@@ -1,0 +1,50 @@
+// What numbering needs of the clusters of a level in files. For the numbers out of core alone.
+#pragma once
+
+#include "filters/core/pieces/VertexNumbers.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// The parents of clusters that follow each other: clusters of the next coarser level, whose numbers
+// are in [begin, end).
+struct ParentLinks
+{
+  VertexId begin = 0, end = 0;
+  std::vector<VertexId> parents; // of each cluster, from `begin` on; none at level 0
+};
+
+struct ClusterLinks
+{
+  ParentLinks above;
+  std::vector<VertexId> lowest; // original vertex of each cluster
+  std::vector<VertexId> counts; // original vertices
+
+  LevelLinks Links() const { return { this->above.parents, this->lowest }; }
+};
+
+// Of the clusters of a block of a level in files. Errors: InputOutput; Damaged, naming the cluster
+// whose parent is none.
+Result<ParentLinks> ReadParents(const ExternalLevels& levels, unsigned depth, std::size_t block);
+Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std::size_t block);
+
+// The clusters of a level, in files or in memory.
+VertexId ClusterCount(const ExternalLevels& levels, unsigned depth);
+
+// The records [begin, end). Errors: InputOutput.
+template <SpillRecord Record>
+Result<std::vector<Record>> ReadInterval(
+  const SpillFile& file, std::uint64_t begin, std::uint64_t end)
+{
+  std::vector<Record> records(static_cast<std::size_t>(end - begin));
+  const Status status = ReadRecords<Record>(file, begin, std::span<Record>(records));
+  return status ? Result<std::vector<Record>>(std::move(records)) : status.GetError();
+}
+
+}

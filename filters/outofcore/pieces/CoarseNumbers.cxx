@@ -1,0 +1,472 @@
+// The numbers of the levels 0 … S: see CoarseNumbers.h, and VertexNumbers.h for what follows from
+// what.
+#include "filters/outofcore/pieces/CoarseNumbers.h"
+
+#include "filters/core/pieces/VertexNumbers.h"
+#include "filters/outofcore/pieces/ClusterLinks.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+namespace kdstream
+{
+
+std::vector<VertexId> PartitionsOfCell(const MeshBlocks& mesh, unsigned depth, std::size_t cell)
+{
+  const unsigned below = mesh.depths.partition - depth;
+  std::vector<VertexId> begin;
+  for (std::uint64_t p = std::uint64_t{ cell } << below; p < (std::uint64_t{ cell } + 1) << below;
+       ++p)
+  {
+    begin.push_back(
+      static_cast<VertexId>(RangeOfCell(mesh.vertexCount, mesh.depths.partition, p).begin));
+  }
+  const CellRange range = RangeOfCell(mesh.vertexCount, depth, cell);
+  begin.push_back(static_cast<VertexId>(range.begin + range.size));
+  return begin;
+}
+
+Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
+  const ExternalLevels& levels, const ExternalNumbers& numbers)
+{
+  const unsigned inFiles = levels.firstInFiles;
+  std::vector<std::vector<VertexId>> first(inFiles);
+  for (unsigned d = 0; d < inFiles; ++d)
+  {
+    first[d].assign(levels.coarse[d].lowest.size(), noVertex);
+  }
+  const LevelFile& level = levels.files[inFiles];
+  for (std::size_t block = 0; inFiles > 0 && block < level.BlockCount(); ++block)
+  {
+    const Result<ParentLinks> above = ReadParents(levels, inFiles, block);
+    if (!above)
+    {
+      return above.GetError();
+    }
+    const Result<std::vector<VertexId>> ofBlock =
+      ReadInterval<VertexId>(numbers.first[inFiles], level.begin[block], level.begin[block + 1]);
+    if (!ofBlock)
+    {
+      return ofBlock.GetError();
+    }
+    LowerFirst(above->parents, *ofBlock,
+      std::span(first[inFiles - 1]).subspan(above->begin, above->end - above->begin));
+  }
+  for (unsigned d = inFiles; d-- > 1;)
+  {
+    LowerFirst(levels.coarse[d].parents, first[d], first[d - 1]);
+  }
+  return first;
+}
+
+Result<std::vector<ReachedNode>> ReadReachOfParents(
+  const ExternalLevels& levels, const ExternalNumbers& numbers, unsigned depth, std::size_t block)
+{
+  const Result<ParentLinks> above = ReadParents(levels, depth, block);
+  if (!above)
+  {
+    return above.GetError();
+  }
+  const ReachFile& file = numbers.reach[depth];
+  Result<std::vector<ReachedNode>> below =
+    ReadInterval<ReachedNode>(file.nodes, file.begin[block], file.begin[block + 1]);
+  if (!below)
+  {
+    return below;
+  }
+  for (ReachedNode& entry : *below)
+  {
+    entry.cluster -= levels.files[depth].begin[block];
+  }
+  std::vector<ReachedNode> reach = ReachOfParents(*below, above->parents);
+  for (ReachedNode& entry : reach)
+  {
+    entry.cluster += above->begin;
+  }
+  return reach;
+}
+
+namespace
+{
+
+// Of each value the place that it has in their order.
+std::vector<VertexId> PlacesOf(std::span<const VertexId> values)
+{
+  const std::vector<VertexId> order = OrderByKey(values);
+  std::vector<VertexId> places(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    places[order[i]] = static_cast<VertexId>(i);
+  }
+  return places;
+}
+
+// The values of a block's parents: records of a file, or of `whole` where they are above the files.
+Result<std::vector<VertexId>> ValuesOfParents(
+  const ParentLinks& links, const SpillFile* file, std::span<const VertexId> whole)
+{
+  if (file && file->IsOpen())
+  {
+    return ReadInterval<VertexId>(*file, links.begin, links.end);
+  }
+  const auto begin = whole.begin() + std::ptrdiff_t(links.begin);
+  return std::vector<VertexId>(begin, begin + std::ptrdiff_t(links.end - links.begin));
+}
+
+class CoarseNumbering
+{
+public:
+  CoarseNumbering(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
+    ExternalNumbers& numbers)
+    : Folder(folder)
+    , Input(mesh)
+    , Levels(levels)
+    , Numbers(numbers)
+    , Stitch(mesh.depths.stitch)
+  {
+  }
+
+  Status Number()
+  {
+    const unsigned inFiles = this->Levels.firstInFiles;
+    Status status = this->FindPositions();
+    status = status ? this->NumberStitch() : status;
+    for (unsigned d = this->Stitch; status && d > inFiles; --d)
+    {
+      status = this->NumberParents(d);
+    }
+    status = status ? this->RankClusters() : status;
+    status = status ? this->FindReachOfStitch() : status;
+    for (unsigned d = this->Stitch; status && d > inFiles; --d)
+    {
+      status = this->FindReachOfParents(d);
+    }
+    return status;
+  }
+
+private:
+  // A file of a level's clusters.
+  Status Create(std::string_view purpose, unsigned depth, std::size_t bytes, SpillFile& file)
+  {
+    Result<SpillFile> made = this->Folder.CreateFile(
+      purpose, std::uint64_t{ this->Levels.files[depth].ClusterCount() } * bytes);
+    if (!made)
+    {
+      return made.GetError();
+    }
+    file = std::move(*made);
+    return {};
+  }
+
+  // work(block, first cluster, end) -> Status, for each block of a level that has clusters.
+  template <class Work>
+  Status ForEachBlock(unsigned depth, const Work& work) const
+  {
+    const LevelFile& level = this->Levels.files[depth];
+    Status status;
+    for (std::size_t block = 0; status && block < level.BlockCount(); ++block)
+    {
+      if (level.begin[block] < level.begin[block + 1])
+      {
+        status = work(block, level.begin[block], level.begin[block + 1]);
+      }
+    }
+    return status;
+  }
+
+  // Depth-first positions of the clusters of a block among each other.
+  Status FindPositions()
+  {
+    std::vector<VertexId> whole; // of the level above the files
+    for (const ClusterLevel& level : this->Levels.coarse)
+    {
+      whole = PositionsDepthFirst({ level.parents, level.lowest }, whole);
+    }
+    SpillFile above;
+    for (unsigned d = this->Levels.firstInFiles; d <= this->Stitch; ++d)
+    {
+      SpillFile file;
+      Status status = this->Create("positions of clusters", d, sizeof(VertexId), file);
+      if (!status)
+      {
+        return status;
+      }
+      status = this->ForEachBlock(d,
+        [&](std::size_t block, VertexId begin, VertexId)
+        {
+          const Result<ClusterLinks> links = ReadLinks(this->Levels, d, block);
+          if (!links)
+          {
+            return Status(links.GetError());
+          }
+          const Result<std::vector<VertexId>> ofParents =
+            ValuesOfParents(links->above, &above, whole);
+          if (!ofParents)
+          {
+            return Status(ofParents.GetError());
+          }
+          const std::vector<VertexId> positions = PositionsDepthFirst(links->Links(), *ofParents);
+          return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(positions));
+        });
+      if (!status)
+      {
+        return status;
+      }
+      above = std::move(file);
+    }
+    this->Positions = std::move(above);
+    return {};
+  }
+
+  Status NumberStitch()
+  {
+    SpillFile& file = this->Numbers.first[this->Stitch];
+    const Status status = this->Create("numbers of a level", this->Stitch, sizeof(VertexId), file);
+    if (!status)
+    {
+      return status;
+    }
+    const unsigned blockDepth = this->Levels.files[this->Stitch].blockDepth;
+    return this->ForEachBlock(this->Stitch,
+      [&](std::size_t block, VertexId begin, VertexId end)
+      {
+        const Result<ClusterLinks> links = ReadLinks(this->Levels, this->Stitch, block);
+        if (!links)
+        {
+          return Status(links.GetError());
+        }
+        const Result<std::vector<VertexId>> positions =
+          ReadInterval<VertexId>(this->Positions, begin, end);
+        if (!positions)
+        {
+          return Status(positions.GetError());
+        }
+        const std::vector<VertexId> first = FirstOfStitch(
+          *positions, links->counts, PartitionsOfCell(this->Input, blockDepth, block));
+        return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(first));
+      });
+  }
+
+  // Level depth - 1 from level `depth`.
+  Status NumberParents(unsigned depth)
+  {
+    SpillFile& file = this->Numbers.first[depth - 1];
+    const Status status = this->Create("numbers of a level", depth - 1, sizeof(VertexId), file);
+    if (!status)
+    {
+      return status;
+    }
+    return this->ForEachBlock(depth,
+      [&](std::size_t block, VertexId begin, VertexId end)
+      {
+        const Result<ParentLinks> above = ReadParents(this->Levels, depth, block);
+        if (!above)
+        {
+          return Status(above.GetError());
+        }
+        const Result<std::vector<VertexId>> first =
+          ReadInterval<VertexId>(this->Numbers.first[depth], begin, end);
+        if (!first)
+        {
+          return Status(first.GetError());
+        }
+        std::vector<VertexId> ofParents(above->end - above->begin, noVertex);
+        LowerFirst(above->parents, *first, ofParents);
+        return WriteRecords<VertexId>(file, above->begin, std::span<const VertexId>(ofParents));
+      });
+  }
+
+  Status RankClusters()
+  {
+    const unsigned inFiles = this->Levels.firstInFiles;
+    std::vector<VertexId> whole; // ranks in the level above the files
+    if (inFiles > 0)
+    {
+      const Result<std::vector<std::vector<VertexId>>> first =
+        FirstAboveFiles(this->Levels, this->Numbers);
+      if (!first)
+      {
+        return first.GetError();
+      }
+      whole = PlacesOf(first->back());
+    }
+    Status status;
+    for (unsigned d = inFiles; status && d <= this->Stitch; ++d)
+    {
+      SpillFile& ranks = this->Numbers.ranks[d];
+      status = this->Create("ranks of clusters", d, sizeof(VertexId), ranks);
+      status =
+        status ? this->Create("clusters by rank", d, sizeof(RankedCluster), this->Numbers.ranked[d])
+               : status;
+      status = status ? this->ForEachBlock(d, [&](std::size_t block, VertexId begin, VertexId end)
+                          { return this->RankBlock(d, block, begin, end, whole); })
+                      : status;
+    }
+    return status;
+  }
+
+  // whole: the ranks in the level above the files.
+  Status RankBlock(unsigned depth, std::size_t block, VertexId begin, VertexId end,
+    std::span<const VertexId> whole)
+  {
+    const Result<ParentLinks> above = ReadParents(this->Levels, depth, block);
+    if (!above)
+    {
+      return above.GetError();
+    }
+    const Result<std::vector<VertexId>> first =
+      ReadInterval<VertexId>(this->Numbers.first[depth], begin, end);
+    if (!first)
+    {
+      return first.GetError();
+    }
+    const Result<std::vector<VertexId>> ofParents =
+      ValuesOfParents(*above, depth > 0 ? &this->Numbers.ranks[depth - 1] : nullptr, whole);
+    if (!ofParents)
+    {
+      return ofParents.GetError();
+    }
+    const std::vector<VertexId> order = OrderByKey(*first);
+    std::vector<VertexId> ranks(order.size());
+    std::vector<RankedCluster> ranked;
+    ranked.reserve(order.size());
+    for (const VertexId cluster : order)
+    {
+      ranks[cluster] = begin + static_cast<VertexId>(ranked.size());
+      ranked.push_back(
+        { (*first)[cluster], above->parents.empty() ? 0 : (*ofParents)[above->parents[cluster]] });
+    }
+    const Status status =
+      WriteRecords<VertexId>(this->Numbers.ranks[depth], begin, std::span<const VertexId>(ranks));
+    return status ? WriteRecords<RankedCluster>(
+                      this->Numbers.ranked[depth], begin, std::span<const RankedCluster>(ranked))
+                  : status;
+  }
+
+  // finder(block) -> Result<std::vector<ReachedNode>> for each block of level `depth`:
+  // the reach of clusters of level `of`, which has the same blocks or larger ones.
+  template <class Finder>
+  Status WriteReach(unsigned of, unsigned depth, const Finder& finder)
+  {
+    ReachFile& file = this->Numbers.reach[of];
+    Status status = this->Create("nodes above clusters", of, sizeof(ReachedNode), file.nodes);
+    const std::size_t blocks = this->Levels.files[depth].BlockCount();
+    const std::size_t step = blocks / this->Levels.files[of].BlockCount();
+    std::uint64_t written = 0;
+    for (std::size_t block = 0; status && block < blocks; ++block)
+    {
+      if (block % step == 0)
+      {
+        file.begin.push_back(written);
+      }
+      const Result<std::vector<ReachedNode>> reach = finder(block);
+      if (!reach)
+      {
+        return reach.GetError();
+      }
+      status = WriteRecords<ReachedNode>(file.nodes, written, std::span<const ReachedNode>(*reach));
+      written += reach->size();
+    }
+    file.begin.push_back(written);
+    return status;
+  }
+
+  Status FindReachOfStitch()
+  {
+    VertexTree tree;
+    tree.depths = this->Input.depths;
+    tree.partitionBegin = PartitionsOfCell(this->Input, 0, 0);
+    const LevelFile& level = this->Levels.files[this->Stitch];
+    return this->WriteReach(this->Stitch, this->Stitch,
+      [&](std::size_t block) -> Result<std::vector<ReachedNode>>
+      {
+        const VertexId begin = level.begin[block];
+        const Result<std::vector<VertexId>> first =
+          ReadInterval<VertexId>(this->Numbers.first[this->Stitch], begin, level.begin[block + 1]);
+        if (!first)
+        {
+          return first.GetError();
+        }
+        std::vector<ReachedNode> reach = ReachOfStitch(tree, *first);
+        for (ReachedNode& entry : reach)
+        {
+          entry.cluster += begin;
+        }
+        return reach;
+      });
+  }
+
+  // Level depth - 1 from level `depth`.
+  Status FindReachOfParents(unsigned depth)
+  {
+    return this->WriteReach(depth - 1, depth,
+      [&](std::size_t block)
+      { return ReadReachOfParents(this->Levels, this->Numbers, depth, block); });
+  }
+
+  SpillFolder& Folder;
+  const MeshBlocks& Input;
+  const ExternalLevels& Levels;
+  ExternalNumbers& Numbers;
+  const unsigned Stitch;
+  SpillFile Positions; // VertexId: of the clusters of level S
+};
+
+// Gives all processes a file of `count` numbers that the first one has.
+Status SpreadFile(SpillFolder& folder, BlockTeam& team, std::uint64_t count, SpillFile& file)
+{
+  constexpr std::uint64_t atOnce = spillBlockBytes / sizeof(VertexId);
+  if (!team.IsFirst())
+  {
+    Result<SpillFile> made =
+      folder.CreateFile("numbers of the first process", count * sizeof(VertexId));
+    if (!made)
+    {
+      return made.GetError();
+    }
+    file = std::move(*made);
+  }
+  Status status;
+  for (std::uint64_t begin = 0; status && begin < count; begin += atOnce)
+  {
+    std::vector<VertexId> some;
+    if (team.IsFirst())
+    {
+      some.resize(static_cast<std::size_t>(std::min(atOnce, count - begin)));
+      status = ReadRecords<VertexId>(file, begin, std::span<VertexId>(some));
+    }
+    status = status ? team.Spread(some) : status;
+    if (status && !team.IsFirst())
+    {
+      status = WriteRecords<VertexId>(file, begin, std::span<const VertexId>(some));
+    }
+  }
+  return status;
+}
+
+}
+
+Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
+  ExternalNumbers& numbers, BlockTeam& team)
+{
+  const unsigned stitch = mesh.depths.stitch;
+  numbers.ranks.resize(stitch + std::size_t{ 1 });
+  numbers.ranked.resize(stitch + std::size_t{ 1 });
+  numbers.reach.resize(stitch + std::size_t{ 1 });
+  Status status =
+    team.IsFirst() ? CoarseNumbering(folder, mesh, levels, numbers).Number() : Status{};
+  const auto spread = [&](SpillFile& file, unsigned depth, std::uint64_t numbersEach)
+  {
+    const std::uint64_t count = levels.files[depth].ClusterCount() * numbersEach;
+    return status ? SpreadFile(folder, team, count, file) : status;
+  };
+  status = spread(numbers.first[stitch], stitch, 1);
+  for (unsigned d = levels.firstInFiles; d <= stitch; ++d)
+  {
+    status = spread(numbers.ranked[d], d, sizeof(RankedCluster) / sizeof(VertexId));
+  }
+  return status;
+}
+
+}

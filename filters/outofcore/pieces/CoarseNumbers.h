@@ -1,0 +1,44 @@
+// The numbers of the levels 0 … S of a mesh that does not fit the memory. Step "number" out of
+// core.
+//
+// These levels are interwoven: a cluster's lowest number follows from level S, whose order follows
+// from all levels above. So they are gone through block by block three times: depth-first positions
+// from the top down, lowest numbers back up, ranks down again; and what they reach, up.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/levels/BlockTeam.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
+#include "filters/outofcore/pieces/ExternalNumbers.h"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Numbers the levels in files up to S. O(c log c) for their c clusters, about 2^(S+1), sheets
+// multiply them. Memory: a block of a level at a time, about 60 bytes a cluster; the levels above
+// the files, 12 bytes a cluster; 4 bytes a partition. Errors: InputOutput; Damaged (ReadLinks).
+// team: the first one works, and all get what finer levels and CoarseTree need.
+Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
+  ExternalNumbers& numbers, BlockTeam& team);
+
+// For CoarseTree:
+
+// The lowest numbered vertices of the clusters above the files, [depth], by number of cluster.
+Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
+  const ExternalLevels& levels, const ExternalNumbers& numbers);
+
+// The reach of the clusters above those of a block, by number of cluster.
+Result<std::vector<ReachedNode>> ReadReachOfParents(
+  const ExternalLevels& levels, const ExternalNumbers& numbers, unsigned depth, std::size_t block);
+
+// Where the partitions of a cell begin, and the end.
+std::vector<VertexId> PartitionsOfCell(const MeshBlocks& mesh, unsigned depth, std::size_t cell);
+
+}

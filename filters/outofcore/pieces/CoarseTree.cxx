@@ -1,0 +1,230 @@
+#include "filters/outofcore/pieces/CoarseTree.h"
+
+#include "filters/core/pieces/VertexNumbers.h"
+#include "filters/outofcore/files/ScatteredRead.h"
+#include "filters/outofcore/pieces/ClusterLinks.h"
+#include "filters/outofcore/pieces/CoarseNumbers.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+
+CoarseTree::CoarseTree(
+  const MeshBlocks& mesh, const ExternalLevels& levels, const ExternalNumbers& numbers)
+  : Input(mesh)
+  , Levels(levels)
+  , Numbers(numbers)
+  , WholeLevels(levels.firstInFiles)
+{
+}
+
+Status CoarseTree::Load(BlockTeam& team)
+{
+  Status status = team.IsFirst() ? this->LoadWhole() : Status{};
+  status = status && team.IsFirst() ? this->LoadReach() : status;
+  status = status ? this->Spread(team) : status;
+  return status ? this->FindPartitions() : status;
+}
+
+// first and parents of the levels above the files, by place.
+Status CoarseTree::LoadWhole()
+{
+  Result<std::vector<std::vector<VertexId>>> first = FirstAboveFiles(this->Levels, this->Numbers);
+  if (!first)
+  {
+    return first.GetError();
+  }
+  this->FirstOfWhole = std::move(*first);
+  for (std::size_t d = 0; d < this->WholeLevels.size(); ++d)
+  {
+    const std::vector<VertexId>& numbers = this->FirstOfWhole[d];
+    VertexTreeLevel& level = this->WholeLevels[d];
+    std::vector<VertexId> places(numbers.size());
+    for (const VertexId cluster : OrderByKey(numbers))
+    {
+      places[cluster] = static_cast<VertexId>(level.first.size());
+      level.first.push_back(numbers[cluster]);
+      if (d > 0)
+      {
+        level.parents.push_back(this->PlacesAboveFiles[this->Levels.coarse[d].parents[cluster]]);
+      }
+    }
+    this->PlacesAboveFiles = std::move(places);
+  }
+  return {};
+}
+
+// From the coarsest level in files.
+Status CoarseTree::LoadReach()
+{
+  const unsigned inFiles = this->Levels.firstInFiles;
+  if (inFiles == 0)
+  {
+    return {};
+  }
+  std::vector<ReachedNode> reach;
+  for (std::size_t block = 0; block < this->Levels.files[inFiles].BlockCount(); ++block)
+  {
+    const Result<std::vector<ReachedNode>> ofBlock =
+      ReadReachOfParents(this->Levels, this->Numbers, inFiles, block);
+    if (!ofBlock)
+    {
+      return ofBlock.GetError();
+    }
+    reach.insert(reach.end(), ofBlock->begin(), ofBlock->end());
+  }
+  reach = ReachOfParents(reach, this->PlacesAboveFiles);
+  for (std::size_t d = inFiles - 1; d > 0; --d)
+  {
+    this->WholeLevels[d].reach = reach;
+    reach = ReachOfParents(reach, this->WholeLevels[d].parents);
+  }
+  this->WholeLevels[0].reach = std::move(reach);
+  return {};
+}
+
+Status CoarseTree::Spread(BlockTeam& team)
+{
+  Status status;
+  for (VertexTreeLevel& level : this->WholeLevels)
+  {
+    status = status ? team.Spread(level.first) : status;
+    status = status ? team.Spread(level.parents) : status;
+  }
+  return status;
+}
+
+Status CoarseTree::FindPartitions()
+{
+  const std::uint64_t partitions = std::uint64_t{ 1 } << this->Input.depths.partition;
+  const unsigned stitch = this->Input.depths.stitch;
+  this->PartitionOf.emplace(this->Input.vertexCount, this->Input.depths.partition);
+  VertexId rank = 0;
+  const Status status = ForEachBlockOf<RankedCluster>(this->Numbers.ranked[stitch], 0,
+    this->Levels.files[stitch].ClusterCount(),
+    [&](std::span<const RankedCluster> clusters)
+    {
+      for (const RankedCluster& cluster : clusters)
+      {
+        const std::size_t partition = (*this->PartitionOf)(cluster.first);
+        while (this->StitchBegin.size() <= partition)
+        {
+          this->StitchBegin.push_back(rank);
+        }
+        ++rank;
+      }
+    });
+  this->StitchBegin.resize(static_cast<std::size_t>(partitions + 1), rank);
+  return status;
+}
+
+Status CoarseTree::AppendOwn(const CellRange& own, VertexTreeLevel& level) const
+{
+  if (own.size == 0)
+  {
+    return {};
+  }
+  const auto first = static_cast<VertexId>(own.begin);
+  const VertexId begin = this->StitchBegin[(*this->PartitionOf)(first)];
+  const std::size_t last = (*this->PartitionOf)(static_cast<VertexId>(first + own.size - 1));
+  const Result<std::vector<RankedCluster>> clusters = ReadInterval<RankedCluster>(
+    this->Numbers.ranked[this->Input.depths.stitch], begin, this->StitchBegin[last + 1]);
+  if (!clusters)
+  {
+    return clusters.GetError();
+  }
+  for (std::size_t i = 0; i < clusters->size(); ++i)
+  {
+    level.first.push_back((*clusters)[i].first);
+    level.ranks.push_back(begin + static_cast<VertexId>(i));
+    level.parents.push_back((*clusters)[i].parentRank);
+  }
+  return {};
+}
+
+Status CoarseTree::AppendHolders(std::span<const VertexId> numbers, VertexTreeLevel& level) const
+{
+  std::vector<VertexId> ranks; // of all clusters of the numbers' partitions
+  std::size_t next = 0;        // partition
+  for (const VertexId number : numbers)
+  {
+    const std::size_t partition = (*this->PartitionOf)(number);
+    if (partition >= next)
+    {
+      next = partition + 1;
+      for (VertexId rank = this->StitchBegin[partition]; rank < this->StitchBegin[next]; ++rank)
+      {
+        ranks.push_back(rank);
+      }
+    }
+  }
+  std::vector<RankedCluster> clusters(ranks.size());
+  Status status = ReadRecordsAt<RankedCluster>(
+    this->Numbers.ranked[this->Input.depths.stitch], ranks, std::span<RankedCluster>(clusters));
+  for (std::size_t i = 0, at = 0; status && at < numbers.size() && i < clusters.size(); ++i)
+  {
+    const bool last = i + 1 == clusters.size();
+    const std::size_t before = at;
+    while (at < numbers.size() && (last || numbers[at] < clusters[i + 1].first))
+    {
+      ++at;
+    }
+    if (at > before)
+    {
+      level.first.push_back(clusters[i].first);
+      level.ranks.push_back(ranks[i]);
+      level.parents.push_back(clusters[i].parentRank);
+    }
+  }
+  return status;
+}
+
+Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
+  const CellRange& own, std::span<const VertexId> ghosts) const
+{
+  const unsigned stitch = this->Input.depths.stitch;
+  std::vector<VertexTreeLevel> levels(stitch + std::size_t{ 1 });
+  const std::size_t before = static_cast<std::size_t>(
+    std::lower_bound(ghosts.begin(), ghosts.end(), own.begin) - ghosts.begin());
+  Status status = this->AppendHolders(ghosts.first(before), levels[stitch]);
+  status = status ? this->AppendOwn(own, levels[stitch]) : status;
+  status = status ? this->AppendHolders(ghosts.subspan(before), levels[stitch]) : status;
+  if (!status)
+  {
+    return status.GetError();
+  }
+  for (std::size_t d = stitch; d > this->Levels.firstInFiles; --d)
+  {
+    std::vector<VertexId>& parents = levels[d].parents; // ranks so far
+    std::vector<VertexId>& ranks = levels[d - 1].ranks;
+    ranks = parents;
+    std::sort(ranks.begin(), ranks.end());
+    ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
+    for (VertexId& parent : parents)
+    {
+      parent =
+        static_cast<VertexId>(std::lower_bound(ranks.begin(), ranks.end(), parent) - ranks.begin());
+    }
+    std::vector<RankedCluster> clusters(ranks.size());
+    status = ReadRecordsAt<RankedCluster>(
+      this->Numbers.ranked[d - 1], ranks, std::span<RankedCluster>(clusters));
+    if (!status)
+    {
+      return status.GetError();
+    }
+    levels[d - 1].parents.reserve(clusters.size());
+    for (const RankedCluster& cluster : clusters)
+    {
+      levels[d - 1].parents.push_back(cluster.parentRank);
+    }
+  }
+  if (this->Levels.firstInFiles == 0)
+  {
+    levels[0].parents.clear();
+  }
+  return levels;
+}
+
+}

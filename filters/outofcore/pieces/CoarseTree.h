@@ -1,0 +1,64 @@
+// The levels 0 … S of the vertex tree as parts of it need them, of a mesh that does not fit the
+// memory. Step "cut" out of core.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/outofcore/levels/BlockTeam.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/mesh/CellTriangles.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
+#include "filters/outofcore/pieces/ExternalNumbers.h"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// The levels above those in files are here whole, of the others what lies above some vertices.
+// Keeps references.
+class CoarseTree
+{
+public:
+  CoarseTree(const MeshBlocks& mesh, const ExternalLevels& levels, const ExternalNumbers& numbers);
+
+  // O(c log c) for the c clusters of level S and of the coarsest level in files. Memory: 24 bytes a
+  // cluster above the files and its reach, 12 bytes a partition. Errors: InputOutput; Damaged
+  // (ReadLinks). team: all get what AncestorsOf needs; the reach is the first one's.
+  Status Load(BlockTeam& team);
+
+  // Of the levels above the files: first, parents, reach.
+  const std::vector<VertexTreeLevel>& Whole() const { return this->WholeLevels; }
+  // Of these the lowest numbered vertices, by number of cluster; the first one's of a team.
+  const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }
+
+  // What lies above the numbered vertices of some partitions, `own`, and others, which ascend: of
+  // each level in files up to S, [depth], the clusters that hold them, parents and ranks, of level
+  // S also `first`. O(ghosts, and the level-S clusters of all their partitions). Errors:
+  // InputOutput.
+  Result<std::vector<VertexTreeLevel>> AncestorsOf(
+    const CellRange& own, std::span<const VertexId> ghosts) const;
+
+private:
+  Status LoadWhole();
+  Status LoadReach();
+  Status FindPartitions();
+  Status Spread(BlockTeam& team);
+  // Clusters of level S, with the ranks of their parents: all of some partitions; those that hold
+  // vertices.
+  Status AppendOwn(const CellRange& own, VertexTreeLevel& level) const;
+  Status AppendHolders(std::span<const VertexId> numbers, VertexTreeLevel& level) const;
+
+  const MeshBlocks& Input;
+  const ExternalLevels& Levels;
+  const ExternalNumbers& Numbers;
+  std::vector<VertexTreeLevel> WholeLevels;
+  std::vector<std::vector<VertexId>> FirstOfWhole;
+  std::vector<VertexId> PlacesAboveFiles; // of the clusters of level firstInFiles - 1, by number
+  std::optional<CellOfRank> PartitionOf;
+  std::vector<VertexId> StitchBegin; // rank of each partition's first level-S cluster, and the end
+};
+
+}

@@ -1,0 +1,374 @@
+// Numbers of a mesh in blocks: see ExternalNumbers.h, and VertexNumbers.h for what follows from
+// what.
+#include "filters/outofcore/pieces/ExternalNumbers.h"
+
+#include "filters/core/pieces/VertexNumbers.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/pieces/ClusterLinks.h"
+#include "filters/outofcore/pieces/CoarseNumbers.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// The points of ranks that follow each other; in the order of ids if `byId`, else of ranks.
+struct RankedPoints
+{
+  std::vector<Vec3> points;
+  std::vector<VertexId> ranks; // of each, from the first
+};
+
+template <class Scalar>
+Result<RankedPoints> ReadPoints(const SpillFile& records, const CellRange& range, bool byId)
+{
+  std::vector<PointRecord<Scalar>> all(static_cast<std::size_t>(range.size));
+  if (Status status =
+        ReadRecords<PointRecord<Scalar>>(records, range.begin, std::span<PointRecord<Scalar>>(all));
+      !status)
+  {
+    return status.GetError();
+  }
+  RankedPoints result;
+  result.ranks.resize(all.size());
+  std::iota(result.ranks.begin(), result.ranks.end(), VertexId{ 0 });
+  if (byId)
+  {
+    std::sort(result.ranks.begin(), result.ranks.end(),
+      [&](VertexId a, VertexId b) { return all[a].id < all[b].id; });
+  }
+  result.points.reserve(all.size());
+  for (const VertexId rank : result.ranks)
+  {
+    result.points.push_back({ all[rank].p[0], all[rank].p[1], all[rank].p[2] });
+  }
+  return result;
+}
+
+class ExternalNumbering
+{
+public:
+  ExternalNumbering(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
+    const Execution& execution, BlockTeam* team)
+    : Folder(folder)
+    , Input(mesh)
+    , Levels(levels)
+    , Exec(execution)
+    , Team(team ? *team : this->Alone)
+  {
+  }
+
+  Result<ExternalNumbers> Number()
+  {
+    const unsigned stitch = this->Input.depths.stitch, finest = this->Input.depths.finest;
+    this->Numbers.first.resize(finest + 1);
+    if (Status status =
+          NumberCoarseLevels(this->Folder, this->Input, this->Levels, this->Numbers, this->Team);
+        !status)
+    {
+      return status.GetError();
+    }
+    this->BlocksInAll = this->BlocksHere(this->Input.blockDepth);
+    for (unsigned d = stitch + 1; d <= finest; ++d)
+    {
+      this->BlocksInAll += this->BlocksHere(this->Levels.files[d].blockDepth);
+    }
+    for (unsigned d = stitch + 1; d <= finest; ++d)
+    {
+      if (Status status = this->NumberLevel(d); !status)
+      {
+        return status.GetError();
+      }
+    }
+    if (Status status = this->NumberOriginal(); !status)
+    {
+      return status.GetError();
+    }
+    return std::move(this->Numbers);
+  }
+
+private:
+  Result<SpillFile> CreateFile(std::string_view purpose, std::uint64_t numbers)
+  {
+    return this->Folder.CreateFile(purpose, numbers * sizeof(VertexId));
+  }
+
+  // Whether these are all blocks: then nothing has to be fetched.
+  static bool IsAll(const BlockRange& blocks, unsigned depth)
+  {
+    return blocks.begin == 0 && blocks.end == std::size_t{ 1 } << depth;
+  }
+
+  std::size_t BlocksHere(unsigned depth) const
+  {
+    const BlockRange here = this->Team.Here(depth);
+    return here.end - here.begin;
+  }
+
+  // Fetches the lowest numbered vertices of those clusters of a level >= S that a file names at the
+  // places [begin, end) and other processes have, a few MiB at a time.
+  Status FetchFirst(
+    unsigned depth, const SpillFile& clusters, std::uint64_t begin, std::uint64_t end)
+  {
+    if (depth == this->Input.depths.stitch)
+    {
+      return {};
+    }
+    constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 20;
+    const LevelFile& level = this->Levels.files[depth];
+    const BlockRange here = this->Team.Here(level.blockDepth);
+    const VertexId own = level.begin[here.begin], ownEnd = level.begin[here.end];
+    const Result<std::uint64_t> rounds = this->Team.Most((end - begin + atOnce - 1) / atOnce);
+    Status status = rounds ? Status{} : Status(rounds.GetError());
+    for (std::uint64_t round = 0; status && round < *rounds; ++round)
+    {
+      const std::uint64_t from = std::min(begin + round * atOnce, end);
+      std::vector<VertexId> wanted(static_cast<std::size_t>(std::min(atOnce, end - from)));
+      status = ReadRecords<VertexId>(clusters, from, std::span<VertexId>(wanted));
+      std::erase_if(wanted, [&](VertexId cluster) { return cluster >= own && cluster < ownEnd; });
+      status = status ? this->Team.Fetch(this->Numbers.first[depth], sizeof(VertexId), level.begin,
+                          level.blockDepth, wanted)
+                      : status;
+    }
+    return status;
+  }
+
+  // The parents of the clusters that are here may be elsewhere: blocks of coarser levels are
+  // larger.
+  Status FetchFirstOfParents(const LevelFile& level)
+  {
+    const BlockRange here = this->Team.Here(level.blockDepth);
+    const VertexId begin = level.begin[here.begin];
+    return this->FetchFirst(level.depth - 1, level.parents, begin,
+      IsAll(here, level.blockDepth) ? begin : level.begin[here.end]);
+  }
+
+  // work(block) -> Status for each block that is here, some of them side by side: numbering takes a
+  // tenth of the memory that a block may take.
+  template <class Work>
+  Status ForEachBlock(unsigned depth, const Work& work)
+  {
+    constexpr std::size_t atOnce = 4;
+    const BlockRange here = this->Team.Here(depth);
+    for (std::size_t first = here.begin; first < here.end; first += atOnce)
+    {
+      std::vector<Status> statuses(std::min(atOnce, here.end - first));
+      this->Exec.parallelFor(statuses.size(), 1,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            statuses[i] = work(first + i);
+          }
+        });
+      for (const Status& status : statuses)
+      {
+        if (!status)
+        {
+          return status;
+        }
+      }
+      this->BlocksDone += statuses.size();
+      if (Status status =
+            this->Exec.Report("levels", double(this->BlocksDone) / double(this->BlocksInAll));
+          !status)
+      {
+        return status;
+      }
+    }
+    return {};
+  }
+
+  Status NumberLevel(unsigned depth)
+  {
+    const LevelFile& level = this->Levels.files[depth];
+    Result<SpillFile> file = this->CreateFile("numbers of a level", level.ClusterCount());
+    if (!file)
+    {
+      return file.GetError();
+    }
+    if (Status status = this->FetchFirstOfParents(level); !status)
+    {
+      return status;
+    }
+    if (Status status = this->ForEachBlock(level.blockDepth,
+          [&](std::size_t block) { return this->NumberClusters(depth, block, *file); });
+        !status)
+    {
+      return status;
+    }
+    this->Numbers.first[depth] = std::move(*file);
+    return this->Team.Fetch(
+      this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, level.foreign);
+  }
+
+  // The clusters of a block, all siblings among them.
+  Status NumberClusters(unsigned depth, std::size_t block, SpillFile& file) const
+  {
+    const Result<ClusterLinks> links = ReadLinks(this->Levels, depth, block);
+    if (!links)
+    {
+      return links.GetError();
+    }
+    // Parents are the clusters of the same cell of the tree: an interval too.
+    const Result<std::vector<VertexId>> above =
+      ReadInterval<VertexId>(this->Numbers.first[depth - 1], links->above.begin, links->above.end);
+    if (!above)
+    {
+      return above.GetError();
+    }
+    const std::vector<VertexId> first =
+      FirstOfChildren(links->Links(), links->counts, *above, this->Exec);
+    return WriteRecords<VertexId>(
+      file, this->Levels.files[depth].begin[block], std::span<const VertexId>(first));
+  }
+
+  Status NumberOriginal()
+  {
+    Result<SpillFile> file = this->CreateFile("numbers of the vertices", this->Input.vertexCount);
+    if (!file)
+    {
+      return file.GetError();
+    }
+    if (Status status = this->FetchFirstOfFinest(); !status)
+    {
+      return status;
+    }
+    if (Status status = this->ForEachBlock(this->Input.blockDepth,
+          [&](std::size_t block) { return this->NumberBlock(this->Input.RangeOf(block), *file); });
+        !status)
+    {
+      return status;
+    }
+    this->Numbers.numberOfRank = std::move(*file);
+    return this->Team.Fetch(this->Numbers.numberOfRank, sizeof(VertexId), this->Input.BlockBegins(),
+      this->Input.blockDepth, this->Input.foreign);
+  }
+
+  Status FetchFirstOfFinest()
+  {
+    const BlockRange here = this->Team.Here(this->Input.blockDepth);
+    const std::vector<VertexId> begins = this->Input.BlockBegins();
+    const VertexId begin = begins[here.begin];
+    return this->FetchFirst(this->Input.depths.finest, this->Levels.clusterOfRank, begin,
+      IsAll(here, this->Input.blockDepth) ? begin : begins[here.end]);
+  }
+
+  // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
+  // cluster the order of ids matters for those in the same place alone.
+  Status NumberBlock(const CellRange& range, SpillFile& file) const
+  {
+    if (range.size == 0)
+    {
+      return {};
+    }
+    const bool byId = this->Input.mayCoincide;
+    const Result<RankedPoints> points = this->Input.floats
+                                          ? ReadPoints<float>(this->Input.records, range, byId)
+                                          : ReadPoints<double>(this->Input.records, range, byId);
+    if (!points)
+    {
+      return points.GetError();
+    }
+    std::vector<VertexId> clusterOfRank(points->ranks.size());
+    if (Status status = ReadRecords<VertexId>(
+          this->Levels.clusterOfRank, range.begin, std::span<VertexId>(clusterOfRank));
+        !status)
+    {
+      return status;
+    }
+    const VertexId beginCluster = *std::min_element(clusterOfRank.begin(), clusterOfRank.end());
+    const Result<std::vector<VertexId>> first =
+      this->FirstOfFinest(range, beginCluster, clusterOfRank);
+    if (!first)
+    {
+      return first.GetError();
+    }
+    std::vector<VertexId> clusterOf(clusterOfRank.size());
+    for (std::size_t i = 0; i < clusterOf.size(); ++i)
+    {
+      clusterOf[i] = clusterOfRank[points->ranks[i]] - beginCluster;
+    }
+    const auto begin = static_cast<VertexId>(range.begin);
+    const std::vector<VertexId> order =
+      OrderVertices(clusterOf, *first, begin, points->points, this->Exec);
+    std::vector<VertexId> numbers = std::move(clusterOfRank);
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+      numbers[points->ranks[order[i]]] = static_cast<VertexId>(begin + i);
+    }
+    return WriteRecords<VertexId>(file, range.begin, std::span<const VertexId>(numbers));
+  }
+
+  // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on; and
+  // that each has room for its vertices behind its lowest. clusterOf: of each vertex of the block.
+  Result<std::vector<VertexId>> FirstOfFinest(
+    const CellRange& range, VertexId begin, std::span<const VertexId> clusterOf) const
+  {
+    const unsigned finest = this->Input.depths.finest;
+    const VertexId all = ClusterCount(this->Levels, finest);
+    const VertexId last = *std::max_element(clusterOf.begin(), clusterOf.end());
+    if (last >= all)
+    {
+      return Error{ ErrorCode::Damaged, "level " + std::to_string(finest) +
+                                          ": vertices of cluster " + std::to_string(last) + " of " +
+                                          std::to_string(all) };
+    }
+    Result<std::vector<VertexId>> first =
+      ReadInterval<VertexId>(this->Numbers.first[finest], begin, std::uint64_t{ last } + 1);
+    if (!first)
+    {
+      return first;
+    }
+    std::vector<VertexId> counts(first->size(), 0);
+    for (const VertexId cluster : clusterOf)
+    {
+      ++counts[cluster - begin];
+    }
+    std::vector<bool> taken(clusterOf.size(), false); // of the block's numbers
+    for (std::size_t i = 0; i < counts.size(); ++i)
+    {
+      const std::uint64_t from = (*first)[i] - range.begin; // beyond the block where it is below
+      bool fits = from <= range.size && counts[i] <= range.size - from;
+      for (std::uint64_t at = from; fits && at < from + counts[i]; ++at)
+      {
+        fits = !taken[at];
+        taken[at] = true;
+      }
+      if (!fits)
+      {
+        return Error{ ErrorCode::Damaged,
+          "level " + std::to_string(finest) + ": cluster " + std::to_string(begin + i) +
+            " does not count its vertices, which are " + std::to_string(counts[i]) };
+      }
+    }
+    return first;
+  }
+
+  SpillFolder& Folder;
+  const MeshBlocks& Input;
+  const ExternalLevels& Levels;
+  const Execution& Exec;
+  BlockTeam Alone;
+  BlockTeam& Team;
+  ExternalNumbers Numbers;
+  std::size_t BlocksDone = 0, BlocksInAll = 0;
+};
+
+}
+
+Result<ExternalNumbers> NumberExternally(SpillFolder& folder, const MeshBlocks& mesh,
+  const ExternalLevels& levels, const Execution& execution, BlockTeam* team)
+{
+  return ExternalNumbering(folder, mesh, levels, execution, team).Number();
+}
+
+}

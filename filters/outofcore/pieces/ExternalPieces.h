@@ -1,0 +1,47 @@
+// What pieces are cut from, of a mesh that does not fit the memory: part by part. Step "cut" out of
+// core.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
+#include "filters/outofcore/pieces/ExternalNumbers.h"
+
+#include <functional>
+#include <span>
+
+namespace kdstream
+{
+
+// One part of a resolution, as PieceCutter takes it: PieceCutter(tree, mesh, resolution, execution,
+// part) cuts the pieces that the whole would give, bit for bit. tree and mesh are there until the
+// visit returns; mesh is empty unless the resolution is the original.
+using PartVisit = std::function<Status(
+  const VertexTree& tree, const Mesh& mesh, Resolution resolution, const ModelPart& part)>;
+
+// Gives all parts to `visit`, from the thread that called: levels 0 … L and then the original, of
+// each resolution parts ascending, every piece in one of them. A level above those in files is one
+// part, one in files has a part for each block of its file, the original for each block of the
+// mesh. Each level is read once (ghosts by each block that has them), the mesh once. Memory:
+// CoarseTree, and one part at a time: a level above the files, whole, or a block of one in files,
+// about 130 bytes a cluster and 40 a triangle while it is put in order; a block of the mesh what
+// MeshBlocks::Load says and 24 bytes a vertex. Attributes come on top, and what lies above ghosts,
+// or above the clusters of level S: about 8 bytes of each and a level, less where they are near
+// each other. Errors: InputOutput; Damaged (NumberExternally); those of `visit`, which end it.
+// REQUIRES: numbers of these levels; a level finer than S in blocks of at most the depth of its
+// pieces (PieceDepth). team: each process gets the parts of its own blocks, the first one those of
+// the levels up to S. finished: called behind the last part of each resolution, in every process.
+Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
+  const ExternalNumbers& numbers, const PartVisit& visit, const Execution& execution = {},
+  BlockTeam* team = nullptr, const std::function<Status(Resolution)>& finished = {});
+
+// The same for partitions of any size without levels (OctreePartitions.h): the parts of the
+// original alone, a block of the mesh each. The vertices are numbered as they are ranked.
+// partitionBegin: the first rank of each partition, and the end. REQUIRES: mesh.begin of whole
+// partitions.
+Status ForEachPartOfPartitions(const MeshBlocks& mesh, std::span<const VertexId> partitionBegin,
+  const PartVisit& visit, const Execution& execution = {});
+
+}

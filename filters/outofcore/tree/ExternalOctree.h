@@ -1,0 +1,60 @@
+// Octree clustering of vertices that do not fit the memory: the paper's baseline in Table 3.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/SpillFile.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ExternalOctreeOptions
+{
+  std::uint32_t verticesPerPartition = 2000;         // a cell of more vertices is split, at least 1
+  std::uint64_t memory = std::uint64_t{ 256 } << 20; // bytes
+  // Whether the points' file must stay as it is; see ExternalTreeOptions.
+  bool keepPoints = false;
+};
+
+struct ExternalOctreeStatistics
+{
+  std::uint64_t distributions = 0;      // cells that did not fit the memory
+  std::uint64_t distributedRecords = 0; // in these: counted in one pass, written in another
+  std::uint64_t groupsInMemory = 0;
+  std::uint64_t bytesRead = 0, bytesWritten = 0, peakBytesOnDisk = 0;
+};
+
+struct ExternalOctree
+{
+  SpillFile records; // PointRecord<Scalar>, cluster by cluster, ids ascending inside each
+  std::vector<std::uint64_t> clusterBegin; // the number of clusters + 1 positions
+  unsigned depth = 0;                      // of the deepest leaf, the root's is 0
+  ExternalOctreeStatistics statistics;
+};
+
+// Clusters vertices by the leaves of an octree: the same clusters in the same order as
+// ClusterByOctree, whatever the memory and the threads.
+// Input: a file of records, ids ascending; consumed unless keepPoints is set. Output: the same
+// records in Morton order of the leaves. Steps: a pass for the box; while a cell does not fit the
+// memory, a pass counts the vertices of its descendants some depths below, and another writes them
+// to another file, group by group, each group as many whole cells as fit; a group that fits is
+// read, sorted by its keys, and its cells split. Complexity: two reads and a write for a cell that
+// does not fit, whatever the number of its depths. Memory: options.memory, beside 8 bytes a
+// cluster. Disk: as BuildExternalTree. Reports the steps "survey" and "octree". Errors:
+// InvalidArgument for no records and an N of 0; InvalidInput for a coordinate that is no number and
+// beyond mostExtent (Extent.h); LimitExceeded for less memory than a few records; InputOutput;
+// Cancelled. Source: paper 2.1, 4.2.4, [22].
+template <class Scalar>
+Result<ExternalOctree> ClusterByExternalOctree(SpillFolder& folder, SpillFile& points,
+  const ExternalOctreeOptions& options, const Execution& execution = {});
+
+extern template Result<ExternalOctree> ClusterByExternalOctree<float>(
+  SpillFolder&, SpillFile&, const ExternalOctreeOptions&, const Execution&);
+extern template Result<ExternalOctree> ClusterByExternalOctree<double>(
+  SpillFolder&, SpillFile&, const ExternalOctreeOptions&, const Execution&);
+
+}

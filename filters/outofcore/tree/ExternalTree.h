@@ -1,0 +1,78 @@
+// The balanced k-d tree over vertices that do not fit the memory (paper 4.2): step "tree" out of
+// core.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/tree/KdTree.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/tree/MedianSearch.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ExternalTreeOptions
+{
+  // Bytes of memory that the build may take, the boxes that it returns included.
+  std::uint64_t memory = std::uint64_t{ 256 } << 20;
+  MedianMethod median = MedianMethod::Automatic;
+  // Heaps only: the keys in both heaps as a share of the cell's (the paper's 10 % is 0.1); 0 = as
+  // many as the memory holds.
+  double heapShare = 0;
+  // Whether the points' file must stay as it is. Otherwise its place on the disk is used: the peak
+  // is twice the points' bytes instead of three times.
+  bool keepPoints = false;
+};
+
+// The cells of one depth that were split out of core.
+struct ExternalDepthStatistics
+{
+  std::uint64_t cells = 0;
+  std::uint64_t records = 0;          // in these cells
+  std::uint64_t medianPasses = 0;     // passes over one cell that a method made, all cells together
+  std::uint64_t mostMedianPasses = 0; // over one cell
+  std::uint64_t medianRecords = 0;    // read in these passes
+};
+
+struct ExternalTreeStatistics
+{
+  std::vector<ExternalDepthStatistics> depths; // from the root's; empty where all fits the memory
+  std::uint64_t cellsInMemory = 0;             // that were finished there
+  std::uint64_t bytesRead = 0, bytesWritten = 0, peakBytesOnDisk = 0;
+};
+
+struct ExternalTree
+{
+  TreeDepths depths;
+  SpillFile records;      // PointRecord<Scalar>, as BuildKdTree's `order`
+  std::vector<Box> boxes; // of nodes 1 … 2^(P+1) - 1; [0] is unused
+  ExternalTreeStatistics statistics;
+};
+
+// Builds the tree over the records of `points`: the same order and boxes as BuildKdTree, whatever
+// the memory, the method and the threads. Input: a file of records in any order, ids that differ.
+// It is consumed: the tree's records may be written over it; with keepPoints it is only read.
+// Output: a file of the same records, finest cell by finest cell, ids ascending inside each. Steps:
+// a pass over all for box, mean and numbers that are none; while a cell does not fit the memory,
+// its median by the method (MedianSearch.h), then one pass that writes the two halves to another
+// file at the same place and gathers box, mean and histogram of each; a cell that fits is read,
+// finished by BuildRecordTree and written. Complexity: a read and a write of a cell for each depth
+// that does not fit, beside what the median costs. Memory: options.memory; blocks of up to 2 MiB.
+// Disk: ExternalTreeOptions::keepPoints. Reports the steps "survey" and "tree". Errors:
+// InvalidArgument for no records; InvalidInput for a coordinate that is no number and beyond
+// mostExtent (Extent.h); LimitExceeded for a memory that cannot hold one finest cell and a few
+// blocks, with the bytes that would do; InputOutput (spill files); Cancelled.
+template <class Scalar>
+Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
+  const TreeDepths& depths, const ExternalTreeOptions& options, const Execution& execution = {});
+
+extern template Result<ExternalTree> BuildExternalTree<float>(
+  SpillFolder&, SpillFile&, const TreeDepths&, const ExternalTreeOptions&, const Execution&);
+extern template Result<ExternalTree> BuildExternalTree<double>(
+  SpillFolder&, SpillFile&, const TreeDepths&, const ExternalTreeOptions&, const Execution&);
+
+}
