@@ -66,10 +66,7 @@ Status WritePly(
   const ClosedGrid& grid, const PaintedSurface& surface, const std::filesystem::path& file)
 {
   OutputFile output;
-  if (Status status = output.Open(file); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(output.Open(file));
   output.Write(HeaderOf(grid));
   WritePoint(output, surface(0.0, 0.0));
   for (std::uint64_t ring = 0; ring < grid.rings; ++ring)

@@ -53,10 +53,7 @@ Status WriteRecords(OutputFile& output, std::uint64_t count, std::size_t size, c
       });
     output.Write(bytes);
     const double done = static_cast<double>(first + now) / static_cast<double>(count);
-    if (Status status = execution.Report(step, done); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(execution.Report(step, done));
   }
   return {};
 }
@@ -120,10 +117,7 @@ Status WriteRelief(const CubeGrid& grid, const ReliefOptions& options,
   const std::filesystem::path& file, const Execution& execution)
 {
   OutputFile output;
-  if (Status status = output.Open(file); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(output.Open(file));
   output.Write(HeaderOf(grid));
   const Relief relief(grid, options.seed);
   const Permutation points(grid.Points(), 2 * options.seed);

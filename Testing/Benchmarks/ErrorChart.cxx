@@ -109,10 +109,7 @@ Status WriteErrorCharts(const std::vector<std::vector<ErrorPanel>>& rows, const 
   }
   const auto window = MakeOffscreenWindow(WindowBackend::Auto,
     static_cast<int>(columns) * panelWidth, static_cast<int>(rows.size()) * panelHeight);
-  if (!window)
-  {
-    return window.GetError();
-  }
+  KDSTREAM_TRY(window);
   std::vector<std::string> names;
   for (std::size_t r = 0; r < rows.size(); ++r)
   {

@@ -157,10 +157,7 @@ Status WriteMeshPicture(const std::vector<std::vector<PictureCell>>& rows,
   const auto window =
     MakeOffscreenWindow(WindowBackend::Auto, static_cast<int>(columns) * options.cellWidth,
       static_cast<int>(rows.size()) * options.cellHeight);
-  if (!window)
-  {
-    return window.GetError();
-  }
+  KDSTREAM_TRY(window);
   const vtkBoundingBox all = BoxOf(rows);
   for (std::size_t r = 0; r < rows.size(); ++r)
   {

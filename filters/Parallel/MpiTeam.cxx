@@ -71,10 +71,7 @@ Status WriteElementsAt(SpillFile& file, std::size_t elementBytes, std::span<cons
     }
     const Status status = file.Write(std::uint64_t{ places[i] } * elementBytes,
       elements.subspan(i * elementBytes, (end - i) * elementBytes));
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     i = end;
   }
   return {};
@@ -268,10 +265,7 @@ Status MpiTeam::Sum(std::span<std::uint64_t> numbers)
 {
   const bool few = numbers.size() <= this->Ranks;
   Status status = this->Agree(few ? numbers : std::span<std::uint64_t>{});
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   if (!few)
   {
     this->Combine(numbers, std::plus<>());
@@ -303,10 +297,7 @@ Status MpiTeam::Spread(std::vector<VertexId>& numbers)
 Status MpiTeam::Share(std::span<std::byte> blocks, unsigned depth)
 {
   Status status = this->Agree();
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   const std::size_t bytes = blocks.size() >> depth;
   std::vector<vtkIdType> lengths, offsets;
   for (std::size_t rank = 0; rank < this->Ranks; ++rank)
@@ -326,10 +317,7 @@ Status MpiTeam::Share(std::span<std::byte> blocks, unsigned depth)
 Status MpiTeam::JoinBoxes(std::span<Box> boxes)
 {
   Status status = this->Agree();
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   std::vector<double> mine; // the upper ends negative, so that one minimum does for both
   for (const Box& box : boxes)
   {
@@ -351,10 +339,7 @@ Status MpiTeam::JoinBoxes(std::span<Box> boxes)
 
 Result<std::vector<std::uint64_t>> MpiTeam::Gather(std::uint64_t number)
 {
-  if (Status status = this->Agree(std::span(&number, 1)); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(this->Agree(std::span(&number, 1)));
   std::vector<std::uint64_t> numbers;
   for (std::size_t rank = 0; rank < this->Ranks; ++rank)
   {
@@ -372,10 +357,7 @@ Result<std::uint64_t> MpiTeam::Most(std::uint64_t number)
 
 Result<double> MpiTeam::AddInOrder(const std::function<Status(double& sum)>& add)
 {
-  if (Status status = this->Agree(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(this->Agree());
   double sum = 0;
   if (this->Mine > 0)
   {
@@ -386,10 +368,7 @@ Result<double> MpiTeam::AddInOrder(const std::function<Status(double& sum)>& add
   {
     this->Send(this->Mine + 1, std::as_bytes(std::span(&sum, 1)));
   }
-  if (!added)
-  {
-    return added.GetError();
-  }
+  KDSTREAM_TRY(added);
   const auto bits = BitCast<std::uint64_t>(sum);
   const Status status = this->Agree(std::span(&bits, 1));
   return status ? Result<double>(BitCast<double>(this->Told(this->Ranks - 1, 0)))
@@ -404,10 +383,7 @@ Result<bool> MpiTeam::ExchangeBytes(
   {
     sizes.push_back(bytes.size());
   }
-  if (Status status = this->Agree(sizes); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(this->Agree(sizes));
   bool anyMore = false;
   for (std::size_t rank = 0; rank < this->Ranks; ++rank)
   {
@@ -476,18 +452,12 @@ Result<bool> MpiTeam::FetchSome(
 {
   RankLists<VertexId> questions(this->Ranks);
   const Result<bool> anyMore = this->ExchangeOthers(wanted, questions, more);
-  if (!anyMore)
-  {
-    return anyMore;
-  }
+  KDSTREAM_TRY(anyMore);
   RankLists<std::byte> answers(this->Ranks), answered(this->Ranks);
   for (std::size_t rank = 0; rank < this->Ranks; ++rank)
   {
     answers[rank].resize(questions[rank].size() * elementBytes);
-    if (Status status = ReadElementsAt(file, elementBytes, questions[rank], answers[rank]); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(ReadElementsAt(file, elementBytes, questions[rank], answers[rank]));
   }
   const Result<bool> exchanged = this->ExchangeOthers(answers, answered, false);
   Status status = exchanged ? Status{} : Status(exchanged.GetError());
@@ -553,23 +523,14 @@ Result<std::vector<VertexId>> MpiTeam::LookUp(
     asked[rankOf.back()].push_back(entry);
   }
   Result<RankLists<VertexId>> questions = this->Exchange(asked);
-  if (!questions)
-  {
-    return questions.GetError();
-  }
+  KDSTREAM_TRY(questions);
   for (std::vector<VertexId>& list : *questions)
   {
     std::for_each(list.begin(), list.end(), [&](VertexId& entry) { entry -= begin[this->Mine]; });
-    if (Status status = values.Look(list); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(values.Look(list));
   }
   const Result<RankLists<VertexId>> answers = this->Exchange(*questions);
-  if (!answers)
-  {
-    return answers.GetError();
-  }
+  KDSTREAM_TRY(answers);
   std::vector<std::size_t> next(this->Ranks, 0);
   std::vector<VertexId> found;
   found.reserve(wanted.size());

@@ -77,10 +77,7 @@ public:
   {
     RankLists<T> in(this->Ranks);
     const Result<bool> exchanged = this->ExchangeOthers(lists, in, false);
-    if (!exchanged)
-    {
-      return exchanged.GetError();
-    }
+    KDSTREAM_TRY(exchanged);
     in[this->Mine] = lists[this->Mine];
     return in;
   }

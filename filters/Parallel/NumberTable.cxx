@@ -17,10 +17,7 @@ Result<NumberTable> NumberTable::Open(SpillFile file, std::uint64_t count, std::
   {
     table.Held.resize(static_cast<std::size_t>(count));
     const Status status = ReadRecords<VertexId>(table.Numbers, 0, std::span<VertexId>(table.Held));
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
   }
   return table;
 }

@@ -59,10 +59,7 @@ Result<std::size_t> ShareReader::ReadVertices(Mesh& mesh, std::size_t limit)
   {
     const Status status =
       this->GoTo(&MeshReader::SkipVertices, this->Vertices, this->Vertices.begin);
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
   }
   return this->ReadShare(&MeshReader::ReadVertices, this->Vertices, mesh, limit);
 }
@@ -74,10 +71,7 @@ Result<std::size_t> ShareReader::ReadTriangles(Mesh& mesh, std::size_t limit)
     this->AtFaces = true;
     Status status = this->GoTo(&MeshReader::SkipVertices, this->Vertices, toTheEnd);
     status = status ? this->GoTo(&MeshReader::SkipFaces, this->Faces, this->Faces.begin) : status;
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
   }
   return this->ReadShare(&MeshReader::ReadTriangles, this->Faces, mesh, limit);
 }

@@ -45,10 +45,7 @@ Result<bool> AnyNegativeZero(const VertexFiles& vertices)
   for (std::uint32_t done = 0; done < vertices.count;)
   {
     const Result<std::span<const Vec3>> read = reader.Next();
-    if (!read)
-    {
-      return read.GetError();
-    }
+    KDSTREAM_TRY(read);
     if (std::any_of(read->begin(), read->end(), HasNegativeZero))
     {
       return true;
@@ -103,10 +100,7 @@ public:
       status = this->WriteStore();
     }
     status = status ? this->Team.Finish() : status;
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     const SpillCounts counts = this->Files.Counts();
     this->Report.temporaryBytes = counts.peakBytesOnDisk;
     this->Report.bytesRead = counts.bytesRead;
@@ -121,23 +115,14 @@ private:
   {
     Result<std::unique_ptr<MeshReader>> reader =
       MeshReader::Open(this->Input, this->Exec, this->Files.Path());
-    if (!reader)
-    {
-      return reader.GetError();
-    }
-    if (Status possible = CheckClaimedPartitions(**reader, this->Options, false); !possible)
-    {
-      return possible;
-    }
+    KDSTREAM_TRY(reader);
+    KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options, false));
     ShareReader share(std::move(*reader), this->Team.Rank(), this->Team.Count());
     const std::size_t chunk = static_cast<std::size_t>(
       std::min<std::uint64_t>(this->Memory / 16, std::uint64_t{ 8 } << 20));
     Status status = Take(SpillMesh(this->Files, share, chunk, this->Exec, true), this->Share);
     status = status ? this->TakeIgnored(share.Info().ignoredAttributes) : status;
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Clock.Finish("read");
     return this->WeldShares(share.Info());
   }
@@ -153,10 +138,7 @@ private:
       out[0].push_back('\n');
     }
     const Result<RankLists<char>> in = this->Team.Exchange(out);
-    if (!in)
-    {
-      return in.GetError();
-    }
+    KDSTREAM_TRY(in);
     std::istringstream lines(std::string((*in)[last].begin(), (*in)[last].end()));
     for (std::string name; std::getline(lines, name);)
     {
@@ -184,10 +166,7 @@ private:
     std::uint64_t sums[] = { this->Share.triangleCount, this->Share.fitFloats ? 0U : 1U,
       negative && *negative ? 1U : 0U };
     status = negative ? this->Team.Sum(sums) : Status(negative.GetError());
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     if (sums[0] >= noVertex)
     {
       return Error{ ErrorCode::LimitExceeded,
@@ -215,10 +194,7 @@ private:
   {
     Status status =
       Take(ComputeDepths(this->Mesh.vertexCount, this->Options.tree), this->Mesh.depths);
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Team.Divide(DepthOfTeam(this->Team.Count(), this->Mesh.depths));
     status = Take(BuildTreeTogether(this->Team, this->Files, this->Vertices.kept,
                     this->Vertices.begin[this->Team.Rank()], this->Memory, this->Mesh, this->Exec),
@@ -250,10 +226,7 @@ private:
                                           : Result<std::uint64_t>(this->Mesh.vertexCount);
     const Result<std::uint64_t> snapped =
       exact ? count([&](const Vec3& p) { return grid.Snap(p); }) : exact;
-    if (!snapped)
-    {
-      return snapped.GetError();
-    }
+    KDSTREAM_TRY(snapped);
     this->Report.mergedByGrid = *exact - std::min(*exact, *snapped);
     return {};
   }
@@ -408,17 +381,11 @@ Result<BuildReport> BuildHere(MpiTeam& team, const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
   std::uint64_t stepMemory)
 {
-  if (Status status = CheckOptions(options); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckOptions(options));
   const std::filesystem::path beside = store.has_parent_path() ? store.parent_path() : ".";
   Result<SpillFolder> folder =
     SpillFolder::Create(options.temporaryFolder.empty() ? beside : options.temporaryFolder);
-  if (!folder)
-  {
-    return folder.GetError();
-  }
+  KDSTREAM_TRY(folder);
   return TeamBuilder(team, std::move(*folder), input, store, options, execution, stepMemory)
     .Build();
 }

@@ -1,4 +1,4 @@
-// The build on several ranks: from a mesh file that all of them can read to a store that rank 0
+// Step "build" on several ranks: from a mesh file that all of them can read to a store that rank 0
 // writes (doc/decisions/0009-parallel.md).
 #pragma once
 

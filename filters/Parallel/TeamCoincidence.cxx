@@ -57,10 +57,7 @@ private:
     this->Hashes = this->Mesh.vertexCount / processes / most + 1;
     Result<RecordBuckets<Record>> buckets = RecordBuckets<Record>::Create(this->Folder, "places",
       static_cast<std::size_t>(this->Hashes) * processes, 0, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     this->Places.emplace(std::move(*buckets));
     const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
     const std::vector<VertexId> begins = this->Mesh.BlockBegins();
@@ -97,10 +94,7 @@ private:
   Status FindPairs()
   {
     Result<SpillFile> file = this->Folder.CreateFile("coincident vertices", 0);
-    if (!file)
-    {
-      return file.GetError();
-    }
+    KDSTREAM_TRY(file);
     this->Pairs = std::move(*file);
     RecordWriter<Pair> writer(this->Pairs);
     const std::function<Status(VertexId, VertexId)> visit = [&](VertexId a, VertexId b) -> Status
@@ -126,10 +120,7 @@ private:
   {
     Result<RecordBuckets<Triangle>> links = RecordBuckets<Triangle>::Create(
       this->Folder, "coincident vertices", this->Mesh.BlockCount(), 0, this->Memory / 4);
-    if (!links)
-    {
-      return links.GetError();
-    }
+    KDSTREAM_TRY(links);
     NumberSet<VertexId> foreign;
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(Pair));
     const BlockRange here = this->Team.Here(this->Mesh.blockDepth);

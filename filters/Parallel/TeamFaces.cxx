@@ -93,10 +93,7 @@ private:
       MapSections::Over(this->Vertices.kept.count, this->Memory / 4, sizeof(VertexId));
     Result<RecordBuckets<Place>> buckets = RecordBuckets<Place>::Create(this->Folder,
       "places of vertices", std::max<std::size_t>(1, this->Sections.Number()), 0, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     this->Places.emplace(std::move(*buckets));
     const std::vector<VertexId>& begin = this->Vertices.begin;
     const VertexId own = begin[this->Team.Rank()];
@@ -198,10 +195,7 @@ private:
     const std::size_t entryBytes = sizeof(VertexId) + bytes;
     Result<BucketFile> entries = BucketFile::Create(this->Folder, "attributes of vertices",
       entryBytes, std::max<std::size_t>(1, sections.Number()), 0, this->Memory / 4);
-    if (!entries)
-    {
-      return entries.GetError();
-    }
+    KDSTREAM_TRY(entries);
     const std::size_t ofRound = ElementsOfRound(entryBytes);
     const auto make = [&](std::uint64_t round, RankLists<std::byte>& out)
     { return this->ReadTuples(round * ofRound, ofRound, out); };
@@ -272,10 +266,7 @@ private:
   Status CountTriangles()
   {
     const Result<std::vector<std::uint64_t>> counts = this->Team.Gather(this->Share.triangleCount);
-    if (!counts)
-    {
-      return counts.GetError();
-    }
+    KDSTREAM_TRY(counts);
     std::uint64_t all = 0, most = 0;
     for (std::size_t rank = 0; rank < counts->size(); ++rank)
     {
@@ -301,17 +292,11 @@ private:
   {
     Result<RecordBuckets<NumberedTriangle>> buckets = RecordBuckets<NumberedTriangle>::Create(
       this->Folder, "triangles of cells", this->Mesh.BlockCount(), 0, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     if (this->Share.cellTupleBytes > 0)
     {
       Result<SpillFile> file = this->Folder.CreateFile("attributes of triangles", 0);
-      if (!file)
-      {
-        return file.GetError();
-      }
+      KDSTREAM_TRY(file);
       this->Mesh.cellTuples = std::move(*file);
     }
     Status status;
@@ -345,10 +330,7 @@ private:
     {
       status = this->RankCorners(triangles);
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     RankLists<NumberedTriangle> out(this->Team.Count());
     RankLists<std::byte> outTuples(this->Team.Count());
     for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -368,16 +350,10 @@ private:
       }
     }
     const Result<RankLists<NumberedTriangle>> in = this->Team.Exchange(out);
-    if (!in)
-    {
-      return in.GetError();
-    }
+    KDSTREAM_TRY(in);
     const Result<RankLists<std::byte>> inTuples =
       bytes > 0 ? this->Team.Exchange(outTuples) : RankLists<std::byte>(this->Team.Count());
-    if (!inTuples)
-    {
-      return inTuples.GetError();
-    }
+    KDSTREAM_TRY(inTuples);
     for (std::size_t rank = 0; status && rank < this->Team.Count(); ++rank)
     {
       status = this->AddTriangles((*in)[rank], (*inTuples)[rank], buckets);
@@ -395,10 +371,7 @@ private:
     }
     const Result<std::vector<VertexId>> ranks = this->Team.LookUp(this->Vertices.readBegin,
       this->Vertices.welded > 0 ? this->RanksOfRead : this->Ranks, corners);
-    if (!ranks)
-    {
-      return ranks.GetError();
-    }
+    KDSTREAM_TRY(ranks);
     for (std::size_t i = 0; i < triangles.size(); ++i)
     {
       std::copy_n(ranks->begin() + std::ptrdiff_t(3 * i), 3, triangles[i].corners.begin());

@@ -66,10 +66,7 @@ Status MoveDown(SpillFile& file, std::size_t elementBytes, std::uint64_t from, s
     block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(spillBlockBytes, bytes - at)));
     Status status = file.Read(from * elementBytes + at, block);
     status = status ? file.Write(to * elementBytes + at, block) : status;
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
   }
   return {};
 }
@@ -82,10 +79,7 @@ Status CountDown(SpillFile& file, const CellRange& entries, VertexId down)
   while (down > 0 && writer.Position() < entries.begin + entries.size)
   {
     const Result<std::span<const VertexId>> read = reader.Next();
-    if (!read)
-    {
-      return read.GetError();
-    }
+    KDSTREAM_TRY(read);
     std::for_each(read->begin(), read->end(), [&](VertexId entry) { writer.Append(entry - down); });
   }
   return writer.Finish();
@@ -128,10 +122,7 @@ public:
                       this->Folder, this->FileOf(depth), std::move(this->States), this->Links),
         this->Output.coarse);
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return std::move(this->Output);
   }
 
@@ -172,10 +163,7 @@ private:
     status =
       status ? Take(this->Folder.CreateFile("clusters of vertices", 0), this->Output.clusterOfRank)
              : status;
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
     const CellRange vertices = this->RangeHere(this->Mesh.BlockBegins(), this->Mesh.blockDepth);
     level.begin.assign(here.begin + 1, static_cast<VertexId>(vertices.begin));
@@ -283,10 +271,7 @@ private:
       for (std::uint64_t done = 0; done < own.size;)
       {
         const Result<std::span<const double>> read = numbers.Next();
-        if (!read)
-        {
-          return read.GetError();
-        }
+        KDSTREAM_TRY(read);
         std::for_each(read->begin(), read->end(), [&](double area) { sum += area; });
         done += read->size();
       }
@@ -432,19 +417,13 @@ private:
     for (std::size_t block = here.begin; block < here.end; ++block)
     {
       const Result<LevelBlock> loaded = LoadLevelBlock(level, block);
-      if (!loaded)
-      {
-        return loaded.GetError();
-      }
+      KDSTREAM_TRY(loaded);
       const std::vector<VertexId> ghosts = loaded->Ghosts();
       std::for_each(ghosts.begin(), ghosts.end(), add);
       std::vector<Triangle> links;
       const Status status =
         this->Steps.ByClusters() ? this->Links.Load(block, block + 1, links) : Status{};
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
       for (const Triangle& link : links)
       {
         std::for_each(link.begin(), link.end(), add);
@@ -555,10 +534,7 @@ private:
       counts[block] = begin[block + 1] - begin[block];
     }
     const Status summed = this->Team.Sum(counts);
-    if (!summed)
-    {
-      return summed;
-    }
+    KDSTREAM_TRY(summed);
     std::vector<std::uint64_t> all{ 0 };
     for (const std::uint64_t count : counts)
     {

@@ -27,10 +27,7 @@ Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
   if (!this->Kept.IsOpen())
   {
     Result<SpillFile> file = this->Folder.CreateFile("encoded pieces", 0);
-    if (!file)
-    {
-      return file.GetError();
-    }
+    KDSTREAM_TRY(file);
     this->Kept = std::move(*file);
   }
   const PieceHead head{ blob.size(), piece.id.node, piece.ownVertices,
@@ -60,10 +57,7 @@ Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
 Status TeamPieces::Finish(Resolution resolution, std::uint64_t triangles)
 {
   const Result<std::vector<std::uint64_t>> batches = this->Team.Gather(this->BatchBegin.size() - 1);
-  if (!batches)
-  {
-    return batches.GetError();
-  }
+  KDSTREAM_TRY(batches);
   for (std::size_t rank = 1; rank < this->Team.Count(); ++rank)
   {
     for (std::size_t batch = 0; batch < (*batches)[rank]; ++batch)
@@ -78,15 +72,9 @@ Status TeamPieces::Finish(Resolution resolution, std::uint64_t triangles)
       }
       const Result<RankLists<std::byte>> in =
         status ? this->Team.Exchange(out) : Result<RankLists<std::byte>>(status.GetError());
-      if (!in)
-      {
-        return in.GetError();
-      }
+      KDSTREAM_TRY(in);
       status = this->Write((*in)[rank], resolution);
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
   }
   this->Kept = {};
@@ -116,10 +104,7 @@ Status TeamPieces::Write(std::span<const std::byte> bytes, Resolution resolution
     bytes = bytes.subspan(head.deviations * sizeof(float));
     const std::span<const std::uint8_t> blob(
       reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
-    if (Status status = this->Writer->AddPiece(piece, blob); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Writer->AddPiece(piece, blob));
     bytes = bytes.subspan(head.blobBytes);
   }
   return {};

@@ -72,10 +72,7 @@ public:
     this->NodeOf = {};
     status = status ? this->BuildBelow(own) : status;
     status = status ? this->Team.JoinBoxes(this->Boxes) : status;
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     this->Mesh.box = this->Boxes[1];
     return std::move(this->Boxes);
   }
@@ -129,10 +126,7 @@ private:
       const Result<std::span<const std::uint32_t>> theirs =
         some ? nodes.Next() : Result<std::span<const std::uint32_t>>(some.GetError());
       const Status status = theirs ? visit(*some, *theirs, first) : Status(theirs.GetError());
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
       first += some->size();
     }
     return {};
@@ -155,17 +149,11 @@ private:
         return {};
       });
     status = status ? this->Team.JoinBoxes(boxes) : status;
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     std::vector<std::size_t> axes;
     std::transform(boxes.begin(), boxes.end(), std::back_inserter(axes), LongestAxis);
     const Result<std::vector<OrderKey>> medians = this->FindMedians(depth, axes);
-    if (!medians)
-    {
-      return medians.GetError();
-    }
+    KDSTREAM_TRY(medians);
     std::vector<std::uint32_t> halves;
     status = this->ForEachBlock(
       [&](
@@ -220,10 +208,7 @@ private:
           return {};
         });
       status = status ? this->Team.Sum(bins) : status;
-      if (!status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(status);
       for (std::size_t node = 0; node < nodes; ++node)
       {
         std::size_t bin = node * binsOfNode;
@@ -256,10 +241,7 @@ private:
     const BlockRange here = this->Team.Here(this->SplitDepth);
     Result<RecordBuckets<Record>> buckets = RecordBuckets<Record>::Create(this->Folder,
       "vertices of nodes", std::max<std::size_t>(1, here.end - here.begin), 0, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     own.emplace(std::move(*buckets));
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(NodeRecord));
     const auto make = [&](std::uint64_t round, RankLists<NodeRecord>& out)

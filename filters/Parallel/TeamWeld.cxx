@@ -108,10 +108,7 @@ private:
       std::max(expected / most + 1, std::min(expected / entriesInCache + 1, mostBucketsForCache));
     Result<BucketFile> file = BucketFile::Create(this->Folder, "vertices by their places", bytes,
       static_cast<std::size_t>(buckets), 0, this->Memory / 4);
-    if (!file)
-    {
-      return file.GetError();
-    }
+    KDSTREAM_TRY(file);
     this->Entries.emplace(std::move(*file));
     const auto hashOf = [&](const std::byte* entry)
     { return Mix(this->HashOf(std::span(entry, this->KeyBytes))); };
@@ -231,10 +228,7 @@ private:
     this->Sections = MapSections::Over(this->Share.count, this->Memory / 4, sizeof(VertexId));
     Result<RecordBuckets<Gone>> buckets = RecordBuckets<Gone>::Create(this->Folder,
       "welded vertices", std::max<std::size_t>(1, this->Sections.Number()), 0, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     this->GoneOfSection.emplace(std::move(*buckets));
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(Gone));
     const auto make = [&](std::uint64_t round, RankLists<Gone>& out)
@@ -353,10 +347,7 @@ private:
         status = kept.tuples.Write(kept.count * std::uint64_t{ bytes }, tuples);
       }
       kept.count += static_cast<std::uint32_t>(stay);
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -479,19 +470,13 @@ Result<TeamVertices> WeldTogether(MpiTeam& team, SpillFolder& folder, VertexFile
 {
   TeamVertices vertices;
   const Result<std::vector<std::uint64_t>> counts = team.Gather(share.count);
-  if (!counts)
-  {
-    return counts.GetError();
-  }
+  KDSTREAM_TRY(counts);
   Status status = Take(BeginsOf(*counts), vertices.readBegin);
   if (status && vertices.readBegin.back() == 0)
   {
     status = Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   vertices.begin = vertices.readBegin;
   if (!weld)
   {
@@ -510,10 +495,7 @@ Result<std::uint64_t> CountPlacesTogether(MpiTeam& team, SpillFolder& folder,
   const std::uint64_t buckets = allVertices / team.Count() * 9 / 8 / most + 1;
   Result<RecordBuckets<std::uint64_t>> hashes = RecordBuckets<std::uint64_t>::Create(
     folder, "places", static_cast<std::size_t>(buckets), 0, memory / 4);
-  if (!hashes)
-  {
-    return hashes.GetError();
-  }
+  KDSTREAM_TRY(hashes);
   constexpr std::size_t ofRound = ElementsOfRound(sizeof(Vec3));
   const auto make = [&](std::uint64_t round, RankLists<std::uint64_t>& out)
   {

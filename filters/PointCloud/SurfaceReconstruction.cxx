@@ -106,10 +106,7 @@ public:
     {
       status = this->Exec.Report("surface", 0);
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     const QuietPcl quiet;
     if (this->Options.method == ReconstructionOptions::Method::Greedy)
     {
@@ -120,10 +117,7 @@ public:
       this->MakePoissonSurface();
     }
     status = this->Exec.Report("surface", 1);
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return std::move(this->Output);
   }
 
@@ -135,10 +129,7 @@ private:
     const std::size_t count = this->Places->size();
     for (std::size_t first = 0; first < count; first += batch)
     {
-      if (Status status = this->Exec.Report(step, double(first) / double(count)); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Exec.Report(step, double(first) / double(count)));
       this->Exec.parallelFor(std::min(batch, count - first), grain,
         [&](std::size_t begin, std::size_t end)
         {
@@ -253,10 +244,7 @@ private:
           found.begin(), found.end(), this->Neighbors.begin() + std::ptrdiff_t(i * this->Valence));
         distances[i] = std::sqrt(squares[counted]);
       });
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     const auto middle = distances.begin() + std::ptrdiff_t(count / 2);
     std::nth_element(distances.begin(), middle, distances.end());
     this->Output.spacing = double(*middle) * this->Unit;
@@ -309,10 +297,7 @@ private:
           }
         }
       });
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     if (!this->Options.towardsViewpoint && std::find(known.begin(), known.end(), 0) != known.end())
     {
       OrientNormals(places, known, this->Neighbors, this->Valence, normals);

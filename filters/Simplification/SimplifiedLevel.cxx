@@ -34,10 +34,7 @@ Result<ClusterLevel> CollapseToTarget(const Mesh& mesh, const KdTree& tree,
 {
   Result<CollapsedMesh> collapsed =
     CollapseTo(mesh, tree, buckets, options.levels, { options.target, 0 }, execution);
-  if (!collapsed)
-  {
-    return collapsed.GetError();
-  }
+  KDSTREAM_TRY(collapsed);
   ClusterLevels one;
   one.finest = std::move(collapsed->clusterOf);
   one.levels.push_back(std::move(collapsed->level));
@@ -56,10 +53,7 @@ Result<ClusterLevel> MakeLevel(const Mesh& mesh, const KdTree& tree, const Trian
   LevelOptions levelOptions = options.levels;
   levelOptions.coarsestDepth = options.target > 0 ? 0 : options.depth.value_or(tree.depths.finest);
   Result<ClusterLevels> levels = BuildLevels(mesh, tree, buckets, levelOptions, execution);
-  if (!levels)
-  {
-    return levels.GetError();
-  }
+  KDSTREAM_TRY(levels);
   if (options.target > 0)
   {
     return NearestLevel(std::move(*levels), options.target, cloud);
@@ -73,10 +67,7 @@ Result<SimplifiedLevel> SimplifyMesh(
   const Mesh& mesh, const SimplificationOptions& options, const Execution& execution)
 {
   const Result<TreeDepths> depths = ComputeDepths(mesh.points.size(), options.tree);
-  if (!depths)
-  {
-    return depths.GetError();
-  }
+  KDSTREAM_TRY(depths);
   if (options.target == 0 && options.depth.value_or(0) > depths->finest)
   {
     return Error{ ErrorCode::InvalidArgument, "Depth " + std::to_string(*options.depth) +
@@ -85,18 +76,12 @@ Result<SimplifiedLevel> SimplifyMesh(
                                                 std::to_string(depths->finest) };
   }
   const Result<KdTree> tree = BuildKdTree(mesh.points, options.tree, execution);
-  if (!tree)
-  {
-    return tree.GetError();
-  }
+  KDSTREAM_TRY(tree);
   const std::vector<std::uint32_t> partition = CellOfVertex(*tree, depths->partition);
   const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
     std::size_t{ 1 } << depths->partition, [&](VertexId v) { return partition[v]; });
   Result<ClusterLevel> level = MakeLevel(mesh, *tree, buckets, options, execution);
-  if (!level)
-  {
-    return level.GetError();
-  }
+  KDSTREAM_TRY(level);
   return SimplifiedLevel{ std::move(*level), depths->finest };
 }
 

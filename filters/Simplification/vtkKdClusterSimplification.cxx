@@ -168,17 +168,11 @@ Status Simplify(vtkPolyData& input, const Request& request, const Execution& exe
   vtkPolyData& output, int& finestDepth)
 {
   Result<Mesh> mesh = ReadSimplifiable(input, execution);
-  if (!mesh)
-  {
-    return mesh.GetError();
-  }
+  KDSTREAM_TRY(mesh);
   if (request.byClusters)
   {
     Result<Attribute> ids = ReadClusterIds(request.clusterIds, input.GetNumberOfPoints());
-    if (!ids)
-    {
-      return ids.GetError();
-    }
+    KDSTREAM_TRY(ids);
     const Result<ClusterLevel> level =
       SimplifyClusters(*mesh, std::move(*ids), request.weld, request.options.levels, execution);
     return level ? FillOutput(*level, *mesh, output) : level.GetError();
@@ -188,10 +182,7 @@ Status Simplify(vtkPolyData& input, const Request& request, const Execution& exe
     WeldVertices(*mesh);
   }
   const Result<SimplifiedLevel> level = SimplifyMesh(*mesh, request.options, execution);
-  if (!level)
-  {
-    return level.GetError();
-  }
+  KDSTREAM_TRY(level);
   finestDepth = static_cast<int>(level->finestDepth);
   return FillOutput(level->level, *mesh, output);
 }

@@ -136,10 +136,7 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
   {
     status = ReadCells(input.GetStrips(), strips, points, AddStrip, elements);
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   if (elements.corners.size() > std::numeric_limits<std::uint32_t>::max())
   {
     return Error{ ErrorCode::LimitExceeded,
@@ -152,15 +149,9 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
 Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution)
 {
   Result<std::vector<Vec3>> points = ReadPoints(input, execution);
-  if (!points)
-  {
-    return points.GetError();
-  }
+  KDSTREAM_TRY(points);
   Result<PolyDataElements> elements = ReadElements(input);
-  if (!elements)
-  {
-    return elements.GetError();
-  }
+  KDSTREAM_TRY(elements);
   Mesh mesh;
   mesh.points = std::move(*points);
   const std::span<const Triangle> triangles = elements->Triangles();

@@ -1,4 +1,4 @@
-// kdstream-build: a mesh file in, a store out. The contract is CLI.md.
+// kdstream-build: a mesh file in, a store out. Step "build" of the README's picture.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
 #include "filters/build/Builder.h"
@@ -45,10 +45,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
   const Result<ConvertedInput> converted =
     ConvertedInput::Make(line.input, folder, arguments, execution);
-  if (!converted)
-  {
-    return converted.GetError();
-  }
+  KDSTREAM_TRY(converted);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   warnings = converted->Warnings();
   line.build.inputName = std::filesystem::path(line.input).filename().string();

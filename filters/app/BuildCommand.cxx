@@ -131,10 +131,7 @@ Status CheckLevelOptions(const CLI::App& app, const BuildCommand& line)
 
 Status Interpret(const CLI::App& app, BuildCommand& line)
 {
-  if (Status status = CheckLevelOptions(app, line); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckLevelOptions(app, line));
   if (line.partitions > 0)
   {
     line.build.tree.partitions = line.partitions;

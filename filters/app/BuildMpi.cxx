@@ -1,4 +1,5 @@
-// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. The contract is CLI.md.
+// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the README's
+// picture.
 #include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamBuilder.h"

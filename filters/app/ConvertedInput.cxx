@@ -163,10 +163,7 @@ Status Listen(const Child& child, Messages& messages, const Execution& execution
 {
   for (;;)
   {
-    if (Status status = execution.Report("convert", messages.fraction); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(execution.Report("convert", messages.fraction));
     pollfd waiting{ child.messages, POLLIN, 0 };
     if (::poll(&waiting, 1, pollMilliseconds) <= 0)
     {
@@ -240,10 +237,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   const Execution& execution)
 {
   const Result<std::filesystem::path> program = FindProgram();
-  if (!program)
-  {
-    return program.GetError();
-  }
+  KDSTREAM_TRY(program);
   std::string name = (folder / ".kdstream-convert-XXXXXX").string();
   if (!::mkdtemp(name.data()))
   {
@@ -255,10 +249,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   // In one word: a folder may begin with a hyphen.
   all.insert(all.end(), { "--output=" + converted.File().string(), "--", input });
   const Result<Child> child = Start(*program, all);
-  if (!child)
-  {
-    return child.GetError();
-  }
+  KDSTREAM_TRY(child);
   Messages messages(input);
   Status status = Listen(*child, messages, execution);
   ::close(child->messages);
@@ -272,10 +263,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   {
     status = EndOf(ended, messages);
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   converted.WarningTexts = std::move(messages.warnings);
   return converted;
 }

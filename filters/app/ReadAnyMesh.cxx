@@ -16,10 +16,7 @@ constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execution)
 {
   Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(file, execution);
-  if (!opened)
-  {
-    return opened.GetError();
-  }
+  KDSTREAM_TRY(opened);
   MeshReader& reader = **opened;
   Mesh mesh;
   for (const bool triangles : { false, true })
@@ -28,19 +25,13 @@ Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execu
     {
       const Result<std::size_t> read =
         triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
-      if (!read)
-      {
-        return read.GetError();
-      }
+      KDSTREAM_TRY(read);
       if (*read == 0)
       {
         break;
       }
       const double size = std::max(1.0, double(reader.FileSize()));
-      if (Status status = execution.Report("read", double(reader.Position()) / size); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));
     }
   }
   if (reader.Info().soup)

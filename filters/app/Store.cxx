@@ -142,16 +142,10 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
 Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
 {
   const Result<std::vector<Box>> boxes = store.ReadTree();
-  if (!boxes)
-  {
-    return boxes.GetError();
-  }
+  KDSTREAM_TRY(boxes);
   const TreeDepths& depths = store.Info().depths;
   const auto partitions = FindRegion(*boxes, depths, *line.region, line.rings);
-  if (!partitions)
-  {
-    return partitions.GetError();
-  }
+  KDSTREAM_TRY(partitions);
   if (!line.inContext)
   {
     return GlueStoreMesh(store, *partitions);

@@ -56,23 +56,14 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
     {
       const Result<std::size_t> read =
         triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
-      if (!read)
-      {
-        return read.GetError();
-      }
+      KDSTREAM_TRY(read);
       count = *read;
       allowed = check(SizeOf(mesh));
       const double size = std::max(1.0, double(reader.FileSize()));
-      if (Status status = execution.Report("read", double(reader.Position()) / size); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));
     }
   }
-  if (!allowed)
-  {
-    return allowed.GetError();
-  }
+  KDSTREAM_TRY(allowed);
   if (mesh.triangles.size() >= noVertex)
   {
     return Error{ ErrorCode::LimitExceeded,

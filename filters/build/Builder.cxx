@@ -38,26 +38,14 @@ public:
   Result<BuildReport> Build(const std::string& name, const std::filesystem::path& store)
   {
     Result<VertexTree> numbered = this->BuildTree();
-    if (!numbered)
-    {
-      return numbered.GetError();
-    }
+    KDSTREAM_TRY(numbered);
     this->Clock.Finish("levels");
     const StoreInfo description = DescribeModel(this->Options, this->Facts, name);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
-    if (!writer)
-    {
-      return writer.GetError();
-    }
-    if (Status status = this->WriteAll(*numbered, description.Codec(), **writer); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(writer);
+    KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
     Result<StoreInfo> info = (*writer)->Finish();
-    if (!info)
-    {
-      return info.GetError();
-    }
+    KDSTREAM_TRY(info);
     this->Clock.Finish("write");
     BuildReport report;
     report.info = std::move(*info);
@@ -71,10 +59,7 @@ private:
   Result<VertexTree> BuildTree()
   {
     ModelFacts& facts = this->Facts;
-    if (Status status = PrepareMesh(this->Input); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(PrepareMesh(this->Input));
     facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
     if (Status status =
           CheckBuildMemory(SizeOf(this->Input), this->Options.tree, this->Options.memory);
@@ -84,10 +69,7 @@ private:
     }
     Result<PartitionTree> partitioned =
       PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
-    if (!partitioned)
-    {
-      return partitioned.GetError();
-    }
+    KDSTREAM_TRY(partitioned);
     KdTree& tree = partitioned->tree;
     facts.partitions = partitioned->partitions;
     facts.box = tree.boxes[1];
@@ -106,10 +88,7 @@ private:
     Result<ClusterLevels> levels = this->Options.partitioner == Partitioner::KdTree
                                      ? this->MakeLevels(tree)
                                      : Result<ClusterLevels>(ClusterLevels{});
-    if (!levels)
-    {
-      return levels.GetError();
-    }
+    KDSTREAM_TRY(levels);
     this->Boxes = std::move(tree.boxes);
     VertexTree numbered = NumberVertices(tree, std::move(*levels), this->Exec);
     OrderLeaves(numbered, this->Input.points, this->Exec);
@@ -249,15 +228,9 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   // What a reader must spill goes beside the store.
   Result<std::unique_ptr<MeshReader>> reader =
     MeshReader::Open(input, execution, store.has_parent_path() ? store.parent_path() : ".");
-  if (!reader)
-  {
-    return reader.GetError();
-  }
+  KDSTREAM_TRY(reader);
   Result<Mesh> mesh = ReadMesh(**reader, options, execution);
-  if (!mesh)
-  {
-    return mesh.GetError();
-  }
+  KDSTREAM_TRY(mesh);
   clock.Finish("read");
   BuildOptions used = options;
   used.weld = options.weld || (*reader)->Info().soup;

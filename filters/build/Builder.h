@@ -1,4 +1,4 @@
-// From a mesh file to a store: the README's picture from "read" to "store".
+// From a mesh file to a store: conducts step "build" of the README's picture, in memory.
 #pragma once
 
 #include "filters/build/PartitionMesh.h"

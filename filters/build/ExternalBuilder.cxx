@@ -126,17 +126,11 @@ private:
       FingerprintOf({ "kdstream-build " + std::string(KDSTREAM_VERSION),
         this->Options.convertedFrom.empty() ? this->Input : this->Options.convertedFrom,
         DescribeOptions(this->Options) });
-    if (!fingerprint)
-    {
-      return fingerprint.GetError();
-    }
+    KDSTREAM_TRY(fingerprint);
     Result<BuildFolder> folder =
       BuildFolder::Open(BuildFolder::PathFor(this->Store, this->Options.temporaryFolder),
         *fingerprint, this->Options.resume, this->Hook);
-    if (!folder)
-    {
-      return folder.GetError();
-    }
+    KDSTREAM_TRY(folder);
     this->Folder.emplace(std::move(*folder));
     if (this->Options.resume)
     {
@@ -156,18 +150,12 @@ private:
     for (std::size_t b = 0; status && b < mesh.BlockCount(); ++b)
     {
       const Result<TreeBlock> block = mesh.Load(b);
-      if (!block)
-      {
-        return block.GetError();
-      }
+      KDSTREAM_TRY(block);
       inconsistent += CountInconsistentEdges(block->mesh.triangles, block->mesh.points.size(),
         this->Exec, [&](VertexId v) { return block->IsOwn(v); });
       status = part.Report("faces", double(b + 1) / double(mesh.BlockCount()));
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Clock.Finish("faces");
     BlobWriter blob;
     blob.Add(inconsistent);
@@ -192,10 +180,7 @@ private:
           }),
         levels);
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Clock.Finish("levels");
     BlobWriter blob;
     blob.Add(inconsistent);
@@ -207,10 +192,7 @@ private:
   // The mesh as all phases up to "edges" leave it.
   Status LoadEdges(MeshFacts& facts, MeshBlocks& mesh, std::uint64_t& inconsistent)
   {
-    if (Status status = LoadBlocks(*this, facts, mesh); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
     BlobReader blob = this->Folder->BlobOf("edges");
     inconsistent = blob.Read<std::uint64_t>();
     return blob.Finish();
@@ -220,10 +202,7 @@ private:
   Status LoadLevels(
     MeshFacts& facts, MeshBlocks& mesh, ExternalLevels& levels, std::uint64_t& inconsistent)
   {
-    if (Status status = LoadBlocks(*this, facts, mesh); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
     BlobReader blob = this->Folder->BlobOf("levels");
     inconsistent = blob.Read<std::uint64_t>();
     return Take(LoadExternalLevels(blob, *this->Folder, "levels"), levels);
@@ -242,10 +221,7 @@ private:
       status =
         Take(NumberExternally(this->Files(), mesh, levels, this->Part("levels", 0.8, 1)), numbers);
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Clock.Finish("levels");
     BlobWriter blob;
     std::vector<PhaseFile> files;
@@ -272,17 +248,11 @@ private:
     {
       status = this->LoadNumbers(numbers);
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Report.ignoredAttributes = facts.ignored;
     const StoreInfo description = this->Describe(facts, mesh, inconsistent);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
-    if (!writer)
-    {
-      return writer.GetError();
-    }
+    KDSTREAM_TRY(writer);
     status = WriteTreePages(this->Boxes, mesh.depths, **writer);
     if (status)
     {
@@ -388,10 +358,7 @@ Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
   const ExternalBuildProbe& probe)
 {
-  if (const Status possible = CheckExternalBuild(options); !possible)
-  {
-    return possible.GetError();
-  }
+  KDSTREAM_TRY(CheckExternalBuild(options));
   return ExternalBuilder(input, store, options, execution, probe).Build();
 }
 

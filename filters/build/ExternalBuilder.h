@@ -1,4 +1,4 @@
-// The build out of core: from a mesh file to a store with less memory than the mesh takes.
+// From a mesh file to a store with less memory than the mesh takes: step "build" out of core.
 #pragma once
 
 #include "filters/build/Builder.h"

@@ -91,18 +91,12 @@ Status MakeFaces(ExternalBuildState& build)
   {
     status = Take(build.Folder->TakeFile("mesh", "tuples"), tuples);
   }
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   Result<RecordBuckets<NumberedTriangle>> buckets =
     SortTrianglesIntoCells(build.Files(), triangles, facts.triangles, ranks,
       mesh.begin.empty() ? CellOfRank(facts.vertices, mesh.blockDepth) : CellOfRank(mesh.begin),
       build.Memory, build.Part("faces", 0.2, 0.6));
-  if (!buckets)
-  {
-    return buckets.GetError();
-  }
+  KDSTREAM_TRY(buckets);
   status = CheckHubs(mesh, *buckets, build.Options.memory);
   if (status && facts.pointTupleBytes > 0)
   {
@@ -115,10 +109,7 @@ Status MakeFaces(ExternalBuildState& build)
   {
     status = Take(CountMergedByGrid(build, mesh), merged);
   }
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   BlobWriter blob;
   blob.Add(merged);
   blob.AddList(mesh.begin);
@@ -133,30 +124,18 @@ Status MakeFaces(ExternalBuildState& build)
 Status LoadBlocks(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
 {
   Status status = LoadMesh(build, facts, mesh);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   BlobReader blob = build.Folder->BlobOf("faces");
   build.Report.mergedByGrid = blob.Read<std::uint64_t>();
   std::vector<VertexId> begin = blob.ReadList<VertexId>();
   SpillFile file;
   status = Take(build.Folder->TakeFile("faces", "triangles"), file);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   Result<RecordBuckets<NumberedTriangle>> buckets =
     RecordBuckets<NumberedTriangle>::Restore(std::move(file), blob);
-  if (!buckets)
-  {
-    return buckets.GetError();
-  }
+  KDSTREAM_TRY(buckets);
   status = TakeBlocks(build, std::move(begin), buckets->BucketCount(), mesh);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   mesh.triangles.emplace(std::move(*buckets));
   status = Take(build.Folder->TakeFile("faces", "tuples"), mesh.pointTuples);
   return status ? Take(build.Folder->TakeFile("mesh", "cells"), mesh.cellTuples) : status;

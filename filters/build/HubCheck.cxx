@@ -58,10 +58,7 @@ Status CheckHubs(
         }
         return {};
       });
-    if (!read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(read);
     const auto hub = std::max_element(counts.begin(), counts.end());
     if (hub == counts.end() || *hub <= most)
     {
@@ -70,10 +67,7 @@ Status CheckHubs(
     const auto rank = range.begin + static_cast<std::uint64_t>(hub - counts.begin());
     const Result<std::string> place =
       mesh.floats ? PlaceOf<float>(mesh.records, rank) : PlaceOf<double>(mesh.records, rank);
-    if (!place)
-    {
-      return place.GetError();
-    }
+    KDSTREAM_TRY(place);
     const std::uint64_t need = ((*hub * bytesPerTriangle) >> 20) + 1;
     return Error{ ErrorCode::LimitExceeded,
       "the vertex at " + *place + " has " + std::to_string(*hub) +

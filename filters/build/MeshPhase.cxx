@@ -20,10 +20,7 @@ Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
   Status status = Take(WeldExternally(build.Files(), std::move(mesh.vertices), build.Memory,
                          build.Part("tree", 0, 0.4)),
     welded);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   mesh.vertices = std::move(welded.vertices);
   facts.welded = welded.welded;
   if (!welded.map)
@@ -34,10 +31,7 @@ Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
   status = Take(build.Files().CreateFile(
                   "triangles", std::uint64_t{ mesh.triangleCount } * sizeof(NumberedTriangle)),
     renumbered);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   std::uint64_t written = 0;
   status = MapTriangles(build.Files(), mesh.triangles, mesh.triangleCount, *welded.map,
     build.Memory, build.Part("tree", 0.4, 0.5),
@@ -58,14 +52,8 @@ Status MakeMesh(ExternalBuildState& build)
   const Execution opening = build.Part("read", 0, 0.5); // some formats are read twice
   Result<std::unique_ptr<MeshReader>> reader =
     MeshReader::Open(build.Input, opening, build.Files().Path());
-  if (!reader)
-  {
-    return reader.GetError();
-  }
-  if (Status possible = CheckClaimedPartitions(**reader, build.Options); !possible)
-  {
-    return possible;
-  }
+  KDSTREAM_TRY(reader);
+  KDSTREAM_TRY(CheckClaimedPartitions(**reader, build.Options));
   build.Files().Expect(EstimateTemporaryBytes(
     ClaimedBlocks(**reader), (*reader)->Info().soup, (*reader)->Info().scalarType));
   const std::size_t chunk =
@@ -73,10 +61,7 @@ Status MakeMesh(ExternalBuildState& build)
   SpilledMesh mesh;
   Status status =
     Take(SpillMesh(build.Files(), **reader, chunk, build.Part("read", build.StepDone, 1)), mesh);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   build.Clock.Finish("read");
   MeshFacts facts;
   facts.triangles = mesh.triangleCount;
@@ -100,10 +85,7 @@ Status MakeMesh(ExternalBuildState& build)
   }
   facts.vertices = mesh.vertices.count;
   build.Clock.Finish("tree");
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   BlobWriter blob;
   Save(blob, facts);
   PhaseFile files[] = { { "points", std::move(mesh.vertices.points) },
@@ -126,10 +108,7 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
   {
     status = CheckPartitionMemory(BlockedSizeOf(facts), build.Options.tree, build.Options.memory);
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   return facts;
 }
 

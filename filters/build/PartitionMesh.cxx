@@ -13,10 +13,7 @@ namespace
 template <class C>
 Result<PartitionTree> TreeOf(const Mesh& mesh, const Result<C>& clustering)
 {
-  if (!clustering)
-  {
-    return clustering.GetError();
-  }
+  KDSTREAM_TRY(clustering);
   return PartitionTree{ TreeOfClustering(mesh.points, *clustering), clustering->clusters };
 }
 
@@ -41,10 +38,7 @@ Result<PartitionTree> PartitionMesh(const Mesh& mesh, Partitioner partitioner,
   if (partitioner == Partitioner::KdTree)
   {
     Result<KdTree> tree = BuildKdTree(mesh.points, options, execution);
-    if (!tree)
-    {
-      return tree.GetError();
-    }
+    KDSTREAM_TRY(tree);
     const std::uint64_t partitions = std::uint64_t{ 1 } << tree->depths.partition;
     return PartitionTree{ std::move(*tree), partitions };
   }

@@ -173,10 +173,7 @@ Result<ExternalLevels> LoadExternalLevels(
   const auto take = [&](const std::string& name, SpillFile& file) -> Status
   {
     Result<SpillFile> taken = folder.TakeFile(phase, name);
-    if (!taken)
-    {
-      return taken.GetError();
-    }
+    KDSTREAM_TRY(taken);
     file = std::move(*taken);
     return {};
   };
@@ -190,10 +187,7 @@ Result<ExternalLevels> LoadExternalLevels(
     level.triangleBegin = blob.ReadList<std::uint64_t>();
     for (const auto& [name, member] : FilesOf(d))
     {
-      if (Status status = take(name, level.*member); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(take(name, level.*member));
     }
   }
   for (unsigned d = 0; d < levels.firstInFiles; ++d)
@@ -210,10 +204,7 @@ Result<ExternalLevels> LoadExternalLevels(
   {
     status = take("clusterOfRank", levels.clusterOfRank);
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   return levels;
 }
 
@@ -248,17 +239,11 @@ Result<ExternalNumbers> LoadExternalNumbers(
   {
     reach.begin = blob.ReadList<std::uint64_t>();
   }
-  if (Status status = blob.Finish(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(blob.Finish());
   for (const auto& [name, file] : FilesOf(numbers))
   {
     Result<SpillFile> taken = folder.TakeFile(phase, name);
-    if (!taken)
-    {
-      return taken.GetError();
-    }
+    KDSTREAM_TRY(taken);
     *file = std::move(*taken);
   }
   return numbers;

@@ -74,16 +74,10 @@ Status EncodePieces(const PieceCutter& cutter, std::size_t count, const CodecCon
     clock.Finish("encode");
     for (std::size_t i = 0; i < batch; ++i)
     {
-      if (Status status = add(pieces[i], blobs[i]); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(add(pieces[i], blobs[i]));
     }
     clock.Finish("write");
-    if (Status status = done(first + batch); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(done(first + batch));
   }
   return {};
 }
@@ -153,10 +147,7 @@ Status WriteTreePages(const std::vector<Box>& boxes, const TreeDepths& depths, S
 {
   for (const NodeId page : TreePages(depths))
   {
-    if (Status status = writer.AddTreePage(page, EncodeTreePage(boxes, page, depths)); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(writer.AddTreePage(page, EncodeTreePage(boxes, page, depths)));
   }
   return {};
 }

@@ -29,10 +29,7 @@ Status MakeKdTree(
   ExternalBuildState& build, const MeshFacts& facts, SpillFile& records, ExternalPartitions& result)
 {
   Status status = Take(ComputeDepths(facts.vertices, build.Options.tree), result.depths);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   ExternalTree tree;
   ExternalTreeOptions options;
   options.memory = build.Memory;
@@ -56,10 +53,7 @@ Result<SpillFile> RecordsOf(
 {
   Result<SpillFile> records =
     build.Files().CreateFile("vertices", count * std::uint64_t{ sizeof(PointRecord<Scalar>) });
-  if (!records)
-  {
-    return records.GetError();
-  }
+  KDSTREAM_TRY(records);
   struct Slot
   {
     std::vector<PointRecord<Scalar>> records;
@@ -113,10 +107,7 @@ Status MakeTreeOf(ExternalBuildState& build, const MeshFacts& facts)
                    tree)
                : MakeKdTree<Scalar>(build, facts, records, tree);
   }
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   build.Clock.Finish("tree");
   BlobWriter blob;
   blob.Add(tree.depths);
@@ -184,10 +175,7 @@ Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
   {
     status = Take(build.Folder->TakeFile("tree", "records"), mesh.records);
   }
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   mesh.vertexCount = facts.vertices;
   mesh.triangleCount = facts.triangles;
   mesh.box = build.Boxes[1];

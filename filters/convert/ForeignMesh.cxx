@@ -19,10 +19,7 @@ constexpr std::size_t readChunk = std::size_t{ 1 } << 18;
 Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)
 {
   Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file, execution);
-  if (!reader)
-  {
-    return reader.GetError();
-  }
+  KDSTREAM_TRY(reader);
   ForeignMesh result;
   Mesh& mesh = result.mesh;
   MeshReader& input = **reader;
@@ -33,19 +30,13 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
     {
       const Result<std::size_t> read =
         triangles ? input.ReadTriangles(mesh, readChunk) : input.ReadVertices(mesh, readChunk);
-      if (!read)
-      {
-        return read.GetError();
-      }
+      KDSTREAM_TRY(read);
       if (*read == 0)
       {
         break;
       }
       const double size = std::max(1.0, double(input.FileSize()));
-      if (Status status = execution.Report("read", double(input.Position()) / size); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(execution.Report("read", double(input.Position()) / size));
     }
   }
   if (input.Info().soup)
@@ -125,19 +116,13 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file, const Exe
   }
   // Says what is not there, or is a folder, in our words.
   const Result<ByteSource> source = ByteSource::Open(file);
-  if (!source)
-  {
-    return source.GetError();
-  }
+  KDSTREAM_TRY(source);
   if (source->Size() == 0)
   {
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
   Result<ForeignMesh> result = read(file, execution);
-  if (!result)
-  {
-    return result;
-  }
+  KDSTREAM_TRY(result);
   if (result->mesh.points.empty())
   {
     std::string message = "holds no points";

@@ -105,10 +105,7 @@ Status CheckGltfBuffers(const std::filesystem::path& file)
   }
   for (const Json& buffer : *buffers)
   {
-    if (Status status = CheckBuffer(buffer, file.parent_path()); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(CheckBuffer(buffer, file.parent_path()));
   }
   return {};
 }

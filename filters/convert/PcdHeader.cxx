@@ -55,10 +55,7 @@ public:
     for (;;)
     {
       const Result<bool> more = this->Lines.Next();
-      if (!more)
-      {
-        return more.GetError();
-      }
+      KDSTREAM_TRY(more);
       if (!*more)
       {
         return Error{ ErrorCode::InvalidInput,
@@ -71,10 +68,7 @@ public:
       {
         continue;
       }
-      if (Status status = this->AddLine(words); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->AddLine(words));
       if (words[0] == "DATA")
       {
         return {};
@@ -85,15 +79,9 @@ public:
   Result<PcdHeader> Check(std::uint64_t fileSize) const
   {
     PcdHeader header;
-    if (Status status = this->ComputePoints(header); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->ComputePoints(header));
     std::uint64_t values = 0; // of one point
-    if (Status status = this->ComputePointSize(header, values); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->ComputePointSize(header, values));
     header.values = values;
     const std::uint64_t body = fileSize > this->BodyBegin ? fileSize - this->BodyBegin : 0;
     const std::string& data = this->Values.at("DATA")[0];
@@ -107,10 +95,7 @@ public:
     }
     if (data == "binary")
     {
-      if (Status status = CheckNoMore(header, body); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(CheckNoMore(header, body));
     }
     header.textOfFloats = data == "ascii" && this->HasFloatPlaces();
     return header;
@@ -125,10 +110,7 @@ public:
     while (points < header.points)
     {
       const Result<bool> more = this->Lines.Next();
-      if (!more)
-      {
-        return more.GetError();
-      }
+      KDSTREAM_TRY(more);
       if (!*more)
       {
         return Error{ ErrorCode::InvalidInput, "the header claims " +
@@ -175,10 +157,7 @@ private:
     for (;;)
     {
       const Result<bool> more = this->Lines.Next();
-      if (!more)
-      {
-        return more.GetError();
-      }
+      KDSTREAM_TRY(more);
       if (!*more)
       {
         return points == header.points ? Status() : Status(MorePoints(header, points));
@@ -262,10 +241,7 @@ private:
     for (std::size_t i = 0; i < 3; ++i)
     {
       const auto numbers = this->Numbers(keys[i]);
-      if (!numbers)
-      {
-        return numbers.GetError();
-      }
+      KDSTREAM_TRY(numbers);
       if (!numbers->empty())
       {
         claims[i] = numbers->front();
@@ -347,10 +323,7 @@ Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHead
   }
   source.Seek(begin);
   const Result<std::string_view> bytes = source.Peek(8);
-  if (!bytes)
-  {
-    return bytes.GetError();
-  }
+  KDSTREAM_TRY(bytes);
   std::uint32_t sizes[2] = {};
   if (bytes->size() < 8)
   {
@@ -365,10 +338,7 @@ Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHead
                                              std::to_string(room) };
   }
   const std::uint64_t expected = header.points * header.pointBytes;
-  if (Status status = CheckNoMore(header, sizes[1]); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckNoMore(header, sizes[1]));
   if (sizes[1] != expected || expected > std::uint64_t{ sizes[0] } * mostExpansion)
   {
     return Error{ ErrorCode::InvalidInput,
@@ -384,33 +354,21 @@ Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHead
 Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
 {
   Result<ByteSource> source = ByteSource::Open(file);
-  if (!source)
-  {
-    return source.GetError();
-  }
+  KDSTREAM_TRY(source);
   const std::uint64_t fileSize = source->Size();
   HeaderReader reader{ TextLines(std::move(*source)) };
-  if (Status status = reader.Read(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(reader.Read());
   Result<PcdHeader> header = reader.Check(fileSize);
   if (header && reader.Data() == PcdData::Compressed)
   {
     Result<ByteSource> body = ByteSource::Open(file);
     const Status status = body ? CheckCompressedBody(std::move(*body), reader.Body(), *header)
                                : Status(body.GetError());
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
   }
   if (header && reader.Data() == PcdData::Ascii)
   {
-    if (Status status = reader.CheckAsciiBody(*header); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(reader.CheckAsciiBody(*header));
   }
   return header;
 }

@@ -108,10 +108,7 @@ public:
         return Error{ ErrorCode::InvalidInput, "field '" + field.name + "' lies outside a point" };
       }
     }
-    if (Status status = this->ReadPlaces(); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->ReadPlaces());
     this->ReadNormals();
     this->ReadColors();
     for (const Field& field : this->Points.fields)
@@ -248,19 +245,10 @@ private:
 Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& execution)
 {
   const Result<PcdHeader> header = CheckPcdHeader(file);
-  if (!header)
-  {
-    return header.GetError();
-  }
-  if (Status status = execution.Report("read", 0); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(header);
+  KDSTREAM_TRY(execution.Report("read", 0));
   const Result<Cloud> cloud = ReadCloud(file, *header);
-  if (!cloud)
-  {
-    return cloud.GetError();
-  }
+  KDSTREAM_TRY(cloud);
   Result<ForeignMesh> read = CloudReader(*cloud).Read();
   if (read && header->textOfFloats)
   {

@@ -83,15 +83,9 @@ void RemoveAttributes(Mesh& mesh, const std::vector<std::string>& names)
 Status CheckVrmlHeader(const std::filesystem::path& file)
 {
   Result<ByteSource> source = ByteSource::Open(file);
-  if (!source)
-  {
-    return source.GetError();
-  }
+  KDSTREAM_TRY(source);
   const Result<std::string_view> head = source->Peek(10);
-  if (!head)
-  {
-    return head.GetError();
-  }
+  KDSTREAM_TRY(head);
   if (head->substr(0, 10) != "#VRML V2.0")
   {
     return Error{ ErrorCode::InvalidInput, head->substr(0, 5) == "#VRML"
@@ -140,10 +134,7 @@ Result<ForeignMesh> ReadActor(vtkActor& actor, const Execution& execution)
   moved->SetTransform(place);
   moved->Update();
   Result<ForeignMesh> part = ReadPolyData(*moved->GetOutput(), execution);
-  if (!part)
-  {
-    return part;
-  }
+  KDSTREAM_TRY(part);
   Mesh& mesh = part->mesh;
   // Of arrays that the importer itself needs.
   part->warnings.erase(
@@ -374,17 +365,11 @@ Result<ForeignMesh> Join(std::vector<ForeignMesh>& parts, VtkMessages& messages)
 
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution)
 {
-  if (Status status = CheckVrmlHeader(file); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckVrmlHeader(file));
   VtkMessages messages;
   vtkNew<vtkVRMLImporter> importer;
   importer->SetFileName(file.c_str());
-  if (Status status = execution.Report("read", 0); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(execution.Report("read", 0));
   {
     const CapturedErrors errors;
     importer->Update();
@@ -393,10 +378,7 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
       return Error{ ErrorCode::InvalidInput, errors.Get() };
     }
   }
-  if (Status status = messages.FirstError(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(messages.FirstError());
   if (!importer->GetRenderer())
   {
     return Error{ ErrorCode::InvalidInput, "is not a VRML 2 file" };
@@ -408,10 +390,7 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
   while (vtkActor* const actor = actors->GetNextActor(position))
   {
     Result<ForeignMesh> part = ReadActor(*actor, execution);
-    if (!part)
-    {
-      return part;
-    }
+    KDSTREAM_TRY(part);
     parts.push_back(std::move(*part));
   }
   Result<ForeignMesh> joined = Join(parts, messages);
@@ -426,24 +405,15 @@ Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution&
 {
   if (FileEnding(file) == ".gltf")
   {
-    if (Status status = CheckGltfBuffers(file); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(CheckGltfBuffers(file));
   }
   VtkMessages messages;
   vtkNew<vtkGLTFReader> reader;
   reader->SetFileName(file.c_str());
   reader->ApplyDeformationsToGeometryOn();
-  if (Status status = execution.Report("read", 0); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(execution.Report("read", 0));
   reader->Update();
-  if (Status status = messages.FirstError(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(messages.FirstError());
   std::vector<ForeignMesh> parts;
   const auto blocks = vtk::TakeSmartPointer(reader->GetOutput()->NewIterator());
   for (blocks->InitTraversal(); !blocks->IsDoneWithTraversal(); blocks->GoToNextItem())
@@ -454,10 +424,7 @@ Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution&
       continue;
     }
     Result<ForeignMesh> part = ReadPolyData(*block, execution);
-    if (!part)
-    {
-      return part;
-    }
+    KDSTREAM_TRY(part);
     std::vector<std::string> warnings;
     RemoveAttributes(part->mesh, { "COLOR_0", "RGB", "RGBA" });
     MaterialBaker(*block, *reader, warnings).Bake(part->mesh);

@@ -36,14 +36,8 @@ void Update(Reader& reader, const Execution& execution)
 
 Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Execution& execution)
 {
-  if (Status status = messages.FirstError(); !status)
-  {
-    return status.GetError();
-  }
-  if (Status status = execution.Report("read", 1); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(messages.FirstError());
+  KDSTREAM_TRY(execution.Report("read", 1));
   Result<ForeignMesh> mesh = ReadPolyData(*output, execution);
   if (mesh)
   {
@@ -81,10 +75,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   }
   Update(*reader, execution);
   vtkDataObject* const output = reader->GetOutput();
-  if (Status status = messages.FirstError(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(messages.FirstError());
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {
     return Finish(mesh, messages, execution);

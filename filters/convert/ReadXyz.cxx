@@ -66,24 +66,15 @@ public:
     for (;;)
     {
       const Result<bool> more = this->Lines.Next();
-      if (!more)
-      {
-        return more.GetError();
-      }
+      KDSTREAM_TRY(more);
       if (!*more)
       {
         break;
       }
-      if (Status status = this->AddLine(); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(this->AddLine());
       if (this->Lines.Number() % linesPerReport == 0)
       {
-        if (Status status = execution.Report("read", this->Lines.Fraction()); !status)
-        {
-          return status.GetError();
-        }
+        KDSTREAM_TRY(execution.Report("read", this->Lines.Fraction()));
       }
     }
     return this->Finish();
@@ -104,10 +95,7 @@ private:
         this->CountSeen = true;
         return {};
       }
-      if (Status status = this->SetColumns(); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->SetColumns());
     }
     if (this->Words.size() != this->Columns)
     {

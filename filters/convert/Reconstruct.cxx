@@ -42,10 +42,7 @@ Result<ForeignMesh> ReconstructMesh(
                                              " triangles; --reconstruct is for point clouds" };
   }
   vtkNew<vtkPolyData> input;
-  if (Status status = FillPolyData(cloud.mesh, *input); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(FillPolyData(cloud.mesh, *input));
   cloud.mesh = Mesh{};
   VtkMessages messages;
   vtkNew<vtkPCLSurfaceReconstruction> filter;

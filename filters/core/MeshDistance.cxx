@@ -235,10 +235,7 @@ Result<MeshDistance> MeasureDistance(const Mesh& reference, const Mesh& other,
   for (const auto& [mesh, which] :
     { std::pair(&reference, "reference"), std::pair(&other, "other") })
   {
-    if (Status status = CheckMesh(*mesh, which); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(CheckMesh(*mesh, which));
   }
   double forward = 0, backward = 0, farthest = 0, farthestBack = 0;
   if (Status status = MeasureOneWay(reference, other, options, execution, 0.5, forward, farthest);

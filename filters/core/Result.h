@@ -104,3 +104,22 @@ private:
 using Status = Result<void>;
 
 }
+
+// How an error goes on, everywhere: leaves the function with the error of the Status or Result, if
+// it has one. The function returns a Status or a Result, too.
+//
+//   KDSTREAM_TRY(output.Open(file));
+//   Result<Grid> grid = MakeGrid(box);
+//   KDSTREAM_TRY(grid);
+//   Use(*grid);
+#define KDSTREAM_TRY(...) KDSTREAM_TRY_AS(KDSTREAM_JOIN(outcomeOfLine, __LINE__), __VA_ARGS__)
+#define KDSTREAM_TRY_AS(outcome, ...)             \
+  do                                              \
+  {                                               \
+    if (auto&& outcome = (__VA_ARGS__); !outcome) \
+    {                                             \
+      return outcome.GetError();                  \
+    }                                             \
+  } while (false)
+#define KDSTREAM_JOIN(a, b) KDSTREAM_JOIN_TOKENS(a, b)
+#define KDSTREAM_JOIN_TOKENS(a, b) a##b

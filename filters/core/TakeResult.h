@@ -12,10 +12,7 @@ namespace kdstream
 template <class T>
 Status Take(Result<T>&& from, T& to)
 {
-  if (!from)
-  {
-    return from.GetError();
-  }
+  KDSTREAM_TRY(from);
   to = std::move(*from);
   return {};
 }

@@ -1,4 +1,5 @@
-// Which triangles touch which cell: the join that most later steps start from.
+// Which triangles touch which cell: step "faces" of the README's picture, which later steps start
+// from.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -18,10 +18,7 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   const Execution& execution, const std::filesystem::path& scratch)
 {
   Result<ByteSource> source = ByteSource::Open(file);
-  if (!source)
-  {
-    return source.GetError();
-  }
+  KDSTREAM_TRY(source);
   const std::string ending = FileEnding(file);
   if (ending == ".ply")
   {
@@ -61,10 +58,7 @@ Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
     Mesh dropped;
     const Result<std::size_t> some =
       read(dropped, static_cast<std::size_t>(std::min(droppedAtOnce, count - done)));
-    if (!some)
-    {
-      return some.GetError();
-    }
+    KDSTREAM_TRY(some);
     if (*some == 0)
     {
       break;

@@ -518,15 +518,9 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh)
       "the ending '" + ending +
         "' names no format that can be written (.ply, .stl, .obj, .vtp, .wrl)" };
   }
-  if (Status checked = CheckMesh(mesh, ending == ".stl"); !checked)
-  {
-    return checked;
-  }
+  KDSTREAM_TRY(CheckMesh(mesh, ending == ".stl"));
   OutputFile output;
-  if (Status opened = output.Open(file); !opened)
-  {
-    return opened;
-  }
+  KDSTREAM_TRY(output.Open(file));
   write(output, mesh);
   return output.Finish();
 }

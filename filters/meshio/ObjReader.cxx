@@ -128,27 +128,18 @@ Status ObjReader::ForEachStatement(const Execution& execution, Visit&& visit)
   for (std::uint64_t number = 0;; ++number)
   {
     const Result<bool> more = this->Statements.Next();
-    if (!more)
-    {
-      return more.GetError();
-    }
+    KDSTREAM_TRY(more);
     if (!*more)
     {
       this->Statements.Restart();
       this->SoFar = {};
       return {};
     }
-    if (Status visited = visit(); !visited)
-    {
-      return visited;
-    }
+    KDSTREAM_TRY(visit());
     this->Count(this->Statements.Keyword());
     if (number % statementsPerReport == 0)
     {
-      if (Status status = execution.Report("read", this->Statements.GetLines().Fraction()); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(execution.Report("read", this->Statements.GetLines().Fraction()));
     }
   }
 }
@@ -225,10 +216,7 @@ Status ObjReader::Start(const Execution& execution)
       }
       return keyword == ObjKeyword::Place ? this->LookAtPlace(this->Statements.Rest()) : Status();
     });
-  if (!surveyed)
-  {
-    return surveyed;
-  }
+  KDSTREAM_TRY(surveyed);
   if (this->FileSize() == 0)
   {
     return Error{ ErrorCode::InvalidInput, "the file is empty" };
@@ -283,10 +271,7 @@ Status ObjReader::MakeTables(const Execution& execution)
 {
   this->Tables = std::make_unique<ObjVertices>(this->Scratch);
   Status made = this->ForEachStatement(execution, [this]() { return this->AddToTables(); });
-  if (!made)
-  {
-    return made;
-  }
+  KDSTREAM_TRY(made);
   std::vector<ObjVertices::Corner> corners;
   made = this->ForEachStatement(execution,
     [&]() -> Status
@@ -353,10 +338,7 @@ Status ObjReader::AddToTables()
 Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner) const
 {
   ObjCorner written{};
-  if (Status parsed = ParseObjCorner(word, written); !parsed)
-  {
-    return parsed;
-  }
+  KDSTREAM_TRY(ParseObjCorner(word, written));
   for (std::size_t part = 0; part < 3; ++part)
   {
     const std::int64_t number = written[part];
@@ -430,10 +412,7 @@ Status ObjReader::NextOf(ObjKeyword wanted)
   for (;;)
   {
     const Result<bool> more = this->Statements.Next();
-    if (!more)
-    {
-      return more.GetError();
-    }
+    KDSTREAM_TRY(more);
     if (!*more)
     {
       return Error{ ErrorCode::InvalidInput,
@@ -451,10 +430,7 @@ Status ObjReader::ReadPlaces(Mesh& mesh, std::size_t number)
 {
   for (std::size_t i = 0; i < number; ++i)
   {
-    if (Status next = this->NextOf(ObjKeyword::Place); !next)
-    {
-      return next;
-    }
+    KDSTREAM_TRY(this->NextOf(ObjKeyword::Place));
     ObjPlace place;
     if (Status parsed = ParseObjPlace(this->Statements.Rest(), this->AsFloats(), place); !parsed)
     {
@@ -491,10 +467,7 @@ Status ObjReader::ReadVerticesOfTables(Mesh& mesh, std::size_t number)
   for (std::size_t i = 0; i < number; ++i)
   {
     const Result<ObjVertices::Vertex> vertex = this->Tables->GetVertex(this->VerticesRead);
-    if (!vertex)
-    {
-      return vertex.GetError();
-    }
+    KDSTREAM_TRY(vertex);
     mesh.points.push_back(vertex->place.point);
     for (Attribute& attribute : mesh.attributes)
     {
@@ -539,10 +512,7 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
 
 Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
 {
-  if (Status next = this->NextOf(ObjKeyword::Face); !next)
-  {
-    return next;
-  }
+  KDSTREAM_TRY(this->NextOf(ObjKeyword::Face));
   std::string_view text = this->Statements.Rest();
   Triangle triangle{};
   std::size_t corners = 0;

@@ -81,10 +81,7 @@ Result<bool> ObjStatements::Next()
     }
     if (this->Text.back() == '\\')
     {
-      if (Status joined = this->Join(); !joined)
-      {
-        return joined.GetError();
-      }
+      KDSTREAM_TRY(this->Join());
     }
     this->Understand();
     return true;
@@ -99,10 +96,7 @@ Status ObjStatements::Join()
   {
     this->Joined.back() = ' ';
     const Result<bool> more = this->Lines.Next();
-    if (!more)
-    {
-      return more.GetError();
-    }
+    KDSTREAM_TRY(more);
     if (!*more)
     {
       break;
@@ -172,10 +166,7 @@ Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
         place.color[numbers - 3] = single;
       }
     }
-    if (!parsed)
-    {
-      return parsed;
-    }
+    KDSTREAM_TRY(parsed);
     ++numbers;
   }
   if (numbers < 3 || numbers > most)
@@ -202,10 +193,7 @@ Status ParseObjNumbers(std::string_view text, std::size_t least, std::array<floa
   for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
   {
     float value = 0;
-    if (Status parsed = ParseReal(word, value); !parsed)
-    {
-      return parsed;
-    }
+    KDSTREAM_TRY(ParseReal(word, value));
     if (numbers < Wanted)
     {
       values[numbers] = value;

@@ -55,19 +55,13 @@ Result<VertexId> ObjVertices::VertexOf(const Corner& corner)
 {
   const std::uint32_t place = corner[0] - 1;
   Result<PlaceRecord> owner = this->Places.Get(place);
-  if (!owner)
-  {
-    return owner.GetError();
-  }
+  KDSTREAM_TRY(owner);
   const auto matches = [&corner](const Combination& other)
   { return other.textureCoordinate == corner[1] && other.normal == corner[2]; };
   if (owner->first.textureCoordinate == unset)
   {
     owner->first = { corner[1], corner[2], 0 };
-    if (Status set = this->Places.Set(place, *owner); !set)
-    {
-      return set.GetError();
-    }
+    KDSTREAM_TRY(this->Places.Set(place, *owner));
   }
   if (matches(owner->first))
   {
@@ -77,10 +71,7 @@ Result<VertexId> ObjVertices::VertexOf(const Corner& corner)
   for (unsigned looked = 0; number != 0 && looked < longestSearch; ++looked)
   {
     const Result<FurtherRecord> further = this->Further.Get(number - 1);
-    if (!further)
-    {
-      return further.GetError();
-    }
+    KDSTREAM_TRY(further);
     if (matches(further->combination))
     {
       return static_cast<VertexId>(this->Places.Size() + number - 1);
@@ -110,19 +101,13 @@ Status ObjVertices::Look(const Combination& combination, Vertex& vertex)
   if (combination.textureCoordinate != 0 && combination.textureCoordinate != unset)
   {
     const auto found = this->TextureCoordinates.Get(combination.textureCoordinate - 1);
-    if (!found)
-    {
-      return found.GetError();
-    }
+    KDSTREAM_TRY(found);
     vertex.textureCoordinate = *found;
   }
   if (combination.normal != 0 && combination.normal != unset)
   {
     const auto found = this->Normals.Get(combination.normal - 1);
-    if (!found)
-    {
-      return found.GetError();
-    }
+    KDSTREAM_TRY(found);
     vertex.normal = *found;
   }
   return {};
@@ -136,18 +121,12 @@ Result<ObjVertices::Vertex> ObjVertices::GetVertex(std::uint64_t index)
   if (isFurther)
   {
     const Result<FurtherRecord> further = this->Further.Get(index - this->Places.Size());
-    if (!further)
-    {
-      return further.GetError();
-    }
+    KDSTREAM_TRY(further);
     place = further->place;
     combination = further->combination;
   }
   const Result<PlaceRecord> record = this->Places.Get(place);
-  if (!record)
-  {
-    return record.GetError();
-  }
+  KDSTREAM_TRY(record);
   Vertex vertex;
   vertex.place.point = record->point;
   vertex.place.color = record->color;
@@ -158,18 +137,12 @@ Result<ObjVertices::Vertex> ObjVertices::GetVertex(std::uint64_t index)
 Status ObjVertices::ReadFace(std::vector<Triangle>& triangles)
 {
   const Result<std::uint32_t> corners = this->Faces.Get(this->NextFace);
-  if (!corners)
-  {
-    return corners.GetError();
-  }
+  KDSTREAM_TRY(corners);
   Triangle triangle{};
   for (std::uint32_t i = 0; i < *corners; ++i)
   {
     const Result<std::uint32_t> vertex = this->Faces.Get(this->NextFace + 1 + i);
-    if (!vertex)
-    {
-      return vertex.GetError();
-    }
+    KDSTREAM_TRY(vertex);
     triangle[std::min<std::uint32_t>(i, 2)] = *vertex;
     if (i >= 2)
     {

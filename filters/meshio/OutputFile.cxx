@@ -97,10 +97,7 @@ Status OutputFile::Finish()
   {
     this->Fail("cannot be renamed", errno);
   }
-  if (!this->FirstError)
-  {
-    return this->FirstError;
-  }
+  KDSTREAM_TRY(this->FirstError);
   this->Temporary.clear();
   // The name becomes durable with its folder. Some file systems cannot do that; the file itself is
   // safe by now.

@@ -57,10 +57,7 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
   for (;;)
   {
     const Result<std::string_view> ahead = this->Source.Peek(maximumWord + 2);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     if (ahead->empty())
     {
       return place.Truncated(this->Source.Position());
@@ -89,10 +86,7 @@ template <class T>
 Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property, T& value)
 {
   std::string_view word;
-  if (Status next = this->NextWord(place, word); !next)
-  {
-    return next;
-  }
+  KDSTREAM_TRY(this->NextWord(place, word));
   const NumberTextError error = ParseNumber(word, value);
   if (error != NumberTextError::None)
   {
@@ -145,10 +139,7 @@ Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArr
 Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std::int64_t& value)
 {
   std::string_view word;
-  if (Status next = this->NextWord(place, word); !next)
-  {
-    return next;
-  }
+  KDSTREAM_TRY(this->NextWord(place, word));
   const NumberTextError error = ParseNumber(word, value);
   if (error != NumberTextError::None)
   {
@@ -162,10 +153,7 @@ Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std:
 Status AsciiBody::ReadListCount(
   const PlyPlace& place, const PlyProperty& property, std::int64_t& count)
 {
-  if (Status read = this->ReadInteger(place, "list count", count); !read)
-  {
-    return read;
-  }
+  KDSTREAM_TRY(this->ReadInteger(place, "list count", count));
   if (count < 0)
   {
     return place.BadListCount(property, count);
@@ -183,18 +171,12 @@ Status AsciiBody::SkipProperty(const PlyPlace& place, const PlyProperty& propert
   std::int64_t words = 1;
   if (property.isList)
   {
-    if (Status read = this->ReadListCount(place, property, words); !read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(this->ReadListCount(place, property, words));
   }
   std::string_view word;
   for (; words > 0; --words)
   {
-    if (Status next = this->NextWord(place, word); !next)
-    {
-      return next;
-    }
+    KDSTREAM_TRY(this->NextWord(place, word));
   }
   return {};
 }
@@ -205,10 +187,7 @@ Status AsciiBody::EndRecord(const PlyPlace& place)
   for (;;)
   {
     const Result<std::string_view> ahead = this->Source.Peek(1);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     const auto* next = std::find_if(
       ahead->begin(), ahead->end(), [](char c) { return c == '\n' || c == '\r' || !IsBlank(c); });
     this->Source.Consume(static_cast<std::size_t>(next - ahead->begin()));
@@ -234,15 +213,9 @@ Status AsciiBody::SkipRecords(const PlyElement& element, std::uint64_t first, st
     const PlyPlace place{ element, first + i };
     for (const PlyProperty& property : element.properties)
     {
-      if (Status skipped = this->SkipProperty(place, property); !skipped)
-      {
-        return skipped;
-      }
+      KDSTREAM_TRY(this->SkipProperty(place, property));
     }
-    if (Status ended = this->EndRecord(place); !ended)
-    {
-      return ended;
-    }
+    KDSTREAM_TRY(this->EndRecord(place));
   }
   return {};
 }
@@ -262,15 +235,9 @@ Status AsciiBody::ReadPoints(const PlyElement& element,
                       ? this->KeepOrSkip(place, p, arrays)
                       : this->ReadReal(place, element.properties[p],
                           point[static_cast<std::size_t>(wanted - coordinates.begin())]);
-      if (!read)
-      {
-        return read;
-      }
+      KDSTREAM_TRY(read);
     }
-    if (Status ended = this->EndRecord(place); !ended)
-    {
-      return ended;
-    }
+    KDSTREAM_TRY(this->EndRecord(place));
     points.push_back(point);
     arrays.Append(1);
   }
@@ -280,18 +247,12 @@ Status AsciiBody::ReadPoints(const PlyElement& element,
 Status AsciiBody::ReadCorners(const PlyPlace& place, const PlyProperty& property, PlyFaceSink& sink)
 {
   std::int64_t count = 0;
-  if (Status read = this->ReadListCount(place, property, count); !read)
-  {
-    return read;
-  }
+  KDSTREAM_TRY(this->ReadListCount(place, property, count));
   sink.Begin();
   for (; count > 0; --count)
   {
     std::int64_t index = 0;
-    if (Status read = this->ReadInteger(place, "index", index); !read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(this->ReadInteger(place, "index", index));
     if (!sink.Add(index))
     {
       return place.BadIndex(index, sink);
@@ -316,15 +277,9 @@ Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::ui
       const PlyProperty& property = element.properties[p];
       Status read =
         p == list ? this->ReadCorners(place, property, sink) : this->KeepOrSkip(place, p, arrays);
-      if (!read)
-      {
-        return read;
-      }
+      KDSTREAM_TRY(read);
     }
-    if (Status ended = this->EndRecord(place); !ended)
-    {
-      return ended;
-    }
+    KDSTREAM_TRY(this->EndRecord(place));
     if (!arrays.Append(sink.GetTriangles().size() - before))
     {
       return place.RepeatsTooMuch();

@@ -98,10 +98,7 @@ Result<std::int64_t> BinaryBody<Swap>::ReadListCount(
 {
   const std::size_t countSize = SizeOf(property.countType);
   const Result<std::string_view> ahead = this->Need(place, countSize);
-  if (!ahead)
-  {
-    return ahead.GetError();
-  }
+  KDSTREAM_TRY(ahead);
   const std::int64_t count = LoadInteger(property.countType, ahead->data());
   this->Source.Consume(countSize);
   if (count < 0)
@@ -125,10 +122,7 @@ Status BinaryBody<Swap>::SkipProperties(const PlyPlace& place, std::size_t begin
     if (property.isList)
     {
       const Result<std::int64_t> count = this->ReadListCount(place, property);
-      if (!count)
-      {
-        return count.GetError();
-      }
+      KDSTREAM_TRY(count);
       bytes *= static_cast<std::uint64_t>(*count);
     }
     if (bytes > this->Source.Remaining())
@@ -154,18 +148,12 @@ Status BinaryBody<Swap>::KeepOrSkip(
     std::uint8_t* const to = arrays.PlaceOf(k);
     if (!to)
     {
-      if (Status skipped = this->SkipProperties(place, k, k + 1); !skipped)
-      {
-        return skipped;
-      }
+      KDSTREAM_TRY(this->SkipProperties(place, k, k + 1));
       continue;
     }
     const PlyType type = place.element.properties[k].type;
     const Result<std::string_view> ahead = this->Need(place, SizeOf(type));
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     WithPlyType(type, [&]<class T>() { CopyColumn<T>(ahead->data(), 0, 1, to, 0); });
     this->Source.Consume(SizeOf(type));
   }
@@ -243,10 +231,7 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
   {
     const Result<std::string_view> ahead =
       this->Need(PlyPlace{ element, first + done }, recordSize);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     const std::size_t number = static_cast<std::size_t>(
       std::min<std::uint64_t>({ count - done, ahead->size() / recordSize, batchSize }));
     bool finite = true;
@@ -296,19 +281,13 @@ Status BinaryBody<Swap>::ReadPoint(const PlyPlace& place,
     const auto* wanted = std::find(coordinates.begin(), coordinates.end(), p);
     if (wanted == coordinates.end())
     {
-      if (Status skipped = this->KeepOrSkip(place, p, p + 1, arrays); !skipped)
-      {
-        return skipped;
-      }
+      KDSTREAM_TRY(this->KeepOrSkip(place, p, p + 1, arrays));
       continue;
     }
     const PlyProperty& property = place.element.properties[p];
     const std::size_t bytes = SizeOf(property.type);
     const Result<std::string_view> ahead = this->Need(place, bytes);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     const double value = LoadReal(property.type, ahead->data());
     this->Source.Consume(bytes);
     if (!std::isfinite(value))
@@ -353,10 +332,7 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, cons
   std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays)
 {
   const Result<std::string_view> ahead = this->Source.Peek(layout.triangleSize);
-  if (!ahead)
-  {
-    return ahead.GetError();
-  }
+  KDSTREAM_TRY(ahead);
   std::array<Triangle, batchSize + mostFastCorners> batch;
   std::size_t used = 0;
   std::size_t number = 0;
@@ -430,25 +406,16 @@ Status BinaryBody<Swap>::ReadFace(
   const PlyPlace& place, std::size_t list, PlyFaceSink& sink, PlyArraySink& arrays)
 {
   const std::size_t before = sink.GetTriangles().size();
-  if (Status skipped = this->KeepOrSkip(place, 0, list, arrays); !skipped)
-  {
-    return skipped;
-  }
+  KDSTREAM_TRY(this->KeepOrSkip(place, 0, list, arrays));
   const PlyProperty& property = place.element.properties[list];
   const Result<std::int64_t> count = this->ReadListCount(place, property);
-  if (!count)
-  {
-    return count.GetError();
-  }
+  KDSTREAM_TRY(count);
   const std::size_t itemSize = SizeOf(property.type);
   sink.Begin();
   for (std::uint64_t left = static_cast<std::uint64_t>(*count); left > 0;)
   {
     const Result<std::string_view> ahead = this->Need(place, itemSize);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     const std::size_t number =
       static_cast<std::size_t>(std::min<std::uint64_t>(left, ahead->size() / itemSize));
     for (std::size_t i = 0; i < number; ++i)
@@ -492,20 +459,14 @@ Status BinaryBody<Swap>::ReadFaces(const PlyElement& element, std::size_t list, 
         arrays.Empty()
           ? this->template ReadFaceRun<false>(layout, place, count - done, sink, arrays)
           : this->template ReadFaceRun<true>(layout, place, count - done, sink, arrays);
-      if (!run)
-      {
-        return run.GetError();
-      }
+      KDSTREAM_TRY(run);
       done += *run;
       if (*run > 0)
       {
         continue;
       }
     }
-    if (Status read = this->ReadFace(PlyPlace{ element, first + done }, list, sink, arrays); !read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(this->ReadFace(PlyPlace{ element, first + done }, list, sink, arrays));
     ++done;
   }
   return {};

@@ -283,10 +283,7 @@ std::size_t PlyElement::Find(std::string_view property) const
 Result<PlyHeader> ReadPlyHeader(ByteSource& source)
 {
   Result<std::string_view> bytes = source.Peek(ByteSource::blockSize);
-  if (!bytes)
-  {
-    return bytes.GetError();
-  }
+  KDSTREAM_TRY(bytes);
   if (bytes->empty())
   {
     return Error{ ErrorCode::InvalidInput, "the file is empty" };
@@ -306,10 +303,7 @@ Result<PlyHeader> ReadPlyHeader(ByteSource& source)
       source.Consume(lines.Position());
       return builder.Finish();
     }
-    if (Status added = builder.AddLine(words, lines.LineNumber()); !added)
-    {
-      return added.GetError();
-    }
+    KDSTREAM_TRY(builder.AddLine(words, lines.LineNumber()));
   }
   return Error{ ErrorCode::InvalidInput, bytes->size() < ByteSource::blockSize
                                            ? "truncated: the header has no end_header line"

@@ -27,15 +27,9 @@ std::size_t FindCorners(const PlyElement& element)
 Result<std::unique_ptr<MeshReader>> PlyReader::Open(ByteSource source)
 {
   Result<PlyHeader> header = ReadPlyHeader(source);
-  if (!header)
-  {
-    return header.GetError();
-  }
+  KDSTREAM_TRY(header);
   std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header)));
-  if (Status understood = reader->UnderstandHeader(); !understood)
-  {
-    return understood.GetError();
-  }
+  KDSTREAM_TRY(reader->UnderstandHeader());
   return std::unique_ptr<MeshReader>(std::move(reader));
 }
 
@@ -57,10 +51,7 @@ Status PlyReader::UnderstandHeader()
     return Error{ ErrorCode::InvalidInput, "the header names no element 'vertex'" };
   }
   this->VertexElement = static_cast<std::size_t>(vertices - elements.begin());
-  if (Status understood = this->UnderstandVertices(); !understood)
-  {
-    return understood;
-  }
+  KDSTREAM_TRY(this->UnderstandVertices());
   for (std::size_t i = 0; i < elements.size(); ++i)
   {
     const bool polygons = elements[i].name == "face";
@@ -69,10 +60,7 @@ Status PlyReader::UnderstandHeader()
       continue;
     }
     const auto kind = polygons ? PlyFaceSink::Kind::Polygon : PlyFaceSink::Kind::Strip;
-    if (Status understood = this->UnderstandFaces(i, kind); !understood)
-    {
-      return understood;
-    }
+    KDSTREAM_TRY(this->UnderstandFaces(i, kind));
   }
   this->FindAttributes();
   this->ListIgnoredAttributes();
@@ -364,10 +352,7 @@ Result<std::uint64_t> PlyReader::SkipSomeFaces(std::uint64_t count)
     {
       moved = this->MoveTo(faces.element, this->FacesRead + number);
     }
-    if (!moved)
-    {
-      return moved.GetError();
-    }
+    KDSTREAM_TRY(moved);
     this->FacesRead += number;
     done += number;
     if (done == count)
@@ -431,10 +416,7 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
   {
     return std::size_t{ 0 };
   }
-  if (Status moved = this->MoveTo(this->VertexElement, this->VerticesRead); !moved)
-  {
-    return moved.GetError();
-  }
+  KDSTREAM_TRY(this->MoveTo(this->VertexElement, this->VerticesRead));
   const PlyElement& element = this->Header.elements[this->VertexElement];
   if (Status read = this->Body->ReadPoints(
         element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays);
@@ -463,10 +445,7 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     }
     const std::uint64_t number =
       std::min<std::uint64_t>(limit - done, element.count - this->FacesRead);
-    if (Status moved = this->MoveTo(faces.element, this->FacesRead); !moved)
-    {
-      return moved.GetError();
-    }
+    KDSTREAM_TRY(this->MoveTo(faces.element, this->FacesRead));
     PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles);
     faces.arrays.Start(
       std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
@@ -479,17 +458,11 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     this->FacesRead += number;
     this->CurrentRecord = this->FacesRead;
     done += number;
-    if (Status triangles = this->CheckTriangles(faces); !triangles)
-    {
-      return triangles.GetError();
-    }
+    KDSTREAM_TRY(this->CheckTriangles(faces));
   }
   if (this->FaceElementsDone == this->Faces.size() && !this->LookedBehind)
   {
-    if (Status looked = this->LookBehindLastFace(); !looked)
-    {
-      return looked.GetError();
-    }
+    KDSTREAM_TRY(this->LookBehindLastFace());
   }
   return static_cast<std::size_t>(done);
 }
@@ -511,10 +484,7 @@ Status PlyReader::LookBehindLastFace()
   const std::uint64_t rest = this->Source.Remaining();
   const Result<std::string_view> bytes =
     this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostBlank)));
-  if (!bytes)
-  {
-    return bytes.GetError();
-  }
+  KDSTREAM_TRY(bytes);
   const bool blank = rest <= mostBlank && bytes->find_first_not_of(" \t\r\n") == bytes->npos;
   if (!blank)
   {

@@ -65,10 +65,7 @@ Status ScratchFile::Write(const Slot& slot)
 {
   if (this->Descriptor < 0)
   {
-    if (Status opened = this->Open(); !opened)
-    {
-      return opened;
-    }
+    KDSTREAM_TRY(this->Open());
   }
   for (std::size_t done = 0; done < blockSize;)
   {
@@ -89,10 +86,7 @@ Status ScratchFile::Load(Slot& slot, std::uint64_t block)
 {
   if (slot.changed)
   {
-    if (Status written = this->Write(slot); !written)
-    {
-      return written;
-    }
+    KDSTREAM_TRY(this->Write(slot));
     slot.changed = false;
   }
   if (!slot.bytes)

@@ -38,10 +38,7 @@ public:
     Slot& slot = this->Slots[block % this->Slots.size()];
     if (!slot.bytes || slot.block != block)
     {
-      if (Status loaded = this->Load(slot, block); !loaded)
-      {
-        return loaded.GetError();
-      }
+      KDSTREAM_TRY(this->Load(slot, block));
     }
     slot.changed |= change;
     return slot.bytes.get() + offset;
@@ -88,20 +85,14 @@ public:
   Status Set(std::uint64_t index, const T& record)
   {
     const Result<char*> place = this->File.At(index, true);
-    if (!place)
-    {
-      return place.GetError();
-    }
+    KDSTREAM_TRY(place);
     std::memcpy(*place, &record, sizeof(T));
     return {};
   }
   Result<T> Get(std::uint64_t index)
   {
     const Result<char*> place = this->File.At(index, false);
-    if (!place)
-    {
-      return place.GetError();
-    }
+    KDSTREAM_TRY(place);
     T record;
     std::memcpy(&record, *place, sizeof(T));
     return record;

@@ -164,10 +164,7 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
   {
     // The source stands at the facet of this vertex.
     const Result<std::string_view> ahead = this->Source.Peek(facetBytes);
-    if (!ahead)
-    {
-      return ahead.GetError();
-    }
+    KDSTREAM_TRY(ahead);
     if (ahead->size() < facetBytes)
     {
       return Error{ ErrorCode::InvalidInput,
@@ -177,10 +174,7 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
     const auto first = static_cast<std::size_t>(vertex % 3);
     const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(
       3 * std::min(ahead->size() / facetBytes, batchSize), first + (end - vertex)));
-    if (Status decoded = this->Decode(ahead->data(), vertex / 3, (last + 2) / 3); !decoded)
-    {
-      return decoded;
-    }
+    KDSTREAM_TRY(this->Decode(ahead->data(), vertex / 3, (last + 2) / 3));
     const auto* const begin = this->Batch.begin();
     points.insert(points.end(), begin + first, begin + last);
     this->Source.Consume(last / 3 * facetBytes);
@@ -277,10 +271,7 @@ Error TextStlReader::Unexpected(std::string_view word, const std::string& expect
 Status TextStlReader::Expect(std::string_view expected)
 {
   const Result<std::string_view> word = this->Words.Next();
-  if (!word)
-  {
-    return word.GetError();
-  }
+  KDSTREAM_TRY(word);
   return IsWord(*word, expected) ? Status()
                                  : this->Unexpected(*word, "'" + std::string(expected) + "'");
 }
@@ -289,10 +280,7 @@ Status TextStlReader::EndFacet()
 {
   for (const std::string_view word : { "endloop", "endfacet" })
   {
-    if (Status status = this->Expect(word); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Expect(word));
   }
   this->At.inFacet = false;
   ++this->At.facet;
@@ -303,18 +291,12 @@ Result<bool> TextStlReader::NextVertex()
 {
   if (this->At.inFacet && this->At.corner == 3)
   {
-    if (Status ended = this->EndFacet(); !ended)
-    {
-      return ended.GetError();
-    }
+    KDSTREAM_TRY(this->EndFacet());
   }
   while (!this->At.inFacet)
   {
     const Result<std::string_view> word = this->Words.Next();
-    if (!word)
-    {
-      return word.GetError();
-    }
+    KDSTREAM_TRY(word);
     if (word->empty() && !this->At.inSolid)
     {
       return false;
@@ -322,10 +304,7 @@ Result<bool> TextStlReader::NextVertex()
     if (IsWord(*word, this->At.inSolid ? "endsolid" : "solid"))
     {
       // The name, which can be anything.
-      if (Status skipped = this->Words.SkipLine(); !skipped)
-      {
-        return skipped.GetError();
-      }
+      KDSTREAM_TRY(this->Words.SkipLine());
       this->At.inSolid = !this->At.inSolid;
       continue;
     }
@@ -338,10 +317,7 @@ Result<bool> TextStlReader::NextVertex()
     for (const std::string_view expected : begin)
     {
       const Result<std::string_view> next = this->Words.Next();
-      if (!next)
-      {
-        return next.GetError();
-      }
+      KDSTREAM_TRY(next);
       if (next->empty() || (!expected.empty() && !IsWord(*next, expected)))
       {
         return this->Unexpected(
@@ -351,10 +327,7 @@ Result<bool> TextStlReader::NextVertex()
     this->At.inFacet = true;
     this->At.corner = 0;
   }
-  if (Status status = this->Expect("vertex"); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(this->Expect("vertex"));
   ++this->At.corner;
   return true;
 }
@@ -365,10 +338,7 @@ Status TextStlReader::Start(const Execution& execution)
   for (;;)
   {
     const Result<bool> more = this->NextVertex();
-    if (!more)
-    {
-      return more.GetError();
-    }
+    KDSTREAM_TRY(more);
     if (!*more)
     {
       break;
@@ -376,19 +346,13 @@ Status TextStlReader::Start(const Execution& execution)
     for (std::size_t k = 0; k < 3; ++k)
     {
       const Result<std::string_view> word = this->Words.Next();
-      if (!word)
-      {
-        return word.GetError();
-      }
+      KDSTREAM_TRY(word);
       precision.Add(*word);
     }
     if (this->At.corner == 3 && this->At.facet % facetsPerReport == 0)
     {
       const double size = std::max(1.0, double(this->Source.Size()));
-      if (Status status = execution.Report("read", double(this->Words.Position()) / size); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(execution.Report("read", double(this->Words.Position()) / size));
     }
   }
   this->FileInfo.scalarType = precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
@@ -404,10 +368,7 @@ Status TextStlReader::ReadPoint(Vec3& point)
   for (std::size_t k = 0; k < 3; ++k)
   {
     const Result<std::string_view> word = this->Words.Next();
-    if (!word)
-    {
-      return word.GetError();
-    }
+    KDSTREAM_TRY(word);
     T value = 0;
     const NumberTextError error = ParseNumber(*word, value);
     if (error != NumberTextError::None)
@@ -432,10 +393,7 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
   for (std::size_t i = 0; i < number; ++i)
   {
     const Result<bool> more = this->NextVertex();
-    if (!more)
-    {
-      return more.GetError();
-    }
+    KDSTREAM_TRY(more);
     if (!*more)
     {
       return Error{ ErrorCode::InvalidInput,
@@ -469,10 +427,7 @@ bool LooksLikeText(std::string_view head)
 Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execution& execution)
 {
   const Result<std::string_view> head = source.Peek(headerBytes + facetBytes);
-  if (!head)
-  {
-    return head.GetError();
-  }
+  KDSTREAM_TRY(head);
   const bool hasHeader = head->size() >= headerBytes;
   const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;

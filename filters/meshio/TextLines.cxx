@@ -11,10 +11,7 @@ Result<bool> TextLines::NextAcrossBlocks()
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
   const Result<std::string_view> ahead = this->Source.Peek(ByteSource::blockSize);
-  if (!ahead)
-  {
-    return ahead.GetError();
-  }
+  KDSTREAM_TRY(ahead);
   this->Begin = this->Cursor = ahead->data();
   this->Limit = ahead->data() + ahead->size();
   if (ahead->empty())

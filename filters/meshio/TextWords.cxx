@@ -13,10 +13,7 @@ Status TextWords::Refill()
   const auto kept = static_cast<std::size_t>(this->End - this->Cursor);
   const Result<std::string_view> ahead =
     this->Source.Peek(std::min(kept + 1, ByteSource::blockSize));
-  if (!ahead)
-  {
-    return ahead.GetError();
-  }
+  KDSTREAM_TRY(ahead);
   this->Begin = this->Cursor = ahead->data();
   this->End = ahead->data() + ahead->size();
   return {};
@@ -26,10 +23,7 @@ Result<std::string_view> TextWords::NextAcrossBlocks()
 {
   while (this->Cursor == this->End)
   {
-    if (Status status = this->Refill(); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->Refill());
     if (this->Cursor == this->End)
     {
       return std::string_view();
@@ -40,10 +34,7 @@ Result<std::string_view> TextWords::NextAcrossBlocks()
   // All of a word that can be one comes into memory.
   if (static_cast<std::size_t>(this->End - this->Cursor) <= longestWord)
   {
-    if (Status status = this->Refill(); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->Refill());
   }
   const char* const limit =
     this->Cursor + std::min<std::ptrdiff_t>(this->End - this->Cursor, longestWord + 1);

@@ -64,10 +64,7 @@ Status DeviationList::Add(std::span<const float> deviations)
   {
     if (this->Last.size() == this->InMemory)
     {
-      if (Status status = this->Flush(); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Flush());
     }
     const std::size_t count = std::min(deviations.size(), this->InMemory - this->Last.size());
     this->Last.insert(
@@ -167,10 +164,7 @@ Result<DeviationList::Summary> DeviationList::Finish()
     status = this->ForEach([&](std::uint32_t bits)
       { bins[bits & (bins.size() - 1)] += (bits >> digits) == upper ? 1 : 0; });
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   lower = find();
   this->Last.clear();
   this->InFile = 0;

@@ -85,15 +85,9 @@ Status Execute(sqlite3* database, const std::string& sql)
 Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql)
 {
   Result<Statement> statement = Statement::Prepare(database, sql.c_str());
-  if (!statement)
-  {
-    return statement.GetError();
-  }
+  KDSTREAM_TRY(statement);
   const Result<bool> row = statement->Step();
-  if (!row)
-  {
-    return row.GetError();
-  }
+  KDSTREAM_TRY(row);
   return *row ? statement->Integer(0) : 0;
 }
 

@@ -119,10 +119,7 @@ struct Store::Connection
       }
     }
     Result<kdstream::Database> database = OpenForReading(this->file);
-    if (!database)
-    {
-      return database.GetError();
-    }
+    KDSTREAM_TRY(database);
     Result<Statement> piece = Statement::Prepare(database->get(), selectPiece);
     Result<Statement> treePage = Statement::Prepare(database->get(), selectTreePage);
     if (!piece || !treePage)
@@ -143,15 +140,9 @@ struct Store::Connection
   Status VisitMislabelled(const Note& note)
   {
     const Result<std::unique_ptr<Reader>> reader = this->Take();
-    if (!reader)
-    {
-      return reader.GetError();
-    }
+    KDSTREAM_TRY(reader);
     Result<Statement> rows = Statement::Prepare((*reader)->database.get(), selectMislabelled);
-    if (!rows)
-    {
-      return rows.GetError();
-    }
+    KDSTREAM_TRY(rows);
     Result<bool> row = rows->Step();
     for (; row && *row; row = rows->Step())
     {
@@ -218,15 +209,9 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   }
   const FileIdentity identity = FileIdentity::Of(file);
   Result<kdstream::Database> database = OpenForReading(file);
-  if (!database)
-  {
-    return database.GetError();
-  }
+  KDSTREAM_TRY(database);
   Result<StoreInfo> info = ReadInfo(database->get());
-  if (!info)
-  {
-    return info.GetError();
-  }
+  KDSTREAM_TRY(info);
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
   store->Database = std::make_unique<Connection>();
@@ -287,10 +272,7 @@ Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
 Result<Piece> Store::ReadPiece(PieceId id) const
 {
   const auto blob = this->ReadPieceBlob(id);
-  if (!blob)
-  {
-    return blob.GetError();
-  }
+  KDSTREAM_TRY(blob);
   return this->Decode(*blob, id);
 }
 
@@ -324,14 +306,8 @@ Result<std::vector<Box>> Store::ReadTree() const
   for (const NodeId page : TreePages(this->Information.depths))
   {
     const auto blob = this->ReadTreePageBlob(page);
-    if (!blob)
-    {
-      return blob.GetError();
-    }
-    if (Status status = DecodeTreePage(*blob, page, this->Information.depths, boxes); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(blob);
+    KDSTREAM_TRY(DecodeTreePage(*blob, page, this->Information.depths, boxes));
   }
   return boxes;
 }

@@ -9,10 +9,7 @@ namespace kdstream
 
 Result<Mesh> DrawStoreMesh(const Store& store, const Cut& cut)
 {
-  if (Status status = CheckCut(cut); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckCut(cut));
   std::map<PieceId, Piece> loaded;
   const PieceLookup lookup = [&](PieceId id) -> const Piece*
   {
@@ -30,18 +27,12 @@ Result<Mesh> DrawStoreMesh(const Store& store, const Cut& cut)
     for (const PieceId id : missing)
     {
       Result<Piece> piece = store.ReadPiece(id);
-      if (!piece)
-      {
-        return piece.GetError();
-      }
+      KDSTREAM_TRY(piece);
       loaded.emplace(id, std::move(*piece));
     }
   }
   Result<Surface> surface = DrawSurface(cut, lookup);
-  if (!surface)
-  {
-    return surface.GetError();
-  }
+  KDSTREAM_TRY(surface);
   return Mesh{ std::move(surface->points), std::move(surface->triangles),
     store.Info().grid.scalarType, std::move(surface->attributes) };
 }
@@ -54,10 +45,7 @@ Result<Mesh> GlueStoreMesh(const Store& store, std::span<const std::uint32_t> pa
   {
     Result<Piece> piece =
       store.ReadPiece({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
-    if (!piece)
-    {
-      return piece.GetError();
-    }
+    KDSTREAM_TRY(piece);
     pieces.push_back(std::move(*piece));
   }
   return GluePartitions(pieces, store.Info().grid.scalarType);

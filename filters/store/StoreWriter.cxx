@@ -150,15 +150,9 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
     std::make_unique<DeviationList>(store.has_parent_path() ? store.parent_path() : ".");
   state->digest = std::make_unique<ContentDigest>(info);
   state->info = std::move(info);
-  if (Status status = state->MakeTemporary(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(state->MakeTemporary());
   Result<Database> database = OpenForWriting(state->temporary);
-  if (!database)
-  {
-    return database.GetError();
-  }
+  KDSTREAM_TRY(database);
   state->database = std::move(*database);
   // The file is thrown away unless it is finished: no journal, and one fsync at the end.
   const std::string setUp =
@@ -166,10 +160,7 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
     "PRAGMA application_id = " +
     std::to_string(storeApplicationId) + "; PRAGMA user_version = " + std::to_string(storeVersion) +
     ";" + storeSchema + "BEGIN;";
-  if (Status status = Execute(state->database.get(), setUp); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(Execute(state->database.get(), setUp));
   Result<Statement> page =
     Statement::Prepare(state->database.get(), "INSERT INTO tree VALUES (?, ?, ?)");
   Result<Statement> piece =
@@ -203,10 +194,7 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
   ++resolution.pieces;
-  if (Status status = this->S->deviations->Add(piece.deviations); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(this->S->deviations->Add(piece.deviations));
   this->S->digest->AddPiece(piece.id, data);
   const std::int64_t row = PieceRow(piece.id);
   Statement& insert = this->S->piece;
@@ -229,10 +217,7 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
   const Result<DeviationList::Summary> deviations = this->S->deviations->Finish();
-  if (!deviations)
-  {
-    return deviations.GetError();
-  }
+  KDSTREAM_TRY(deviations);
   finished.deviation99 = deviations->at99;
   finished.deviation = deviations->largest;
   return {};
@@ -246,10 +231,7 @@ Result<StoreInfo> StoreWriter::Finish()
   {
     Result<Statement> insert =
       Statement::Prepare(state.database.get(), "INSERT INTO metadata VALUES ('model', ?, ?)");
-    if (!insert)
-    {
-      return insert.GetError();
-    }
+    KDSTREAM_TRY(insert);
     insert->Bind(1, json);
     insert->Bind(2, MetadataChecksum("model", json));
     if (const Result<bool> done = insert->Step(); !done)
@@ -257,17 +239,11 @@ Result<StoreInfo> StoreWriter::Finish()
       return done.GetError();
     }
   }
-  if (Status status = Execute(state.database.get(), "COMMIT"); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(Execute(state.database.get(), "COMMIT"));
   state.page = {};
   state.piece = {};
   state.database.reset();
-  if (Status status = Sync(state.temporary, O_RDWR); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(Sync(state.temporary, O_RDWR));
   if (::rename(state.temporary.c_str(), state.target.c_str()) != 0)
   {
     return SystemError("cannot be put in place");
@@ -275,10 +251,7 @@ Result<StoreInfo> StoreWriter::Finish()
   state.temporary.clear();
   const std::filesystem::path folder =
     state.target.has_parent_path() ? state.target.parent_path() : ".";
-  if (Status status = Sync(folder, O_RDONLY | O_DIRECTORY); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(Sync(folder, O_RDONLY | O_DIRECTORY));
   return state.info;
 }
 

@@ -228,14 +228,8 @@ Result<std::unique_ptr<HttpServer>> HttpServer::Start(
   const Catalog& catalog, HttpServerOptions options)
 {
   auto implementation = std::make_unique<Implementation>(catalog, std::move(options));
-  if (auto status = implementation->PrepareTls(); !status)
-  {
-    return status.GetError();
-  }
-  if (auto status = implementation->Listen(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(implementation->PrepareTls());
+  KDSTREAM_TRY(implementation->Listen());
   implementation->StartThreads();
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(implementation)));
 }

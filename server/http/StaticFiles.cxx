@@ -161,10 +161,7 @@ Result<StaticFile> StaticFiles::Read(std::string_view urlPath, bool acceptGzip) 
     !error && IsBelow(compressed, this->Root) && fs::is_regular_file(compressed, error);
   const bool encoded = varies && acceptGzip;
   auto bytes = ReadWhole(encoded ? compressed : file);
-  if (!bytes)
-  {
-    return bytes.GetError();
-  }
+  KDSTREAM_TRY(bytes);
   return StaticFile{ std::move(*bytes), ContentType(file), encoded ? "gzip" : "", varies };
 }
 

@@ -304,10 +304,7 @@ std::string WriteServerMessage(const ServerMessage& message)
 Result<ClientMessage> ParseClientMessage(std::string_view text)
 {
   const auto json = ParseObject(text, maximumClientMessageBytes);
-  if (!json)
-  {
-    return json.GetError();
-  }
+  KDSTREAM_TRY(json);
   JsonReader reader("message");
   Result<ClientMessage> message = ClientMessage{};
   message->request = reader.Small<std::uint32_t>(*json, "request", 1, mostId);
@@ -334,10 +331,7 @@ std::uint32_t FindRequestId(std::string_view text)
 Result<ServerMessage> ParseServerMessage(std::string_view text)
 {
   const auto json = ParseObject(text, maximumServerMessageBytes);
-  if (!json)
-  {
-    return json.GetError();
-  }
+  KDSTREAM_TRY(json);
   JsonReader reader("message");
   ServerMessage message;
   message.request = reader.Small<std::uint32_t>(*json, "request", 0, mostId);

@@ -333,10 +333,7 @@ Result<std::vector<ModelSummary>> ParseModelList(std::string_view text)
     return TooLarge(text.size(), maximumModelListBytes);
   }
   const auto json = ParseJson(text);
-  if (!json)
-  {
-    return json.GetError();
-  }
+  KDSTREAM_TRY(json);
   JsonReader reader("models");
   std::vector<ModelSummary> models;
   if (const Json* list = reader.Array(*json, "models", mostModels))

@@ -111,17 +111,11 @@ Result<BlobList> ListRegion(const ServedModel& model, const protocol::RegionRequ
                                                 description.id };
   }
   const auto boxes = model.Boxes();
-  if (!boxes)
-  {
-    return boxes.GetError();
-  }
+  KDSTREAM_TRY(boxes);
   const TreeDepths depths{ description.partitionDepth, description.stitchDepth,
     description.finestDepth };
   auto region = FindRegion(*boxes, depths, request.cell, request.rings);
-  if (!region)
-  {
-    return region.GetError();
-  }
+  KDSTREAM_TRY(region);
 
   auto held = request.except;
   std::sort(held.begin(), held.end());

@@ -1,5 +1,5 @@
-// One client's conversation: control messages in, control messages and frames out. No sockets, no
-// threads.
+// One client's conversation: control messages in, control messages and frames out. Step "serve" of
+// the README's picture. No sockets, no threads.
 //
 // Answers are pulled one at a time, so that nothing is read from a store before the client has
 // taken what came before, and a cancel takes effect at the next pull. Requests are answered one

@@ -68,10 +68,7 @@ StoreCatalog::~StoreCatalog() = default;
 Status StoreCatalog::Reload()
 {
   const auto files = FindStores(this->Folder);
-  if (!files)
-  {
-    return files.GetError();
-  }
+  KDSTREAM_TRY(files);
   auto models = std::make_shared<ModelMap>();
   for (const auto& file : *files)
   {

@@ -74,10 +74,7 @@ public:
 
   Result<std::span<const Box>> Boxes() const override
   {
-    if (!this->Tree)
-    {
-      return this->Tree.GetError();
-    }
+    KDSTREAM_TRY(this->Tree);
     return std::span<const Box>(*this->Tree);
   }
 
@@ -132,16 +129,10 @@ Result<std::shared_ptr<const ServedModel>> OpenStoreModel(
   const std::filesystem::path& file, const std::string& id, DamageReport report)
 {
   auto store = Store::Open(file);
-  if (!store)
-  {
-    return store.GetError();
-  }
+  KDSTREAM_TRY(store);
   // What a client would refuse is refused here, once, where somebody can do something about it.
   auto description = protocol::ParseModel(protocol::WriteModel(Describe((*store)->Info(), id)));
-  if (!description)
-  {
-    return description.GetError();
-  }
+  KDSTREAM_TRY(description);
   return std::shared_ptr<const ServedModel>(
     std::make_shared<StoreModel>(std::move(*store), std::move(*description), std::move(report)));
 }

@@ -1,4 +1,4 @@
-// What has come from a server, for a session. Between steps "serve" and "decode" of the README's
+// What has come from a server, for a session. Step "receive" of the README's
 // picture.
 #pragma once
 

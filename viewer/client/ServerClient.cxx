@@ -223,18 +223,12 @@ ServerClient::~ServerClient() = default;
 Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& url)
 {
   auto server = ParseServerUrl(url);
-  if (!server)
-  {
-    return server.GetError();
-  }
+  KDSTREAM_TRY(server);
   const std::string authority = server->Authority();
   std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server)));
   auto reply = client->Kept->FetchAndWait(
     { std::string(protocol::modelListPath), protocol::maximumModelListBytes });
-  if (!reply)
-  {
-    return reply.GetError();
-  }
+  KDSTREAM_TRY(reply);
   if (reply->status != 200)
   {
     return Error{ ErrorCode::InvalidInput,

@@ -1,5 +1,5 @@
-// A session's line to a server: requests out, blobs in, on a thread of its own. Boost stays in the
-// source.
+// A session's line to a server on native sockets: requests out, blobs in, on a thread of its own.
+// Step "receive" of the README's picture. Boost stays in the source.
 #pragma once
 
 #include "filters/core/Result.h"

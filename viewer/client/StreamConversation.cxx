@@ -139,10 +139,7 @@ void StreamConversation::Flush(double now)
 Status StreamConversation::ReceiveText(std::string_view text, double now)
 {
   auto message = protocol::ParseServerMessage(text);
-  if (!message)
-  {
-    return message.GetError();
-  }
+  KDSTREAM_TRY(message);
   const std::uint32_t wire = message->request;
   const auto found = this->Unfinished.find(wire);
   if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message->body))
@@ -253,20 +250,14 @@ void StreamConversation::FinishMessage(std::uint32_t wire, double now)
 Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, double now)
 {
   const auto frame = protocol::ParseFrame(message);
-  if (!frame)
-  {
-    return frame.GetError();
-  }
+  KDSTREAM_TRY(frame);
   const auto found = this->Unfinished.find(frame->header.request);
   if (found == this->Unfinished.end())
   {
     return {}; // of a request that has ended
   }
   auto blob = this->Frames.Accept(*frame);
-  if (!blob)
-  {
-    return blob.GetError();
-  }
+  KDSTREAM_TRY(blob);
   if (!*blob)
   {
     return {};

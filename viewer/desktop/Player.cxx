@@ -28,10 +28,7 @@ Status Player::Play(const SessionStep& step)
   switch (step.kind)
   {
     case SessionStep::Kind::Select:
-      if (Status status = this->Session.SelectModel(step.name); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Session.SelectModel(step.name));
       break;
     case SessionStep::Kind::Touches:
       this->Session.HandleTouches(step.frame);
@@ -39,10 +36,7 @@ Status Player::Play(const SessionStep& step)
     case SessionStep::Kind::WaitForIdle:
       return this->WaitForIdle();
     case SessionStep::Kind::Screenshot:
-      if (Status status = this->Frame(); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Frame());
       return this->Window.SavePicture(step.name);
   }
   this->SendRequests();
@@ -57,10 +51,7 @@ Status Player::WaitForIdle()
   {
     this->DeliverEvents();
     this->SendRequests();
-    if (Status status = this->Frame(); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Frame());
     if (this->Session.IsIdle())
     {
       return {};

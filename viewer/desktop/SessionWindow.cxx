@@ -1,4 +1,4 @@
-// A window that shows what a session says. Step "draw" of the README's picture.
+// A window that shows what a session says. Step "render" of the README's picture.
 #include "viewer/desktop/SessionWindow.h"
 
 #include "viewer/rendering/Picture.h"
@@ -12,10 +12,7 @@ Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOffscreen(
   WindowBackend backend, int width, int height, const SceneStyle& style)
 {
   auto window = MakeOffscreenWindow(backend, width, height);
-  if (!window)
-  {
-    return window.GetError();
-  }
+  KDSTREAM_TRY(window);
   std::unique_ptr<SessionWindow> made(new SessionWindow);
   made->Window = *window;
   made->Scene = std::make_unique<SurfaceScene>();
@@ -29,10 +26,7 @@ Status SessionWindow::Show(const ViewerScene& scene)
   if (this->ShownVersion != scene.surfaceVersion)
   {
     const Vec3 centre = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
-    if (Status status = this->Scene->Update(*scene.surface, scene.depths, centre); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Scene->Update(*scene.surface, scene.depths, centre));
     this->ShownVersion = scene.surfaceVersion;
   }
   if (Status status = this->Scene->SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });

@@ -1,4 +1,4 @@
-// A window that shows what a session says. Step "draw" of the README's picture.
+// A window that shows what a session says. Step "render" of the README's picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -89,24 +89,15 @@ Result<std::unique_ptr<EglOffscreen>> EglOffscreen::Make(int width, int height)
                                                 " pixels cannot be drawn" };
   }
   std::unique_ptr<EglOffscreen> made(new EglOffscreen(width, height));
-  if (Status status = made->MakeContext(); !status)
-  {
-    return status.GetError();
-  }
-  if (Status status = made->MakeFramebuffers(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(made->MakeContext());
+  KDSTREAM_TRY(made->MakeFramebuffers());
   return made;
 }
 
 Status EglOffscreen::MakeContext()
 {
   const Result<EGLDisplay> display = OpenDisplay();
-  if (!display)
-  {
-    return display.GetError();
-  }
+  KDSTREAM_TRY(display);
   this->Display = *display;
   eglBindAPI(EGL_OPENGL_ES_API);
   constexpr std::array<EGLint, 5> wanted{ EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE,

@@ -1,5 +1,5 @@
 // Pictures by OpenGL ES 3 without a screen: a context on EGL's surfaceless platform, and a
-// framebuffer to draw into. Step "draw" of the README's picture. Native only.
+// framebuffer to draw into. Step "render" of the README's picture. Native only.
 #pragma once
 
 #include "filters/core/Result.h"

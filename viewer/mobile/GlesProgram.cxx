@@ -41,10 +41,7 @@ Result<GLuint> MakeProgram(const char* name, std::initializer_list<const char*> 
   std::initializer_list<const char*> fragmentTexts)
 {
   const Result<GLuint> vertex = CompileShader(name, GL_VERTEX_SHADER, vertexTexts);
-  if (!vertex)
-  {
-    return vertex.GetError();
-  }
+  KDSTREAM_TRY(vertex);
   const Result<GLuint> fragment = CompileShader(name, GL_FRAGMENT_SHADER, fragmentTexts);
   if (!fragment)
   {

@@ -150,10 +150,7 @@ GlesRenderer::~GlesRenderer()
 Result<std::unique_ptr<GlesRenderer>> GlesRenderer::Make()
 {
   std::unique_ptr<GlesRenderer> made(new GlesRenderer);
-  if (Status status = made->Compile(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(made->Compile());
   return made;
 }
 
@@ -166,10 +163,7 @@ Status GlesRenderer::Compile()
   const auto background =
     MakeProgram("background's", { shaders::header, shaders::backgroundVertex },
       { shaders::header, shaders::backgroundFragment });
-  if (!background)
-  {
-    return background.GetError();
-  }
+  KDSTREAM_TRY(background);
   const auto surface = MakeProgram("surface's", { shaders::header, shaders::surfaceVertex },
     { shaders::header, shaders::light, shaders::surfaceFragment });
   if (!surface)
@@ -225,10 +219,7 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
 {
   const Surface& surface = *scene.surface;
   const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
-  if (Status status = CheckSurface(surface, center); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckSurface(surface, center));
   this->Free();
   this->Center = center;
   this->Bounds = BoundsAround(surface, center);
@@ -368,16 +359,10 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
                                                 " pixels cannot be drawn" };
   }
   const SceneCamera camera{ scene.eye, scene.focal, scene.up, scene.viewAngle };
-  if (Status status = CheckCamera(camera); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckCamera(camera));
   if (!this->Compiled)
   {
-    if (Status status = this->Compile(); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Compile());
   }
   const Content wanted{ scene.surfaceVersion, this->Coloring };
   if (this->Tried != wanted)

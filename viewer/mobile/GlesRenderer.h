@@ -1,4 +1,4 @@
-// Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "draw" of the README's
+// Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "render" of the README's
 // picture.
 //
 // The same sources draw natively (EglOffscreen.h has a context without a screen) and, as WebGL 2,

@@ -1,4 +1,4 @@
-// Cuts a surface into what the graphics memory holds: chunks with 16-bit indices. Step "draw" of
+// Cuts a surface into what the graphics memory holds: chunks with 16-bit indices. Step "render" of
 // the README's picture. No OpenGL here.
 #pragma once
 

@@ -153,10 +153,7 @@ Result<const Egl*> OpenEgl()
     return &*openedEgl;
   }
   Result<Egl> egl = LoadFunctions();
-  if (!egl)
-  {
-    return egl.GetError();
-  }
+  KDSTREAM_TRY(egl);
   Status status = Error{ ErrorCode::NotFound, "EGL: no device that works without a display" };
   for (const EGLDisplay display : FindDisplays(*egl))
   {
@@ -249,15 +246,9 @@ private:
 Result<std::unique_ptr<GlContext>> MakeEglContext()
 {
   const Result<const Egl*> egl = OpenEgl();
-  if (!egl)
-  {
-    return egl.GetError();
-  }
+  KDSTREAM_TRY(egl);
   auto context = std::make_unique<EglContext>(**egl);
-  if (Status status = context->Create(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(context->Create());
   return std::unique_ptr<GlContext>(std::move(context));
 }
 

@@ -27,10 +27,7 @@ Status GlContext::MakeCurrent()
       currentContext->Unbind();
     }
     currentContext = nullptr;
-    if (Status status = this->Bind(); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Bind());
     currentContext = this;
   }
   return UseGlLibrary(this->Library());

@@ -66,10 +66,7 @@ Status UseGlLibrary(const GlLibrary& library)
   {
     return {};
   }
-  if (Status status = CheckGlSymbols(); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckGlSymbols());
   libraryInUse = &library;
   tablesAreFilled = false;
   if (const char* missing = registeredSymbols.load(library))

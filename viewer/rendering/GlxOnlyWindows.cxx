@@ -199,10 +199,7 @@ WindowResult MakeContextWindow(
     return status.GetError();
   }
   Result<std::unique_ptr<GlContext>> context = makeContext();
-  if (!context)
-  {
-    return context.GetError();
-  }
+  KDSTREAM_TRY(context);
   const vtkNew<ContextRenderWindow> window;
   window->SetSize(width, height);
   if (Result<void> status = window->Open(std::move(*context)); !status)
@@ -227,10 +224,7 @@ WindowResult MakeOsMesaWindow(int width, int height)
 WindowResult MakeX11Window(int width, int height)
 {
   const Result<X11Connection> connection = ConnectToX11();
-  if (!connection)
-  {
-    return connection.GetError();
-  }
+  KDSTREAM_TRY(connection);
   const vtkNew<X11RenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetSize(width, height);

@@ -121,15 +121,9 @@ private:
 Result<std::unique_ptr<GlContext>> MakeOsMesaContext()
 {
   const Result<const OsMesa*> functions = OpenOsMesa();
-  if (!functions)
-  {
-    return functions.GetError();
-  }
+  KDSTREAM_TRY(functions);
   auto context = std::make_unique<OsMesaContext>(**functions);
-  if (Status status = context->Create(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(context->Create());
   return std::unique_ptr<GlContext>(std::move(context));
 }
 

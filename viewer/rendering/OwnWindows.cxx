@@ -70,10 +70,7 @@ WindowResult MakeX11Window([[maybe_unused]] int width, [[maybe_unused]] int heig
 {
 #if defined(VTK_USE_X)
   const Result<X11Connection> connection = ConnectToX11();
-  if (!connection)
-  {
-    return connection.GetError();
-  }
+  KDSTREAM_TRY(connection);
   return Make<vtkXOpenGLRenderWindow>("X11", width, height);
 #else
   return NotBuilt("X11");

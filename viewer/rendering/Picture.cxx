@@ -69,10 +69,7 @@ Status WriteFile(const std::string& file, const unsigned char* bytes, std::size_
 Result<Picture> Pixels(vtkRenderWindow& window)
 {
   const vtkNew<vtkUnsignedCharArray> pixels;
-  if (Status status = ReadBack(window, *pixels); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(ReadBack(window, *pixels));
   Picture picture;
   picture.width = window.GetSize()[0];
   picture.height = window.GetSize()[1];
@@ -88,10 +85,7 @@ Result<Picture> Pixels(vtkRenderWindow& window)
 Status WritePng(vtkRenderWindow& window, const std::string& file)
 {
   const vtkNew<vtkUnsignedCharArray> pixels;
-  if (Status status = ReadBack(window, *pixels); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(ReadBack(window, *pixels));
   const vtkNew<vtkImageData> image;
   image->SetDimensions(window.GetSize()[0], window.GetSize()[1], 1);
   image->GetPointData()->SetScalars(pixels);

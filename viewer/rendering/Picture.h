@@ -1,4 +1,4 @@
-// What a window shows, as bytes and as a PNG file. Step "draw" of the README's picture.
+// What a window shows, as bytes and as a PNG file. Step "render" of the README's picture.
 #pragma once
 
 #include "filters/core/Result.h"

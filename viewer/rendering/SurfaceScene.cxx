@@ -198,10 +198,7 @@ SurfaceScene::~SurfaceScene()
 
 Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, const Vec3& center)
 {
-  if (Status status = CheckSurface(surface, center); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckSurface(surface, center));
   this->Center = center;
   this->Bounds = BoundsAround(surface, center);
 
@@ -317,10 +314,7 @@ void SurfaceScene::ApplyColors()
 
 Status SurfaceScene::SetCamera(const SceneCamera& camera)
 {
-  if (Status status = CheckCamera(camera); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckCamera(camera));
   this->Camera = camera;
   this->ApplyCamera();
   return {};

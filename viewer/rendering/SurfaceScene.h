@@ -1,4 +1,4 @@
-// Draws one surface in a VTK renderer. Step "draw" of the README's picture: the surface is
+// Draws one surface in a VTK renderer. Step "render" of the README's picture: the surface is
 // DrawSurface's.
 //
 // The model stands like a piece in a museum: stone before a soft gradient, lit by a key light, a

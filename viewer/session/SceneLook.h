@@ -1,4 +1,4 @@
-// How a scene looks, whoever draws it: lights, material, background. Step "draw" of the README's
+// How a scene looks, whoever draws it: lights, material, background. Step "render" of the README's
 // picture.
 //
 // The model stands like a piece in a museum: stone before a soft gradient, lit by a key light, a

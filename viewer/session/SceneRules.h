@@ -1,5 +1,5 @@
 // What every renderer decides alike about a scene: what can be drawn, how near and how far, in
-// which colours, lit by which normals. Step "draw" of the README's picture.
+// which colours, lit by which normals. Step "render" of the README's picture.
 #pragma once
 
 #include "filters/core/Result.h"

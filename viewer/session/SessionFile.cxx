@@ -78,10 +78,7 @@ Result<SessionStep> ParseTouches(const Json& object, std::size_t line)
   for (const Json& entry : touches.GetArray())
   {
     const auto touch = ParseTouch(entry, line);
-    if (!touch)
-    {
-      return touch.GetError();
-    }
+    KDSTREAM_TRY(touch);
     step.frame.touches.push_back(*touch);
   }
   return step;
@@ -155,10 +152,7 @@ Result<std::vector<SessionStep>> ParseSession(std::string_view text)
       continue;
     }
     auto step = ParseStep(content, line);
-    if (!step)
-    {
-      return step.GetError();
-    }
+    KDSTREAM_TRY(step);
     steps.push_back(std::move(*step));
   }
   return steps;

@@ -129,10 +129,7 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
   }
   this->Dirty = false;
   auto surface = DrawSurface(*this->Shown, LookupIn(pieces));
-  if (!surface)
-  {
-    return surface.GetError();
-  }
+  KDSTREAM_TRY(surface);
   this->Drawn = std::make_shared<Surface>(std::move(*surface));
   ++this->DrawnVersion;
   return true;

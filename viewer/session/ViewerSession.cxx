@@ -430,10 +430,7 @@ Status ViewerSession::Decode(
   Model& model = *this->Current;
   if (blob.kind == BlobKind::Tree)
   {
-    if (Status status = DecodeTreePage(bytes, blob.number, model.codec.depths, model.tree); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(DecodeTreePage(bytes, blob.number, model.codec.depths, model.tree));
     model.missingPages.erase(blob.number);
     if (model.missingPages.empty() && this->WaitingPick)
     {
@@ -444,10 +441,7 @@ Status ViewerSession::Decode(
   const double begin = this->Options.clock ? this->Options.clock() : 0;
   auto piece = DecodePiece(bytes, PieceOfBlob(blob, model.codec.depths), model.codec);
   entry.parsingSeconds = this->Options.clock ? this->Options.clock() - begin : 0;
-  if (!piece)
-  {
-    return piece.GetError();
-  }
+  KDSTREAM_TRY(piece);
   entry.vertices = piece->ownVertices;
   entry.triangles = piece->triangles.size();
   this->Pieces.Add(std::move(*piece));

@@ -1,5 +1,5 @@
 // The one brain of all viewers: what a person does and what a server sends go in, requests and a
-// scene come out. Steps "look", "choose", "pick", "request" and "draw" of the README's picture
+// scene come out. Conducts "look", "choose", "pick", "request" and "draw" of the README's picture
 // (paper section 5).
 #pragma once
 

@@ -444,10 +444,7 @@ std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup)
 
 Result<Surface> DrawSurface(const Cut& cut, const PieceLookup& lookup)
 {
-  if (Status status = CheckCut(cut); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckCut(cut));
   std::vector<PieceId> missing;
   CutView view(cut, lookup);
   std::vector<const Piece*> pieces = view.Gather(missing);

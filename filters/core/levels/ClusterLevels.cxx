@@ -20,10 +20,7 @@ Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   const ClusterRules rules{ options, tree.depths.finest, CentreOf(tree.boxes[1]) };
   Result<FinestClusters> finest = BuildFinestClusters(
     { points, triangles, tree, partitionTriangles, rules.origin, options.ids }, options, execution);
-  if (!finest)
-  {
-    return finest.GetError();
-  }
+  KDSTREAM_TRY(finest);
   CollapseState state;
   state.level = std::move(finest->level);
   state.level.triangles = ImageInPartitions(

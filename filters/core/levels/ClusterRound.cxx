@@ -160,10 +160,7 @@ Result<std::vector<ClusterLevel>> BuildCoarserClusterLevels(CollapseState state,
   while (depth > rules.options.coarsestDepth)
   {
     const double done = 1.0 - double(depth) / double(rules.finest + 1);
-    if (Status status = execution.Report("levels", 0.5 + 0.5 * done); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(execution.Report("levels", 0.5 + 0.5 * done));
     ClusterLevel& below = levels[depth] = std::move(state.level);
     state = MakeCoarserClusters({ state.clusters, state.cellOf, 0, below.triangles, links },
       --depth, rules, below.parents, execution);

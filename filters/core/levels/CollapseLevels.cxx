@@ -88,10 +88,7 @@ public:
     Result<FinestClusters> finest = BuildFinestClusters(
       { mesh.points, mesh.triangles, tree, partitionTriangles, this->Space.origin, joined.ids },
       joined, this->Exec);
-    if (!finest)
-    {
-      return finest.GetError();
-    }
+    KDSTREAM_TRY(finest);
     CollapseState state;
     state.ownEnd = static_cast<VertexId>(finest->clusters.size());
     state.attributes =
@@ -133,15 +130,9 @@ public:
     std::vector<ClusterLevel> levels(depth + 1);
     while (depth > this->Options.coarsestDepth)
     {
-      if (Status status = ReportDepth(this->Exec, depth, this->Depths.finest); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(ReportDepth(this->Exec, depth, this->Depths.finest));
       Result<CollapseState> coarser = this->BuildCoarser(state, depth - 1);
-      if (!coarser)
-      {
-        return coarser.GetError();
-      }
+      KDSTREAM_TRY(coarser);
       levels[depth--] = std::move(state.level);
       state = std::move(*coarser);
     }
@@ -235,16 +226,10 @@ Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
   CollapseBuilder builder(tree.depths, tree.boxes[1], options, stay, execution);
   ClusterLevels levels;
   Result<CollapseState> finest = builder.BuildFinest(mesh, tree, partitionTriangles, levels.finest);
-  if (!finest)
-  {
-    return finest.GetError();
-  }
+  KDSTREAM_TRY(finest);
   Result<std::vector<ClusterLevel>> all =
     builder.BuildAllCoarser(std::move(*finest), tree.depths.finest);
-  if (!all)
-  {
-    return all.GetError();
-  }
+  KDSTREAM_TRY(all);
   levels.levels = std::move(*all);
   return levels;
 }
@@ -271,10 +256,7 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
   CollapsedMesh collapsed;
   Result<CollapseState> finest =
     builder.BuildFinest(mesh, tree, partitionTriangles, collapsed.clusterOf);
-  if (!finest)
-  {
-    return finest.GetError();
-  }
+  KDSTREAM_TRY(finest);
   const auto descend = [&](const std::vector<VertexId>& parents)
   {
     for (VertexId& cluster : collapsed.clusterOf)
@@ -286,15 +268,9 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
   unsigned depth = tree.depths.finest;
   while (depth > 0 && !Meets(state.level, target))
   {
-    if (Status status = ReportDepth(execution, depth, tree.depths.finest); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(ReportDepth(execution, depth, tree.depths.finest));
     Result<CollapseState> coarser = builder.BuildCoarser(state, depth - 1);
-    if (!coarser)
-    {
-      return coarser.GetError();
-    }
+    KDSTREAM_TRY(coarser);
     if (Meets(coarser->level, target))
     {
       break;

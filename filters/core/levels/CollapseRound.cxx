@@ -73,10 +73,7 @@ Status CollapseRound::Run()
   {
     const std::size_t count = this->ToTake(stride) + 1;
     const Result<CheapestErrors> cheapest = this->CheapestOf(stride, count);
-    if (!cheapest)
-    {
-      return cheapest.GetError();
-    }
+    KDSTREAM_TRY(cheapest);
     status = this->Collapse(
       [&](std::size_t part) { return part % stride != 0; }, beyond * cheapest->error, 0.1, 0.7);
   }
@@ -141,10 +138,7 @@ Status CollapseRound::ForEachLoaded(
   for (std::size_t i = 0; i < blocks.size(); ++i)
   {
     Status status;
-    if (const auto loaded = this->Blocks.Load(blocks[i]); !loaded)
-    {
-      return loaded.GetError();
-    }
+    KDSTREAM_TRY(this->Blocks.Load(blocks[i]));
     this->Exec.parallelFor(i + 1 < blocks.size() ? 2 : 1, 1,
       [&](std::size_t begin, std::size_t end)
       {
@@ -160,10 +154,7 @@ Status CollapseRound::ForEachLoaded(
           }
         }
       });
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
   }
   return {};
 }
@@ -191,10 +182,7 @@ Status CollapseRound::CollapseBlock(std::size_t block, const PartFilter& wanted,
     return {};
   }
   const Result<const CollapseState*> state = this->Blocks.Load(block);
-  if (!state)
-  {
-    return state.GetError();
-  }
+  KDSTREAM_TRY(state);
   if (!this->Engine || this->LoadedBlock != block)
   {
     this->Engine.reset();
@@ -207,10 +195,7 @@ Status CollapseRound::CollapseBlock(std::size_t block, const PartFilter& wanted,
   if (made)
   {
     const Result<std::vector<MergeList>*> before = this->Blocks.Lists(block);
-    if (!before)
-    {
-      return before.GetError();
-    }
+    KDSTREAM_TRY(before);
     lists = std::move(**before);
   }
   this->Engine->Collapse(parts, enough, lists);
@@ -269,10 +254,7 @@ Result<CheapestErrors> CollapseRound::CheapestOf(std::size_t stride, std::size_t
       for (std::size_t block = here.begin; block < here.end; ++block)
       {
         const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
-        if (!lists)
-        {
-          return lists.GetError();
-        }
+        KDSTREAM_TRY(lists);
         for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
         {
           const bool counts = (block * this->PartsOfBlock() + local) % stride == 0;
@@ -301,10 +283,7 @@ Status CollapseRound::TakeUntil()
     return {};
   }
   Result<CheapestErrors> cheapest = this->CheapestOf(1, count);
-  if (!cheapest)
-  {
-    return cheapest.GetError();
-  }
+  KDSTREAM_TRY(cheapest);
   const bool complete = std::all_of(this->Summaries.begin(), this->Summaries.end(),
     [&](const Summary& summary) { return summary.whole || summary.last > cheapest->error; });
   if (!complete)
@@ -317,23 +296,14 @@ Status CollapseRound::TakeUntil()
       return status;
     }
     cheapest = this->CheapestOf(1, count);
-    if (!cheapest)
-    {
-      return cheapest.GetError();
-    }
+    KDSTREAM_TRY(cheapest);
   }
-  if (Status status = this->LeaveTies(*cheapest); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(this->LeaveTies(*cheapest));
   const BlockRange here = this->Blocks.Here();
   for (std::size_t block = here.begin; block < here.end; ++block)
   {
     const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
-    if (!lists)
-    {
-      return lists.GetError();
-    }
+    KDSTREAM_TRY(lists);
     for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
     {
       this->Summaries[block * this->PartsOfBlock() + local].taken =
@@ -355,10 +325,7 @@ Status CollapseRound::LeaveTies(CheapestErrors& cheapest)
   for (std::size_t block = here.begin; block < here.end; ++block)
   {
     const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
-    if (!lists)
-    {
-      return lists.GetError();
-    }
+    KDSTREAM_TRY(lists);
     for (const MergeList& list : **lists)
     {
       ties[block] += static_cast<std::uint64_t>(std::count_if(list.merges.begin(),
@@ -384,10 +351,7 @@ Status CollapseRound::KeepTargets()
   for (std::size_t block = here.begin; block < here.end; ++block)
   {
     const Result<std::vector<MergeList>*> lists = this->Blocks.Lists(block);
-    if (!lists)
-    {
-      return lists.GetError();
-    }
+    KDSTREAM_TRY(lists);
     const std::size_t first = block * this->PartsOfBlock();
     std::size_t clusters = 0;
     for (std::size_t local = 0; local < this->PartsOfBlock(); ++local)
@@ -401,10 +365,7 @@ Status CollapseRound::KeepTargets()
       ApplyMerges(
         std::span((**lists)[local].merges).first(this->Summaries[first + local].taken), targets);
     }
-    if (Status status = this->Blocks.KeepTargets(block, TargetStage::Merged, targets); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Blocks.KeepTargets(block, TargetStage::Merged, targets));
   }
   return this->Blocks.ShareTargets(TargetStage::Merged);
 }
@@ -496,10 +457,7 @@ Status CollapseRound::EmptyNodes()
     const Result<Merging> merging = this->MergingOf(block);
     const Result<bool> taken =
       merging ? this->TakeMore(block, merging->ExcessOfNodes()) : merging.GetError();
-    if (!taken)
-    {
-      return taken.GetError();
-    }
+    KDSTREAM_TRY(taken);
     more += *taken ? 1 : 0;
   }
   Status shared = this->Blocks.Sum(std::span(&more, 1));
@@ -508,20 +466,14 @@ Status CollapseRound::EmptyNodes()
     shared = this->ShareSummaries();
     shared = shared ? this->KeepTargets() : shared;
   }
-  if (!shared)
-  {
-    return shared;
-  }
+  KDSTREAM_TRY(shared);
   // Of each node; one more says that there is one.
   std::vector<std::uint64_t> full(
     (std::size_t{ 1 } << PieceDepth(Resolution::Level(this->Depth), this->Depths)) + 1, 0);
   for (std::size_t block = here.begin; block < here.end; ++block)
   {
     Result<Merging> merging = this->MergingOf(block);
-    if (!merging)
-    {
-      return merging.GetError();
-    }
+    KDSTREAM_TRY(merging);
     const std::vector<std::uint8_t> fullHere = FullNodes(merging->ExcessOfNodes());
     if (!fullHere.empty())
     {
@@ -556,10 +508,7 @@ Result<Merging> CollapseRound::MergingOf(std::size_t block)
   const Result<std::vector<VertexId>> ghosts = lists
                                                  ? this->Blocks.GhostTargets(TargetStage::Merged)
                                                  : Result<std::vector<VertexId>>(lists.GetError());
-  if (!ghosts)
-  {
-    return ghosts.GetError();
-  }
+  KDSTREAM_TRY(ghosts);
   if (this->LoadedBlock != block)
   {
     this->Engine.reset();
@@ -592,26 +541,17 @@ Status CollapseRound::Finish()
 Status CollapseRound::FinishBlock(std::size_t block)
 {
   Result<Merging> merging = this->MergingOf(block);
-  if (!merging)
-  {
-    return merging.GetError();
-  }
+  KDSTREAM_TRY(merging);
   if (!this->Full.empty())
   {
     merging->GroupNodes(this->Full, this->Sheets);
     const Result<std::vector<VertexId>> ghosts = this->Blocks.GhostTargets(TargetStage::Grouped);
-    if (!ghosts)
-    {
-      return ghosts.GetError();
-    }
+    KDSTREAM_TRY(ghosts);
     merging->SetGhosts(*ghosts);
     merging->GroupLoose(); // what has lost its last triangles by that
   }
   const Result<const CollapseState*> state = this->Blocks.Load(block);
-  if (!state)
-  {
-    return state.GetError();
-  }
+  KDSTREAM_TRY(state);
   std::vector<VertexId> parents;
   CollapseState coarser =
     MakeCoarser(**state, *merging, this->Space, this->How, parents, this->Exec);

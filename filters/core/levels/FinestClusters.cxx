@@ -68,10 +68,7 @@ public:
     std::vector<VertexId> root(this->Points.size());
     std::vector<std::uint8_t> surface(this->Points.size(), 0);
     this->FindSheets(root, surface);
-    if (Status status = this->Exec.Report("levels", 0.1); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->Exec.Report("levels", 0.1));
     const std::vector<VertexId> clusterBegin = this->NumberClusters(root, surface);
     if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
     {
@@ -82,10 +79,7 @@ public:
     root.clear();
     root.shrink_to_fit();
     this->SumClusters(clusterBegin, surface);
-    if (Status status = this->Exec.Report("levels", 0.3); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->Exec.Report("levels", 0.3));
     if (this->Options.joinCoincident)
     {
       JoinCoincidentClusters(this->Output, this->Below);

@@ -31,10 +31,7 @@ Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
   const TreeDepths& depths, unsigned depth, std::size_t surface, SumsAside& aside)
 {
   CollapsePart part = PartOfWholeLevel(below, space);
-  if (Status status = aside.Put(below.clusters); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(aside.Put(below.clusters));
   FreeCollapse collapse(std::move(part));
   bool more = collapse.Run(surface, EdgeCollapse::any);
   for (;;)
@@ -67,14 +64,8 @@ Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
   const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside)
 {
   Result<Merging> merging = MergeEdges(below, space, depths, depth, surface, aside);
-  if (!merging)
-  {
-    return merging;
-  }
-  if (Status status = aside.Return(below.clusters); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(merging);
+  KDSTREAM_TRY(aside.Return(below.clusters));
   const std::vector<std::uint8_t> full = FullNodes(merging->ExcessOfNodes());
   if (!full.empty())
   {

@@ -197,10 +197,7 @@ Result<AttributeSums> AttributeSums::FromBytes(
   }
   sums.Clusters = sums.Record == 0 ? 0 : bytes.size() / sums.Record;
   sums.Records = std::move(bytes);
-  if (Status status = sums.Check(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(sums.Check());
   return sums;
 }
 

@@ -88,10 +88,7 @@ Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count,
     {
       status = sum(std::span<std::uint64_t>(bins));
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     std::size_t bin = 0;
     while (rest > bins[bin])
     {

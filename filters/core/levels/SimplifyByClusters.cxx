@@ -39,10 +39,7 @@ Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clus
   finestOnly.coarsestDepth = tree.depths.finest;
   Result<ClusterLevels> levels =
     BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, finestOnly, execution);
-  if (!levels)
-  {
-    return levels.GetError();
-  }
+  KDSTREAM_TRY(levels);
   AddLevelAttributes(mesh, *levels);
   return std::move(levels->levels.back());
 }

@@ -66,10 +66,7 @@ Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalar
   Mesh mesh;
   mesh.scalarType = scalarType;
   GluedArrays arrays(mesh.attributes);
-  if (Status status = arrays.Start(partitions); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(arrays.Start(partitions));
   struct Own
   {
     VertexId first;

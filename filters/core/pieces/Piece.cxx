@@ -10,8 +10,6 @@ namespace kdstream
 namespace
 {
 
-constexpr unsigned previewLevel = 11; // a piece of a level holds about 2^11 cells
-
 Error Bad(const std::string& what)
 {
   return { ErrorCode::InvalidInput, "piece: " + what };
@@ -212,15 +210,9 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   }
   for (const auto check : { CheckKeys, CheckOwnKeys, CheckReach })
   {
-    if (Status status = check(piece, depths); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(check(piece, depths));
   }
-  if (Status status = CheckTriangles(piece); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckTriangles(piece));
   if (Status status =
         CheckAttributes(piece.attributes, piece.positions.size(), piece.triangles.size());
       !status)

@@ -229,10 +229,7 @@ Result<FaceClustering> ClusterFaces(std::span<const Vec3> points,
     }
     const double done =
       double(triangles.size() - nodes.size()) / double(triangles.size() - std::max(wanted, 1U));
-    if (Status status = execution.Report("faces", done); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(execution.Report("faces", done));
   }
   clustering.clusters = static_cast<std::uint32_t>(nodes.size());
   return clustering;

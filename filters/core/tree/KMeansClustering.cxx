@@ -56,10 +56,7 @@ struct Surface
 Result<Surface> MakeSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
 {
   const Box box = BoxOfPoints(points);
-  if (Status status = CheckExtent(box); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckExtent(box));
   double side = 0;
   for (std::size_t k = 0; k < 3; ++k)
   {
@@ -374,10 +371,7 @@ public:
   {
     const Result<FaceClustering> faces =
       ClusterFaces(this->Mesh.points, triangles, count, execution);
-    if (!faces)
-    {
-      return faces.GetError();
-    }
+    KDSTREAM_TRY(faces);
     const std::vector<Corner> corners = this->CornersByDistance(triangles, *faces);
     std::vector<std::uint32_t> size(faces->clusters, 0);
     for (const std::uint32_t c : faces->clusterOf)
@@ -438,10 +432,7 @@ public:
     Execution quiet = execution;
     quiet.progress = [&](std::string_view, double) { return execution.progress("seeds", 1); };
     const Result<KdTree> tree = BuildKdTree(points, options, quiet);
-    if (!tree)
-    {
-      return tree.GetError();
-    }
+    KDSTREAM_TRY(tree);
     for (std::size_t i = 0; i < count; ++i)
     {
       this->Add(loose[tree->order[(2 * i + 1) * loose.size() / (2 * count)]]);
@@ -517,10 +508,7 @@ Result<std::vector<VertexId>> SpreadSeeds(
   {
     const double share = double(large.count) / double(surface.points.size()) * clusters;
     const auto count = static_cast<std::uint32_t>(std::max(1.0, std::floor(share + 0.5)));
-    if (Status status = seeds.AddOnFaces(large.triangles, count, execution); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(seeds.AddOnFaces(large.triangles, count, execution));
   }
   if (Status status = seeds.AddLoose(large.vertices, clusters - seeds.Get().size(), execution);
       !status)
@@ -600,34 +588,19 @@ Result<Clustering> ClusterByKMeans(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KMeansOptions& options, const Execution& execution)
 {
   const Result<std::uint32_t> clusters = CountOf(points.size(), options);
-  if (!clusters)
-  {
-    return clusters.GetError();
-  }
+  KDSTREAM_TRY(clusters);
   const Result<Surface> surface = MakeSurface(points, triangles);
-  if (!surface)
-  {
-    return surface.GetError();
-  }
+  KDSTREAM_TRY(surface);
   Result<std::vector<VertexId>> seeds = SpreadSeeds(*surface, *clusters, execution);
-  if (!seeds)
-  {
-    return seeds.GetError();
-  }
+  KDSTREAM_TRY(seeds);
   Growth growth(*surface, options, *clusters);
   for (std::uint32_t i = 0; i + 1 < options.iterations; ++i)
   {
-    if (Status status = execution.Report("k-means", double(i) / options.iterations); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(execution.Report("k-means", double(i) / options.iterations));
     *seeds = Centres(surface->points, growth.Grow(*seeds), *clusters);
   }
   std::vector<std::uint32_t> clusterOf = growth.Grow(*seeds);
-  if (Status status = execution.Report("k-means", 1); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(execution.Report("k-means", 1));
   return Number(std::move(clusterOf), *clusters);
 }
 

@@ -86,10 +86,7 @@ Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& ex
       }
     });
   Status status = BuildRecordTree<Scalar>(records, 0, 0, tree.depths, tree.boxes, execution);
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   ForEachBlock(points.size(), execution,
     [&](std::size_t, std::size_t begin, std::size_t end)
     {
@@ -199,15 +196,9 @@ Result<KdTree> BuildKdTree(
   std::span<const Vec3> points, const KdTreeOptions& options, const Execution& execution)
 {
   Result<TreeDepths> depths = ComputeDepths(points.size(), options);
-  if (!depths)
-  {
-    return depths.GetError();
-  }
+  KDSTREAM_TRY(depths);
   const Survey survey = SurveyPoints(points, execution);
-  if (Status status = CheckExtent(survey.box); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckExtent(survey.box));
   KdTree tree;
   tree.depths = *depths;
   tree.order.resize(points.size());
@@ -225,10 +216,7 @@ Result<KdTree> BuildKdTree(
   tree.boxes.resize(std::size_t{ 2 } << depths->partition);
   const Status status = survey.fitFloats ? BuildWith<float>(points, tree, execution)
                                          : BuildWith<double>(points, tree, execution);
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   return tree;
 }
 

@@ -146,10 +146,7 @@ Result<std::vector<Cell>> SplitByCount(
       octree.Split(cell, [&](const Cell& child) { next.push_back(child); });
     }
     cells = std::move(next);
-    if (Status status = execution.Report("octree", 0.5); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(execution.Report("octree", 0.5));
   }
   std::vector<std::vector<Cell>> leavesOf(cells.size());
   execution.parallelFor(cells.size(), 1,
@@ -207,10 +204,7 @@ Result<Searched> SearchCount(Octree& octree, std::uint32_t wanted, const Executi
     }
     most = open.empty() ? 1 : open.top().Size();
     const double done = std::min(1.0, double(leaves) / double(wanted));
-    if (Status status = execution.Report("octree", 0.5 + 0.5 * done); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(execution.Report("octree", 0.5 + 0.5 * done));
   }
   Searched result{ std::move(closed), most };
   for (; !open.empty(); open.pop())
@@ -280,46 +274,28 @@ Status CheckOptions(std::size_t vertices, const OctreeOptions& options)
 Result<OctreeClustering> ClusterByOctree(
   std::span<const Vec3> points, const OctreeOptions& options, const Execution& execution)
 {
-  if (Status status = CheckOptions(points.size(), options); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckOptions(points.size(), options));
   const Box box = BoxOfPoints(points);
-  if (Status status = CheckExtent(box); !status)
-  {
-    return status.GetError();
-  }
-  if (Status status = execution.Report("octree", 0); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckExtent(box));
+  KDSTREAM_TRY(execution.Report("octree", 0));
   Octree octree(points, box, execution);
   Searched found;
   found.most = options.verticesPerPartition;
   if (options.partitions)
   {
     Result<Searched> searched = SearchCount(octree, *options.partitions, execution);
-    if (!searched)
-    {
-      return searched.GetError();
-    }
+    KDSTREAM_TRY(searched);
     found = std::move(*searched);
   }
   else
   {
     Result<std::vector<Cell>> leaves = SplitByCount(octree, found.most, execution);
-    if (!leaves)
-    {
-      return leaves.GetError();
-    }
+    KDSTREAM_TRY(leaves);
     found.leaves = std::move(*leaves);
   }
   OctreeClustering clustering = octree.Number(found.leaves);
   clustering.verticesPerPartition = found.most;
-  if (Status status = execution.Report("octree", 1); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(execution.Report("octree", 1));
   return clustering;
 }
 

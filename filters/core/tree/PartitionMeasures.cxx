@@ -190,16 +190,10 @@ Spread SpreadOf(std::span<const double> values)
 Result<PartitionMeasures> MeasurePartitions(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const Clustering& clustering, const Execution& execution)
 {
-  if (Status status = CheckClustering(points.size(), clustering); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(CheckClustering(points.size(), clustering));
   double unit = 1;
   const Result<std::vector<Vec3>> scaled = Scale(points, unit);
-  if (!scaled)
-  {
-    return scaled.GetError();
-  }
+  KDSTREAM_TRY(scaled);
   PartitionMeasures result;
   std::vector<PartitionMeasure>& partitions = result.partitions;
   partitions.resize(clustering.clusters);
@@ -208,10 +202,7 @@ Result<PartitionMeasures> MeasurePartitions(std::span<const Vec3> points,
     ++partitions[cluster].vertices;
   }
   std::vector<PartitionEdge> edges = AddTriangles(*scaled, triangles, clustering, partitions);
-  if (Status status = execution.Report("measures", 0.3); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(execution.Report("measures", 0.3));
   AddBoundaries(*scaled, edges, partitions);
 
   std::vector<double> vertices, counts, compactness;
@@ -231,10 +222,7 @@ Result<PartitionMeasures> MeasurePartitions(std::span<const Vec3> points,
   result.triangles = SpreadOf(counts);
   result.compactness = SpreadOf(compactness);
   result.measured = compactness.size();
-  if (Status status = execution.Report("measures", 1); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(execution.Report("measures", 1));
   return result;
 }
 

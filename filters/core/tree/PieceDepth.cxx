@@ -4,6 +4,12 @@
 
 namespace kdstream
 {
+namespace
+{
+
+constexpr unsigned previewLevel = 11; // a piece of a level holds about 2^11 cells
+
+}
 
 unsigned PieceDepth(Resolution resolution, const TreeDepths& depths)
 {

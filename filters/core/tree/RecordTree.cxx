@@ -49,10 +49,7 @@ public:
         });
       cells = std::move(halves);
       const double done = double(d + 1 - depth) / (2 * forkDepths);
-      if (Status status = execution.Report("tree", done); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(execution.Report("tree", done));
     }
     return this->BuildSubtrees(cells, forked, index, execution);
   }
@@ -74,10 +71,7 @@ private:
           }
         });
       const double done = double(first + count) / double(cells.size());
-      if (Status status = execution.Report("tree", 0.5 + 0.5 * done); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(execution.Report("tree", 0.5 + 0.5 * done));
     }
     return {};
   }

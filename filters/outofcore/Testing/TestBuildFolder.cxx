@@ -39,19 +39,13 @@ Status MakeNumbers(BuildFolder& folder)
   std::iota(numbers.begin(), numbers.end(), 1U);
   PhaseFile files[] = { { "numbers", {} }, { "nothing", {} } };
   Result<SpillFile> file = folder.Files().CreateFile("numbers", 0);
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   RecordWriter<std::uint64_t> writer(*file, 0, 3000);
   for (const std::uint64_t number : numbers)
   {
     writer.Append(number);
   }
-  if (Status status = writer.Finish(); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(writer.Finish());
   files[0].file = std::move(*file);
   BlobWriter blob;
   blob.Add(std::uint64_t{ count });
@@ -110,10 +104,7 @@ Result<std::vector<std::uint64_t>> Build(BuildFolder& folder)
   {
     status = Sum(folder);
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   BlobReader blob = folder.BlobOf("squares");
   EXPECT_EQ(blob.ReadList<double>(), (std::vector<double>{ 1.5, -2 }));
   EXPECT_EQ(blob.ReadText(), "squares");

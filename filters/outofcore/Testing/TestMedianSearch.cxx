@@ -38,10 +38,7 @@ public:
       std::vector<OrderKey> some(this->Keys.begin() + std::ptrdiff_t(begin),
         this->Keys.begin() + std::ptrdiff_t(std::min(this->Keys.size(), begin + block)));
       some.resize(filter(begin / block % 3, some));
-      if (Status status = take(some); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(take(some));
     }
     return this->GoOn();
   }

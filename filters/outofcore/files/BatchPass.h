@@ -73,14 +73,8 @@ public:
             }
           }
         });
-      if (Status status = this->FirstError(used); !status)
-      {
-        return status;
-      }
-      if (Status status = after(used, last); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->FirstError(used));
+      KDSTREAM_TRY(after(used, last));
       begin = last;
     }
     return {};

@@ -17,10 +17,7 @@ Result<BucketFile> BucketFile::Create(SpillFolder& folder, std::string_view purp
   result.Buckets.resize(buckets);
   const std::uint64_t bytes = expectedRecords * recordBytes;
   Result<SpillFile> file = folder.CreateFile(purpose, bytes);
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   result.File = std::move(*file);
   return result;
 }
@@ -51,10 +48,7 @@ Status BucketFile::Finish()
   {
     if (!bucket.open.empty())
     {
-      if (Status status = this->Flush(bucket); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Flush(bucket));
     }
     bucket.open = {};
   }
@@ -86,10 +80,7 @@ Status BucketFile::ForEachBlock(
     {
       status = visit(block);
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
   }
   return {};
 }

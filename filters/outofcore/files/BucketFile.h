@@ -77,10 +77,7 @@ public:
   {
     Result<BucketFile> file =
       BucketFile::Create(folder, purpose, sizeof(Record), buckets, expectedRecords, memory);
-    if (!file)
-    {
-      return file.GetError();
-    }
+    KDSTREAM_TRY(file);
     return RecordBuckets(std::move(*file));
   }
 
@@ -129,10 +126,7 @@ public:
         {
           Record record;
           std::memcpy(&record, records.data() + at, sizeof(Record));
-          if (Status status = visit(record); !status)
-          {
-            return status;
-          }
+          KDSTREAM_TRY(visit(record));
         }
         return {};
       });

@@ -53,10 +53,7 @@ Status ForEachLoaded(
           step(which);
         }
       });
-    if (!used)
-    {
-      return used;
-    }
+    KDSTREAM_TRY(used);
   }
   return {};
 }

@@ -134,10 +134,7 @@ Status ForEachBlockOf(
   for (;;)
   {
     const Result<std::span<const Record>> records = reader.Next();
-    if (!records)
-    {
-      return records.GetError();
-    }
+    KDSTREAM_TRY(records);
     if (records->empty())
     {
       return {};

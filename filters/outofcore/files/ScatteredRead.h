@@ -35,10 +35,7 @@ inline Status ReadElementsAt(const SpillFile& file, std::size_t elementBytes,
       end =
         std::max<std::uint64_t>(std::min(count, first + perPage), places[i] + std::uint64_t{ 1 });
       page.resize(static_cast<std::size_t>((end - first) * elementBytes));
-      if (Status status = file.Read(first * elementBytes, page); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(file.Read(first * elementBytes, page));
     }
     std::memcpy(out.data() + i * elementBytes, page.data() + (places[i] - first) * elementBytes,
       elementBytes);

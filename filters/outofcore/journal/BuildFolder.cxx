@@ -236,18 +236,12 @@ Result<BuildFolder> BuildFolder::Open(
   fs::path lockPath = path;
   lockPath += ".lock";
   Result<std::shared_ptr<void>> lock = Lock(lockPath, hook);
-  if (!lock)
-  {
-    return lock.GetError();
-  }
+  KDSTREAM_TRY(lock);
   if (hook)
   {
     hook(FileOperation::Create);
   }
-  if (Status status = MakeFolder(path); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(MakeFolder(path));
   auto ledger = std::make_shared<detail::SpillLedger>();
   ledger->folder = path;
   ledger->hook = std::move(hook);
@@ -357,15 +351,9 @@ Result<PhaseJournal> BuildFolder::ReadJournal() const
   }
   Result<SpillFile> file = this->OpenKept(
     path, "journal of the build", { journalName, 0, static_cast<std::uint64_t>(state.st_size), 0 });
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   std::vector<std::byte> bytes(static_cast<std::size_t>(file->Size()));
-  if (Status status = file->Read(0, bytes); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(file->Read(0, bytes));
   return DecodeJournal(bytes);
 }
 
@@ -373,19 +361,13 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
 {
   const std::vector<std::byte> bytes = EncodeJournal(journal);
   Result<SpillFile> file = this->Folder.CreateFile("entries of the journal", bytes.size());
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   Status status = file->Write(0, bytes);
   if (status)
   {
     status = file->Sync();
   }
-  if (!status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(status);
   this->Folder.Ledger->Note(FileOperation::Rename);
   if (rename(file->Path.c_str(), (this->Folder.Path() / journalName).c_str()) != 0)
   {
@@ -431,10 +413,7 @@ Status BuildFolder::Finish(std::string_view phase, const BlobWriter& blob,
     }
     entry.number = left.file.Number;
     entry.bytes = left.file.Size();
-    if (Status status = left.file.Kept ? Status{} : left.file.Sync(); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(left.file.Kept ? Status{} : left.file.Sync());
     struct stat state = {};
     if (fstat(left.file.Descriptor, &state) != 0)
     {
@@ -443,10 +422,7 @@ Status BuildFolder::Finish(std::string_view phase, const BlobWriter& blob,
     entry.changed = TimeOf(state);
   }
   const std::vector<JournalFile> released = GiveUp(journal, givenUp);
-  if (Status status = this->WriteJournal(journal); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(this->WriteJournal(journal));
   this->Journal = std::move(journal);
   for (PhaseFile& left : files)
   {

@@ -86,10 +86,7 @@ Result<PhaseJournal> DecodeJournal(std::span<const std::byte> bytes)
   {
     journal.phases.push_back(ReadPhase(reader));
   }
-  if (Status status = reader.Finish(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(reader.Finish());
   return journal;
 }
 

@@ -91,10 +91,7 @@ public:
     {
       status = this->BuildCoarse(depth);
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return std::move(this->Output);
   }
 
@@ -119,10 +116,7 @@ private:
         this->Output.clusterOfRank = std::move(*map);
       }
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     return ForEachLoaded(
       this->Mesh.BlockCount(), [&](std::size_t index) { return this->Mesh.Load(index); },
       [&](const TreeBlock& block)
@@ -154,10 +148,7 @@ private:
       leastCoincidentMemory, coincidentBytes * (this->Mesh.vertexCount >> this->Mesh.blockDepth));
     Result<RecordBuckets<Triangle>> pairs = RecordBuckets<Triangle>::Create(
       this->Folder, "coincident vertices", level.BlockCount(), this->Mesh.vertexCount, memory / 4);
-    if (!pairs)
-    {
-      return pairs.GetError();
-    }
+    KDSTREAM_TRY(pairs);
     const CellOfRank blockOf(this->Mesh.vertexCount, level.blockDepth);
     const auto add = [&](VertexId a, VertexId b) {
       return pairs->Add(blockOf(a), CollapsedTriangleOf({ a, b }));
@@ -361,10 +352,7 @@ private:
         FileLevelBlocks blocks(this->Folder, below, this->States, arrays, level, writer);
         status = this->Steps.Collapse(blocks, depth);
       }
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     this->States = std::move(states);
     level.blockDepth = below.blockDepth;

@@ -56,30 +56,21 @@ Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below,
   LevelFile& level = below.level;
   Result<SpillFile> file = folder.CreateFile(
     "parents of clusters", level.ClusterCount() * std::uint64_t{ sizeof(VertexId) });
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   level.parents = std::move(*file);
   for (std::size_t index = below.here.begin; index < below.here.end; ++index)
   {
     const VertexId first = level.begin[index], base = coarser.ClusterCount();
     ClusterBlock block;
     Status status = Load(below, index, block);
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     std::vector<VertexId> parents;
     const CollapseState made =
       MakeCoarserClusters({ block.clusters, block.cellOf, first, block.triangles, block.links },
         depth, rules, parents, execution);
     const Result<AttributeSums> sums =
       LoadAttributeSums(below.states, arrays, first, parents.size());
-    if (!sums)
-    {
-      return sums.GetError();
-    }
+    KDSTREAM_TRY(sums);
     std::vector<VertexId> lowest;
     std::transform(block.clusters.begin(), block.clusters.end(), std::back_inserter(lowest),
       [](const ClusterSum& cluster) { return cluster.lowest; });
@@ -94,10 +85,7 @@ Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below,
       status =
         report(double(index + 1 - below.here.begin) / double(below.here.end - below.here.begin));
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
   }
   return {};
 }

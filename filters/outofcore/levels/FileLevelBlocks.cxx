@@ -27,10 +27,7 @@ Status FileLevelBlocks::Begin()
     Result<SpillFile> made = this->Folder.CreateFile(
       file == &this->Below.parents ? "parents of clusters" : "targets of clusters",
       file == &this->Below.parents ? bytes : 0);
-    if (!made)
-    {
-      return made.GetError();
-    }
+    KDSTREAM_TRY(made);
     *file = std::move(*made);
   }
   return {};
@@ -44,10 +41,7 @@ double FileLevelBlocks::AreaPerCluster() const
 Result<FileLevelBlocks::LoadedBlock> FileLevelBlocks::LoadFiles(std::size_t block) const
 {
   Result<LevelBlock> loaded = LoadLevelBlock(this->Below, block);
-  if (!loaded)
-  {
-    return loaded.GetError();
-  }
+  KDSTREAM_TRY(loaded);
   Result<CollapseState> state = LoadState(this->Below, this->States, this->Arrays, *loaded);
   return state ? Result<LoadedBlock>(LoadedBlock{ std::move(*loaded), std::move(*state) })
                : state.GetError();
@@ -73,10 +67,7 @@ Result<const CollapseState*> FileLevelBlocks::Load(std::size_t block)
     Result<LoadedBlock> loaded = std::move(*this->Next);
     this->Next.reset();
     this->Ahead = none;
-    if (!loaded)
-    {
-      return loaded.GetError();
-    }
+    KDSTREAM_TRY(loaded);
     this->Current = std::move(*loaded);
     this->Loaded = block;
   }
@@ -94,10 +85,7 @@ Status FileLevelBlocks::KeepLists(std::size_t block, std::vector<MergeList>&& li
     all += list.merges.size();
   }
   Result<SpillFile> file = this->Folder.CreateFile("merges", all * sizeof(Merge));
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   kept.merges = std::move(*file);
   RecordWriter<Merge> writer(kept.merges);
   for (const MergeList& list : lists)
@@ -126,10 +114,7 @@ Result<std::vector<MergeList>*> FileLevelBlocks::Lists(std::size_t block)
     {
       std::vector<Merge>& merges = this->CurrentLists[i].merges;
       merges.resize(kept.counts[i]);
-      if (Status status = ReadRecords<Merge>(kept.merges, first, std::span<Merge>(merges)); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(ReadRecords<Merge>(kept.merges, first, std::span<Merge>(merges)));
       first += merges.size();
     }
     this->LoadedLists = block;
@@ -166,10 +151,7 @@ Status FileLevelBlocks::KeepCoarser(
 {
   const VertexId first = this->Below.begin[block], base = this->Coarser.begin.back();
   Result<AttributeSums> sums = LoadAttributeSums(this->States, this->Arrays, first, parents.size());
-  if (!sums)
-  {
-    return sums.GetError();
-  }
+  KDSTREAM_TRY(sums);
   const std::span<const VertexId> lowest = std::span(this->Current.state.level.lowest)
                                              .subspan(this->Current.state.ownBegin, parents.size());
   Status status =

@@ -93,10 +93,7 @@ Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level)
           [&](const Triangle& t)
           { return t[0] >= level.begin[block] && t[0] < level.begin[block + 1]; });
       });
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
   }
   return all;
 }
@@ -104,10 +101,7 @@ Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level)
 Result<LevelBlock> LoadWholeLevel(const LevelFile& level)
 {
   Result<std::vector<Triangle>> triangles = LoadAllTriangles(level);
-  if (!triangles)
-  {
-    return triangles.GetError();
-  }
+  KDSTREAM_TRY(triangles);
   LevelBlock whole;
   whole.clusters.resize(level.ClusterCount());
   std::iota(whole.clusters.begin(), whole.clusters.end(), VertexId{ 0 });
@@ -120,10 +114,7 @@ Status ImageWriter::Begin(std::uint64_t expected)
 {
   Result<SpillFile> file =
     this->Folder.CreateFile("triangles of a level", expected * sizeof(Triangle));
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   this->Level.triangles = std::move(*file);
   this->Level.triangleBegin.assign(1, 0);
   return {};

@@ -18,10 +18,7 @@ Status LevelLinks::Load(
 Status LinkWriter::Begin(SpillFolder& folder)
 {
   Result<SpillFile> file = folder.CreateFile("links of clusters", 0);
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   this->Links.file = std::move(*file);
   this->Links.begin.assign(1, 0);
   return {};

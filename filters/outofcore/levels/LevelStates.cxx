@@ -18,10 +18,7 @@ Status MakeFile(SpillFolder& folder, SpillFile& file, std::string_view purpose, 
     return {};
   }
   Result<SpillFile> made = folder.CreateFile(purpose, count * elementBytes);
-  if (!made)
-  {
-    return made.GetError();
-  }
+  KDSTREAM_TRY(made);
   file = std::move(*made);
   return {};
 }
@@ -187,10 +184,7 @@ Result<CollapseState> LoadState(
   {
     status = LoadSums(states, block, state);
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   state.level.triangles = std::move(block.triangles);
   return state;
 }

@@ -126,10 +126,7 @@ Status LevelSteps::BuildFinestBlock(
   Result<FinestClusters> finest = BuildFinestClusters(
     { block.mesh.points, block.mesh.triangles, tree, buckets, this->Space.origin, block.ids },
     this->OptionsFor(block), quiet);
-  if (!finest)
-  {
-    return finest.GetError();
-  }
+  KDSTREAM_TRY(finest);
   CollapseState state;
   if (!this->Clusters)
   {
@@ -204,29 +201,17 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
   }
   ReturnFreeMemory(); // of the rounds, before a whole level and all that its collapse takes
   Result<LevelBlock> whole = LoadWholeLevel(level);
-  if (!whole)
-  {
-    return whole.GetError();
-  }
+  KDSTREAM_TRY(whole);
   Result<CollapseState> state = LoadState(level, states, this->LevelsArrays, *whole);
-  if (!state)
-  {
-    return state.GetError();
-  }
+  KDSTREAM_TRY(state);
   states.sums = {};
   states.components = {};
   Result<std::vector<ClusterLevel>> levels =
     this->MakeCoarse(folder, std::move(*state), level, links);
-  if (!levels)
-  {
-    return levels.GetError();
-  }
+  KDSTREAM_TRY(levels);
   Result<AttributeSums> sums =
     LoadAttributeSums(states, this->LevelsArrays, 0, level.ClusterCount());
-  if (!sums)
-  {
-    return sums.GetError();
-  }
+  KDSTREAM_TRY(sums);
   states = {};
   for (unsigned d = level.depth; d-- > 0;)
   {
@@ -236,10 +221,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
   }
   Result<SpillFile> parents = folder.CreateFile(
     "parents of clusters", level.ClusterCount() * std::uint64_t{ sizeof(VertexId) });
-  if (!parents)
-  {
-    return parents.GetError();
-  }
+  KDSTREAM_TRY(parents);
   level.parents = std::move(*parents);
   const std::vector<VertexId>& parentOf = (*levels)[level.depth].parents;
   const Status status =
@@ -259,10 +241,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::MakeCoarse(
       this->Options, aside, this->Exec);
   }
   std::vector<Triangle> triangles;
-  if (Status status = links.Load(0, level.BlockCount(), triangles); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(links.Load(0, level.BlockCount(), triangles));
   std::vector<Link> pairs;
   std::for_each(
     triangles.begin(), triangles.end(), [&](const Triangle& link) { AppendLinkOf(link, pairs); });

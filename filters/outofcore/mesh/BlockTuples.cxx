@@ -52,10 +52,7 @@ public:
       const std::span<const TuplePlace> run = places.first(this->RunLength(places));
       const std::uint64_t first = run.front().source;
       bytes.resize(static_cast<std::size_t>((run.back().source - first + 1) * this->TupleBytes));
-      if (Status status = file.Read(first * this->TupleBytes, bytes); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(file.Read(first * this->TupleBytes, bytes));
       for (const TuplePlace& place : run)
       {
         this->Place(

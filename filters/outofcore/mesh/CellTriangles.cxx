@@ -51,21 +51,12 @@ Status BucketRanks(const SpillFile& records, std::uint32_t count, const MapSecti
   while (rank < count)
   {
     const auto block = reader.Next();
-    if (!block)
-    {
-      return block.GetError();
-    }
+    KDSTREAM_TRY(block);
     for (const PointRecord<Scalar>& record : *block)
     {
-      if (Status status = buckets.Add(sections.Of(record.id), { record.id, rank++ }); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(buckets.Add(sections.Of(record.id), { record.id, rank++ }));
     }
-    if (Status status = execution.Report(step, 0.5 * double(rank) / double(count)); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(execution.Report(step, 0.5 * double(rank) / double(count)));
   }
   return buckets.Finish();
 }
@@ -77,10 +68,7 @@ Result<VertexMap> RankAtOnce(SpillFolder& folder, const SpillFile& records, std:
 {
   Result<SpillFile> file =
     folder.CreateFile("ranks of vertices", std::uint64_t{ count } * sizeof(VertexId));
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   std::vector<VertexId> ranks(count);
   Status status = FillRanks<Scalar>(records, ranks, memory, execution);
   if (status)
@@ -181,10 +169,7 @@ Result<VertexMap> RankVertices(SpillFolder& folder, const SpillFile& records, st
       status = execution.Report(step, 0.5 + 0.5 * double(sections.End(section)) / double(count));
     }
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   return map;
 }
 
@@ -245,10 +230,7 @@ Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& fold
 {
   Result<RecordBuckets<NumberedTriangle>> cells = RecordBuckets<NumberedTriangle>::Create(
     folder, "triangles of cells", cellOf.Count(), count, memory / 4);
-  if (!cells)
-  {
-    return cells.GetError();
-  }
+  KDSTREAM_TRY(cells);
   std::vector<CellRuns> runs;
   const auto add = [&](std::span<const NumberedTriangle> block) -> Status
   {
@@ -277,10 +259,7 @@ Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& fold
   {
     status = cells->Finish();
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   return std::move(*cells);
 }
 

@@ -23,16 +23,10 @@ Status ForEachRank(const SpillFile& records, std::uint32_t count, const Visit& v
   for (VertexId rank = 0; rank < count;)
   {
     const auto block = reader.Next();
-    if (!block)
-    {
-      return block.GetError();
-    }
+    KDSTREAM_TRY(block);
     for (const PointRecord<Scalar>& vertex : *block)
     {
-      if (Status status = visit(RankedPlace(vertex, rank++)); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(visit(RankedPlace(vertex, rank++)));
     }
   }
   return {};
@@ -55,10 +49,7 @@ Status ForEachCoincidentPair(SpillFolder& folder, const SpillFile& records, std:
   }
   Result<RecordBuckets<PointRecord<Scalar>>> sorted = RecordBuckets<PointRecord<Scalar>>::Create(
     folder, "places", static_cast<std::size_t>(buckets), count, memory / 4);
-  if (!sorted)
-  {
-    return sorted.GetError();
-  }
+  KDSTREAM_TRY(sorted);
   Status status = ForEachRank<Scalar>(records, count,
     [&](const PointRecord<Scalar>& vertex)
     {

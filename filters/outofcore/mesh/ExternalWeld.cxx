@@ -55,19 +55,13 @@ public:
   Result<ExternalWeld> Weld()
   {
     Result<RecordBuckets<Twin>> twins = this->MakeBuckets<Twin>("equal vertices");
-    if (!twins)
-    {
-      return twins.GetError();
-    }
+    KDSTREAM_TRY(twins);
     Status status = this->FindTwins(*twins);
     if (status)
     {
       status = twins->Finish();
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     ExternalWeld result;
     if (this->Twins == 0)
     {
@@ -75,16 +69,10 @@ public:
       return result;
     }
     Result<VertexMap> map = this->MakeMap(*twins);
-    if (!map)
-    {
-      return map.GetError();
-    }
+    KDSTREAM_TRY(map);
     result.welded = this->Twins;
     status = this->Compact(*map, result.vertices);
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     result.map = std::move(*map);
     return result;
   }
@@ -131,10 +119,7 @@ private:
         }
         status = visit(first + static_cast<VertexId>(i), std::span<const std::byte>(key));
       }
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -158,10 +143,7 @@ private:
     if (count > 1)
     {
       const Result<std::uint64_t> most = this->FindRepeated();
-      if (!most)
-      {
-        return most.GetError();
-      }
+      KDSTREAM_TRY(most);
       count = this->BucketsFor(*most);
     }
     KeyTable table(this->KeyBytes);
@@ -181,10 +163,7 @@ private:
     }
     Result<BucketFile> buckets = this->BucketVertices(count);
     this->Repeated.reset();
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     const std::size_t stride = this->KeyBytes + sizeof(VertexId);
     std::uint64_t done = 0;
     for (std::size_t b = 0; b < count; ++b)
@@ -207,10 +186,7 @@ private:
       {
         status = this->Report(0.4, 0.8, done);
       }
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -241,10 +217,7 @@ private:
       },
       [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); });
     repeated.Finish();
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     // Each has one before it in its class, but for the first of the class.
     return std::min<std::uint64_t>(
       this->Input.count, 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 }));
@@ -308,10 +281,7 @@ private:
     const std::size_t stride = this->KeyBytes + sizeof(VertexId);
     Result<BucketFile> buckets = BucketFile::Create(
       this->Folder, "vertices by hash", stride, count, this->Input.count, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     std::vector<std::byte> record(stride);
     Status status = this->ForEachRepeated(
       [&](VertexId id, std::span<const std::byte> key) -> Status
@@ -326,10 +296,7 @@ private:
     {
       status = buckets->Finish();
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return buckets;
   }
 
@@ -365,10 +332,7 @@ private:
           return {};
         });
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return map;
   }
 
@@ -395,10 +359,7 @@ private:
       {
         status = WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries));
       }
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return byLowest.Finish();
   }
@@ -466,10 +427,7 @@ private:
         if (at == block.size())
         {
           const Result<std::span<const VertexId>> read = numbers.Next();
-          if (!read)
-          {
-            return read.GetError();
-          }
+          KDSTREAM_TRY(read);
           block = *read;
           at = 0;
         }

@@ -79,10 +79,7 @@ public:
     {
       status = this->ReadTriangles();
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return std::move(this->Output);
   }
 
@@ -96,10 +93,7 @@ private:
     {
       none.push_back({ attribute, {} });
     }
-    if (Status status = CheckAttributes(none, 0, 0); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(CheckAttributes(none, 0, 0));
     output.vertices.tupleBytes = TupleBytes(output.attributes, AttributeAssociation::Point);
     output.cellTupleBytes = TupleBytes(output.attributes, AttributeAssociation::Cell);
     // What the header claims is not taken from the disk: nobody knows yet whether it is true.
@@ -114,10 +108,7 @@ private:
       if (file != nullptr)
       {
         Result<SpillFile> made = this->Folder.CreateFile(purpose, 0);
-        if (!made)
-        {
-          return made.GetError();
-        }
+        KDSTREAM_TRY(made);
         *file = std::move(*made);
       }
     }
@@ -178,10 +169,7 @@ private:
       {
         used = this->ReportRead();
       }
-      if (!used)
-      {
-        return used;
-      }
+      KDSTREAM_TRY(used);
     }
     return found ? Status{} : Status(found.GetError());
   }

@@ -45,24 +45,15 @@ public:
     Result<std::uint32_t> most = this->Options.partitions
                                    ? this->SearchSize(*this->Options.partitions)
                                    : Result<std::uint32_t>(this->Options.verticesPerPartition);
-    if (!most)
-    {
-      return most.GetError();
-    }
+    KDSTREAM_TRY(most);
     Result<ExternalOctree> octree = this->Cluster(*most, false, this->Searched, 0.9);
-    if (!octree)
-    {
-      return octree.GetError();
-    }
+    KDSTREAM_TRY(octree);
     ExternalPartitions result;
     result.begin.assign(octree->clusterBegin.begin(), octree->clusterBegin.end());
     octree->clusterBegin = {};
     result.records = std::move(octree->records);
     result.depths = DepthsOfClusters(result.begin.size() - 1);
-    if (Status status = this->FindBoxes(result); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->FindBoxes(result));
     result.recordsRead = this->RecordsRead + this->Count;
     return result;
   }
@@ -122,17 +113,11 @@ private:
       // Outwards first: an octree has a few times as many partitions as it must, not many times.
       const std::uint64_t next = std::min(2 * most, most + (above - most) / 2);
       const Result<std::uint64_t> clusters = this->CountClusters(next);
-      if (!clusters)
-      {
-        return clusters.GetError();
-      }
+      KDSTREAM_TRY(clusters);
       (*clusters >= wanted ? most : above) = next;
       (*clusters >= wanted ? *ofMost : ofAbove) = *clusters;
     }
-    if (!ofMost)
-    {
-      return ofMost.GetError();
-    }
+    KDSTREAM_TRY(ofMost);
     const bool fewer = *ofMost > wanted && *ofMost - wanted >= wanted - ofAbove;
     return static_cast<std::uint32_t>(fewer ? above : most);
   }
@@ -147,10 +132,7 @@ private:
     for (std::uint64_t rank = 0; rank < this->Count;)
     {
       const Result<std::span<const Record>> block = reader.Next();
-      if (!block)
-      {
-        return block.GetError();
-      }
+      KDSTREAM_TRY(block);
       for (const Record& record : *block)
       {
         partition += rank++ == result.begin[partition + 1] ? 1 : 0;
@@ -158,10 +140,7 @@ private:
           Vec3{ double(record.p[0]), double(record.p[1]), double(record.p[2]) });
       }
       const double done = 0.9 + 0.1 * double(rank) / double(this->Count);
-      if (Status status = this->Exec.Report("octree", done); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Exec.Report("octree", done));
     }
     AddBoxesAbove(result.boxes);
     return {};

@@ -102,10 +102,7 @@ public:
       [](std::size_t) {});
     this->Repeated.Finish();
     const auto most = 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 });
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     if (most * sizeof(std::uint64_t) > this->Memory / 2)
     {
       return std::optional<std::uint64_t>{};
@@ -119,10 +116,7 @@ public:
       },
       [&](std::size_t slot)
       { shared.insert(shared.end(), this->Hashes[slot].begin(), this->Hashes[slot].end()); });
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     const std::uint64_t alone = this->Count - shared.size();
     std::sort(shared.begin(), shared.end());
     const auto end = std::unique(shared.begin(), shared.end());
@@ -182,10 +176,7 @@ Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf&
   for (std::uint64_t done = 0; done < count; done += hashes.size())
   {
     const auto block = reader.Next();
-    if (!block)
-    {
-      return block.GetError();
-    }
+    KDSTREAM_TRY(block);
     hashes.resize(block->size());
     execution.parallelFor(hashes.size(), grain,
       [&](std::size_t begin, std::size_t end)
@@ -199,10 +190,7 @@ Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf&
       });
     for (const std::uint64_t hash : hashes)
     {
-      if (Status status = visit(hash); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(visit(hash));
     }
     if (Status status = execution.Report(step, double(done + hashes.size()) / double(count));
         !status)
@@ -241,10 +229,7 @@ Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile
   }
   Result<RecordBuckets<std::uint64_t>> sorted = RecordBuckets<std::uint64_t>::Create(
     folder, "hashes of places", static_cast<std::size_t>(buckets), count, memory / 4);
-  if (!sorted)
-  {
-    return sorted.GetError();
-  }
+  KDSTREAM_TRY(sorted);
   Status status = ForEachHash<Scalar>(records, count, placeOf, execution,
     [&](std::uint64_t hash)
     { return sorted->Add(static_cast<std::size_t>(((hash >> 32) * buckets) >> 32), hash); });

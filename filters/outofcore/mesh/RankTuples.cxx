@@ -35,16 +35,10 @@ public:
   {
     Result<SpillFile> sorted = this->Folder.CreateFile(
       "attributes of vertices", std::uint64_t{ this->Ranks.count } * this->TupleBytes);
-    if (!sorted)
-    {
-      return sorted.GetError();
-    }
+    KDSTREAM_TRY(sorted);
     const Status status =
       this->Sections.Number() <= 1 ? this->SortAtOnce(*sorted) : this->SortBySections(*sorted);
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     return sorted;
   }
 
@@ -82,10 +76,7 @@ private:
       {
         status = this->Report(0, end, first + ranks.size());
       }
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -114,10 +105,7 @@ private:
     Result<BucketFile> buckets =
       BucketFile::Create(this->Folder, "attributes of vertices with their ranks", stride,
         this->Sections.Number(), this->Ranks.count, this->Memory / 4);
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     std::vector<std::byte> record(stride);
     Status status = this->ForEachTuple(0.5,
       [&](VertexId rank, Bytes tuple)

@@ -39,10 +39,7 @@ public:
         status = this->LoadGhosts(vertices.subspan(own));
       }
     }
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     this->NumberTriangles(this->NumberVertices(order));
     return std::move(this->Block);
   }
@@ -56,10 +53,7 @@ private:
   Status LoadTriangles(const RecordBuckets<NumberedTriangle>& triangles)
   {
     Result<std::vector<NumberedTriangle>> read = triangles.ReadAll(this->Block.cell);
-    if (!read)
-    {
-      return read.GetError();
-    }
+    KDSTREAM_TRY(read);
     this->Triangles = std::move(*read);
     const auto earlier = [](const NumberedTriangle& a, const NumberedTriangle& b)
     { return a.number < b.number; };

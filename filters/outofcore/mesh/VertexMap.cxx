@@ -51,10 +51,7 @@ private:
 
   Status MapAtOnce()
   {
-    if (Status status = this->Map.count > 0 ? this->Load(0) : Status{}; !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Map.count > 0 ? this->Load(0) : Status{});
     const std::uint64_t most = RecordsOfBlock<NumberedTriangle>(
       static_cast<std::size_t>(std::min<std::uint64_t>(this->Memory / 16, 4 * spillBlockBytes)));
     std::vector<NumberedTriangle> blocks[2]; // one is given away while the other is read
@@ -105,37 +102,22 @@ private:
   Status MapBySections()
   {
     Result<CornerBuckets> buckets = this->MakeBuckets();
-    if (!buckets)
-    {
-      return buckets.GetError();
-    }
+    KDSTREAM_TRY(buckets);
     RecordReader<NumberedTriangle> reader(this->Triangles, 0, this->Count);
     for (std::uint64_t done = 0; done < this->Count;)
     {
       const Result<std::span<const NumberedTriangle>> block = reader.Next();
-      if (!block)
-      {
-        return block.GetError();
-      }
+      KDSTREAM_TRY(block);
       for (const NumberedTriangle& t : *block)
       {
-        if (Status status = buckets->Add(this->Sections.Of(t.corners[0]), t); !status)
-        {
-          return status;
-        }
+        KDSTREAM_TRY(buckets->Add(this->Sections.Of(t.corners[0]), t));
       }
       done += block->size();
-      if (Status status = this->Report(done, 4 * this->Count); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Report(done, 4 * this->Count));
     }
     for (std::size_t corner = 0; corner < 3; ++corner)
     {
-      if (Status status = this->MapCorner(*buckets, corner); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->MapCorner(*buckets, corner));
     }
     return {};
   }
@@ -148,10 +130,7 @@ private:
     if (status && corner < 2)
     {
       Result<CornerBuckets> made = this->MakeBuckets();
-      if (!made)
-      {
-        return made.GetError();
-      }
+      KDSTREAM_TRY(made);
       next.emplace(std::move(*made));
     }
     std::vector<NumberedTriangle> mapped;

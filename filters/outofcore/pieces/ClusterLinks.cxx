@@ -23,10 +23,7 @@ Result<ParentLinks> ReadParents(const ExternalLevels& levels, unsigned depth, st
     return links;
   }
   Result<std::vector<VertexId>> parents = ReadInterval<VertexId>(level.parents, begin, end);
-  if (!parents)
-  {
-    return parents.GetError();
-  }
+  KDSTREAM_TRY(parents);
   const VertexId count = ClusterCount(levels, depth - 1);
   const auto least = std::min_element(parents->begin(), parents->end());
   const auto most = std::max_element(parents->begin(), parents->end());
@@ -52,10 +49,7 @@ Result<ParentLinks> ReadParents(const ExternalLevels& levels, unsigned depth, st
 Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std::size_t block)
 {
   Result<ParentLinks> above = ReadParents(levels, depth, block);
-  if (!above)
-  {
-    return above.GetError();
-  }
+  KDSTREAM_TRY(above);
   const LevelFile& level = levels.files[depth];
   const VertexId begin = level.begin[block], end = level.begin[block + 1];
   ClusterLinks links;

@@ -40,16 +40,10 @@ Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
   for (std::size_t block = 0; inFiles > 0 && block < level.BlockCount(); ++block)
   {
     const Result<ParentLinks> above = ReadParents(levels, inFiles, block);
-    if (!above)
-    {
-      return above.GetError();
-    }
+    KDSTREAM_TRY(above);
     const Result<std::vector<VertexId>> ofBlock =
       ReadInterval<VertexId>(numbers.first[inFiles], level.begin[block], level.begin[block + 1]);
-    if (!ofBlock)
-    {
-      return ofBlock.GetError();
-    }
+    KDSTREAM_TRY(ofBlock);
     LowerFirst(above->parents, *ofBlock,
       std::span(first[inFiles - 1]).subspan(above->begin, above->end - above->begin));
   }
@@ -64,17 +58,11 @@ Result<std::vector<ReachedNode>> ReadReachOfParents(
   const ExternalLevels& levels, const ExternalNumbers& numbers, unsigned depth, std::size_t block)
 {
   const Result<ParentLinks> above = ReadParents(levels, depth, block);
-  if (!above)
-  {
-    return above.GetError();
-  }
+  KDSTREAM_TRY(above);
   const ReachFile& file = numbers.reach[depth];
   Result<std::vector<ReachedNode>> below =
     ReadInterval<ReachedNode>(file.nodes, file.begin[block], file.begin[block + 1]);
-  if (!below)
-  {
-    return below;
-  }
+  KDSTREAM_TRY(below);
   for (ReachedNode& entry : *below)
   {
     entry.cluster -= levels.files[depth].begin[block];
@@ -151,10 +139,7 @@ private:
   {
     Result<SpillFile> made = this->Folder.CreateFile(
       purpose, std::uint64_t{ this->Levels.files[depth].ClusterCount() } * bytes);
-    if (!made)
-    {
-      return made.GetError();
-    }
+    KDSTREAM_TRY(made);
     file = std::move(*made);
     return {};
   }
@@ -188,10 +173,7 @@ private:
     {
       SpillFile file;
       Status status = this->Create("positions of clusters", d, sizeof(VertexId), file);
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
       status = this->ForEachBlock(d,
         [&](std::size_t block, VertexId begin, VertexId)
         {
@@ -209,10 +191,7 @@ private:
           const std::vector<VertexId> positions = PositionsDepthFirst(links->Links(), *ofParents);
           return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(positions));
         });
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
       above = std::move(file);
     }
     this->Positions = std::move(above);
@@ -223,10 +202,7 @@ private:
   {
     SpillFile& file = this->Numbers.first[this->Stitch];
     const Status status = this->Create("numbers of a level", this->Stitch, sizeof(VertexId), file);
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     const unsigned blockDepth = this->Levels.files[this->Stitch].blockDepth;
     return this->ForEachBlock(this->Stitch,
       [&](std::size_t block, VertexId begin, VertexId end)
@@ -253,10 +229,7 @@ private:
   {
     SpillFile& file = this->Numbers.first[depth - 1];
     const Status status = this->Create("numbers of a level", depth - 1, sizeof(VertexId), file);
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     return this->ForEachBlock(depth,
       [&](std::size_t block, VertexId begin, VertexId end)
       {
@@ -285,10 +258,7 @@ private:
     {
       const Result<std::vector<std::vector<VertexId>>> first =
         FirstAboveFiles(this->Levels, this->Numbers);
-      if (!first)
-      {
-        return first.GetError();
-      }
+      KDSTREAM_TRY(first);
       whole = PlacesOf(first->back());
     }
     Status status;
@@ -311,22 +281,13 @@ private:
     std::span<const VertexId> whole)
   {
     const Result<ParentLinks> above = ReadParents(this->Levels, depth, block);
-    if (!above)
-    {
-      return above.GetError();
-    }
+    KDSTREAM_TRY(above);
     const Result<std::vector<VertexId>> first =
       ReadInterval<VertexId>(this->Numbers.first[depth], begin, end);
-    if (!first)
-    {
-      return first.GetError();
-    }
+    KDSTREAM_TRY(first);
     const Result<std::vector<VertexId>> ofParents =
       ValuesOfParents(*above, depth > 0 ? &this->Numbers.ranks[depth - 1] : nullptr, whole);
-    if (!ofParents)
-    {
-      return ofParents.GetError();
-    }
+    KDSTREAM_TRY(ofParents);
     const std::vector<VertexId> order = OrderByKey(*first);
     std::vector<VertexId> ranks(order.size());
     std::vector<RankedCluster> ranked;
@@ -361,10 +322,7 @@ private:
         file.begin.push_back(written);
       }
       const Result<std::vector<ReachedNode>> reach = finder(block);
-      if (!reach)
-      {
-        return reach.GetError();
-      }
+      KDSTREAM_TRY(reach);
       status = WriteRecords<ReachedNode>(file.nodes, written, std::span<const ReachedNode>(*reach));
       written += reach->size();
     }
@@ -384,10 +342,7 @@ private:
         const VertexId begin = level.begin[block];
         const Result<std::vector<VertexId>> first =
           ReadInterval<VertexId>(this->Numbers.first[this->Stitch], begin, level.begin[block + 1]);
-        if (!first)
-        {
-          return first.GetError();
-        }
+        KDSTREAM_TRY(first);
         std::vector<ReachedNode> reach = ReachOfStitch(tree, *first);
         for (ReachedNode& entry : reach)
         {
@@ -421,10 +376,7 @@ Status SpreadFile(SpillFolder& folder, BlockTeam& team, std::uint64_t count, Spi
   {
     Result<SpillFile> made =
       folder.CreateFile("numbers of the first process", count * sizeof(VertexId));
-    if (!made)
-    {
-      return made.GetError();
-    }
+    KDSTREAM_TRY(made);
     file = std::move(*made);
   }
   Status status;

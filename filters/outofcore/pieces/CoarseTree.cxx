@@ -32,10 +32,7 @@ Status CoarseTree::Load(BlockTeam& team)
 Status CoarseTree::LoadWhole()
 {
   Result<std::vector<std::vector<VertexId>>> first = FirstAboveFiles(this->Levels, this->Numbers);
-  if (!first)
-  {
-    return first.GetError();
-  }
+  KDSTREAM_TRY(first);
   this->FirstOfWhole = std::move(*first);
   for (std::size_t d = 0; d < this->WholeLevels.size(); ++d)
   {
@@ -69,10 +66,7 @@ Status CoarseTree::LoadReach()
   {
     const Result<std::vector<ReachedNode>> ofBlock =
       ReadReachOfParents(this->Levels, this->Numbers, inFiles, block);
-    if (!ofBlock)
-    {
-      return ofBlock.GetError();
-    }
+    KDSTREAM_TRY(ofBlock);
     reach.insert(reach.end(), ofBlock->begin(), ofBlock->end());
   }
   reach = ReachOfParents(reach, this->PlacesAboveFiles);
@@ -131,10 +125,7 @@ Status CoarseTree::AppendOwn(const CellRange& own, VertexTreeLevel& level) const
   const std::size_t last = (*this->PartitionOf)(static_cast<VertexId>(first + own.size - 1));
   const Result<std::vector<RankedCluster>> clusters = ReadInterval<RankedCluster>(
     this->Numbers.ranked[this->Input.depths.stitch], begin, this->StitchBegin[last + 1]);
-  if (!clusters)
-  {
-    return clusters.GetError();
-  }
+  KDSTREAM_TRY(clusters);
   for (std::size_t i = 0; i < clusters->size(); ++i)
   {
     level.first.push_back((*clusters)[i].first);
@@ -191,10 +182,7 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
   Status status = this->AppendHolders(ghosts.first(before), levels[stitch]);
   status = status ? this->AppendOwn(own, levels[stitch]) : status;
   status = status ? this->AppendHolders(ghosts.subspan(before), levels[stitch]) : status;
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   for (std::size_t d = stitch; d > this->Levels.firstInFiles; --d)
   {
     std::vector<VertexId>& parents = levels[d].parents; // ranks so far
@@ -210,10 +198,7 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
     std::vector<RankedCluster> clusters(ranks.size());
     status = ReadRecordsAt<RankedCluster>(
       this->Numbers.ranked[d - 1], ranks, std::span<RankedCluster>(clusters));
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     levels[d - 1].parents.reserve(clusters.size());
     for (const RankedCluster& cluster : clusters)
     {

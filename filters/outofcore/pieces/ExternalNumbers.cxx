@@ -83,15 +83,9 @@ public:
     }
     for (unsigned d = stitch + 1; d <= finest; ++d)
     {
-      if (Status status = this->NumberLevel(d); !status)
-      {
-        return status.GetError();
-      }
+      KDSTREAM_TRY(this->NumberLevel(d));
     }
-    if (Status status = this->NumberOriginal(); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->NumberOriginal());
     return std::move(this->Numbers);
   }
 
@@ -171,10 +165,7 @@ private:
         });
       for (const Status& status : statuses)
       {
-        if (!status)
-        {
-          return status;
-        }
+        KDSTREAM_TRY(status);
       }
       this->BlocksDone += statuses.size();
       if (Status status =
@@ -191,14 +182,8 @@ private:
   {
     const LevelFile& level = this->Levels.files[depth];
     Result<SpillFile> file = this->CreateFile("numbers of a level", level.ClusterCount());
-    if (!file)
-    {
-      return file.GetError();
-    }
-    if (Status status = this->FetchFirstOfParents(level); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(file);
+    KDSTREAM_TRY(this->FetchFirstOfParents(level));
     if (Status status = this->ForEachBlock(level.blockDepth,
           [&](std::size_t block) { return this->NumberClusters(depth, block, *file); });
         !status)
@@ -214,17 +199,11 @@ private:
   Status NumberClusters(unsigned depth, std::size_t block, SpillFile& file) const
   {
     const Result<ClusterLinks> links = ReadLinks(this->Levels, depth, block);
-    if (!links)
-    {
-      return links.GetError();
-    }
+    KDSTREAM_TRY(links);
     // Parents are the clusters of the same cell of the tree: an interval too.
     const Result<std::vector<VertexId>> above =
       ReadInterval<VertexId>(this->Numbers.first[depth - 1], links->above.begin, links->above.end);
-    if (!above)
-    {
-      return above.GetError();
-    }
+    KDSTREAM_TRY(above);
     const std::vector<VertexId> first =
       FirstOfChildren(links->Links(), links->counts, *above, this->Exec);
     return WriteRecords<VertexId>(
@@ -234,14 +213,8 @@ private:
   Status NumberOriginal()
   {
     Result<SpillFile> file = this->CreateFile("numbers of the vertices", this->Input.vertexCount);
-    if (!file)
-    {
-      return file.GetError();
-    }
-    if (Status status = this->FetchFirstOfFinest(); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(file);
+    KDSTREAM_TRY(this->FetchFirstOfFinest());
     if (Status status = this->ForEachBlock(this->Input.blockDepth,
           [&](std::size_t block) { return this->NumberBlock(this->Input.RangeOf(block), *file); });
         !status)
@@ -274,10 +247,7 @@ private:
     const Result<RankedPoints> points = this->Input.floats
                                           ? ReadPoints<float>(this->Input.records, range, byId)
                                           : ReadPoints<double>(this->Input.records, range, byId);
-    if (!points)
-    {
-      return points.GetError();
-    }
+    KDSTREAM_TRY(points);
     std::vector<VertexId> clusterOfRank(points->ranks.size());
     if (Status status = ReadRecords<VertexId>(
           this->Levels.clusterOfRank, range.begin, std::span<VertexId>(clusterOfRank));
@@ -288,10 +258,7 @@ private:
     const VertexId beginCluster = *std::min_element(clusterOfRank.begin(), clusterOfRank.end());
     const Result<std::vector<VertexId>> first =
       this->FirstOfFinest(range, beginCluster, clusterOfRank);
-    if (!first)
-    {
-      return first.GetError();
-    }
+    KDSTREAM_TRY(first);
     std::vector<VertexId> clusterOf(clusterOfRank.size());
     for (std::size_t i = 0; i < clusterOf.size(); ++i)
     {
@@ -324,10 +291,7 @@ private:
     }
     Result<std::vector<VertexId>> first =
       ReadInterval<VertexId>(this->Numbers.first[finest], begin, std::uint64_t{ last } + 1);
-    if (!first)
-    {
-      return first;
-    }
+    KDSTREAM_TRY(first);
     std::vector<VertexId> counts(first->size(), 0);
     for (const VertexId cluster : clusterOf)
     {

@@ -39,10 +39,7 @@ Result<std::vector<Attribute>> ReadBlockTuples(
     return arrays;
   }
   std::vector<std::byte> tuples(count * tupleBytes);
-  if (Status status = ReadBlockElements(file, tupleBytes, block, tuples); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(ReadBlockElements(file, tupleBytes, block, tuples));
   std::size_t offset = 0;
   for (Attribute& array : arrays)
   {
@@ -63,17 +60,11 @@ Result<ClusterLevel> ReadBlockLevel(
 {
   ClusterLevel level;
   Result<std::vector<Attribute>> arrays = ReadBlockTuples(file.tuples, attributes, block);
-  if (!arrays)
-  {
-    return arrays.GetError();
-  }
+  KDSTREAM_TRY(arrays);
   level.attributes = std::move(*arrays);
   const Result<std::vector<ClusterRecord>> clusters =
     ReadBlockRecords<ClusterRecord>(file.clusters, block);
-  if (!clusters)
-  {
-    return clusters.GetError();
-  }
+  KDSTREAM_TRY(clusters);
   level.positions.reserve(clusters->size());
   level.deviations.reserve(clusters->size());
   for (const ClusterRecord& cluster : *clusters)
@@ -104,10 +95,7 @@ public:
 
   Status Walk()
   {
-    if (Status status = this->Coarse.Load(this->Team); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Coarse.Load(this->Team));
     this->Tree.depths = this->Input.depths;
     this->Tree.partitionBegin = PartitionsOfCell(this->Input, 0, 0);
     this->Tree.levels = this->Coarse.Whole();
@@ -119,10 +107,7 @@ public:
                       : this->Team.IsFirst()         ? this->VisitWhole(d)
                                                      : Status{};
       status = status ? this->Finish(Resolution::Level(d)) : status;
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     const Status status = this->VisitOriginal();
     return status ? this->Finish(Resolution::Original()) : status;
@@ -230,21 +215,12 @@ private:
   {
     const LevelFile& file = this->Levels.files[depth];
     Result<LevelBlock> block = LoadLevelBlock(file, index);
-    if (!block)
-    {
-      return block.GetError();
-    }
+    KDSTREAM_TRY(block);
     const Result<std::vector<VertexId>> first =
       ReadBlockRecords<VertexId>(this->Numbers.first[depth], *block);
-    if (!first)
-    {
-      return first.GetError();
-    }
+    KDSTREAM_TRY(first);
     Result<ClusterLevel> level = ReadBlockLevel(file, this->Levels.attributes, *block);
-    if (!level)
-    {
-      return level.GetError();
-    }
+    KDSTREAM_TRY(level);
     OrderedLevel ordered = OrderLevel(std::move(*level), *first, {}, this->Exec);
     LevelPart part;
     part.level = std::move(ordered.level);
@@ -256,10 +232,7 @@ private:
     const CellRange own = RangeOfCell(this->Input.vertexCount, file.blockDepth, index);
     Result<std::vector<VertexTreeLevel>> above =
       this->Coarse.AncestorsOf(own, Outside(part.level.first, own));
-    if (!above)
-    {
-      return above.GetError();
-    }
+    KDSTREAM_TRY(above);
     part.above = std::move(*above);
     if (depth == this->Input.depths.stitch)
     {
@@ -275,19 +248,13 @@ private:
   {
     Result<std::vector<VertexId>> ranks =
       ReadBlockRecords<VertexId>(this->Numbers.ranks[depth], block);
-    if (!ranks)
-    {
-      return ranks.GetError();
-    }
+    KDSTREAM_TRY(ranks);
     std::sort(ranks->begin(), ranks->end());
     level.ranks = std::move(*ranks);
     const ReachFile& file = this->Numbers.reach[depth];
     Result<std::vector<ReachedNode>> reach =
       ReadInterval<ReachedNode>(file.nodes, file.begin[index], file.begin[index + 1]);
-    if (!reach)
-    {
-      return reach.GetError();
-    }
+    KDSTREAM_TRY(reach);
     const VertexId first = this->Levels.files[depth].begin[index];
     for (ReachedNode& entry : *reach)
     {
@@ -323,21 +290,12 @@ private:
       [&](std::size_t i) -> Result<Part>
       {
         Result<TreeBlock> block = this->Input.Load(here.begin + i, BlockOrder::ByRank);
-        if (!block)
-        {
-          return block.GetError();
-        }
+        KDSTREAM_TRY(block);
         Result<std::vector<VertexId>> numbers = this->NumbersOf(block->ranks);
-        if (!numbers)
-        {
-          return numbers.GetError();
-        }
+        KDSTREAM_TRY(numbers);
         Result<std::vector<VertexTreeLevel>> above =
           this->AncestorsOf(this->Input.RangeOf(here.begin + i), *numbers);
-        if (!above)
-        {
-          return above.GetError();
-        }
+        KDSTREAM_TRY(above);
         return Part{ std::move(*block), std::move(*numbers), std::move(*above) };
       },
       [&](Part& part)

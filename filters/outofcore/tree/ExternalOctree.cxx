@@ -81,17 +81,11 @@ public:
     {
       status = this->CreateWorkFile(this->Work);
     }
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Cube = OctreeCube(all.box);
     const bool isLeaf = this->Count <= this->Options.verticesPerPartition;
     status = this->Descend({ 0, 0, this->Count, isLeaf }, this->Points);
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     this->Octree.clusterBegin.push_back(this->Count);
     this->Octree.records = std::move(this->Work);
     if (!this->Options.keepPoints)
@@ -113,10 +107,7 @@ private:
   {
     Result<SpillFile> created =
       this->Folder.CreateFile("points of the octree", this->Count * sizeof(Record));
-    if (!created)
-    {
-      return created.GetError();
-    }
+    KDSTREAM_TRY(created);
     file = std::move(*created);
     return {};
   }
@@ -148,27 +139,18 @@ private:
       to = this->Options.keepPoints ? &this->SecondWork : &this->Points;
       if (!to->IsOpen())
       {
-        if (Status status = this->CreateWorkFile(*to); !status)
-        {
-          return status;
-        }
+        KDSTREAM_TRY(this->CreateWorkFile(*to));
       }
     }
     CountedCells counted;
     std::vector<Group> groups;
-    if (Status status = this->Distribute(cell, file, *to, counted, groups); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Distribute(cell, file, *to, counted, groups));
     for (const Group& group : groups)
     {
       const bool fits = group.size <= this->GroupRecords;
       Status status =
         fits ? this->FinishInMemory(group, counted, *to) : this->Descend(group.cells.front(), *to);
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -187,20 +169,11 @@ private:
     for (std::uint64_t at = leaf.begin; at < leaf.begin + leaf.size;)
     {
       const Result<std::span<const Record>> block = reader.Next();
-      if (!block)
-      {
-        return block.GetError();
-      }
-      if (Status status = WriteRecords<Record>(this->Work, at, *block); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(block);
+      KDSTREAM_TRY(WriteRecords<Record>(this->Work, at, *block));
       at += block->size();
       this->Done += block->size();
-      if (Status status = this->Report(); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Report());
     }
     return {};
   }
@@ -247,10 +220,7 @@ private:
           return {};
         },
         [&](std::size_t, std::uint64_t) { return this->Report(); });
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
       for (const std::vector<std::uint32_t>& counts : ofSlot)
       {
         std::transform(
@@ -378,10 +348,7 @@ private:
     const auto size = static_cast<std::size_t>(group.size);
     std::vector<Record> records(size);
     Status status = ReadRecords<Record>(file, group.begin, std::span<Record>(records));
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
     std::vector<Item> items = this->ItemsOf(records, group, counted);
     std::vector<OctreeCell> leaves = this->LeavesOf(group, items);
     for (const OctreeCell& leaf : leaves)
@@ -557,10 +524,7 @@ Result<ExternalOctree> ClusterByExternalOctree(SpillFolder& folder, SpillFile& p
   const SpillCounts before = folder.Counts();
   ExternalOctree octree;
   Builder<Scalar> builder(folder, points, octree, options, execution);
-  if (Status status = builder.Build(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(builder.Build());
   const SpillCounts after = folder.Counts();
   octree.statistics.bytesRead = after.bytesRead - before.bytesRead;
   octree.statistics.bytesWritten = after.bytesWritten - before.bytesWritten;

@@ -72,10 +72,7 @@ public:
         for (std::size_t slot = 0; slot < used; ++slot)
         {
           const std::span<const OrderKey> keys = this->Keys[slot];
-          if (Status status = take(keys.first(this->Wanted[slot])); !status)
-          {
-            return status;
-          }
+          KDSTREAM_TRY(take(keys.first(this->Wanted[slot])));
         }
         return this->GoOn();
       });
@@ -161,10 +158,7 @@ public:
               batches.StatusOf(slot) = this->Write(this->Slots[slot]);
             }
           });
-        if (Status written = batches.FirstError(used); !written)
-        {
-          return written;
-        }
+        KDSTREAM_TRY(batches.FirstError(used));
         return report(last - this->Cell.range.begin);
       });
     for (const Slot& slot : this->Slots)
@@ -294,10 +288,7 @@ public:
     const bool fits = this->ExternalDepths == 0;
     if (!fits || this->Options.keepPoints)
     {
-      if (Status status = this->CreateWorkFile(this->Work); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->CreateWorkFile(this->Work));
     }
     FileCell root{ 0, 0, { 0, this->Count }, &this->Points, {} };
     if (Status status =
@@ -307,10 +298,7 @@ public:
     {
       return status;
     }
-    if (Status status = this->Descend(root); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Descend(root));
     this->Tree.records = this->Work.IsOpen() ? std::move(this->Work) : std::move(this->Points);
     if (!this->Options.keepPoints)
     {
@@ -324,10 +312,7 @@ private:
   {
     Result<SpillFile> created =
       this->Folder.CreateFile("points of the tree", this->Count * sizeof(Record));
-    if (!created)
-    {
-      return created.GetError();
-    }
+    KDSTREAM_TRY(created);
     file = std::move(*created);
     return {};
   }
@@ -340,17 +325,11 @@ private:
       return this->FinishInMemory(cell);
     }
     std::array<FileCell, 2> halves;
-    if (Status status = this->Split(cell, halves); !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->Split(cell, halves));
     cell.statistics = {}; // its memory is the halves' now
     for (FileCell& half : halves)
     {
-      if (Status status = this->Descend(half); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Descend(half));
       half.statistics = {};
     }
     return {};
@@ -368,19 +347,13 @@ private:
       to = this->Options.keepPoints ? &this->SecondWork : &this->Points;
       if (!to->IsOpen())
       {
-        if (Status status = this->CreateWorkFile(*to); !status)
-        {
-          return status;
-        }
+        KDSTREAM_TRY(this->CreateWorkFile(*to));
       }
     }
     const std::uint64_t lower = cell.range.size / 2;
     const std::size_t axis = LongestAxis(cell.statistics.box);
     const Result<KeyRange> median = this->Median(cell, axis, lower);
-    if (!median)
-    {
-      return median.GetError();
-    }
+    KDSTREAM_TRY(median);
     halves[0] = { cell.depth + 1, 2 * cell.index, { cell.range.begin, lower }, to, {} };
     halves[1] = { cell.depth + 1, 2 * cell.index + 1,
       { cell.range.begin + lower, cell.range.size - lower }, to, {} };
@@ -502,10 +475,7 @@ private:
       });
     for (const Status& status : statuses)
     {
-      if (!status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -559,10 +529,7 @@ Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   tree.boxes.resize(std::size_t{ 2 } << depths.partition);
   Builder<Scalar> builder(
     folder, points, tree, options, MemoryPlan(options.memory - boxBytes, recordBytes), execution);
-  if (Status status = builder.Build(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(builder.Build());
   const SpillCounts after = folder.Counts();
   tree.statistics.bytesRead = after.bytesRead - before.bytesRead;
   tree.statistics.bytesWritten = after.bytesWritten - before.bytesWritten;

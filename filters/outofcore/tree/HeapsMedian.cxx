@@ -195,10 +195,7 @@ Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search)
     MinHeap minHeap(most);
     MaxHeap maxHeap(most);
     Sides sides;
-    if (Status status = Classify(keys, range, pivot, minHeap, maxHeap, sides); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(Classify(keys, range, pivot, minHeap, maxHeap, sides));
     const std::uint64_t rank = search.rank - range.below;
     const bool isLeft = rank < sides.left.count;
     // How many keys lie between the wanted one and the pivot.

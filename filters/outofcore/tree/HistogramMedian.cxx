@@ -88,10 +88,7 @@ Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& sear
         return std::size_t{ 0 };
       },
       [](std::span<const OrderKey>) { return Status{}; });
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     std::uint64_t before = 0, inside = 0;
     std::size_t bin = 0;
     for (;; ++bin)

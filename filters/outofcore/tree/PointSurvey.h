@@ -48,10 +48,7 @@ Status SurveyPoints(
     points, 0, count,
     [&](std::size_t slot, std::span<Record> records) -> Status
     {
-      if (Status checked = CheckNumbers<Scalar>(records); !checked)
-      {
-        return checked;
-      }
+      KDSTREAM_TRY(CheckNumbers<Scalar>(records));
       ofSlot[slot].template Add<Scalar>(std::span<const Record>(records));
       return {};
     },

@@ -37,10 +37,7 @@ public:
   {
     for (std::size_t i = 0; i < this->Sources.size(); ++i)
     {
-      if (Status status = this->Push(i); !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(this->Push(i));
     }
     return {};
   }
@@ -51,10 +48,7 @@ public:
     std::pop_heap(this->Heads.begin(), this->Heads.end());
     const Head head = this->Heads.back();
     this->Heads.pop_back();
-    if (Status status = this->Push(head.source); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(this->Push(head.source));
     return head.key;
   }
 
@@ -78,10 +72,7 @@ private:
     if (source.next == source.block.size())
     {
       Result<std::span<const OrderKey>> block = source.reader.Next();
-      if (!block)
-      {
-        return block.GetError();
-      }
+      KDSTREAM_TRY(block);
       source.block = *block;
       source.next = 0;
     }
@@ -126,10 +117,7 @@ Result<std::vector<Run>> WriteRuns(KeySource& keys, std::size_t most, SpillFile&
         block = block.subspan(count);
         if (buffer.size() == most)
         {
-          if (Status written = flush(); !written)
-          {
-            return written;
-          }
+          KDSTREAM_TRY(flush());
         }
       }
       return {};
@@ -138,10 +126,7 @@ Result<std::vector<Run>> WriteRuns(KeySource& keys, std::size_t most, SpillFile&
   {
     status = flush();
   }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(status);
   return runs;
 }
 
@@ -157,24 +142,15 @@ Result<Run> MergeRuns(KeySource& keys, const SpillFile& from, SpillFile& to,
   for (std::uint64_t i = merged.begin; status && i < merged.end; ++i)
   {
     const Result<OrderKey> key = merge.Next();
-    if (!key)
-    {
-      return key.GetError();
-    }
+    KDSTREAM_TRY(key);
     writer.Append(*key);
     if (i % betweenLooks == 0)
     {
       status = keys.GoOn();
     }
   }
-  if (Status written = writer.Finish(); !written)
-  {
-    return written.GetError();
-  }
-  if (!status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(writer.Finish());
+  KDSTREAM_TRY(status);
   return merged;
 }
 
@@ -183,10 +159,7 @@ Result<OrderKey> KeyOfRank(
   const SpillFile& file, std::span<const Run> runs, std::uint64_t rank, std::size_t blockBytes)
 {
   Merge merge(file, runs, blockBytes);
-  if (Status status = merge.Start(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(merge.Start());
   for (std::uint64_t i = 0; i < rank; ++i)
   {
     if (Result<OrderKey> key = merge.Next(); !key)
@@ -203,17 +176,11 @@ Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, S
 {
   const std::uint64_t bytes = search.known.inside * sizeof(OrderKey);
   Result<SpillFile> file = folder.CreateFile("sorted keys", bytes);
-  if (!file)
-  {
-    return file.GetError();
-  }
+  KDSTREAM_TRY(file);
   const auto most =
     static_cast<std::size_t>(std::max<std::uint64_t>(2, search.memory / sizeof(OrderKey)));
   Result<std::vector<Run>> runs = WriteRuns(keys, most, *file);
-  if (!runs)
-  {
-    return runs.GetError();
-  }
+  KDSTREAM_TRY(runs);
   // One block for each run, and one to write.
   const auto blockBytes = static_cast<std::size_t>(
     std::clamp<std::uint64_t>(search.memory / 8, sizeof(OrderKey), spillBlockBytes));
@@ -222,38 +189,23 @@ Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, S
   while (runs->size() > fanIn)
   {
     Result<SpillFile> merged = folder.CreateFile("merged keys", bytes);
-    if (!merged)
-    {
-      return merged.GetError();
-    }
+    KDSTREAM_TRY(merged);
     std::vector<Run> fewer;
     for (std::size_t i = 0; i < runs->size(); i += fanIn)
     {
       const std::span<const Run> group =
         std::span<const Run>(*runs).subspan(i, std::min(fanIn, runs->size() - i));
       const Result<Run> run = MergeRuns(keys, *file, *merged, group, blockBytes);
-      if (!run)
-      {
-        return run.GetError();
-      }
+      KDSTREAM_TRY(run);
       fewer.push_back(*run);
     }
     *runs = std::move(fewer);
     *file = std::move(*merged);
-    if (Status status = keys.OwnPass(); !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(keys.OwnPass());
   }
-  if (Status status = keys.OwnPass(); !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(keys.OwnPass());
   const Result<OrderKey> key = KeyOfRank(*file, *runs, search.rank, blockBytes);
-  if (!key)
-  {
-    return key.GetError();
-  }
+  KDSTREAM_TRY(key);
   return KeyRange{ *key, *key, search.rank, 1 };
 }
 

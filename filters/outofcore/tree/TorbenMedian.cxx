@@ -69,10 +69,7 @@ Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search)
         return std::size_t{ 0 };
       },
       [](std::span<const OrderKey>) { return Status{}; });
-    if (!status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(status);
     Counted all;
     for (const Counted& counted : ofSlot)
     {

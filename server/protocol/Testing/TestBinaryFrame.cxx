@@ -41,10 +41,7 @@ std::vector<Bytes> Cut(
 Result<std::optional<FrameAssembler::Blob>> Give(FrameAssembler& assembler, const Bytes& message)
 {
   const auto frame = ParseFrame(message);
-  if (!frame)
-  {
-    return frame.GetError();
-  }
+  KDSTREAM_TRY(frame);
   return assembler.Accept(*frame);
 }
 

@@ -80,17 +80,11 @@ Result<Mesh> ReadDragon()
 {
   Mesh mesh;
   auto reader = MeshReader::Open(KDSTREAM_DRAGON);
-  if (!reader)
-  {
-    return reader.GetError();
-  }
+  KDSTREAM_TRY(reader);
   for (const auto& read : { (*reader)->ReadVertices(mesh, ~std::size_t{ 0 }),
          (*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }) })
   {
-    if (!read)
-    {
-      return read.GetError();
-    }
+    KDSTREAM_TRY(read);
   }
   return mesh;
 }

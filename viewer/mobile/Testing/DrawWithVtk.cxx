@@ -21,10 +21,7 @@ using namespace kdstream::test;
 Status DrawTo(const std::string& file, vtkRenderWindow& window)
 {
   const Result<Picture> picture = Pixels(window);
-  if (!picture)
-  {
-    return picture.GetError();
-  }
+  KDSTREAM_TRY(picture);
   WritePngFile(file, picture->rgb, picture->width, picture->height);
   return {};
 }
@@ -32,10 +29,7 @@ Status DrawTo(const std::string& file, vtkRenderWindow& window)
 Status DrawAll(const ComparedScene& compared)
 {
   const auto window = MakeOffscreenWindow(WindowBackend::Egl, compared.width, compared.height);
-  if (!window)
-  {
-    return window.GetError();
-  }
+  KDSTREAM_TRY(window);
   SurfaceScene drawn;
   (*window)->AddRenderer(&drawn.Renderer());
   SceneStyle style;
@@ -47,24 +41,15 @@ Status DrawAll(const ComparedScene& compared)
          drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }),
          DrawTo(compared.name + usualSuffix, **window) })
   {
-    if (!status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(status);
   }
   auto* fill = vtkLight::SafeDownCast(drawn.Renderer().GetLights()->GetItemAsObject(1));
   fill->SwitchOff();
-  if (Status status = DrawTo(compared.name + darkerSuffix, **window); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(DrawTo(compared.name + darkerSuffix, **window));
   fill->SwitchOn();
   drawn.Renderer().GradientBackgroundOff();
   drawn.Renderer().SetBackground(0.0, 0.0, 0.0);
-  if (Status status = DrawTo(compared.name + blackSuffix, **window); !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(DrawTo(compared.name + blackSuffix, **window));
   drawn.Renderer().SetBackground(1.0, 1.0, 1.0);
   return DrawTo(compared.name + whiteSuffix, **window);
 }

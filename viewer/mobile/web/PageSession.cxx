@@ -75,10 +75,7 @@ PageSession::PageSession(std::function<double()> clock)
 Status PageSession::SetModels(std::string_view json)
 {
   auto models = protocol::ParseModelList(json);
-  if (!models)
-  {
-    return models.GetError();
-  }
+  KDSTREAM_TRY(models);
   this->Viewer.SetModels(std::move(*models));
   this->Listed = true;
   return {};

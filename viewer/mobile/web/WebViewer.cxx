@@ -1,5 +1,5 @@
 // The viewer of the page: a session, its line to the server and its picture, as plain functions for
-// page.js. Step "draw" of the README's picture.
+// page.js. Step "render" of the README's picture.
 //
 // Texts and bytes go in through one buffer: page.js asks for room (ViewerInbox), copies them there,
 // and calls a function that takes what is there. Texts come out through another: a function fills

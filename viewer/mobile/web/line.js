@@ -1,4 +1,5 @@
-// The page's sockets: does what the viewer's line to the server wants, and tells it what happened.
+// The page's sockets: does what the viewer's line to the server wants, and tells it what happened. Step "receive" of
+// the README's picture.
 
 import { Action } from "./viewer.js";
 

@@ -112,10 +112,7 @@ Result<RecordedInput> TakeInput(std::string_view& text)
     return Wrong("a line without an end");
   }
   auto line = ParseLine(text.substr(0, end));
-  if (!line)
-  {
-    return line.GetError();
-  }
+  KDSTREAM_TRY(line);
   text.remove_prefix(end + 1);
   auto& [input, bytes] = *line;
   if (bytes > 0)
