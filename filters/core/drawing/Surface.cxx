@@ -5,7 +5,7 @@
 //   move up.
 #include "filters/core/drawing/Surface.h"
 
-#include "filters/core/levels/ClusterLevels.h"
+#include "filters/core/SortTriangles.h"
 
 #include <algorithm>
 #include <map>

@@ -1,6 +1,6 @@
 #include "filters/core/pieces/Piece.h"
 
-#include "filters/core/levels/ClusterLevels.h"
+#include "filters/core/SortTriangles.h"
 
 #include <algorithm>
 #include <cmath>
