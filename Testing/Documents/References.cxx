@@ -88,21 +88,6 @@ void BlankBetween(std::string& text, std::string_view open, std::string_view clo
   }
 }
 
-// Blanks links, words and target.
-void BlankLinks(std::string& text)
-{
-  for (std::size_t at = text.find("]("); at != std::string::npos; at = text.find("](", at + 1))
-  {
-    const std::size_t begin = text.rfind('[', at), end = text.find(')', at);
-    if (begin != std::string::npos && end != std::string::npos)
-    {
-      std::replace_if(
-        text.begin() + static_cast<long>(begin), text.begin() + static_cast<long>(end) + 1,
-        [](char c) { return c != '\n'; }, ' ');
-    }
-  }
-}
-
 // Blocks of code begin and end with a line of ```.
 std::string WithoutCode(std::string text)
 {
@@ -154,8 +139,8 @@ RunningText CommentsOf(std::string_view path, std::string_view text)
 
 RunningText ProseOf(std::string text)
 {
-  // Links are looked at elsewhere; addresses are none of ours.
-  BlankLinks(text);
+  // Where links lead is looked at elsewhere; addresses are none of ours.
+  BlankBetween(text, "](", ")");
   for (const std::string_view scheme : { "https:", "http:" })
   {
     BlankBetween(text, scheme, " ");
@@ -367,12 +352,14 @@ private:
     }
   }
 
-  // A document by its path from the root, or of a document also from there.
+  // A source names a document by its path from the root, a document by the end of its path.
   void CheckCitation(const std::string& name, std::string_view behind, std::size_t line)
   {
-    const std::string path =
-      !this->Exists(name) && IsDocument(this->File) ? this->FromFile(name) : name;
-    const auto document = this->Documents.find(path);
+    const auto document =
+      IsDocument(this->File)
+        ? std::find_if(this->Documents.begin(), this->Documents.end(),
+            [&](const auto& each) { return ("/" + each.first).ends_with("/" + name); })
+        : this->Documents.find(name);
     if (document == this->Documents.end())
     {
       this->Report(line, "there is no " + name);
@@ -387,7 +374,7 @@ private:
       {
         anchor.pop_back();
       }
-      this->CheckAnchor(path, anchor, line);
+      this->CheckAnchor(document->first, anchor, line);
       return;
     }
     if (!behind.starts_with(", ") && !behind.starts_with(" ("))
@@ -401,7 +388,7 @@ private:
       const std::string section(behind.substr(0, behind.find_first_not_of("0123456789")));
       if (document->second.sections.count(section) == 0)
       {
-        this->Report(line, path + " has no section " + section);
+        this->Report(line, document->first + " has no section " + section);
       }
     }
     else if (behind.starts_with("\""))
@@ -409,7 +396,7 @@ private:
       const std::string title(behind.substr(1, behind.find('"', 1) - 1));
       if (document->second.titles.count(title) == 0)
       {
-        this->Report(line, path + " has no \"" + title + "\"");
+        this->Report(line, document->first + " has no \"" + title + "\"");
       }
     }
   }

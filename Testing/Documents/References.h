@@ -31,8 +31,8 @@ std::string AnchorOfHeading(const std::string& heading);
 // In documents and in comments of sources:
 //   - files and folders of the tree by their path, or the end of it; sources by their name alone;
 //   - tests by their name;
-//   - documents by their path from the root; behind it may follow "#anchor", ", section 3" or, in
-//     quotes, a title: a heading, or the bold words at the beginning of a line;
+//   - documents by their path, which sources give from the root; what may follow it is "#anchor",
+//     ", section 3", or a title in quotes: a heading, or the bold words that begin a line;
 //   - decisions by their number.
 std::vector<std::string> FindDeadReferences(const SourceTree& tree);
 

@@ -47,8 +47,8 @@ TEST(References, ThatLeadSomewhereAreFound)
       "[twice](guide.md#dev-1)", "[folder](decisions/)", "[out](https://example.org/x.md#y)",
       "`[no link](nowhere.md)`", "```\n[no link](nowhere.png)\n```",
       "[up](../filters/core/Piece.h)", "`filters/core/Piece.h`, Piece.h, core/Piece.h",
-      "doc/decisions/0007-order.md", "decision 7", "TestOrder", "a Test of ours",
-      "filters/core/*.h and filters/core/Pie{ce,t}.h", "Data/models/dragon.ply" })
+      "doc/decisions/0007-order.md, guide.md", "[guide.md](guide.md)", "decision 7", "TestOrder",
+      "a Test of ours", "filters/core/*.h and filters/core/Pie{ce,t}.h", "Data/models/dragon.ply" })
   {
     EXPECT_EQ(DeadIn("doc/page.md", text), std::vector<std::string>{}) << text;
   }
@@ -75,6 +75,7 @@ TEST(References, ThatLeadNowhereAreNamedWithTheirLine)
     { "a file Gone.cxx", "doc/page.md:1: there is no Gone.cxx" },
     { "a\n\nTestGone", "doc/page.md:3: there is no test TestGone" },
     { "see\ndecision 8", "doc/page.md:2: there is no decision 8" },
+    { "[decision 9](guide.md)", "doc/page.md:1: there is no decision 9" },
     { "see CLI.md", "doc/page.md:1: there is no CLI.md" }
   };
   for (const auto& [text, dead] : inDocuments)
