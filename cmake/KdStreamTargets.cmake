@@ -18,7 +18,8 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   add_compile_options(-fno-tree-slp-vectorize)
 endif()
 
-# Every target of ours: C++20, strict warnings, no fused multiply-add (DESIGN 3.2: the same bits everywhere).
+# Every target of ours: C++20, strict warnings, no fused multiply-add (the same bits everywhere:
+# doc/design.md#deterministic).
 # kdstream_configure_target(target [FEATURES PRIVATE cxx_std_17]): another language than C++20 for all.
 function(kdstream_configure_target target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FEATURES")

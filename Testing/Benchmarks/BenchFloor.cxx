@@ -1,5 +1,6 @@
 // The floor under kdstream-build: the least that cuts a mesh into partitions, written as plainly as
-// one would (DESIGN section 11). One thread, everything in memory, no checks, no levels, no codec.
+// one would (doc/benchmarks.md#floors-and-peers). One thread, everything in memory, no checks, no
+// levels, no codec.
 //   BenchFloor INPUT.ply OUTPUT [VERTICES_PER_PARTITION]
 // Reads what kdstream-generate writes (binary little-endian, float x y z, triangles of uint);
 // steps: fread; k-d tree by std::nth_element on (coordinate, id); bucket the triangles; of each

@@ -1,5 +1,5 @@
-// The Stanford dragon through the whole of core: the real scan that the promises of DESIGN section
-// 3 are kept on.
+// The Stanford dragon through the whole of core: the real scan that
+// doc/design.md#promises are kept on.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/build/Builder.h"

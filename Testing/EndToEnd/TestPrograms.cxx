@@ -1,4 +1,5 @@
-// kdstream-build and kdstream-store as CLI.md describes them: what they write, say and return.
+// kdstream-build and kdstream-store as doc/cli.md describes them: what they write, say and
+// return.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"

@@ -1,4 +1,5 @@
-// kdstream-build: a mesh file in, a store out. Step "build" of the README's picture.
+// kdstream-build: a mesh file in, a store out. Step "build" of the README's picture. The contract
+// is doc/cli.md#kdstream-build.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
 #include "filters/build/Builder.h"

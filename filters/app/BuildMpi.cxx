@@ -1,5 +1,5 @@
 // kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the README's
-// picture.
+// picture. The contract is doc/cli.md#kdstream-build-mpi.
 #include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamBuilder.h"

@@ -1,5 +1,5 @@
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
-// CLI.md.
+// doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
 #include "filters/app/ReadAnyMesh.h"
 #include "filters/app/StoreJson.h"

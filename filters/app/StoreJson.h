@@ -1,5 +1,5 @@
-// What a store says of itself as JSON, with the keys of CLI.md: for `kdstream-build --stats` and
-// `kdstream-store info`.
+// What a store says of itself as JSON, with the keys of doc/cli.md#info: for `kdstream-build
+// --stats` and `kdstream-store info`.
 #pragma once
 
 #include "filters/store/Store.h"

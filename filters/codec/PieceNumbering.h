@@ -1,9 +1,10 @@
-// Which of a piece's numbers each vertex of the walk has. Layout: doc/formats.md, "Numbers".
+// Which of a piece's numbers each vertex of the walk has. Layout: doc/formats.md, "Groups".
 //
-// Own vertices are numbered so that clusters are runs of near places (DESIGN section 4), and inside
-// a finest cluster by place. So their numbers fall into *groups*, runs of strictly ascending (x, y,
-// z): a vertex tells its group, mostly that of a neighbour, and a group's vertices are sorted
-// again. Ghosts tell their keys, mostly near those of a neighbour, and are numbered in their order.
+// Own vertices are numbered so that clusters are runs of near places (doc/design.md#numbers), and
+// inside a finest cluster by place. So their numbers fall into *groups*, runs of strictly ascending
+// (x, y, z): a vertex tells its group, mostly that of a neighbour, and a group's vertices are
+// sorted again. Ghosts tell their keys, mostly near those of a neighbour, and are numbered in their
+// order.
 #pragma once
 
 #include "filters/codec/PieceContexts.h"

@@ -12,7 +12,7 @@ namespace kdstream
 {
 
 // Edges that more than one triangle uses, and not equally often in both directions: where the input
-// is not consistently oriented or not manifold, "no cracks" does not hold (DESIGN section 3.5).
+// is not consistently oriented or not manifold, doc/design.md#no-cracks does not hold.
 // counts: whether edges count whose end with the lower number is this vertex; all, if it is empty.
 // Called by several threads. With it a mesh can be counted in parts that number their vertices in
 // the same order: the parts' counts add up where every vertex counts in one part, and that has all

@@ -28,8 +28,9 @@ std::size_t CountPlaces(
   std::size_t count, const std::function<Vec3(VertexId)>& placeOf, const Execution& execution = {});
 
 // Joins vertices with bit-equal coordinates and bit-equal tuples of every point array to the lowest
-// id (DESIGN section 4) and renumbers the rest, keeping their order. Triangles keep their order and
-// orientation; those that become degenerate stay. Returns how many vertices went. Expected O(n).
+// id (doc/design.md#welding) and renumbers the rest, keeping their order. Triangles keep their
+// order and orientation; those that become degenerate stay. Returns how many vertices went.
+// Expected O(n).
 std::size_t WeldVertices(Mesh& mesh, const Execution& execution = {});
 
 // The box of all points. O(n).

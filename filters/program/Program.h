@@ -1,5 +1,5 @@
 // What every kdstream program does alike: exit codes, the error line, sizes, Ctrl-C, progress
-// (CLI.md).
+// (doc/cli.md#all-programs).
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,5 +1,5 @@
 // How fast a step goes and how long the work still takes, from fractions that are reported now and
-// then: what the programs' progress lines tell (CLI.md).
+// then: what the programs' progress lines tell (doc/cli.md#progress).
 #pragma once
 
 #include <optional>

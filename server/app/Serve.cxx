@@ -1,5 +1,5 @@
-// kdstream-serve: streams the stores of a folder. The contract is CLI.md; the protocol is
-// doc/protocol.md.
+// kdstream-serve: streams the stores of a folder. The contract is doc/cli.md#kdstream-serve; the
+// protocol is doc/protocol.md.
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
 #include "server/http/HttpServer.h"

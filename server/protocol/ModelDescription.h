@@ -52,7 +52,7 @@ struct ModelDescription
   std::array<double, 3> boxLo{}; // of the original vertices
   std::array<double, 3> boxHi{};
 
-  // P <= S <= L of DESIGN section 1, at most maximumDepth.
+  // P <= S <= L of doc/design.md#depths, at most maximumDepth.
   std::uint8_t partitionDepth = 0;
   std::uint8_t stitchDepth = 0;
   std::uint8_t finestDepth = 0;

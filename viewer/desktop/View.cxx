@@ -1,4 +1,4 @@
-// kdstream-view: looks at the models of a server. The contract is CLI.md.
+// kdstream-view: looks at the models of a server. The contract is doc/cli.md#kdstream-view.
 #include "filters/program/Program.h"
 #include "viewer/desktop/Player.h"
 

@@ -1,4 +1,4 @@
-// An OpenGL context on EGL without a display server (DESIGN section 8).
+// An OpenGL context on EGL without a display server (doc/design.md#pictures-without-a-screen).
 //
 // 1. open libEGL; 2. find a display that needs no display server: Mesa's surfaceless platform, else
 // the devices one by one; it is initialised once and kept; 3. choose a configuration; 4. create a

@@ -1,5 +1,5 @@
-// The OpenGL symbols that an executable exports so that a stock VTK can draw without GLX (DESIGN
-// section 8).
+// The OpenGL symbols that an executable exports so that a stock VTK can draw without GLX
+// (doc/design.md#pictures-without-a-screen).
 //
 // Debian's VTK 9.1 knows GLX windows only. Two kinds of its calls would go to GLX whatever context
 // is current:

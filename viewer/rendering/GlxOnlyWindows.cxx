@@ -1,5 +1,6 @@
-// Windows of a VTK that knows GLX only (DESIGN section 8): EGL and OSMesa contexts of our own under
-// VTK's generic window, and VTK's X11 window taught to share the process with them.
+// Windows of a VTK that knows GLX only (doc/design.md#pictures-without-a-screen): EGL and OSMesa
+// contexts of our own under VTK's generic window, and VTK's X11 window taught to share the process
+// with them.
 #include "viewer/rendering/BackendWindows.h"
 #include "viewer/rendering/GlContext.h"
 

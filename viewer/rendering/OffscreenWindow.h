@@ -1,4 +1,5 @@
-// Windows that draw without a screen (DESIGN section 8). Step "render" of the README's picture.
+// Windows that draw without a screen (doc/design.md#pictures-without-a-screen). Step "render" of
+// the README's picture.
 //
 // On EGL, on OSMesa or on an X server, also where the VTK at hand was built for X11 only, as
 // Debian's is. An executable that makes such windows must be given to the CMake function

@@ -1,4 +1,5 @@
-// An OpenGL context of OSMesa, Mesa's renderer in main memory (DESIGN section 8).
+// An OpenGL context of OSMesa, Mesa's renderer in main memory
+// (doc/design.md#pictures-without-a-screen).
 //
 // OSMesa wants a buffer to draw into; it gets one of one pixel, since VTK draws into framebuffer
 // objects of its own.

@@ -112,7 +112,7 @@ struct BlobStatistics
   bool fromCache = false; // of the disk
 };
 
-// As the list of CLI.md.
+// As the list of doc/cli.md#statistics-of-a-viewer.
 std::string StatisticsJson(const std::vector<BlobStatistics>& statistics);
 
 }

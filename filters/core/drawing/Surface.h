@@ -1,5 +1,5 @@
-// One surface from many resolutions: the drawing rule (DESIGN section 6). Step "draw" of the
-// README's picture.
+// One surface from many resolutions: the drawing rule (doc/design.md#the-cut-rule). Step "draw" of
+// the README's picture.
 //
 // What is shown is a cut of the vertex tree: every original vertex has exactly one node of the cut
 // above it. The drawn surface is the image of the mesh under that map, so it has neither cracks nor

@@ -1,5 +1,5 @@
-// The sheets of one cell: which of its connected components become clusters of their own (DESIGN
-// section 4). For the makers of levels alone.
+// The sheets of one cell: which of its connected components become clusters of their own
+// (doc/design.md#clusters). For the makers of levels alone.
 #pragma once
 
 #include "filters/core/Types.h"

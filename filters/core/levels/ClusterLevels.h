@@ -1,4 +1,4 @@
-// Levels by clustering (paper 4.3, DESIGN section 4 "cluster"): step "levels" of the README's
+// Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the README's
 // picture.
 //
 // The vertices of a cell of the k-d tree become one representative, or one for each sheet of the

@@ -25,7 +25,7 @@ namespace kdstream
 // Sums are in double, over original vertices ascending at the finest level and over children by
 // lowest vertex above. Serial; O(n + c log c) for c clusters; AttributeSums of the finest level and
 // the next. REQUIRES: CheckAttributes(mesh.attributes, …), levels of this mesh.
-// Source: DESIGN section 4 "Attributes"; the paper has none.
+// Source: doc/design.md#attributes; the paper has none.
 void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
 
 // The sums that those means come from, of the clusters of one level: all of them, or those of one

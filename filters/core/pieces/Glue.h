@@ -1,5 +1,5 @@
-// Gluing partitions back together: the original mesh, or a region of it, out of its pieces (DESIGN
-// section 3.3).
+// Gluing partitions back together: the original mesh, or a region of it, out of its pieces
+// (doc/design.md#nothing-lost).
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,4 +1,4 @@
-// A piece: what is stored and streamed (DESIGN sections 1 and 4).
+// A piece: what is stored and streamed (doc/design.md#pieces).
 //
 // One shape for every resolution: the part of one level, or of the original, that lies in one node
 // of the tree. Its own vertices come first, then the ghosts (vertices of other pieces, repeated so

@@ -2,7 +2,7 @@
 // picture.
 //
 // Within a partition the original vertices are numbered depth-first in the vertex tree, so that a
-// cluster of a level >= S is an interval of one partition's numbers (DESIGN section 4, "Pieces"). A
+// cluster of a level >= S is an interval of one partition's numbers (doc/design.md#numbers). A
 // numbered vertex below is the position in the list of all partitions' vertices, one partition
 // after the other: partitionBegin[partition] + index.
 //

@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// P, S and L of DESIGN section 1: the depths of the partitions, of stitching, and of the finest
+// P, S and L of doc/design.md#depths: the depths of the partitions, of stitching, and of the finest
 // level.
 struct TreeDepths
 {
@@ -72,7 +72,7 @@ struct KdTree
 // gets floor, the upper ceil. Complexity: O(n L); memory a record of 16 bytes a point
 // where floats hold every coordinate exactly, else of 32, beside the result. Threads: nodes of
 // one depth run in parallel. Errors: those of ComputeDepths; InvalidInput beyond mostExtent
-// (Extent.h); Cancelled. Source: paper 4.1; the total order is ours (DESIGN section 3.1).
+// (Extent.h); Cancelled. Source: paper 4.1; the total order is ours (doc/design.md#uniform).
 Result<KdTree> BuildKdTree(
   std::span<const Vec3> points, const KdTreeOptions& options, const Execution& execution = {});
 

@@ -1,5 +1,6 @@
 // A folder of spill files that outlives a killed build: the next build of the same store takes it
-// up and goes on from the last finished phase (DESIGN promise 6, CLI.md --resume).
+// up and goes on from the last finished phase (doc/design.md#whole-or-not-there,
+// doc/cli.md#resume).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -55,7 +56,7 @@ struct PhaseFileName
 // The journal (PhaseJournal.h) is replaced by a write and a rename once the files are on the disk,
 // so that a process that is killed, or a machine that stops, leaves the phases finished before or
 // those and one more. Folder and lock go when this and all its files have gone, after errors too
-// (CLI.md); Keep changes that.
+// (doc/cli.md#resume); Keep changes that.
 class BuildFolder
 {
 public:

@@ -1,6 +1,6 @@
 // Maps from vertex numbers to vertex numbers that do not fit the memory (ids after welding, places
-// in the tree), and triangles led through them: the join of building out of core (DESIGN section 4,
-// "Faces").
+// in the tree), and triangles led through them: the join of building out of core
+// (doc/design.md#faces).
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,0 +1,39 @@
+// What documents and comments refer to: links, citations, names of files and of tests. For
+// TestDocuments, which finds those that lead nowhere.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// The files of a source tree, by their paths from its root ("doc/design.md").
+struct SourceTree
+{
+  std::map<std::string, std::string> texts; // of documents, sources and build files
+  std::set<std::string> paths;              // of all files, and of their folders
+};
+
+// Reads what a clone has: build folders and what scripts fetch are left out.
+SourceTree ReadSourceTree(const std::filesystem::path& root);
+
+// The anchor that a page gets from a heading, as GitHub makes it: "7. The cut rule" becomes
+// "7-the-cut-rule".
+std::string AnchorOfHeading(const std::string& heading);
+
+// What leads nowhere, a line each: "doc/cli.md:12: …".
+//
+// In documents (Markdown): links [text](target): the file, and the anchor in it.
+// In documents and in comments of sources:
+//   - files and folders of the tree by their path, or the end of it; sources by their name alone;
+//   - tests by their name;
+//   - documents by their path, which sources give from the root; what may follow it is "#anchor",
+//     ", section 3", or a title in quotes: a heading, or the bold words that begin a line;
+//   - decisions by their number.
+std::vector<std::string> FindDeadReferences(const SourceTree& tree);
+
+}

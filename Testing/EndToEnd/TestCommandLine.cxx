@@ -1,0 +1,125 @@
+// What --help lists and what doc/cli.md promises are the same options, for every program that was
+// built.
+#include "Testing/EndToEnd/Process.h"
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <set>
+#include <sstream>
+
+namespace
+{
+
+using namespace kdstream::fixtures;
+
+using Options = std::set<std::string>;
+
+// The words "--like-this" of a text, but for those of every program.
+Options OptionsIn(const std::string& text)
+{
+  Options options;
+  for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at))
+  {
+    std::size_t end = at + 2;
+    while (end < text.size() &&
+           (std::islower(static_cast<unsigned char>(text[end])) != 0 || text[end] == '-'))
+    {
+      ++end;
+    }
+    if (end > at + 2 && text[at + 2] != '-')
+    {
+      options.insert(text.substr(at, end - at));
+    }
+    at = end;
+  }
+  options.erase("--help");
+  options.erase("--version");
+  return options;
+}
+
+// The part of the document under "## NAME", to the next heading of that kind.
+std::string SectionOf(const std::string& document, const std::string& name)
+{
+  const std::string heading = "\n## " + name + "\n";
+  const std::size_t begin = document.find(heading);
+  if (begin == std::string::npos)
+  {
+    ADD_FAILURE() << "doc/cli.md has no section " << name;
+    return {};
+  }
+  const std::size_t end = document.find("\n## ", begin + heading.size());
+  return document.substr(begin, end - begin);
+}
+
+// The options that a section's tables list: those in the first column.
+Options ListedOptions(const std::string& section)
+{
+  Options options;
+  std::istringstream lines(section);
+  for (std::string line; std::getline(lines, line);)
+  {
+    if (line.starts_with("| "))
+    {
+      // What follows a bar inside `code` is still the first column.
+      options.merge(OptionsIn(line.substr(0, line.find(" | "))));
+    }
+  }
+  return options;
+}
+
+// The commands that a section describes: its headings "### NAME" that are a single word.
+std::vector<std::string> CommandsOf(const std::string& section)
+{
+  std::vector<std::string> commands;
+  std::istringstream lines(section);
+  for (std::string line; std::getline(lines, line);)
+  {
+    const std::string name = line.starts_with("### ") ? line.substr(4) : "";
+    if (!name.empty() && name.find(' ') == std::string::npos &&
+        std::islower(static_cast<unsigned char>(name[0])) != 0)
+    {
+      commands.push_back(name);
+    }
+  }
+  return commands;
+}
+
+TEST(CommandLine, HelpAndDocumentListTheSameOptions)
+{
+  const TemporaryFolder folder;
+  const std::string document = ReadWhole(KDSTREAM_CLI_DOCUMENT);
+  unsigned programs = 0;
+  for (const char* const name : { "build", "store", "serve", "view", "convert", "generate" })
+  {
+    SCOPED_TRACE(name);
+    const std::string program = "kdstream-" + std::string(name);
+    if (!std::filesystem::exists(std::filesystem::path(KDSTREAM_PROGRAMS) / program))
+    {
+      continue; // not in this build
+    }
+    ++programs;
+    const std::string section = SectionOf(document, program);
+    Options offered = OptionsIn(RunTool(folder, name, { "--help" }).out);
+    for (const std::string& command : CommandsOf(section))
+    {
+      const Outcome help = RunTool(folder, name, { command, "--help" });
+      EXPECT_NE(help.out.find(program + " " + command), std::string::npos)
+        << "there is no command " << command;
+      offered.merge(OptionsIn(help.out));
+    }
+    EXPECT_FALSE(offered.empty());
+    const Options told = OptionsIn(section);
+    for (const std::string& option : offered)
+    {
+      EXPECT_EQ(told.count(option), 1U) << option << " is not in doc/cli.md";
+    }
+    for (const std::string& option : ListedOptions(section))
+    {
+      EXPECT_EQ(offered.count(option), 1U) << option << " is not in --help";
+    }
+  }
+  EXPECT_GE(programs, 2U) << "kdstream-build and kdstream-store are always there";
+}
+
+}
