@@ -1,6 +1,9 @@
 # Checks that includes follow the arrows of doc/architecture.md: run with -D ROOT=<source tree>.
-# A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so.
+# A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so. It has at
+# most 45 files, and a line in doc/architecture.md.
 set(problems "")
+set(mostFiles 45)
+file(READ "${ROOT}/doc/architecture.md" architecture)
 
 # check(folder [VTK] [FLAT] may-include…)   FLAT: without the folders in it
 function(check folder)
@@ -12,6 +15,15 @@ function(check folder)
   file(${glob} sources RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cxx")
   if(NOT sources)
     list(APPEND problems "${folder}: no sources; is the folder's name right?")
+  endif()
+  file(GLOB own "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cxx")
+  list(LENGTH own files)
+  if(files GREATER mostFiles)
+    list(APPEND problems "${folder}: ${files} files, more than ${mostFiles}; what is the second subject?")
+  endif()
+  string(FIND "${architecture}" "`${folder}`" line)
+  if(line EQUAL -1)
+    list(APPEND problems "${folder}: doc/architecture.md has no line for it")
   endif()
   foreach(source IN LISTS sources)
     if(source MATCHES "/Testing/")
