@@ -23,7 +23,7 @@ public:
   std::optional<HttpFetch> Next();
   // The answer to the last Next. Errors of the connection are the errors of the request.
   void Receive(const Result<HttpReply>& reply, double now);
-  // In place of an answer to the last Next: it will be asked for again.
+  // Instead of an answer to the last Next: it will be asked for again.
   void PutBack();
   std::vector<ClientEvent> TakeEvents();
 

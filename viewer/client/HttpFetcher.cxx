@@ -93,7 +93,7 @@ private:
       { error ? self->Lost(error) : self->Read(); });
   }
 
-  // Reads piece by piece, so that the timeout is one of standstill.
+  // Reads piece by piece, so that the timeout counts from the last bytes that came.
   void Read()
   {
     this->Stream.expires_after(stallTimeout);

@@ -16,8 +16,8 @@ class io_context;
 namespace kdstream
 {
 
-// Fetches one thing at a time; connects when it has to, and once more if the server had closed a
-// connection that was kept. All calls and callbacks are on the context's thread. An answer that
+// Fetches one thing at a time; connects when it has to, and once more if the server has closed the
+// kept connection. All calls and callbacks are on the context's thread. An answer that
 // makes no progress for 30 s is given up.
 class HttpFetcher
 {

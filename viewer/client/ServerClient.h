@@ -14,11 +14,11 @@
 namespace kdstream
 {
 
-// Talks to one server, through its stream, or by GETs where it has none (a static file server).
+// Talks to one server, through its stream, or by GETs if it has none (a static file server).
 //
-// A connection that is lost is made again once at once, and what had not come is asked for again;
-// if that fails too, everything that is outstanding fails with a sentence that says so, and the
-// next Send tries anew. So every request is answered: by all its blobs, or by failures.
+// When the connection is lost, the client connects again at once, and asks again for what has not
+// arrived. If that fails too, every outstanding request fails with a sentence that says so, and the
+// next Send connects anew. So every request is answered: by all its blobs, or by failures.
 //
 // Threads: Send, Take and Wait may be called from any threads.
 class ServerClient
@@ -26,7 +26,7 @@ class ServerClient
 public:
   // Gets the list of models. Blocks until it is there, at most about 40 s.
   // Errors: those of ParseServerUrl; InputOutput where the server cannot be reached; InvalidInput
-  // where what answers is no KdStream server.
+  // where something else than a KdStream server answers.
   static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url);
   // Ends the connection and the thread.
   ~ServerClient();
@@ -36,7 +36,7 @@ public:
   void Send(const SessionRequest& request);
   // What has come since the last call, in order.
   std::vector<ClientEvent> Take();
-  // Waits until there is something to take; false if there is nothing after that time.
+  // Waits until there is something to take; false if nothing has come in that time.
   bool Wait(std::chrono::milliseconds atMost);
 
 private:

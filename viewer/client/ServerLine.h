@@ -23,15 +23,15 @@ struct ServerLineOptions
 {
   // The server, for messages: "host:port".
   std::string authority;
-  // A lost connection is made again once at once. If that fails too:
+  // When the connection is lost, the line connects again at once. If that fails too:
   // - not patient: everything that is outstanding fails, and the next Send connects anew;
-  // - patient: nothing fails; it is tried again after firstRetry seconds, then after twice as long,
-  //   up to longestRetry, for as long as it takes. So are GETs that find no server.
+  // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice as
+  //   long, up to longestRetry, until it succeeds. The same for GETs that find no server.
   bool patient = false;
   double firstRetry = 0.5;   // s
   double longestRetry = 8;   // s
-  double longestSilence = 0; // s; a connection that owes something and brings nothing for so long
-                             // is given up; 0 = never (the host's sockets see to it)
+  double longestSilence = 0; // s; if something is owed and nothing has come for so long, the
+                             // connection is given up; 0 = never (the host's sockets do that)
 };
 
 // All times are seconds of any one steady clock.
@@ -64,16 +64,16 @@ public:
 
   void Send(const SessionRequest& request, double now);
 
-  // ---- what the host tells. Of a connection that was replaced or closed nothing may be told.
+  // ---- what the host reports. It may report nothing of a connection that was replaced or closed.
   void SocketOpened(double now);
   void SocketText(std::string_view text, double now);
   void SocketFrame(std::span<const std::uint8_t> message, double now);
-  // refused: the server answers, but has no stream for us. why: a reason, for the person.
+  // refused: the server answered that it has no stream. why: a reason for the person to read.
   void SocketEnded(bool refused, const std::string& why, double now);
   void Fetched(const Result<HttpReply>& reply, double now);
   // Call now and then: retries, silences.
   void Tick(double now);
-  // The next Tick tries again, whenever it would have been time.
+  // Makes the next Tick try again, without waiting any longer.
   void Hurry();
 
   // ---- what comes out
@@ -98,8 +98,8 @@ private:
   State Current = State::Connecting;
   bool HasStreamed = false;
   bool MayRetryAtOnce = true; // the connection brought something since it was made
-  // The last connection broke the protocol, and nothing that is owed has come since. A greeting
-  // does not count then: what garbles every frame would be asked again at once, without end.
+  // The last connection broke the protocol, and nothing that is owed has come since. Then other
+  // messages do not allow a retry at once: if every frame is garbled, that would never end.
   bool Garbled = false;
   std::vector<SessionRequest> Early; // before it is known whether there is a stream
   StreamConversation Stream;

@@ -2,6 +2,7 @@
 #include "viewer/client/StreamConversation.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace kdstream
@@ -28,6 +29,14 @@ std::vector<std::uint32_t> NumbersOf(const BlobId* begin, const BlobId* end)
 
 }
 
+std::vector<BlobId> StreamConversation::Debt::OwedInOrder() const
+{
+  std::vector<BlobId> blobs;
+  std::copy_if(this->wanted.begin(), this->wanted.end(), std::back_inserter(blobs),
+    [this](const BlobId& blob) { return this->owed.count(blob) != 0; });
+  return blobs;
+}
+
 void StreamConversation::Send(const SessionRequest& request, double now)
 {
   using Kind = SessionRequest::Kind;
@@ -45,6 +54,7 @@ void StreamConversation::Send(const SessionRequest& request, double now)
   Debt& debt = this->Outstanding[request.id];
   debt.open = request.kind == Kind::Open;
   debt.model = request.model;
+  debt.wanted = request.blobs;
   debt.owed.insert(request.blobs.begin(), request.blobs.end());
   if (request.kind == Kind::Open)
   {
@@ -296,7 +306,7 @@ void StreamConversation::Restart(double now)
     }
     else
     {
-      this->QueueLists(request, { debt.owed.begin(), debt.owed.end() });
+      this->QueueLists(request, debt.OwedInOrder());
     }
   }
   this->Flush(now);

@@ -20,10 +20,10 @@ namespace kdstream
 
 // One session's side of a WebSocket conversation, over as many connections as it takes.
 //
-// A session's request becomes one message, or several where its list is too long for one; at most
-// `mostUnfinished` of them are on their way at a time, the others wait. What has not come is known
-// at all times, so that a new connection goes on where the old one ended. Times are seconds of any
-// steady clock.
+// A session's request becomes one message, or several if its list is too long for one. At most
+// `mostUnfinished` messages are unanswered at a time, the others wait. The conversation always
+// knows what has not come yet, so that a new connection can continue where the old one ended. Times
+// are seconds of any steady clock.
 class StreamConversation
 {
 public:
@@ -31,8 +31,7 @@ public:
 
   void Send(const SessionRequest& request, double now);
 
-  // What came. Errors: InvalidInput where the server does not keep to the protocol: give the
-  // connection up.
+  // What came. Errors: InvalidInput if the server violates the protocol: give up the connection.
   Status ReceiveText(std::string_view text, double now);
   Status ReceiveFrame(std::span<const std::uint8_t> message, double now);
 
@@ -52,8 +51,11 @@ private:
   struct Debt // of the server to one request of the session
   {
     bool open = false;
-    std::string model; // of an open
-    std::set<protocol::BlobId> owed;
+    std::string model;                    // of an open
+    std::vector<protocol::BlobId> wanted; // all of them, in the order of the request
+    std::set<protocol::BlobId> owed;      // those that have not come
+
+    std::vector<protocol::BlobId> OwedInOrder() const;
     std::size_t messages = 0; // not yet ended
   };
   struct Message

@@ -25,8 +25,8 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 
 constexpr std::chrono::seconds connectTimeout{ 10 };
-// A server that is silent for so long is asked for a sign of life, and given up after as long
-// again.
+// After so long a silence the server is sent a ping; after as long again the connection is given
+// up.
 constexpr std::chrono::seconds silenceTimeout{ 20 };
 }
 

@@ -217,6 +217,29 @@ TEST(TestStreamConversation, ANewConnectionGoesOnWhereTheOldOneEnded)
   EXPECT_EQ(conversation.TakeEvents().size(), 1u);
 }
 
+// A region is asked for from the tap outwards. What a lost connection left of it is, too.
+TEST(TestStreamConversation, ANewConnectionAsksInTheOrderOfTheRequest)
+{
+  StreamConversation conversation;
+  SessionRequest region;
+  region.kind = Kind::Region;
+  region.id = 1;
+  region.cell = 136;
+  for (const std::uint32_t partition : { 8, 9, 3, 40, 2, 21 }) // nearest first
+  {
+    region.blobs.push_back(BlobId::Partition(partition));
+  }
+  conversation.Send(region, 0);
+  ReceiveBlob(conversation, 1, BlobId::Partition(8));
+  ReceiveBlob(conversation, 1, BlobId::Partition(3));
+  conversation.TakeMessages();
+  conversation.Restart(0);
+  const auto messages = Parse(conversation.TakeMessages());
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_EQ(std::get<protocol::PartitionsRequest>(messages[0].body).partitions,
+    (std::vector<std::uint32_t>{ 9, 40, 2, 21 }));
+}
+
 TEST(TestStreamConversation, AnotherBuildOfTheModelIsNotMixedWithTheFirst)
 {
   StreamConversation conversation;
