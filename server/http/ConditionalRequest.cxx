@@ -22,7 +22,7 @@ std::string_view Trimmed(std::string_view text)
   return text.substr(first, text.find_last_not_of(spaces) - first + 1);
 }
 
-// Digits only; what is too large for 64 bits is as good as the largest.
+// Digits only. A number that is too large for 64 bits becomes the largest one.
 std::optional<std::uint64_t> ParsePosition(std::string_view text)
 {
   if (text.empty())
@@ -49,7 +49,7 @@ bool SameWord(std::string_view text, std::string_view lowerCase)
     [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
 }
 
-// A quality as thousandths: 0, 1, 0.5, 1.000; nothing where it is none.
+// A quality ("0", "1", "0.5", "1.000") in thousandths; nothing if the text is not a quality.
 std::optional<unsigned> ParseQuality(std::string_view text)
 {
   if (text.empty() || (text[0] != '0' && text[0] != '1') || text.size() > 5 ||

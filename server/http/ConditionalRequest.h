@@ -1,5 +1,5 @@
-// The header fields by which a client asks for less than the whole: ETags, byte ranges and content
-// codings (RFC 9110).
+// The header fields by which a client asks for less than the whole answer: ETags, byte ranges and
+// content codings (RFC 9110).
 #pragma once
 
 #include <cstddef>
@@ -28,13 +28,14 @@ struct PartialRange
 };
 using RangeAnswer = std::variant<WholeRange, UnsatisfiableRange, PartialRange>;
 
-// What a Range field asks of a body of `size` bytes: one range of bytes is answered; several,
-// another unit and what cannot be understood give the whole, as the standard allows.
+// The part of a body of `size` bytes that a Range field asks for. Only a single range of bytes is
+// honoured; several ranges, another unit, or a malformed field give the whole body, as the standard
+// allows.
 RangeAnswer ParseRange(std::string_view range, std::size_t size);
 
-// Whether an Accept-Encoding field (12.5.3) takes gzip at least as gladly as no coding: gzip,
-// x-gzip or * with a quality above 0 and not below that of identity, if that is named. Elements
-// that cannot be understood are passed over. An empty or absent field names nothing: no.
+// Whether an Accept-Encoding field (12.5.3) rates gzip at least as high as no coding: gzip, x-gzip
+// or * has a quality above 0, and not below that of identity if identity is named. Malformed
+// elements are skipped. False for an empty or absent field.
 bool AcceptsGzip(std::string_view acceptEncoding);
 
 }

@@ -1,5 +1,5 @@
-// One HTTP connection: requests in, the routes' answers out, one after the other; or the step up to
-// a WebSocket. Internal to the server.
+// One HTTP connection: reads requests and sends the routes' answers one after the other, until the
+// client leaves or asks for a WebSocket. Internal to the server.
 #pragma once
 
 #include "server/http/ServerState.h"
@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// The time now as a Date field has it, whatever the locale.
+// The current time in the format of the Date field, whatever the locale.
 inline std::string HttpDate()
 {
   constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
@@ -39,7 +39,8 @@ class HttpConnection
   , public std::enable_shared_from_this<HttpConnection<Stream>>
 {
 public:
-  // Without a seat, the one answer that the client gets is 503. `refusal` is held until the end.
+  // Without a seat, every request is answered 503. `refusal` is kept as long as the connection, to
+  // count it.
   HttpConnection(
     Stream&& stream, ServerState& state, std::shared_ptr<void> seat, std::shared_ptr<void> refusal)
     : Executor(stream.get_executor())
@@ -140,7 +141,7 @@ private:
     }
     else if (error == http::error::body_limit || error == http::error::unexpected_body)
     {
-      this->Refuse(413, "a request has no body here");
+      this->Refuse(413, "requests with a body are not accepted");
     }
     else if (error.category() == make_error_code(http::error::bad_method).category())
     {
@@ -157,7 +158,7 @@ private:
     }
     else if (request.version() >= 11 && request.count(http::field::host) != 1)
     {
-      this->Refuse(400, "the request names no host, or several");
+      this->Refuse(400, "the request must name one host");
     }
     else if (beast::websocket::is_upgrade(request))
     {
@@ -192,7 +193,7 @@ private:
       encodings };
   }
 
-  // An error after which the connection cannot go on.
+  // Answers with an error and closes the connection.
   void Refuse(unsigned status, const std::string& message)
   {
     auto response = this->State.Answers.Failure(status, message);
@@ -212,7 +213,7 @@ private:
     const auto target = this->Plain().target;
     if (target.substr(0, target.find('?')) != protocol::streamPath)
     {
-      this->Refuse(404, "no WebSocket is at this path");
+      this->Refuse(404, "there is no WebSocket at this path");
       return;
     }
     if (!http::token_list(text(http::field::sec_websocket_protocol))
@@ -228,7 +229,7 @@ private:
     }
     if (this->Input.size() != 0)
     {
-      this->Refuse(400, "the client did not wait for the WebSocket");
+      this->Refuse(400, "the client sent data before the WebSocket was open");
       return;
     }
     const auto connection =
@@ -291,8 +292,8 @@ private:
     }
   }
 
-  // Ends what we send and reads what the client still has, for a moment: closing with unread bytes
-  // would make the kernel throw away an answer that is still on its way.
+  // Sends no more, and for a moment reads what the client still sends: if the socket were closed
+  // with unread bytes, the kernel would discard an answer that is still on its way.
   void Close()
   {
     this->Expire(std::chrono::seconds(2));
@@ -324,7 +325,7 @@ private:
       });
   }
 
-  // Kept apart from the socket, which moves away when it becomes a WebSocket's.
+  // A copy, because Socket is moved away when it becomes a WebSocket.
   typename Stream::executor_type Executor;
   Stream Socket;
   ServerState& State;

@@ -3,6 +3,8 @@
 #include "server/http/HttpConnection.h"
 
 #include <array>
+#include <memory>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -11,15 +13,16 @@ namespace kdstream
 
 using asio::ip::tcp;
 
-// Steps: accept in one place, each connection on a strand of its own, all on a few threads.
+// One acceptor; each connection runs on a strand of its own; a few threads run all of them.
 struct HttpServer::Implementation
 {
   Implementation(const Catalog& catalog, HttpServerOptions options)
     : State(catalog, std::move(options))
     , Context(static_cast<int>(this->State.Options.threads))
     , Tls(asio::ssl::context::tls_server)
-    , Acceptor(asio::make_strand(this->Context))
-    , Pause(this->Acceptor.get_executor())
+    , Working(this->Context.get_executor())
+    , Acceptor(this->Context)
+    , Pause(this->Context)
   {
   }
 
@@ -28,19 +31,26 @@ struct HttpServer::Implementation
   Status PrepareTls();
   Status Listen();
   void StartThreads();
-  void Accept();
+  void Accept() noexcept;
+  void OnAccept(beast::error_code error, tcp::socket socket) noexcept;
+  void AcceptAfterPause();
   void Serve(tcp::socket socket);
   void Stop(std::chrono::milliseconds drainTimeout);
 
-  // More clients than there are seats wait for a 503 at once; any beyond that are closed without an
-  // answer.
+  // At most so many clients without a seat are answered 503 at a time. Further ones are closed
+  // without an answer.
   static constexpr int maximumRefusals = 64;
+  static constexpr std::chrono::milliseconds pauseOfAccept{ 100 };
 
   ServerState State;
   asio::io_context Context;
   asio::ssl::context Tls;
+  // Threads wait for work until they are stopped, also while nobody accepts.
+  asio::executor_work_guard<asio::io_context::executor_type> Working;
+  std::mutex AcceptMutex; // for the next three
   tcp::acceptor Acceptor;
   asio::steady_timer Pause;
+  std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is under way
   std::string Address;
   std::uint16_t Port = 0;
   std::shared_ptr<int> Refusals = std::make_shared<int>(0); // its copies count
@@ -120,7 +130,7 @@ void HttpServer::Implementation::StartThreads()
     this->Threads.emplace_back(
       [this]
       {
-        // One request that goes wrong (memory, mostly) ends its connection, not the server.
+        // A request that fails (out of memory, mostly) ends its own connection, not the server.
         for (bool done = false; !done;)
         {
           try
@@ -128,42 +138,74 @@ void HttpServer::Implementation::StartThreads()
             this->Context.run();
             done = true;
           }
-          catch (const std::exception& exception)
+          catch (...)
           {
-            this->State.LogError(exception.what());
+            this->State.LogCaught();
+            this->Accept(); // it may have been the accept that failed: its handler is lost then
           }
         }
       });
   }
 }
 
-void HttpServer::Implementation::Accept()
+// Makes sure that an accept is under way. Whatever fails leads here: a server that accepts no more
+// would be deaf, and nothing would wake it.
+void HttpServer::Implementation::Accept() noexcept
 {
-  this->Acceptor.async_accept(asio::make_strand(this->Context),
-    [this](beast::error_code error, tcp::socket socket)
+  for (;;)
+  {
+    try
     {
-      if (!this->Acceptor.is_open())
+      const std::lock_guard lock(this->AcceptMutex);
+      if (this->Acceptor.is_open() && this->Accepting.expired())
       {
-        return;
+        auto accepting = std::make_shared<int>();
+        this->Accepting = accepting;
+        this->Acceptor.async_accept(asio::make_strand(this->Context),
+          [this, accepting](beast::error_code error, tcp::socket socket) mutable
+          {
+            accepting.reset();
+            this->OnAccept(error, std::move(socket));
+          });
       }
-      if (!error)
-      {
-        this->Serve(std::move(socket));
-        this->Accept();
-        return;
-      }
+      return;
+    }
+    catch (...)
+    {
+      this->State.LogCaught();
+    }
+    std::this_thread::sleep_for(pauseOfAccept); // there is no memory for a timer either
+  }
+}
+
+void HttpServer::Implementation::OnAccept(beast::error_code error, tcp::socket socket) noexcept
+{
+  try
+  {
+    if (error && error != asio::error::operation_aborted)
+    {
       // Out of file descriptors, mostly: wait for some to be given back.
       this->State.LogError("a connection cannot be accepted: " + error.message());
-      this->Pause.expires_after(std::chrono::milliseconds(100));
-      this->Pause.async_wait(
-        [this](beast::error_code)
-        {
-          if (this->Acceptor.is_open())
-          {
-            this->Accept();
-          }
-        });
-    });
+      this->AcceptAfterPause();
+      return;
+    }
+    if (!error)
+    {
+      this->Serve(std::move(socket));
+    }
+  }
+  catch (...) // ends this connection, not the server
+  {
+    this->State.LogCaught();
+  }
+  this->Accept();
+}
+
+void HttpServer::Implementation::AcceptAfterPause()
+{
+  const std::lock_guard lock(this->AcceptMutex);
+  this->Pause.expires_after(pauseOfAccept);
+  this->Pause.async_wait([this](beast::error_code) { this->Accept(); });
 }
 
 void HttpServer::Implementation::Serve(tcp::socket socket)
@@ -197,13 +239,12 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
   {
     return;
   }
-  asio::post(this->Acceptor.get_executor(),
-    [this]
-    {
-      beast::error_code error;
-      this->Acceptor.close(error);
-      this->Pause.cancel();
-    });
+  {
+    const std::lock_guard lock(this->AcceptMutex);
+    beast::error_code error;
+    this->Acceptor.close(error);
+    this->Pause.cancel();
+  }
   this->State.Drain();
   this->State.WaitForConnections(drainTimeout);
   this->Context.stop();
@@ -230,8 +271,9 @@ Result<std::unique_ptr<HttpServer>> HttpServer::Start(
   auto implementation = std::make_unique<Implementation>(catalog, std::move(options));
   KDSTREAM_TRY(implementation->PrepareTls());
   KDSTREAM_TRY(implementation->Listen());
-  implementation->StartThreads();
-  return std::unique_ptr<HttpServer>(new HttpServer(std::move(implementation)));
+  std::unique_ptr<HttpServer> server(new HttpServer(std::move(implementation)));
+  server->Server->StartThreads(); // what has started ends with `server`, should one fail
+  return server;
 }
 
 std::uint16_t HttpServer::Port() const

@@ -38,19 +38,20 @@ struct HttpServerOptions
   std::optional<StaticFiles> web;
   std::string version;
 
-  // PEM files; TLS is spoken (and nothing else) if both are given.
+  // PEM files. If both are given, the server speaks TLS and nothing else.
   std::filesystem::path tlsCertificate, tlsKey;
 
-  // A request's header must have come so long after the connection or the last answer.
+  // How long a client may take to send a request's header, from the connection or the last answer
+  // on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
-  // An answer must be taken in this time plus a second for each 16 KiB.
+  // How long a client may take to receive an answer, plus a second for each 16 KiB.
   std::chrono::milliseconds answerTimeout{ 30'000 };
-  // A stream whose client sends nothing, not even answers to pings, for so long is closed.
+  // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
   std::chrono::milliseconds streamTimeout{ 60'000 };
-  // What Stop gives to the answers that are under way.
+  // How long Stop waits for the answers that are under way.
   std::chrono::milliseconds drainTimeout{ 10'000 };
 
-  // Called from any thread, one at a time.
+  // Called from any thread, but never from two at once.
   std::function<void(const AccessRecord&)> onAccess;
   std::function<void(const std::string&)> onError;
 };
@@ -60,7 +61,7 @@ class HttpServer
 public:
   // Listens and serves from threads of its own.
   // Errors: InvalidArgument for the address; InvalidInput for the TLS files; InputOutput where the
-  // port cannot be had. REQUIRES: the catalog outlives the server.
+  // port is taken or not allowed. REQUIRES: the catalog outlives the server.
   static Result<std::unique_ptr<HttpServer>> Start(
     const Catalog& catalog, HttpServerOptions options);
 

@@ -1,5 +1,5 @@
-// Counters of a server, and how they look at /metrics (Prometheus text format). All functions: any
-// thread.
+// Counters of a server, and their text for /metrics (Prometheus text format). All functions may be
+// called from any thread.
 #pragma once
 
 #include <array>

@@ -57,7 +57,7 @@ void DropBody(HttpResponse& response)
   response.length = 0;
 }
 
-// 200, or 304 where the client has it already.
+// 200, or 304 if the client has it already.
 HttpResponse Cacheable(const HttpRequest& request, std::string_view contentType, BlobBytes body,
   std::string tag, const char* cacheControl)
 {
@@ -73,7 +73,7 @@ HttpResponse Cacheable(const HttpRequest& request, std::string_view contentType,
   return response;
 }
 
-// Makes a 200 the part that the request's Range asks for.
+// Reduces a 200 to the part that the request's Range asks for.
 HttpResponse Ranged(const HttpRequest& request, HttpResponse response)
 {
   response.fields.emplace_back("Accept-Ranges", "bytes");
@@ -138,7 +138,7 @@ HttpResponse Routes::Answer(const HttpRequest& request) const
   }
   else if (path.empty() || path.front() != '/')
   {
-    response = this->Failure(400, "the target is no path");
+    response = this->Failure(400, "the target is not a path");
   }
   else
   {
@@ -204,7 +204,7 @@ HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path
 {
   if (path == protocol::streamPath)
   {
-    auto response = this->Failure(426, "this is a WebSocket of subprotocol kdstream.v1");
+    auto response = this->Failure(426, "this path is a WebSocket with the subprotocol kdstream.v1");
     response.fields.emplace_back("Upgrade", "websocket");
     return response;
   }
@@ -244,7 +244,7 @@ HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path
     this->Counters.CountFailedBlob();
     return this->Failure(500, name + " of " + resource->model + " is damaged on the server");
   }
-  // The digest is over the content, so digest and name stand for the bytes.
+  // The digest covers the content, so digest and name identify the bytes.
   return Ranged(request, Cacheable(request, "application/octet-stream", std::move(*blob),
                            "\"" + resource->digest + "/" + name + "\"", forEver));
 }
@@ -267,7 +267,7 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view pat
   {
     if (path != "/")
     {
-      return this->Failure(404, "nothing is at this path");
+      return this->Failure(404, "there is nothing at this path");
     }
     return Whole(200, "text/plain; charset=utf-8",
       Bytes("kdstream-serve " + this->Options.version +

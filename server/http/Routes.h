@@ -28,15 +28,15 @@ public:
   // REQUIRES: catalog and metrics outlive the routes.
   Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options);
 
-  // Any thread. Never fails: what goes wrong is in the response.
+  // From any thread. Never fails: errors are responses too.
   HttpResponse Answer(const HttpRequest& request) const;
 
   // {"error":"…"} with the fields that every answer has.
   HttpResponse Failure(unsigned status, std::string_view message) const;
 
-  // Whether a page from `origin` (the field; "" = no browser) may open a stream at `host`: pages of
-  // this server itself, and those that allowOrigin names. Browsers do not ask this question for
-  // WebSockets themselves.
+  // Whether a page from `origin` (the header field; "" = not a browser) may open a stream at
+  // `host`: pages of this server may, and those that allowOrigin names. The server has to check,
+  // because browsers open WebSockets to any host.
   bool MayStream(std::string_view origin, std::string_view host) const;
 
 private:

@@ -1,6 +1,7 @@
 // What all connections of one server share. Internal to the server.
 #pragma once
 
+#include "filters/core/CaughtError.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Metrics.h"
 #include "server/http/Routes.h"
@@ -10,8 +11,11 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace kdstream
 {
@@ -40,32 +44,42 @@ public:
   Metrics Counters;
   const Routes Answers;
 
-  void Log(const AccessRecord& record)
+  // A line that cannot be written is lost: nothing else may fail because of a log.
+  void Log(const AccessRecord& record) noexcept
   {
     if (this->Options.onAccess)
     {
-      const std::lock_guard lock(this->LogMutex);
-      this->Options.onAccess(record);
+      this->WriteLog([&] { this->Options.onAccess(record); });
     }
   }
-  void LogError(const std::string& message)
+  void LogError(std::string_view message) noexcept
   {
     if (this->Options.onError)
     {
-      const std::lock_guard lock(this->LogMutex);
-      this->Options.onError(message);
+      this->WriteLog([&] { this->Options.onError(std::string(message)); });
+    }
+  }
+
+  // The exception that is being handled.
+  void LogCaught() noexcept
+  {
+    if (this->Options.onError)
+    {
+      this->WriteLog([this] { this->Options.onError(CaughtError().message); });
     }
   }
 
   bool Draining() const { return this->Drains; }
 
-  // Drains every connection that is entered, now and from now on.
+  // Drains every connection that there is, and every one that is still to come.
   void Drain()
   {
     this->Drains = true;
     std::vector<std::shared_ptr<Drainable>> connections;
     {
       const std::lock_guard lock(this->Mutex);
+      // So that nothing throws below: the end of a connection takes the lock.
+      connections.reserve(this->Connections.size());
       for (const auto& entry : this->Connections)
       {
         if (auto connection = entry.second.lock())
@@ -88,13 +102,17 @@ public:
   // A seat among maximumConnections, kept while a client is connected; null if all are taken.
   std::shared_ptr<void> TakeSeat()
   {
-    const std::lock_guard lock(this->Mutex);
-    if (this->Count >= this->Options.maximumConnections)
     {
-      return nullptr;
+      const std::lock_guard lock(this->Mutex);
+      if (this->Count >= this->Options.maximumConnections)
+      {
+        return nullptr;
+      }
+      ++this->Count;
     }
-    ++this->Count;
     this->Counters.ConnectionOpened();
+    // Not under the lock, which the deleter takes: where there is no memory for the shared_ptr, the
+    // deleter is called at once.
     return std::shared_ptr<void>(
       this, [](void* state) { static_cast<ServerState*>(state)->GiveSeatBack(); });
   }
@@ -117,6 +135,18 @@ public:
   }
 
 private:
+  template <class Write>
+  void WriteLog(const Write& write) noexcept
+  {
+    const std::lock_guard lock(this->LogMutex);
+    try
+    {
+      write();
+    }
+    catch (...)
+    {
+    }
+  }
   void GiveSeatBack()
   {
     this->Counters.ConnectionClosed();

@@ -47,7 +47,7 @@ std::optional<std::string> Unescape(std::string_view text)
   return plain;
 }
 
-// The path below the root, or nothing where a part is not the plain name of a visible file.
+// The path below the root; nothing if a part of it is hidden, empty, "." or "..".
 std::optional<fs::path> RelativePath(std::string_view path)
 {
   fs::path relative;

@@ -24,14 +24,14 @@ class StaticFiles
 public:
   static constexpr std::uintmax_t maximumBytes = std::uintmax_t{ 64 } << 20;
 
-  // Errors: NotFound where `folder` is no folder.
+  // Errors: NotFound where `folder` is not a folder.
   static Result<StaticFiles> Open(const std::filesystem::path& folder);
 
-  // The file at the path of a URL, index.html for a folder's. Escapes (%20) are taken back once.
-  // Where FILE.gz lies beside FILE and `acceptGzip`, its bytes, which are taken for those of FILE:
-  // they are not compared. Errors: InvalidArgument for wrong escapes; NotFound for everything that
-  // is no plain file below the folder: hidden files, "..", and links that lead outside too;
-  // LimitExceeded; InputOutput.
+  // The file at the path of a URL; for a folder, its index.html. Escapes (%20) are decoded once.
+  // With `acceptGzip`, the bytes of FILE.gz if it lies beside FILE. Whether they are those of FILE
+  // is not checked. Errors: InvalidArgument for malformed escapes; NotFound for everything but
+  // regular files below the folder, so for hidden files, "..", and links that lead outside;
+  // LimitExceeded for a file that is too large; InputOutput.
   Result<StaticFile> Read(std::string_view urlPath, bool acceptGzip = false) const;
 
 private:

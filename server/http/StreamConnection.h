@@ -1,7 +1,8 @@
 // One WebSocket: moves messages between a socket and a Conversation. Internal to the server.
 //
-// At most one message is being written, and the next is made only when it has gone: a client that
-// does not read costs one frame, and a cancel that comes in between takes effect at the next frame.
+// At most one message is being written, and the next one is made only when it has been sent. So a
+// client that does not read costs the memory of one frame, and a cancel takes effect at the next
+// frame.
 #pragma once
 
 #include "server/http/ServerState.h"
@@ -47,7 +48,7 @@ public:
     this->State.Log(this->Record);
   }
 
-  // Answers the request for an upgrade and goes on until the client leaves.
+  // Accepts the upgrade and serves the stream until the client leaves.
   template <class Request>
   void Run(const Request& request)
   {
@@ -62,7 +63,8 @@ public:
         response.set(
           beast::http::field::sec_websocket_protocol, std::string(protocol::streamSubprotocol));
       }));
-    // Larger messages than a conversation takes, so that it can say so; none of any size.
+    // More than a conversation accepts, so that the conversation can refuse it in words; but not
+    // unlimited.
     this->Socket.read_message_max(16 * protocol::maximumClientMessageBytes);
     this->Socket.auto_fragment(false);
     this->LimitUnsentBytes();
@@ -94,8 +96,8 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
-  // The kernel would buffer megabytes for a slow client, all of which a cancel would have to wait
-  // for.
+  // Without this the kernel would buffer megabytes for a slow client, and a cancel would have to
+  // wait until they are sent.
   void LimitUnsentBytes()
   {
 #ifdef TCP_NOTSENT_LOWAT
@@ -107,7 +109,7 @@ private:
 
   void Read()
   {
-    // After the conversation has ended, what a client sends is read for its close frame only.
+    // After the conversation has ended we read on only to find the client's close frame.
     if (this->Reading || !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
     {
       return;

@@ -1,6 +1,7 @@
 // HTTPS and the stream over TLS, with a certificate made for the test.
 #include "server/http/HttpServer.h"
 #include "server/http/Testing/HttpTestClient.h"
+#include "server/http/Testing/ScarceMemory.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
 
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <unistd.h>
@@ -120,6 +122,21 @@ TEST_F(Tls, SpeaksNothingElse)
   const auto server = this->Start();
   ASSERT_TRUE(server);
   EXPECT_FALSE(HttpTestClient(server->Port()).Get("/healthz"));
+}
+
+TEST_F(Tls, GoesOnListeningWhereThereIsNoMemoryForAConnection)
+{
+  const auto server = this->Start();
+  ASSERT_TRUE(server);
+  const std::string request = "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n";
+  for (long n = 0; n < 3; ++n) // two buffers of the TLS stream, and the connection itself
+  {
+    const ScarceMemory scarce(n, ScarceMemory::Where::OtherThreads, 4096);
+    std::signal(SIGPIPE, SIG_IGN); // the client writes to a connection that has ended
+    EXPECT_EQ(Talk(server->Port(), request, "ok\n"), "");
+    EXPECT_GE(scarce.AwaitFailure(), 4096u);
+  }
+  EXPECT_EQ(Talk(server->Port(), request, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
 }
 
 TEST_F(Tls, NeedsACertificateAndItsKey)

@@ -1,0 +1,87 @@
+// Memory that runs out at a chosen moment: replaces operator new of a test program. Include it in
+// one source only.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+namespace kdstream
+{
+
+// While one lives, a single allocation fails: number `n`, from 0, of those of at least `leastBytes`
+// that are made since.
+class ScarceMemory
+{
+public:
+  enum class Where
+  {
+    Everywhere,
+    OtherThreads // those of this thread are not counted: it is the client of what is tested
+  };
+
+  ScarceMemory(long n, Where where, std::size_t leastBytes = 0)
+  {
+    spared = where == Where::OtherThreads;
+    least = leastBytes;
+    failedBytes = 0;
+    untilFailure = n;
+  }
+  ~ScarceMemory()
+  {
+    untilFailure = never;
+    spared = false;
+  }
+  ScarceMemory(const ScarceMemory&) = delete;
+  ScarceMemory& operator=(const ScarceMemory&) = delete;
+
+  // Waits until the allocation has failed; how many bytes it was for.
+  std::size_t AwaitFailure() const
+  {
+    while (failedBytes == 0)
+    {
+      std::this_thread::yield();
+    }
+    return failedBytes;
+  }
+
+  static bool FailsNow(std::size_t bytes)
+  {
+    if (spared || untilFailure < 0 || bytes < least || untilFailure.fetch_sub(1) != 0)
+    {
+      return false;
+    }
+    failedBytes = bytes;
+    return true;
+  }
+
+private:
+  static constexpr long never = -1;
+  static inline std::atomic<long> untilFailure{ never };
+  static inline std::atomic<std::size_t> least{ 0 }, failedBytes{ 0 };
+  static inline thread_local bool spared = false;
+};
+
+}
+
+// Not inlined: g++ would take malloc and delete for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size)
+{
+  void* memory =
+    kdstream::ScarceMemory::FailsNow(size) ? nullptr : std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr)
+  {
+    throw std::bad_alloc();
+  }
+  return memory;
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept
+{
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
+{
+  std::free(memory);
+}

@@ -1,0 +1,64 @@
+// A server without the memory for a connection loses that connection, and no more: it goes on
+// listening.
+#include "server/http/HttpServer.h"
+#include "server/http/ServerState.h"
+#include "server/http/Testing/HttpTestClient.h"
+#include "server/http/Testing/ScarceMemory.h"
+#include "server/session/Testing/MemoryCatalog.h"
+
+#include <gtest/gtest.h>
+
+using namespace kdstream;
+
+namespace
+{
+
+std::unique_ptr<HttpServer> Start(const Catalog& catalog)
+{
+  HttpServerOptions options;
+  options.threads = 1;
+  options.drainTimeout = std::chrono::milliseconds(0);
+  auto server = HttpServer::Start(catalog, options);
+  return server ? std::move(*server) : nullptr;
+}
+
+}
+
+// Each allocation fails in its turn that is made from the moment a client knocks until its
+// connection, an object of more than 4096 bytes, is made.
+TEST(MemoryRunsOut, TheServerGoesOnListening)
+{
+  const MemoryCatalog catalog;
+  constexpr std::size_t connectionBytes = 4096;
+  long tried = 0;
+  for (std::size_t failed = 0; failed < connectionBytes; ++tried)
+  {
+    const auto server = Start(catalog); // a new one: nothing else goes on in it
+    ASSERT_TRUE(server);
+    {
+      const ScarceMemory scarce(tried, ScarceMemory::Where::OtherThreads);
+      HttpTestClient lost(server->Port());
+      failed = scarce.AwaitFailure();
+      EXPECT_TRUE(lost.Ends());
+    }
+    const auto answer = HttpTestClient(server->Port()).Get("/healthz");
+    ASSERT_TRUE(answer) << "allocation " << tried;
+    EXPECT_EQ(answer->status, 200u);
+  }
+  EXPECT_GT(tried, 2);
+}
+
+TEST(MemoryRunsOut, ASeatIsGivenBack)
+{
+  const MemoryCatalog catalog;
+  HttpServerOptions options;
+  options.maximumConnections = 1;
+  ServerState state(catalog, options);
+  {
+    const ScarceMemory scarce(0, ScarceMemory::Where::Everywhere);
+    EXPECT_THROW(state.TakeSeat(), std::bad_alloc);
+  }
+  const auto seat = state.TakeSeat();
+  EXPECT_TRUE(seat);
+  EXPECT_FALSE(state.TakeSeat());
+}
