@@ -58,15 +58,15 @@ struct GestureThresholds
 };
 
 // What the touches of one frame mean. Rules:
-// - A *sequence* lasts from the first finger's coming until the last one's going. Only a sequence
-// that had one and
-//   the same finger throughout, which stayed within the slop for at most tapSeconds, is a tap. Two
-//   taps close in time and place are a double tap; a third one starts anew.
-// - With two or more fingers the two that came first count; the others are ignored until one of the
-// two leaves.
-//   Whenever the two change, measuring starts anew, so nothing jumps.
-// - A finger that remains of two must move by the slop before it rotates: two fingers never leave
-// at once.
+// - A *sequence* lasts from the moment the first finger is put down until the last one is lifted.
+// It
+//   is a tap only if it had one and the same finger throughout, which stayed within the slop and
+//   for at most tapSeconds. Two taps close in time and place are a double tap; a third one starts
+//   anew.
+// - Of more than two fingers the two that came first count; the others are ignored until one of the
+//   two is lifted. Whenever the two change, measuring starts anew, so that nothing jumps.
+// - Two fingers are never lifted at the same moment. So the one that remains must move by the slop
+//   before it rotates.
 // - The product of a pinch's scales is the ratio of its last gap to its first (gaps below
 // smallestGap count as it). Touches with coordinates that are not finite are ignored; of touches
 // with the same id the first counts; a time that goes backwards or is not finite counts as the last

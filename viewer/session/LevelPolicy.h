@@ -21,10 +21,11 @@ struct LevelPolicyOptions
   // A level is fine enough where its deviation is at most this many points (pixels / pixel ratio)
   // on the screen. Above 0.
   double tolerance = 1;
-  // A level once chosen stays while the tolerance divided or multiplied by this would still choose
-  // it: zooming to and fro around a border does not flicker. At least 1.
+  // A level stays as long as the tolerance, divided or multiplied by this, would still choose it.
+  // So zooming to and fro around a border does not flicker. At least 1.
   double hysteresis = 1.25;
-  // No level above the preview that has more triangles is chosen: what memory and frame rate allow.
+  // What memory and frame rate allow: a level with more triangles is not chosen, but for the
+  // preview.
   std::uint64_t triangleBudget = 2'000'000;
 };
 

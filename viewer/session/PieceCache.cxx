@@ -42,6 +42,7 @@ void PieceCache::Touch(PieceId id, Entry& entry)
 
 void PieceCache::Add(Piece piece)
 {
+  ++this->Changes;
   const PieceId id = piece.id;
   Entry& entry = this->Entries[id];
   this->Sum -= entry.bytes;
@@ -77,6 +78,7 @@ void PieceCache::Pin(std::set<PieceId> pieces)
 
 void PieceCache::Clear()
 {
+  ++this->Changes;
   this->Entries.clear();
   this->ByUse.clear();
   this->Pinned.clear();
@@ -92,6 +94,7 @@ void PieceCache::Evict()
       ++use;
       continue;
     }
+    ++this->Changes;
     const auto entry = this->Entries.find(use->second);
     this->Sum -= entry->second.bytes;
     this->Entries.erase(entry);

@@ -5,6 +5,7 @@
 #include "filters/core/pieces/Piece.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <set>
@@ -29,12 +30,14 @@ public:
   const Piece* Find(PieceId id);
   // The same without counting as a use.
   const Piece* Peek(PieceId id) const;
-  // These are what is shown or about to be; all others may go.
+  // These pieces are shown or about to be; all others may be evicted.
   void Pin(std::set<PieceId> pieces);
   void Clear();
 
   std::size_t Bytes() const { return this->Sum; }
   std::size_t Size() const { return this->Entries.size(); }
+  // Grows whenever other pieces are in it.
+  std::uint64_t Version() const { return this->Changes; }
 
 private:
   struct Entry
@@ -49,6 +52,7 @@ private:
   std::size_t Limit;
   std::size_t Sum = 0;
   std::uint64_t Uses = 0;
+  std::uint64_t Changes = 0;
   std::map<PieceId, Entry> Entries;
   std::map<std::uint64_t, PieceId> ByUse; // oldest first
   std::set<PieceId> Pinned;

@@ -10,6 +10,7 @@ namespace kdstream
 
 void RequestBook::Send(SessionRequest request)
 {
+  ++this->Changes;
   request.id = ++this->LastId;
   Entry& entry = this->Open[request.id];
   entry.owed.insert(request.blobs.begin(), request.blobs.end());
@@ -23,6 +24,7 @@ void RequestBook::Send(SessionRequest request)
 
 void RequestBook::Cancel(std::uint32_t request)
 {
+  ++this->Changes;
   const auto entry = this->Open.find(request);
   for (const protocol::BlobId& blob : entry->second.owed)
   {
@@ -74,6 +76,7 @@ bool RequestBook::Settle(std::uint32_t request, const protocol::BlobId& blob)
   {
     return false;
   }
+  ++this->Changes;
   this->Owed.erase(blob);
   if (entry->second.owed.empty())
   {
@@ -89,6 +92,7 @@ bool RequestBook::SettleOpen(std::uint32_t request)
   {
     return false;
   }
+  ++this->Changes;
   this->Open.erase(entry);
   return true;
 }
@@ -100,6 +104,7 @@ std::vector<protocol::BlobId> RequestBook::Close(std::uint32_t request)
   {
     return {};
   }
+  ++this->Changes;
   std::vector<protocol::BlobId> owed(entry->second.owed.begin(), entry->second.owed.end());
   for (const protocol::BlobId& blob : owed)
   {

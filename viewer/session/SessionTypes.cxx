@@ -61,7 +61,7 @@ const char* NameOf(ViewerMode mode)
   return "no model";
 }
 
-std::string StatisticsJson(const std::vector<BlobStatistics>& statistics)
+std::string StatisticsJson(const std::deque<BlobStatistics>& statistics)
 {
   std::string text = "[";
   for (const BlobStatistics& blob : statistics)

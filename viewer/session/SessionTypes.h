@@ -7,6 +7,7 @@
 #include "viewer/session/Camera.h"
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -89,8 +90,8 @@ struct ViewerStatus
   std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
   std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last
   std::uint64_t bytesLoaded = 0;                  // of these
-  std::string error; // a sentence about the last thing that failed; empty again when something else
-                     // is asked for
+  std::string error; // a sentence about the last failure; empty again after the next request of the
+                     // person
 };
 
 // The region as a JSON object, for traces and pages; null where there is none.
@@ -113,6 +114,6 @@ struct BlobStatistics
 };
 
 // As the list of doc/cli.md#statistics-of-a-viewer.
-std::string StatisticsJson(const std::vector<BlobStatistics>& statistics);
+std::string StatisticsJson(const std::deque<BlobStatistics>& statistics);
 
 }

@@ -42,12 +42,43 @@ SurfaceWish ViewerSession::Wish() const
   return wish;
 }
 
+ViewerSession::Situation ViewerSession::GetSituation() const
+{
+  Situation now;
+  now.wish = this->Wish();
+  if (this->Region)
+  {
+    now.cell = this->Region->cell;
+    now.rings = this->Region->rings;
+  }
+  now.missingPages = this->Current->missingPages.size(); // of one model they only become fewer
+  now.failedPieces = this->FailedPieces;
+  now.failedPages = this->FailedPages;
+  now.pieces = this->Pieces.Version();
+  now.cut = this->Shown.CutVersion();
+  now.requests = this->Book.Version();
+  return now;
+}
+
+// Most inputs only move the camera. To find that nothing is to be done then would mean to look at
+// every vertex of the pieces above a region, at each move of a finger.
 void ViewerSession::Update()
 {
   if (!this->Current)
   {
     return;
   }
+  Situation now = this->GetSituation();
+  if (this->LastSituation != now)
+  {
+    this->LastSituation = std::move(now);
+    ++this->ChoicesMade;
+    this->ChooseAndAsk();
+  }
+}
+
+void ViewerSession::ChooseAndAsk()
+{
   this->Shown.Choose(this->Wish(), this->Pieces, this->FailedPieces);
   // The preview may just have appeared: wish again.
   ShownSurface::Needs needs = this->Shown.NeedsOf(this->Wish(), this->Pieces);

@@ -30,6 +30,7 @@ void ShownSurface::Reset(const TreeDepths& depths)
 {
   this->Depths = depths;
   this->Shown.reset();
+  ++this->ShownVersion;
   this->Used.clear();
   this->Dirty = false;
   this->Drawn = std::make_shared<Surface>();
@@ -115,6 +116,7 @@ bool ShownSurface::Show(const Cut& cut, PieceCache& pieces)
   if (!this->Shown || this->Shown->base != cut.base || this->Shown->refined != cut.refined)
   {
     this->Shown = cut;
+    ++this->ShownVersion;
     this->Dirty = true;
   }
   this->Used = std::move(used);

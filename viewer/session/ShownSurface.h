@@ -19,11 +19,12 @@ struct SurfaceWish
 {
   unsigned level = 0;                // everywhere
   std::vector<std::uint32_t> region; // these partitions as the original, nearest first
+  bool operator==(const SurfaceWish&) const = default;
 };
 
-// Holds the shown cut of one model. It is always a cut all of whose pieces are loaded, so what is
-// drawn is one whole surface at every moment: a finer level replaces the old one only when all of
-// it has come.
+// Holds the shown cut of one model. All pieces of the shown cut are always loaded, so that one
+// whole surface is drawn at every moment: a finer level replaces the old one only when all of it
+// has come.
 class ShownSurface
 {
 public:
@@ -32,8 +33,8 @@ public:
   void Reset(const TreeDepths& depths);
 
   // What the whole wish needs, and what of it is missing, ascending. Which level-S pieces a region
-  // in a coarser level needs comes out as pieces arrive: ask again after each. The region is asked
-  // for on the wished level once that is loaded, until then on the shown one.
+  // in a coarser level needs is known only from other pieces: ask again after each that arrives.
+  // The region is taken in the wished level once that is loaded, until then in the shown one.
   struct Needs
   {
     std::set<PieceId> all; // to keep
@@ -51,6 +52,8 @@ public:
 
   bool IsEmpty() const { return !this->Shown.has_value(); }
   const std::optional<Cut>& GetCut() const { return this->Shown; }
+  // Grows whenever another cut is shown.
+  std::uint64_t CutVersion() const { return this->ShownVersion; }
   // Whether the partition is shown as the original.
   bool IsRefined(std::uint32_t partition) const
   {
@@ -72,6 +75,7 @@ private:
 
   TreeDepths Depths;
   std::optional<Cut> Shown;
+  std::uint64_t ShownVersion = 0;
   std::set<PieceId> Used;
   bool Dirty = false;
   std::shared_ptr<const Surface> Drawn;

@@ -27,9 +27,10 @@ bool HasColors(const protocol::ModelDescription& model)
     });
 }
 
-// Light and paint are spoilt before the shape is: both are drawn from values at the vertices. So a
-// level is no better than a part of the distance between its vertices, a sixth for the normals, a
-// third for colours; the vertices are taken to lie spread over half the surface of the box.
+// Light and paint suffer before the shape does, because both are interpolated between vertices. So
+// the deviation of a level counts as at least a part of the distance between its vertices: a sixth,
+// for the normals; a third if there are colours. We assume the vertices to be spread over half the
+// surface of the box.
 std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
 {
   const Vec3 s{ model.boxHi[0] - model.boxLo[0], model.boxHi[1] - model.boxLo[1],
@@ -79,6 +80,7 @@ ViewerSession::ViewerSession(SessionOptions options)
   : Options(std::move(options))
   , Gestures(this->Options.gestures)
   , Pieces(this->Options.cacheBytes)
+  , History(this->Options.mostStatistics)
 {
   this->Options.rings = std::clamp(this->Options.rings, 1u, 3u);
 }
@@ -135,8 +137,8 @@ void ViewerSession::CloseModel()
   this->Current.reset();
   this->Region.reset();
   this->WaitingPick.reset();
-  this->Unrendered.clear();
-  this->JustShown.clear();
+  this->LastSituation.reset();
+  this->History.CloseModel();
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
   this->EyeMoved = false;
 }
@@ -187,8 +189,8 @@ void ViewerSession::Zoom(double factor, double x, double y)
   this->Trace("zoom");
 }
 
-// What lies under the pixel stays there when zooming; without anything there, what lies at the
-// focal point's depth does.
+// When zooming, the point of the surface under the pixel stays there; if there is none, the point
+// at the depth of the focal point.
 void ViewerSession::FocusUnder(double x, double y)
 {
   this->Retry();
@@ -417,8 +419,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   }
   else if (blob.kind != BlobKind::Tree)
   {
-    this->Unrendered[PieceOfBlob(blob, this->Current->codec.depths)] = this->Blobs.size();
-    this->Blobs.push_back(std::move(entry));
+    this->History.Add(PieceOfBlob(blob, this->Current->codec.depths), std::move(entry));
   }
   this->Update();
   this->Trace("blob", protocol::BlobName(blob));
@@ -511,33 +512,14 @@ void ViewerSession::BeginFrame()
   }
   else if (*drawn)
   {
-    for (const PieceId piece : this->Shown.Pieces())
-    {
-      const auto fresh = this->Unrendered.find(piece);
-      if (fresh != this->Unrendered.end())
-      {
-        this->JustShown.push_back(fresh->second);
-        this->Unrendered.erase(fresh);
-      }
-    }
+    this->History.BeginFrame(this->Shown.Pieces());
     this->Trace("frame");
   }
 }
 
 void ViewerSession::EndFrame(double seconds)
 {
-  // One more for each, so that pieces without triangles share in the time too.
-  double sum = 0;
-  for (const std::size_t i : this->JustShown)
-  {
-    sum += static_cast<double>(this->Blobs[i].triangles + 1);
-  }
-  for (const std::size_t i : this->JustShown)
-  {
-    this->Blobs[i].renderingSeconds =
-      seconds * static_cast<double>(this->Blobs[i].triangles + 1) / sum;
-  }
-  this->JustShown.clear();
+  this->History.EndFrame(seconds);
 }
 
 std::vector<SessionRequest> ViewerSession::TakeRequests()

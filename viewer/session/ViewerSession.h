@@ -6,6 +6,7 @@
 #include "filters/codec/PieceCodec.h"
 #include "filters/core/Result.h"
 #include "server/protocol/ModelDescription.h"
+#include "viewer/session/BlobHistory.h"
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/Picker.h"
@@ -14,6 +15,7 @@
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/ShownSurface.h"
 
+#include <deque>
 #include <functional>
 #include <set>
 #include <span>
@@ -41,6 +43,8 @@ struct SessionOptions
   double smallestRegionPoints = 32;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;
+  // Blobs of which Statistics tells: the newest.
+  std::size_t mostStatistics = 10'000;
   // From then on, `sink` is called with one line of JSON after every input: the input, the state,
   // the requests that it led to. The same inputs give the same lines. What writes them is linked
   // only where this is called: a page does without.
@@ -65,13 +69,13 @@ private:
 // browses that one.
 //
 // A region stays while one turns, pans and pinches, whatever the level around it, until another one
-// is picked or it has become too small to be seen; partitions that the next region shares are not
+// is picked or it has become too small to be seen. Partitions that the next region also has are not
 // asked for again.
 //
-// Levels and regions appear when all that they need has come; until then the old surface stays
-// (ShownSurface). What fails is named in Status().error, and not asked for again before the next
-// double tap, pinch or selection; a level of which a piece failed is replaced by the next coarser
-// one.
+// Levels and regions appear when everything that they need has come; until then the old surface
+// stays (ShownSurface). A blob that fails is named in Status().error, and not asked for again
+// before the next double tap, pinch or selection. If a piece of a level failed, the next coarser
+// level is shown.
 //
 // Not thread-safe; no input blocks, throws, or calls back (but for clock and trace).
 class ViewerSession
@@ -91,9 +95,10 @@ public:
   // Back to browsing the same model: its preview again, whole, without a region.
   void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
-  // The fingers have gone without a gesture's end (a system's own gesture took them): no tap.
+  // The fingers have gone without ending their gesture, because the system took them for one of its
+  // own: this is not a tap.
   void CancelTouches();
-  // A wheel or trackpad enlarges by `factor` > 0 about pixel (x, y): as a pinch there. Other
+  // A wheel or trackpad enlarges by `factor` > 0 about pixel (x, y), as a pinch there would. Other
   // factors change nothing.
   void Zoom(double factor, double x, double y);
   // For this region and the next ones. Clamped to 1-3.
@@ -124,11 +129,14 @@ public:
   ViewerScene Scene() const;
   ViewerStatus GetStatus() const;
   const std::vector<protocol::ModelSummary>& Models() const { return this->ModelList; }
-  const std::vector<BlobStatistics>& Statistics() const { return this->Blobs; }
+  // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
+  const std::deque<BlobStatistics>& Statistics() const { return this->History.Entries(); }
   // Whether nothing is outstanding and all that came has been drawn.
   bool IsIdle() const { return this->Book.Empty() && !this->Shown.NeedsDrawing(); }
   // What is outstanding, for messages.
   std::string DescribeOutstanding() const { return this->Book.Describe(); }
+  // How often it was worked out what to show and what to ask for: for tests.
+  std::uint64_t Choices() const { return this->ChoicesMade; }
 
 private:
   struct Model
@@ -149,6 +157,19 @@ private:
     Box box;
   };
 
+  // All that Update goes by.
+  struct Situation
+  {
+    SurfaceWish wish;
+    NodeId cell = 0; // of the region, 0 without one
+    unsigned rings = 0;
+    std::size_t missingPages = 0;
+    std::set<PieceId> failedPieces;
+    std::set<NodeId> failedPages;
+    std::uint64_t pieces = 0, cut = 0, requests = 0; // versions
+    bool operator==(const Situation&) const = default;
+  };
+
   void CloseModel();
   void Handle(const Gesture& gesture);
   void FocusUnder(double x, double y);
@@ -159,7 +180,9 @@ private:
   void SetRegion(NodeId cell);
   void FollowZoom();
   void Retry();
+  Situation GetSituation() const;
   void Update();
+  void ChooseAndAsk();
   unsigned EffectiveLevel() const;
   SurfaceWish Wish() const;
   void RequestMissing(const std::vector<PieceId>& missing);
@@ -193,9 +216,9 @@ private:
   std::set<NodeId> FailedPages;
   std::string LastError;
 
-  std::vector<BlobStatistics> Blobs;
-  std::map<PieceId, std::size_t> Unrendered; // loaded and not yet shown: where in Blobs
-  std::vector<std::size_t> JustShown;        // by the frame that has begun
+  std::optional<Situation> LastSituation; // that Update found something to do in
+  std::uint64_t ChoicesMade = 0;
+  BlobHistory History;
   std::uint64_t BlobsLoaded = 0, BlobsWanted = 0, BytesLoaded = 0;
 };
 

@@ -17,13 +17,15 @@ namespace
 // - decoded pieces beyond what is shown: 96 MiB, a few levels and regions to go back to;
 // - levels of at most 600,000 triangles: more than a phone's screen has points, and drawn anew
 //   within a second;
-// - regions of at most 192 partitions, about as many triangles again.
+// - regions of at most 192 partitions, about as many triangles again;
+// - no statistics of blobs, which the page does not show.
 SessionOptions PhoneOptions(std::function<double()> clock)
 {
   SessionOptions options;
   options.cacheBytes = std::size_t{ 96 } << 20;
   options.policy.triangleBudget = 600'000;
   options.mostRegionPartitions = 192;
+  options.mostStatistics = 0;
   options.clock = std::move(clock);
   return options;
 }

@@ -794,6 +794,62 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
   EXPECT_EQ(StatisticsJson({}), "[\n]\n");
 }
 
+TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.mostStatistics = 3;
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 6);
+  server.Serve(session);
+  ASSERT_GT(server.sent.size(), 5u); // a page of the tree among them
+  ASSERT_EQ(session.Statistics().size(), 3u);
+  for (const BlobStatistics& blob : session.Statistics())
+  {
+    EXPECT_EQ(blob.id.rfind("levels/13/", 0), 0u) << blob.id;
+    EXPECT_GT(blob.renderingSeconds, 0) << blob.id;
+  }
+}
+
+// With a region in a level below S it takes a look at every vertex of the level to find which
+// clusters are split.
+TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
+{
+  MemoryServer server = SmallCells();
+  SessionOptions options;
+  options.policy.tolerance = 4;
+  ViewerSession session(options);
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  ASSERT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+  ASSERT_LT(session.GetStatus().shownLevel, server.Codec().depths.stitch);
+  session.HandleTouches({ clockOfFingers += 1, {} });
+  const std::uint64_t choices = session.Choices();
+  const Vec3 eye = session.Scene().eye;
+  for (int i = 0; i <= 50; ++i)
+  {
+    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x + 3 * i, y } } });
+  }
+  session.HandleTouches({ clockOfFingers += 0.02, {} });
+  Pinch(session, x, y, 1.01);
+  session.Resize({ width + 10, height, 1 });
+  EXPECT_NE(session.Scene().eye, eye);
+  EXPECT_EQ(session.Choices(), choices);
+  // What changes something is seen to.
+  Pinch(session, x, y, 16);
+  server.Serve(session);
+  EXPECT_GT(session.Choices(), choices);
+  EXPECT_EQ(session.GetStatus().shownLevel, 13u);
+}
+
 // A recorded session, played twice: the same requests and the same trace, line for line.
 TEST(TestViewerSession, TheSameReplayGivesTheSameTraceTwice)
 {

@@ -1,0 +1,76 @@
+#include "viewer/session/BlobHistory.h"
+
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// One more than there are, so that a piece without triangles has a share in its frame too.
+double WeightOf(const BlobStatistics& blob)
+{
+  return static_cast<double>(blob.triangles + 1);
+}
+
+}
+
+BlobHistory::BlobHistory(std::size_t most)
+  : Most(most)
+{
+}
+
+BlobStatistics* BlobHistory::Find(std::uint64_t number)
+{
+  return number < this->Forgotten ? nullptr : &this->Newest[number - this->Forgotten];
+}
+
+void BlobHistory::Add(PieceId piece, BlobStatistics entry)
+{
+  this->NotShown[piece] = this->Forgotten + this->Newest.size();
+  this->Newest.push_back(std::move(entry));
+  if (this->Newest.size() > this->Most)
+  {
+    this->Newest.pop_front();
+    ++this->Forgotten;
+  }
+}
+
+void BlobHistory::BeginFrame(const std::set<PieceId>& shown)
+{
+  for (const PieceId piece : shown)
+  {
+    const auto found = this->NotShown.find(piece);
+    if (found != this->NotShown.end())
+    {
+      this->JustShown.push_back(found->second);
+      this->NotShown.erase(found);
+    }
+  }
+}
+
+void BlobHistory::EndFrame(double seconds)
+{
+  std::vector<BlobStatistics*> blobs;
+  double sum = 0;
+  for (const std::uint64_t number : std::exchange(this->JustShown, {}))
+  {
+    if (BlobStatistics* const blob = this->Find(number))
+    {
+      blobs.push_back(blob);
+      sum += WeightOf(*blob);
+    }
+  }
+  for (BlobStatistics* const blob : blobs)
+  {
+    blob->renderingSeconds = seconds * WeightOf(*blob) / sum;
+  }
+}
+
+void BlobHistory::CloseModel()
+{
+  this->NotShown.clear();
+  this->JustShown.clear();
+}
+
+}

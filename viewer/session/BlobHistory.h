@@ -1,0 +1,45 @@
+// How every blob came, what decoding it took, and what the frame took that showed it first: the
+// newest blobs of a session.
+#pragma once
+
+#include "viewer/session/SessionTypes.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <set>
+#include <vector>
+
+namespace kdstream
+{
+
+// All O(log pieces) a blob.
+class BlobHistory
+{
+public:
+  // Of more blobs than `most` the oldest are forgotten.
+  explicit BlobHistory(std::size_t most);
+
+  // A piece has been decoded, and `entry` says how it came.
+  void Add(PieceId piece, BlobStatistics entry);
+  // A frame has begun that shows these pieces. Those that it is the first to show share its time.
+  void BeginFrame(const std::set<PieceId>& shown);
+  void EndFrame(double seconds);
+  // Another model is opened: what has not been shown of the last one never will be.
+  void CloseModel();
+
+  const std::deque<BlobStatistics>& Entries() const { return this->Newest; } // oldest first
+
+private:
+  // Entries are numbered from the first one of the session; null if it has been forgotten.
+  BlobStatistics* Find(std::uint64_t number);
+
+  std::size_t Most;
+  std::deque<BlobStatistics> Newest;
+  std::uint64_t Forgotten = 0;               // number of the first in Newest
+  std::map<PieceId, std::uint64_t> NotShown; // number of its entry
+  std::vector<std::uint64_t> JustShown;      // by the frame that has begun
+};
+
+}
