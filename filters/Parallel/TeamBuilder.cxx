@@ -14,6 +14,7 @@
 #include "filters/build/HubCheck.h"
 #include "filters/build/ModelDescription.h"
 #include "filters/build/PieceWriting.h"
+#include "filters/core/CaughtError.h"
 #include "filters/core/EdgeCount.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/FreeMemory.h"
@@ -24,7 +25,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -401,9 +401,9 @@ Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::pat
   {
     report = BuildHere(team, input, store, options, execution, stepMemory);
   }
-  catch (const std::bad_alloc&) // the others wait: they must be told
+  catch (...) // the others wait: they must be told
   {
-    report = Error{ ErrorCode::LimitExceeded, "out of memory" };
+    report = CaughtError();
   }
   return report ? std::move(report) : team.Fail(report.GetError());
 }

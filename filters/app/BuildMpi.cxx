@@ -5,10 +5,12 @@
 #include "filters/Parallel/TeamBuilder.h"
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
+#include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <iostream>
 #include <thread>
 
@@ -125,6 +127,14 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   return WriteStats(program, line, *report);
 }
 
+// The other ranks wait for this one. Only MPI can tell them, and does when a rank ends without a
+// farewell to it: the job ends.
+[[noreturn]] void EndJob(const std::string& program)
+{
+  std::cerr.clear(); // this rank speaks, whichever it is
+  std::_Exit(PrintError(program, "", CaughtError()));
+}
+
 }
 
 int main(int argc, char** argv)
@@ -140,5 +150,16 @@ int main(int argc, char** argv)
   CLI::App app(description, "kdstream-build-mpi");
   app.set_version_flag("--version", KDSTREAM_VERSION);
   AddBuildOptions(app, line);
-  return RunProgram(app, argc, argv, [&]() { return Build(team, app, line); });
+  return RunProgram(app, argc, argv,
+    [&]()
+    {
+      try
+      {
+        return Build(team, app, line);
+      }
+      catch (...)
+      {
+        EndJob(app.get_name());
+      }
+    });
 }

@@ -1,5 +1,7 @@
 #include "filters/program/Program.h"
 
+#include "filters/core/CaughtError.h"
+
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
@@ -12,7 +14,6 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
-#include <new>
 
 namespace kdstream
 {
@@ -49,9 +50,9 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
   {
     return work();
   }
-  catch (const std::bad_alloc&)
+  catch (...)
   {
-    return PrintError(app.get_name(), "", { ErrorCode::LimitExceeded, "out of memory" });
+    return PrintError(app.get_name(), "", CaughtError());
   }
 }
 

@@ -25,7 +25,8 @@ inline constexpr int exitFailed = 1;
 inline constexpr int exitUsage = 2;
 
 // Parses the command line and calls `work`, which returns an exit code. --help and --version end
-// with 0, wrong usage with 2; memory that runs out inside `work` is an error like others.
+// with 0, wrong usage with 2. An exception out of `work` is an error like others, memory that runs
+// out among them.
 int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work);
 
 // Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the

@@ -2,16 +2,26 @@
 
 #include <sqlite3.h>
 
+#include <system_error>
+
 namespace kdstream
 {
 namespace
 {
 
 // A file name as an SQLite URI: everything but plain characters is percent-encoded.
-std::string UriOf(const std::filesystem::path& file)
+// Errors: InputOutput where the name is relative and the current folder is gone.
+Result<std::string> UriOf(const std::filesystem::path& file)
 {
+  std::error_code status;
+  const std::filesystem::path absolute = std::filesystem::absolute(file, status);
+  if (status)
+  {
+    return Error{ ErrorCode::InputOutput,
+      "the current folder cannot be found: " + status.message() };
+  }
   std::string uri = "file:";
-  for (const char c : std::filesystem::absolute(file).string())
+  for (const char c : absolute.string())
   {
     const auto byte = static_cast<unsigned char>(c);
     const bool plain = (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') ||
@@ -57,13 +67,17 @@ void Statement::Finalize::operator()(sqlite3_stmt* statement) const
 
 Result<Database> OpenForReading(const std::filesystem::path& file)
 {
-  return Open(UriOf(file) + "?mode=ro&immutable=1",
+  const Result<std::string> uri = UriOf(file);
+  KDSTREAM_TRY(uri);
+  return Open(*uri + "?mode=ro&immutable=1",
     SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, ErrorCode::Damaged);
 }
 
 Result<Database> OpenForWriting(const std::filesystem::path& file)
 {
-  return Open(UriOf(file),
+  const Result<std::string> uri = UriOf(file);
+  KDSTREAM_TRY(uri);
+  return Open(*uri,
     SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
     ErrorCode::InputOutput);
 }

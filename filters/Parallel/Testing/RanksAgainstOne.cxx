@@ -1,6 +1,7 @@
 // Run by TestBuildMpi on the ranks of a job: builds hard meshes by all ranks, with so little memory
 // for each step that everything is done in parts, and by one process in memory; the stores are the
 // same. Usage: RanksAgainstOne FOLDER; exit code 1 and a line for each store that differs.
+// With a second argument it is checked instead that an exception of one rank is the error of all.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/MpiTeam.h"
@@ -13,6 +14,8 @@
 
 #include <iostream>
 #include <sstream>
+#include <stdexcept>
+#include <string_view>
 
 namespace
 {
@@ -106,6 +109,33 @@ private:
   bool AnyDiffers = false;
 };
 
+// Rank 1 throws in the middle of its build, as a library may.
+bool AllHearOfAnException(MpiTeam& team, const std::filesystem::path& folder)
+{
+  const std::filesystem::path file = folder / "mesh.ply";
+  if (team.IsFirst() && !WriteMesh(file, DisplacedSphere(3)))
+  {
+    std::cout << "cannot write " << file << '\n';
+  }
+  (void)team.Finish(); // all see the file
+  Execution execution;
+  if (team.Rank() == 1)
+  {
+    execution.progress = [](std::string_view, double) -> bool
+    { throw std::runtime_error("a library has failed"); };
+  }
+  BuildOptions options;
+  options.memory = std::uint64_t{ 64 } << 20;
+  const std::string said =
+    Describe(BuildStoreTogether(team, file, folder / "some.kds", options, execution));
+  const bool heard = said == "error: unexpected: a library has failed";
+  if (!heard)
+  {
+    std::cout << "rank " << team.Rank() << ": " << said << '\n';
+  }
+  return heard;
+}
+
 }
 
 int main(int argc, char** argv)
@@ -113,7 +143,14 @@ int main(int argc, char** argv)
   vtkNew<vtkMPIController> controller;
   controller->Initialize(&argc, &argv);
   MpiTeam team(*controller);
-  Comparison comparison(team, argc > 1 ? argv[1] : ".");
+  const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
+  if (argc > 2)
+  {
+    const bool heard = AllHearOfAnException(team, folder);
+    controller->Finalize();
+    return heard ? 0 : 1;
+  }
+  Comparison comparison(team, folder);
   std::vector<NamedMesh> meshes = AllMeshes();
   meshes.push_back(
     { "sphere with attributes", WithAttributes(Shuffled(DisplacedSphere(3), 5), 3) });

@@ -242,6 +242,16 @@ TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
   EXPECT_EQ(Others(folder, { "mesh.ply", "cut.ply", "wide.ply" }), std::vector<std::string>{});
 }
 
+TEST(BuildMpi, AnExceptionOfOneRankIsTheErrorOfAll)
+{
+  const TemporaryFolder folder;
+  const Outcome outcome = RunProgram(folder, KDSTREAM_MPIRUN,
+    Ranks(3,
+      { std::string(KDSTREAM_PROGRAMS) + "/RanksAgainstOne", folder.Path.string(), "throws" }));
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+  EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
+}
+
 namespace
 {
 
