@@ -101,7 +101,7 @@ Status Player::Frame()
   return status;
 }
 
-// Each new sentence once, also where it is gone in between.
+// Each new sentence once, even if the session has no error in between.
 void Player::Complain()
 {
   const std::string error = this->Session.GetStatus().error;

@@ -17,20 +17,19 @@ namespace kdstream
 
 struct PlayerOptions
 {
-  // A wait for idle without an answer from the server for so long is an error, and so is one that
-  // lasts so long.
+  // A wait fails if the server has sent nothing for longestSilence, or if it takes longestWait.
   std::chrono::seconds longestSilence{ 120 };
   std::chrono::seconds longestWait{ 1800 };
   // Called with each step before it is done.
   std::function<void(const SessionStep&)> record;
-  // Called with each sentence about something that could not be had; the session goes on.
+  // Called with a sentence for each part that could not be loaded; the session goes on.
   std::function<void(const std::string&)> complain;
   // Whether to give up a wait.
   std::function<bool()> interrupted;
 };
 
-// What comes from the server is looked at during waits only, and time is that of the steps, so that
-// the same steps give the same gestures, picks and levels however fast the server is.
+// Takes what the server sends during waits only, and uses the times in the steps instead of a
+// clock. So the same steps give the same gestures, picks and levels, however fast the server is.
 class Player
 {
 public:

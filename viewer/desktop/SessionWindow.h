@@ -21,7 +21,7 @@ public:
   static Result<std::unique_ptr<SessionWindow>> MakeOffscreen(
     WindowBackend backend, int width, int height, const SceneStyle& style);
 
-  // Renders the scene; the surface goes to the graphics memory only where it is another one than
+  // Renders the scene. The surface is uploaded to the graphics memory only if it has changed since
   // the last time.
   Status Show(const ViewerScene& scene);
   // Writes what was shown last.

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -53,7 +54,7 @@ std::string ParseWindowSize(const std::string& text, int& width, int& height)
   const bool inRange =
     width >= 1 && width <= largestWindowSide && height >= 1 && height <= largestWindowSide;
   return parsed && inRange ? std::string()
-                           : "'" + text + "' is no size: WxH, each 1 to " +
+                           : "'" + text + "' is not a size: WxH, each 1 to " +
                                std::to_string(largestWindowSide) + " pixels";
 }
 
@@ -101,8 +102,13 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->default_str("own");
 }
 
-Result<std::vector<SessionStep>> ReadSession(const std::string& file)
+// The steps of a session file; none if no file is named.
+Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
 {
+  if (file.empty())
+  {
+    return std::vector<SessionStep>();
+  }
   std::ifstream input(file, std::ios::binary);
   if (!input)
   {
@@ -112,8 +118,13 @@ Result<std::vector<SessionStep>> ReadSession(const std::string& file)
   return ParseSession(text);
 }
 
-Status WriteFile(const std::string& file, const std::string& text)
+// Nothing if no file is named.
+Status WriteOutput(const std::string& file, const std::string& text)
 {
+  if (file.empty())
+  {
+    return {};
+  }
   std::ofstream output(file, std::ios::binary | std::ios::trunc);
   output << text;
   output.close();
@@ -125,7 +136,7 @@ Status WriteFile(const std::string& file, const std::string& text)
   return {};
 }
 
-// The model to begin with: the one that is named, or the only one; empty where a replay selects for
+// The model to begin with: the one that is named, or the only one; empty if the replay selects one
 // itself.
 Result<std::string> FirstModel(const CommandLine& line, const std::vector<SessionStep>& steps,
   const std::vector<protocol::ModelSummary>& models)
@@ -186,10 +197,21 @@ std::vector<SessionStep> Script(
   return steps;
 }
 
-int View(const std::string& program, CommandLine line)
+// The result, with the file or the server that is at fault before an error's message.
+template <class T>
+Result<T> At(const std::string& place, Result<T> result)
 {
-  const auto fail = [&program](const std::string& file, const Error& error)
-  { return PrintError(program, file, error); };
+  if (!result)
+  {
+    return Error{ result.GetError().code, place + ": " + result.GetError().message };
+  }
+  return result;
+}
+
+// Before the work, so that nothing is done in vain. Outputs that are links become what they link
+// to.
+Status CheckOutputs(CommandLine& line)
+{
   const std::pair<std::string*, OutputKind> outputs[] = { { &line.record, OutputKind::Stream },
     { &line.statistics, OutputKind::Stream }, { &line.screenshot, OutputKind::File } };
   for (const auto& [file, kind] : outputs)
@@ -198,83 +220,68 @@ int View(const std::string& program, CommandLine line)
     {
       continue;
     }
-    const auto output = CheckOutput(*file, kind, { line.replay });
-    if (!output)
-    {
-      return fail(*file, output.GetError());
-    }
-    *file = output->string(); // what a link names, so that the link stays
+    const auto output = At(*file, CheckOutput(*file, kind, { line.replay }));
+    KDSTREAM_TRY(output);
+    *file = output->string();
   }
-  std::vector<SessionStep> replay;
-  if (!line.replay.empty())
-  {
-    auto read = ReadSession(line.replay);
-    if (!read)
-    {
-      return fail(line.replay, read.GetError());
-    }
-    replay = std::move(*read);
-  }
-  auto client = ServerClient::Connect(line.url);
-  if (!client)
-  {
-    return fail(line.url, client.GetError());
-  }
-  const auto first = FirstModel(line, replay, (*client)->Models());
-  if (!first)
-  {
-    return fail(line.url, first.GetError());
-  }
-  SceneStyle style;
-  style.coloring = line.coloring;
-  auto window = SessionWindow::MakeOffscreen(
-    *ParseWindowBackend(line.offscreen), line.width, line.height, style);
-  if (!window)
-  {
-    return fail("", window.GetError());
-  }
+  return {};
+}
 
-  SessionOptions sessionOptions;
-  sessionOptions.rings = line.rings;
-  sessionOptions.clock = []
+SessionOptions OptionsOf(const CommandLine& line)
+{
+  SessionOptions options;
+  options.rings = line.rings;
+  options.clock = []
   {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
   };
-  ViewerSession session(sessionOptions);
+  if (!line.statistics.empty())
+  {
+    options.mostStatistics = std::numeric_limits<std::size_t>::max(); // all, as it was asked for
+  }
+  return options;
+}
+
+// Steps: check where the outputs go, read what is to be played, connect, open the window, play,
+// write the outputs. Returns the exit code: a part of the model that could not be loaded makes it a
+// failure, but the session goes on without that part.
+Result<int> View(const std::string& program, CommandLine line)
+{
+  KDSTREAM_TRY(CheckOutputs(line));
+  const auto replay = At(line.replay, ReadReplay(line.replay));
+  KDSTREAM_TRY(replay);
+  const auto client = At(line.url, ServerClient::Connect(line.url));
+  KDSTREAM_TRY(client);
+  const auto first = At(line.url, FirstModel(line, *replay, (*client)->Models()));
+  KDSTREAM_TRY(first);
+  SceneStyle style;
+  style.coloring = line.coloring;
+  const auto window = SessionWindow::MakeOffscreen(
+    *ParseWindowBackend(line.offscreen), line.width, line.height, style);
+  KDSTREAM_TRY(window);
+
+  ViewerSession session(OptionsOf(line));
   session.SetModels((*client)->Models());
   session.Resize({ line.width, line.height, 1 });
-
   int exitCode = exitDone;
   std::string record;
   PlayerOptions options;
   options.record = [&record](const SessionStep& step) { record += FormatSessionStep(step) + "\n"; };
   options.complain = [&](const std::string& sentence) {
-    exitCode = fail(line.url, { ErrorCode::NotFound, sentence });
+    exitCode = PrintError(program, line.url, { ErrorCode::NotFound, sentence });
   };
   options.interrupted = Interrupted;
   Player player(**client, session, **window, options);
-  for (const SessionStep& step : Script(*first, replay, line))
+  for (const SessionStep& step : Script(*first, *replay, line))
   {
-    if (const Status status = player.Play(step); !status)
-    {
-      const bool picture = step.kind == SessionStep::Kind::Screenshot;
-      return fail(picture ? step.name : line.url, status.GetError());
-    }
+    const bool picture = step.kind == SessionStep::Kind::Screenshot;
+    KDSTREAM_TRY(At(picture ? step.name : line.url, player.Play(step)));
   }
-  const std::pair<std::string, std::string> files[] = { { line.record, record },
-    { line.statistics, StatisticsJson(session.Statistics()) } };
-  for (const auto& [file, text] : files)
-  {
-    if (file.empty())
-    {
-      continue;
-    }
-    if (const Status status = WriteFile(file, text); !status)
-    {
-      return fail(file, status.GetError());
-    }
-  }
+
+  KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));
+  KDSTREAM_TRY(
+    At(line.statistics, WriteOutput(line.statistics, StatisticsJson(session.Statistics()))));
   return exitCode;
 }
 
@@ -297,6 +304,7 @@ int main(int argc, char** argv)
             "the interactive window comes in a later version: --offscreen auto is required" });
       }
       CatchInterrupts();
-      return View(app.get_name(), line);
+      const Result<int> exitCode = View(app.get_name(), line);
+      return exitCode ? *exitCode : PrintError(app.get_name(), "", exitCode.GetError());
     });
 }
