@@ -10,8 +10,8 @@ namespace kdstream
 namespace
 {
 
-// At most 1,000 characters, quotes and whatever is not printable ASCII as \xHH: a line stays a
-// line.
+// The first 1,000 characters, with quotes and everything but printable ASCII as \xHH, so that a
+// client cannot break the line.
 std::string Escaped(const std::string& text)
 {
   std::string safe;

@@ -59,7 +59,7 @@ void AddOptions(CLI::App& app, CommandLine& line)
   key->needs(certificate);
 }
 
-// Where the web viewer lies if this program and it are installed; empty if it is not there.
+// The folder of the web viewer that is installed with this program; empty if there is none.
 std::string InstalledWeb()
 {
   std::error_code error;
@@ -70,8 +70,8 @@ std::string InstalledWeb()
                                                                                   : "";
 }
 
-// Blocks the signals that end or reload, in this thread and those it starts, so that only
-// WaitForEnd takes them.
+// Blocks the signals for ending and reloading in this thread and all that it starts, so that only
+// WaitForEnd receives them.
 sigset_t BlockSignals()
 {
   sigset_t signals;

@@ -33,7 +33,7 @@ Error Bad(const std::string& what)
   return Error{ ErrorCode::InvalidInput, "frame: " + what };
 }
 
-// The ranges that header and payload must lie in; empty if they do.
+// What is out of range in header or payload; empty if nothing is.
 std::string Fault(const FrameHeader& header, std::size_t payload)
 {
   if (header.request == 0)
@@ -42,7 +42,7 @@ std::string Fault(const FrameHeader& header, std::size_t payload)
   }
   if (!IsValid(header.blob))
   {
-    return "no blob has kind " + std::to_string(static_cast<unsigned>(header.blob.kind)) +
+    return "there is no blob of kind " + std::to_string(static_cast<unsigned>(header.blob.kind)) +
            ", level " + std::to_string(header.blob.level) + ", number " +
            std::to_string(header.blob.number);
   }

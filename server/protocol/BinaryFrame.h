@@ -44,10 +44,10 @@ std::vector<std::uint8_t> EncodeFrame(
 // Errors: InvalidInput naming the field that is out of range.
 Result<FrameView> ParseFrame(std::span<const std::uint8_t> message);
 
-// Puts frames back together.
+// Joins frames to blobs again.
 // The frames of one blob come in order, without gaps; those of different requests may alternate.
-// Memory is taken only for bytes that have come: at most maximumBlobBytes in all unfinished blobs
-// together.
+// It allocates memory only for bytes that have arrived, at most maximumBlobBytes for all unfinished
+// blobs together.
 class FrameAssembler
 {
 public:

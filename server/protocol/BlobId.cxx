@@ -49,7 +49,7 @@ Result<BlobId> ParseBlobName(std::string_view name)
   if (parts.size() == 2 && parts[0] == "tree")
   {
     const auto node = ParseDecimal(parts[1], 1, nodeEnd - 1);
-    return node ? Result<BlobId>(BlobId::TreePage(*node)) : bad("no tree node", parts[1]);
+    return node ? Result<BlobId>(BlobId::TreePage(*node)) : bad("not a tree node", parts[1]);
   }
   if (parts.size() == 3 && parts[0] == "levels")
   {
@@ -60,7 +60,7 @@ Result<BlobId> ParseBlobName(std::string_view name)
     }
     const auto node = ParseDecimal(parts[2], 1, nodeEnd - 1);
     return node ? Result<BlobId>(BlobId::LevelPiece(static_cast<std::uint8_t>(*depth), *node))
-                : bad("no tree node", parts[2]);
+                : bad("not a tree node", parts[2]);
   }
   if (parts.size() == 2 && parts[0] == "partitions")
   {

@@ -125,7 +125,7 @@ OpenRequest ReadOpen(JsonReader& reader, const Json& json)
   OpenRequest body{ reader.Text(json, "model", maximumClientMessageBytes) };
   if (!IsModelId(body.model))
   {
-    reader.Fail("no model id: " + Quoted(body.model));
+    reader.Fail("not a model id: " + Quoted(body.model));
   }
   return body;
 }
@@ -238,7 +238,7 @@ void ReadClientBody(JsonReader& reader, const Json& json, ClientMessage& message
   }
   else
   {
-    reader.Fail("no request has the type " + Quoted(type));
+    reader.Fail("there is no request of type " + Quoted(type));
   }
 }
 
@@ -268,7 +268,7 @@ void ReadServerBody(JsonReader& reader, const Json& json, ServerMessage& message
   }
   else
   {
-    reader.Fail("no answer has the type " + Quoted(type));
+    reader.Fail("there is no answer of type " + Quoted(type));
   }
 }
 
@@ -284,7 +284,7 @@ Result<JsonDocument> ParseObject(std::string_view text, std::size_t most)
   auto json = ParseJson(text);
   if (json && !json->IsObject())
   {
-    json = Error{ ErrorCode::InvalidInput, "the message is no JSON object" };
+    json = Error{ ErrorCode::InvalidInput, "the message is not a JSON object" };
   }
   return json;
 }

@@ -1,4 +1,4 @@
-// The JSON messages of the stream: what a client asks and what a server answers beside the blobs
+// The JSON messages of the stream: a client's requests, and a server's answers but for the blobs
 // themselves.
 //
 // Every request has an id that the client chooses (1 … 2^32 - 1, not one of an unfinished request
@@ -90,7 +90,7 @@ struct ClientMessage
   bool operator==(const ClientMessage&) const = default;
 };
 
-// The text may be longer than maximumClientMessageBytes where a list is long: the sender must look.
+// A long list can make the text longer than maximumClientMessageBytes: the caller must check.
 std::string WriteClientMessage(const ClientMessage& message);
 
 // Errors: LimitExceeded for too many bytes; InvalidInput for what is not a JSON object (the
@@ -137,8 +137,8 @@ struct EndAnswer
   bool operator==(const EndAnswer&) const = default;
 };
 
-// With a blob: this blob of the request cannot be had; the request goes on. Without: the request
-// has ended.
+// With a blob: the server cannot send this blob, and the request goes on. Without: the request has
+// ended.
 struct ErrorAnswer
 {
   std::uint16_t code = 500; // as in HTTP

@@ -54,7 +54,7 @@ Result<ResourcePath> ParseResourcePath(std::string_view path)
   {
     return resource;
   }
-  const Error unknown{ ErrorCode::NotFound, "nothing is at " + Quoted(path) };
+  const Error unknown{ ErrorCode::NotFound, "there is nothing at " + Quoted(path) };
   if (path.substr(0, modelsPrefix.size()) != modelsPrefix)
   {
     return unknown;
@@ -67,7 +67,7 @@ Result<ResourcePath> ParseResourcePath(std::string_view path)
   }
   if (!IsModelId(rest.substr(0, idEnd)))
   {
-    return Error{ ErrorCode::InvalidArgument, "no model id: " + Quoted(rest.substr(0, idEnd)) };
+    return Error{ ErrorCode::InvalidArgument, "not a model id: " + Quoted(rest.substr(0, idEnd)) };
   }
   resource.model = rest.substr(0, idEnd);
 
@@ -89,7 +89,8 @@ Result<ResourcePath> ParseResourcePath(std::string_view path)
   }
   if (!IsDigest(below.substr(0, digestEnd)))
   {
-    return Error{ ErrorCode::InvalidArgument, "no digest: " + Quoted(below.substr(0, digestEnd)) };
+    return Error{ ErrorCode::InvalidArgument,
+      "not a digest: " + Quoted(below.substr(0, digestEnd)) };
   }
   resource.kind = ResourcePath::Kind::Blob;
   resource.digest = below.substr(0, digestEnd);

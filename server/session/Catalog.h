@@ -21,8 +21,8 @@ namespace kdstream
 
 using BlobBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-// One model: never changes. Who holds the pointer can read it, also when the catalog has another
-// build by then.
+// One model, which never changes. Whoever holds the pointer can go on reading it, even when the
+// catalog has a newer build.
 class ServedModel
 {
 public:

@@ -246,7 +246,7 @@ void Conversation::Open(std::uint32_t request, const protocol::OpenRequest& body
   this->Answer({ request, protocol::OpenedAnswer{ this->Model->Description() } });
 }
 
-// The next message of the current request, or nothing where that has become one of the answers.
+// The next message of the current request; nothing if that has been added to Answers instead.
 std::optional<Conversation::Message> Conversation::Continue()
 {
   Job& job = *this->Current;
@@ -273,7 +273,8 @@ std::optional<Conversation::Message> Conversation::Continue()
   return std::nullopt;
 }
 
-// Reads the next blob of the current request. False where it cannot be had: this has been answered.
+// Reads the next blob of the current request. False if it cannot be read: then the client has been
+// told.
 bool Conversation::NextBlob()
 {
   Job& job = *this->Current;

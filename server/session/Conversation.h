@@ -50,12 +50,12 @@ public:
   void Receive(std::string_view text);
   // Takes a binary message, which a client must not send.
   void ReceiveBinary();
-  // The server stops: the current request goes on, those that wait and those to come are refused
+  // The server is stopping: the current request is finished, waiting and later ones are refused
   // (503), then the conversation closes.
   void Drain();
 
-  // Whether messages should be taken now. False while a client that does not read has many answers
-  // pending, and after the end.
+  // Whether the next message may be received now. False after the end, and while many answers are
+  // pending for a client that does not read.
   bool AcceptsMessages() const;
 
   // The next message to send, or nothing until more is received. Reads at most one blob.
@@ -64,7 +64,7 @@ public:
   // Blobs that could not be read, in all requests so far.
   std::uint64_t FailedBlobs() const { return this->Failed; }
 
-  // Set once the conversation has to end: send what NextMessage still gives, then close.
+  // Set once the conversation has to end: send what NextMessage still returns, then close.
   std::optional<CloseReason> Closing() const { return this->Close; }
 
 private:

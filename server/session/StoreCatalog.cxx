@@ -10,7 +10,7 @@
 namespace kdstream
 {
 
-// Lets one thread report at a time; models keep it alive.
+// Calls the report function from one thread at a time. Models keep it alive.
 class StoreCatalog::Reporter
 {
 public:
@@ -75,7 +75,7 @@ Status StoreCatalog::Reload()
     const auto id = file.stem().string();
     if (!protocol::IsModelId(id))
     {
-      this->Reports->Tell(file, "its name is no model id (1-128 of A-Z a-z 0-9 . _ -)");
+      this->Reports->Tell(file, "its name is not a model id (1-128 of A-Z a-z 0-9 . _ -)");
       continue;
     }
     auto model = OpenStoreModel(file, id,

@@ -24,8 +24,8 @@ public:
   ~StoreCatalog() override;
 
   // Reads the folder (not the folders in it), at first and whenever it may have changed. Stores
-  // that cannot be opened and names that are no model ids are reported and left out. Who holds a
-  // model of before keeps it. Errors: NotFound or InputOutput where the folder cannot be read: the
+  // that cannot be opened and names that are not model ids are reported and left out. Pointers to
+  // earlier models stay valid. Errors: NotFound or InputOutput where the folder cannot be read: the
   // models stay as they were. Memory: 48 bytes a node of each tree.
   Status Reload();
 

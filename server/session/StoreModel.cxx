@@ -130,7 +130,7 @@ Result<std::shared_ptr<const ServedModel>> OpenStoreModel(
 {
   auto store = Store::Open(file);
   KDSTREAM_TRY(store);
-  // What a client would refuse is refused here, once, where somebody can do something about it.
+  // A description that clients would reject is rejected here, where the operator sees it.
   auto description = protocol::ParseModel(protocol::WriteModel(Describe((*store)->Info(), id)));
   KDSTREAM_TRY(description);
   return std::shared_ptr<const ServedModel>(

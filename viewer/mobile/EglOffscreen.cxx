@@ -148,7 +148,7 @@ Status EglOffscreen::MakeFramebuffers()
 
 Status EglOffscreen::MakeCurrent()
 {
-  // Which API a thread's calls concern is per thread, and other code may have changed it.
+  // The bound API is a state of the thread, and other code may have changed it.
   eglBindAPI(EGL_OPENGL_ES_API);
   if (eglMakeCurrent(this->Display, EGL_NO_SURFACE, EGL_NO_SURFACE, this->Context) != EGL_TRUE)
   {
@@ -161,7 +161,7 @@ Status EglOffscreen::MakeCurrent()
 
 Result<std::vector<std::uint8_t>> EglOffscreen::Pixels()
 {
-  // Other code's errors are not ours. A context that is lost may say so for ever.
+  // Clears errors of other code. A lost context may report its error for ever.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
   }

@@ -51,7 +51,7 @@ bool HasContext()
   return version >= 3;
 }
 
-// Other code's errors are not ours. A lost context may say its error for ever.
+// Clears errors of other code. A lost context may report its error for ever.
 void ClearErrors()
 {
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)

@@ -1,9 +1,9 @@
 // The points of a cloud as round splats, by VTK's shaders. Internal to viewer/rendering.
 //
-// VTK draws all points of an actor as squares of one size. So they get that of the largest splat in
-// sight, and each throws away what lies outside its own circle; it is as large as its radius is
-// seen, and bent away from the eye at its rim, so that neighbours meet halfway. Points are lit by
-// their normals, on the side that is seen; without normals as shallow domes, darker the farther
+// VTK draws all points of an actor as squares of one size. So all get the size of the largest splat
+// in sight, and each discards what lies outside its own circle. That is as large as its radius
+// appears, and bent away from the eye at its rim, so that neighbours meet halfway. Points are lit
+// by their normals, on the side that is seen; without normals as shallow domes, darker the farther
 // away: all as in viewer/mobile/GlesShaders.h.
 #pragma once
 

@@ -217,7 +217,7 @@ protected:
   Status Bind() override
   {
     const Egl& egl = this->Functions;
-    // Which API a thread's calls concern is per thread, and other code may have changed it.
+    // The bound API is a state of the thread, and other code may have changed it.
     egl.bindApi(EGL_OPENGL_API);
     if (!egl.makeCurrent(egl.display, this->Surface, this->Surface, this->Context))
     {

@@ -1,8 +1,8 @@
 // An OpenGL context without a window, and which one is current. Internal to viewer/rendering.
 //
-// Contexts of EGL, OSMesa and GLX may live side by side, but the libraries do not know of each
-// other: whichever was current is let go before one of another library is made current, or the
-// first would believe that it still is.
+// Contexts of EGL, OSMesa and GLX may exist side by side, but the libraries do not know of each
+// other. So the current context is released before one of another library is made current;
+// otherwise the first library would believe that its context still is current.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -37,7 +37,7 @@ export class Fingers {
     }
   }
 
-  // The canvas has got another place or size: what its fingers did before counts no more.
+  // The canvas has moved or changed its size: what the fingers did before no longer counts.
   restart() {
     if (this.#down.size) {
       this.#viewer.cancelTouches();

@@ -139,7 +139,7 @@ export class Line {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
     let opened = false;
-    // What a connection says that was given up counts no more.
+    // What a connection says after it was given up no longer counts.
     const listen = (name, tell) => socket.addEventListener(name, (event) => {
       if (this.#socket === socket) {
         tell(event);
