@@ -5,7 +5,7 @@
 // relief-shuffled.ply of so many vertices (14,030,000) in the output folder, for the time of the
 // run, and runs everything ROUNDS (3) times in turns; the least time of each counts. Memory is the
 // peak that the kernel saw of each process. Prints the table and writes speed.csv.
-#include <nlohmann/json.hpp>
+#include "Testing/Benchmarks/MeasuredRun.h"
 
 #include <algorithm>
 #include <array>
@@ -17,16 +17,10 @@
 #include <string>
 #include <vector>
 
-#include <chrono>
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 namespace
 {
 
-using Json = nlohmann::json;
+using namespace kdstream::benchmarks;
 using std::filesystem::path;
 
 // The bars of this project: in core and out of core at most so many times the floor, shuffled at
@@ -34,48 +28,6 @@ using std::filesystem::path;
 constexpr double mostOfFloor = 5, mostOfFloorExternally = 8, mostOfCoherent = 2;
 constexpr const char* limit = "256M";
 constexpr double mostMebibytes = 256 + 64;
-
-struct Cost
-{
-  double seconds = 0;   // of the clock
-  double processor = 0; // user and system, all threads
-  double mebibytes = 0; // peak resident
-  Json steps;           // seconds each
-};
-
-// Runs a program to its end, measured from outside; its standard output goes to a file. A failure
-// ends the benchmark.
-Cost Run(const std::vector<std::string>& command, const path& output)
-{
-  std::vector<char*> arguments;
-  for (const std::string& word : command)
-  {
-    arguments.push_back(const_cast<char*>(word.c_str()));
-  }
-  arguments.push_back(nullptr);
-  const auto begin = std::chrono::steady_clock::now();
-  const pid_t child = ::fork();
-  if (child == 0)
-  {
-    const int file = ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    ::dup2(file, STDOUT_FILENO);
-    ::execv(arguments[0], arguments.data());
-    ::_exit(127);
-  }
-  int status = 0;
-  rusage usage{};
-  if (child < 0 || ::wait4(child, &status, 0, &usage) != child || !WIFEXITED(status) ||
-      WEXITSTATUS(status) != 0)
-  {
-    std::cerr << "BenchSpeed: error: " << command[0] << " failed\n";
-    std::exit(1);
-  }
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-  const auto of = [](const timeval& time)
-  { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
-  return { seconds.count(), of(usage.ru_utime) + of(usage.ru_stime),
-    static_cast<double>(usage.ru_maxrss) / 1024, {} };
-}
 
 class Bench
 {
@@ -126,7 +78,7 @@ private:
       {
         command.emplace_back("--shuffled");
       }
-      const Cost cost = ::Run(command, "/dev/null");
+      const Cost cost = RunMeasured(command, "/dev/null");
       std::printf("generated, %s: %.1f s, %.0f MB\n", orders[order], cost.seconds,
         static_cast<double>(std::filesystem::file_size(this->Meshes[order])) / 1e6);
     }
@@ -135,7 +87,7 @@ private:
   Cost Floor(const path& mesh) const
   {
     const path output = this->Folder / "floor.out", steps = this->Folder / "floor.json";
-    Cost cost = ::Run({ this->Programs / "BenchFloor", mesh, output }, steps);
+    Cost cost = RunMeasured({ this->Programs / "BenchFloor", mesh, output }, steps);
     cost.steps = Json::parse(std::ifstream(steps));
     std::filesystem::remove(output);
     std::filesystem::remove(steps);
@@ -148,7 +100,7 @@ private:
     std::vector<std::string> command{ this->Programs / "kdstream-build", mesh, "-o", store,
       "--stats", stats, "--quiet" };
     command.insert(command.end(), options.begin(), options.end());
-    Cost cost = ::Run(command, "/dev/null");
+    Cost cost = RunMeasured(command, "/dev/null");
     cost.steps = Json::parse(std::ifstream(stats)).at("seconds");
     std::filesystem::remove(store);
     std::filesystem::remove(stats);

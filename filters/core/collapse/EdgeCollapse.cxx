@@ -21,6 +21,11 @@ constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing 
 // Of the edges that a vertex could not collapse: not so many times all of them, or in a mesh that
 // is all knots, where every vertex has hundreds, most of the time goes into what never collapses.
 constexpr std::size_t mostRetries = 256;
+// Nor once the part has taken so many steps for each vertex and triangle. Surfaces take up to 10
+// for large parts, and up to 70 for noisy ones of a few hundred vertices: hence the constant. In
+// parts of a soup retries took most of 100 to 400, the more the denser it is, and gained hardly a
+// merge.
+constexpr std::uint64_t stepsOfRetries = 32, leastStepsOfRetries = std::uint64_t{ 1 } << 16;
 
 // The sums of the quadrics of two edges' ends, side by side.
 QuadraticForm<Lanes> SumsOf(
@@ -51,6 +56,8 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   , KeepTopology(part.keepTopology)
   , AreaPerVertex(part.areaPerVertex)
   , Stars(std::move(part.triangles), this->Positions.size())
+  , MostStepsOfRetries(
+      leastStepsOfRetries + stepsOfRetries * (this->Positions.size() + this->Stars.TriangleCount()))
 {
   const std::size_t n = this->Positions.size();
   this->Fixed.resize(n, 0);
@@ -284,7 +291,7 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
     {
       this->Collapse(edge.u, edge.v, position, edge.cost);
     }
-    else
+    else if (this->MayTryAgain())
     {
       this->Reject(edge);
     }
@@ -405,7 +412,7 @@ void EdgeCollapse::PushAround(VertexId u)
     }
     this->Mark[w] = mark;
     this->Push(u, w);
-    if (this->FirstRejection[w] == none || this->Retries[w] >= mostRetries)
+    if (this->FirstRejection[w] == none || this->Retries[w] >= mostRetries || !this->MayTryAgain())
     {
       return;
     }

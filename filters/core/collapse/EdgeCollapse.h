@@ -63,15 +63,17 @@ struct Merge
 // the tip of a limb goes back along it: so the distance of the old vertices from the new triangles
 // has a price too (areaPerVertex). An edge is left alone while its merge would turn the normal of a
 // triangle by more than about 80°, or would change the topology (link condition) or pinch the
-// boundary; it is tried again when a neighbour has changed, a bounded number of times. Boundary
+// boundary; it is tried again when a neighbour has changed, a bounded number of times for each
+// vertex, and in all only until several times as much has been looked at as a surface takes. So
+// tangled triangles, most of whose edges can never collapse, take time in proportion too. Boundary
 // edges are those of a single triangle, unless both ends are fixed. Any triangles will do:
 // duplicates, folds and edges of many triangles only keep their neighbourhood from collapsing. So
 // do vertices of very many triangles, hubs of fans: an edge whose ends have more than
 // mostTriangles together waits until collapses around it have left fewer.
 // Complexity: O(m log m) for m merges and edges of ordinary surfaces. Whatever the triangles are,
-// each vertex costs at most about 500 looks at mostTriangles triangles: linear in the size, but
-// thousands of times an ordinary vertex. Memory about 350 bytes a vertex. The same bits on every
-// machine.
+// an edge is looked at when it is found and when an end has merged, and costs at most mostTriangles
+// triangles each time: linear in the size, but up to hundreds of times a surface where vertices
+// have hundreds of triangles. Memory about 350 bytes a vertex. The same bits on every machine.
 class EdgeCollapse
 {
 public:
@@ -120,6 +122,7 @@ private:
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool KeepsTopology(VertexId u, VertexId v);
   bool ShareAnEdgeOpposite(std::uint32_t facing) const;
+  bool MayTryAgain() const { return this->Steps() <= this->MostStepsOfRetries; }
   void Reject(const EdgeCandidate& edge);
   void Collapse(VertexId u, VertexId v, const Vec3& position, double cost);
   void MergeAttributes(VertexId u, VertexId v);
@@ -152,6 +155,7 @@ private:
   double Largest = 0;
   std::size_t Vertices = 0;
   std::uint64_t Looked = 0;
+  std::uint64_t MostStepsOfRetries;
 };
 
 }
