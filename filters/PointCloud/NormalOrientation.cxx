@@ -2,6 +2,8 @@
 // most parallel edges first (Prim).
 #include "filters/PointCloud/NormalOrientation.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -12,11 +14,6 @@ namespace kdstream
 {
 namespace
 {
-
-double Dot(const Vec3& a, const Vec3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 // The neighbours of every point one after the other, each edge at both of its ends.
 class Graph

@@ -4,6 +4,7 @@
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/PointCloud/NormalOrientation.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 
 #include <pcl/console/print.h>
@@ -37,28 +38,17 @@ constexpr double unlimitedMu = 1e6;
 constexpr double lineTolerance = 1e-6; // second to first extent of points on a line
 constexpr double pi = 3.14159265358979323846;
 
-double Dot(const Vec3& a, const Vec3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Vec3 Minus(const Vec3& a, const Vec3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
 // Zero for what has no direction.
 Vec3 Normalized(const Vec3& v)
 {
-  const double length = std::sqrt(Dot(v, v));
+  const double length = Length(v);
   return length > 0 && std::isfinite(length) ? Vec3{ v[0] / length, v[1] / length, v[2] / length }
                                              : Vec3{};
 }
 
 Vec3 AreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
-  const Vec3 u = Minus(b, a), v = Minus(c, a);
-  return { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
+  return Cross(Minus(b, a), Minus(c, a));
 }
 
 // PCL's classes print what they come upon; not while one lives.

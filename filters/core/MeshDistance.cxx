@@ -6,6 +6,7 @@
 #include "filters/core/MeshDistance.h"
 
 #include "filters/core/TriangleDistance.h"
+#include "filters/core/VectorMath.h"
 
 #include <boost/geometry.hpp>
 #include <boost/geometry/geometries/box.hpp>
@@ -72,8 +73,7 @@ std::vector<Vec3> SampleMesh(const Mesh& mesh, std::size_t count, std::uint64_t 
   {
     const Vec3 u = Minus(mesh.points[t[1]], mesh.points[t[0]]);
     const Vec3 v = Minus(mesh.points[t[2]], mesh.points[t[0]]);
-    const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-    area += std::sqrt(Dot(n, n)) / 2;
+    area += Length(Cross(u, v)) / 2;
     areaUpTo.push_back(area);
   }
   Random random(seed);
@@ -238,17 +238,8 @@ Result<MeshDistance> MeasureDistance(const Mesh& reference, const Mesh& other,
     KDSTREAM_TRY(CheckMesh(*mesh, which));
   }
   double forward = 0, backward = 0, farthest = 0, farthestBack = 0;
-  if (Status status = MeasureOneWay(reference, other, options, execution, 0.5, forward, farthest);
-      !status)
-  {
-    return status.GetError();
-  }
-  if (Status status =
-        MeasureOneWay(other, reference, options, execution, 1, backward, farthestBack);
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(MeasureOneWay(reference, other, options, execution, 0.5, forward, farthest));
+  KDSTREAM_TRY(MeasureOneWay(other, reference, options, execution, 1, backward, farthestBack));
   const Box box = BoxOf(reference);
   const Vec3 size = Minus(box.hi, box.lo);
   return MeshDistance{ std::sqrt(forward), std::sqrt(backward),

@@ -1,5 +1,7 @@
 #include "filters/core/NearestPoint.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -54,8 +56,8 @@ void NearestPoint::Search(const Vec3& place, std::size_t begin, std::size_t end,
   const std::size_t middle = begin + (end - begin) / 2;
   const std::uint32_t point = this->Order[middle];
   const Vec3& p = this->Points[point];
-  const Vec3 d{ place[0] - p[0], place[1] - p[1], place[2] - p[2] };
-  const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  const Vec3 d = Minus(place, p);
+  const double squared = Dot(d, d);
   if (squared < best.squared || (squared == best.squared && point < best.point))
   {
     best = { squared, point };

@@ -2,21 +2,12 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/core/VectorMath.h"
 
 #include <algorithm>
 
 namespace kdstream
 {
-
-inline Vec3 Minus(const Vec3& a, const Vec3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-inline double Dot(const Vec3& a, const Vec3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 inline double SquaredToSegment(const Vec3& p, const Vec3& a, const Vec3& b)
 {

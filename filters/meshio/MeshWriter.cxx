@@ -1,6 +1,7 @@
 // Writing a mesh: .ply (binary, little endian), .stl (binary), .obj, .vtp and .wrl.
 #include "filters/meshio/MeshWriter.h"
 
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/OutputFile.h"
 #include "filters/meshio/PlyArrays.h"
@@ -133,10 +134,8 @@ void WritePly(OutputFile& file, const Mesh& mesh)
 // Unit normal of a triangle; zero if it has none.
 Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
-  const Vec3 u{ b[0] - a[0], b[1] - a[1], b[2] - a[2] };
-  const Vec3 v{ c[0] - a[0], c[1] - a[1], c[2] - a[2] };
-  const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  const Vec3 n = Cross(Minus(b, a), Minus(c, a));
+  const double length = Length(n);
   if (!(length > 0) || !std::isfinite(length))
   {
     return { 0, 0, 0 };

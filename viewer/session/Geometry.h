@@ -4,7 +4,7 @@
 // bit for bit, natively and in the browser.
 #pragma once
 
-#include "filters/core/Types.h"
+#include "filters/core/VectorMath.h"
 
 #include <cmath>
 
@@ -13,27 +13,15 @@ namespace kdstream
 
 constexpr Vec3 operator+(const Vec3& a, const Vec3& b)
 {
-  return { a[0] + b[0], a[1] + b[1], a[2] + b[2] };
+  return Plus(a, b);
 }
 constexpr Vec3 operator-(const Vec3& a, const Vec3& b)
 {
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+  return Minus(a, b);
 }
 constexpr Vec3 operator*(const Vec3& a, double s)
 {
-  return { a[0] * s, a[1] * s, a[2] * s };
-}
-constexpr double Dot(const Vec3& a, const Vec3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-constexpr Vec3 Cross(const Vec3& a, const Vec3& b)
-{
-  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
-}
-inline double Length(const Vec3& a)
-{
-  return std::sqrt(Dot(a, a));
+  return Times(a, s);
 }
 // The zero vector stays as it is.
 inline Vec3 Normalized(const Vec3& a)

@@ -1,26 +1,13 @@
 // Normals of a drawn surface: see VertexNormals.h.
 #include "viewer/session/VertexNormals.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace kdstream
 {
-namespace
-{
-
-Vec3 Difference(const Vec3& a, const Vec3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-// Twice the area long, so that summing it weights by area.
-Vec3 Cross(const Vec3& a, const Vec3& b)
-{
-  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
-}
-
-}
 
 std::array<float, 3> UnitNormal(const Vec3& v)
 {
@@ -32,7 +19,7 @@ std::array<float, 3> UnitNormal(const Vec3& v)
     return { 0.0f, 0.0f, 0.0f };
   }
   const Vec3 u{ v[0] / scale, v[1] / scale, v[2] / scale };
-  const double length = std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+  const double length = Length(u);
   return { static_cast<float>(u[0] / length), static_cast<float>(u[1] / length),
     static_cast<float>(u[2] / length) };
 }
@@ -44,8 +31,9 @@ std::vector<std::array<float, 3>> ComputeVertexNormals(
   for (const Triangle& triangle : triangles)
   {
     const Vec3& origin = points[triangle[0]];
+    // Twice the area long, so that summing it weights by area.
     const Vec3 normal =
-      Cross(Difference(points[triangle[1]], origin), Difference(points[triangle[2]], origin));
+      Cross(Minus(points[triangle[1]], origin), Minus(points[triangle[2]], origin));
     for (const VertexId v : triangle)
     {
       for (std::size_t k = 0; k < 3; ++k)

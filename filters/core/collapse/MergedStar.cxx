@@ -2,6 +2,7 @@
 #include "filters/core/collapse/MergedStar.h"
 
 #include "filters/core/TriangleDistance.h"
+#include "filters/core/VectorMath.h"
 
 #include <algorithm>
 #include <limits>
@@ -14,21 +15,6 @@ namespace
 constexpr double flipCosine = 0.2; // a normal may turn by 78°
 
 using LanePoint = std::array<Lanes, 3>;
-
-Lanes Dot(const LanePoint& a, const LanePoint& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-LanePoint Minus(const LanePoint& a, const LanePoint& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-LanePoint Cross(const LanePoint& u, const LanePoint& v)
-{
-  return { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-}
 
 LanePoint Both(const Vec3& first, const Vec3& second)
 {
@@ -44,10 +30,7 @@ LanePoint Both(const Vec3& p)
 double LongestSide(std::span<const Vec3> positions, const EdgeStar& star, VertexId u, VertexId v)
 {
   const auto squaredLength = [&](VertexId from, VertexId to)
-  {
-    const Vec3 side = kdstream::Minus(positions[from], positions[to]);
-    return kdstream::Dot(side, side);
-  };
+  { return SquaredDistance(positions[from], positions[to]); };
   double longest = std::max(0.0, squaredLength(u, v));
   for (const EdgeStar::Facing& facing : star.facing)
   {

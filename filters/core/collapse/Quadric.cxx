@@ -1,5 +1,7 @@
 #include "filters/core/collapse/Quadric.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <cmath>
 
 namespace kdstream
@@ -28,13 +30,12 @@ void Quadric::AddPlane(const Vec3& n, const Vec3& p, double weight)
 
 void Quadric::AddBoundary(const Vec3& p, const Vec3& q, const Vec3& r)
 {
-  const Vec3 e{ q[0] - p[0], q[1] - p[1], q[2] - p[2] };
-  const Vec3 f{ r[0] - p[0], r[1] - p[1], r[2] - p[2] };
+  const Vec3 e = Minus(q, p), f = Minus(r, p);
   // The part of f that is perpendicular to e.
-  const double ee = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
-  const double along = (e[0] * f[0] + e[1] * f[1] + e[2] * f[2]) / ee;
+  const double ee = Dot(e, e);
+  const double along = Dot(e, f) / ee;
   Vec3 n{ f[0] - along * e[0], f[1] - along * e[1], f[2] - along * e[2] };
-  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  const double length = Length(n);
   if (!(length > 0) || !std::isfinite(length) || !std::isfinite(ee))
   {
     return;

@@ -1,5 +1,7 @@
 #include "filters/core/levels/CellSheets.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <limits>
 
 namespace kdstream
@@ -9,12 +11,6 @@ namespace
 
 // Beyond so many components the smallest join at once: trying all pairs would take too long.
 constexpr std::size_t mostPairs = 16;
-
-double SquaredDistance(const Vec3& a, const Vec3& b)
-{
-  const Vec3 d{ a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-}
 
 Vec3 MeanOf(const Sheet& sheet)
 {

@@ -1,5 +1,7 @@
 #include "filters/core/levels/CollapseAttributes.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -50,8 +52,7 @@ private:
 
 double DiagonalOf(const Box& box)
 {
-  const Vec3 size{ box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2] };
-  return std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
+  return Length(Minus(box.hi, box.lo));
 }
 
 CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,

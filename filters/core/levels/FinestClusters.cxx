@@ -7,6 +7,7 @@
 
 #include "filters/core/DisjointSets.h"
 #include "filters/core/Lanes.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/CellSheets.h"
 #include "filters/core/levels/CoincidentClusters.h"
@@ -93,12 +94,7 @@ private:
   // The vertex in the mesh.
   VertexId IdOf(VertexId v) const { return this->Ids.empty() ? v : this->Ids[v]; }
 
-  Vec3 Relative(VertexId v) const
-  {
-    const Vec3& p = this->Points[v];
-    const Vec3& origin = this->Output.origin;
-    return { p[0] - origin[0], p[1] - origin[1], p[2] - origin[2] };
-  }
+  Vec3 Relative(VertexId v) const { return Minus(this->Points[v], this->Output.origin); }
 
   template <class Visit>
   void ForEachPartition(const Visit& visit) const
@@ -444,8 +440,7 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
         ClusterSum& cluster = clusters[i];
         const Vec3 x = cluster.Represent(representative, origin);
         level.positions[i] = x;
-        const Vec3 relative{ x[0] - origin[0], x[1] - origin[1], x[2] - origin[2] };
-        cluster.deviation = std::max(cluster.deviation, cluster.DeviationAt(relative));
+        cluster.deviation = std::max(cluster.deviation, cluster.DeviationAt(Minus(x, origin)));
         level.deviations[i] = cluster.deviation;
         level.lowest[i] = cluster.lowest;
       }

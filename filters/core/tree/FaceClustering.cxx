@@ -2,8 +2,9 @@
 // share an edge  2. rounds: price links, match the cheapest, contract  3. numbers.
 #include "filters/core/tree/FaceClustering.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -18,8 +19,7 @@ constexpr double worstCompactness = 100;
 
 double Distance(const Vec3& a, const Vec3& b)
 {
-  const Vec3 d{ a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-  return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  return Length(Minus(a, b));
 }
 
 // A cluster of triangles.
@@ -41,10 +41,7 @@ struct Link
 Node NodeOf(const Vec3& p, const Vec3& q, const Vec3& r)
 {
   const double a = Distance(p, q), b = Distance(q, r), c = Distance(r, p);
-  const Vec3 u{ q[0] - p[0], q[1] - p[1], q[2] - p[2] };
-  const Vec3 v{ r[0] - p[0], r[1] - p[1], r[2] - p[2] };
-  const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-  return { 1, std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2, a + b + c };
+  return { 1, Length(Cross(Minus(q, p), Minus(r, p))) / 2, a + b + c };
 }
 
 Node Joined(const Node& a, const Node& b, double shared)

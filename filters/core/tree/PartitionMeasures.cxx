@@ -3,6 +3,7 @@
 // boundary  3. compactness, spreads.
 #include "filters/core/tree/PartitionMeasures.h"
 
+#include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 
 #include <algorithm>
@@ -30,21 +31,9 @@ struct PartitionEdge
   }
 };
 
-Vec3 Difference(const Vec3& a, const Vec3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-double Length(const Vec3& v)
-{
-  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 double TriangleArea(const Vec3& p, const Vec3& q, const Vec3& r)
 {
-  const Vec3 u = Difference(q, p), v = Difference(r, p);
-  const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-  return Length(n) / 2;
+  return Length(Cross(Minus(q, p), Minus(r, p))) / 2;
 }
 
 Status CheckClustering(std::size_t vertices, const Clustering& clustering)
@@ -140,7 +129,7 @@ void AddBoundaries(std::span<const Vec3> points, std::vector<PartitionEdge>& edg
     if (end - i == 1)
     {
       partitions[edges[i].partition].boundaryLength +=
-        Length(Difference(points[edges[i].a], points[edges[i].b]));
+        Length(Minus(points[edges[i].a], points[edges[i].b]));
     }
     i = end;
   }

@@ -1,5 +1,7 @@
 #include "filters/core/tree/Region.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <string>
 
@@ -21,7 +23,7 @@ bool Touch(const Box& a, const Box& b)
 }
 
 // Squared distance from a point to a box; infinite for an empty one.
-double SquaredDistance(const Box& box, const Vec3& point)
+double SquaredDistanceTo(const Box& box, const Vec3& point)
 {
   double sum = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -89,9 +91,8 @@ Result<std::vector<std::uint32_t>> FindRegion(
       const Box& box = boxes[node];
       const Vec3 c = Centre(box);
       const bool own = (node >> (depths.partition - DepthOfNode(cell))) == cell;
-      const Vec3 d{ c[0] - centre[0], c[1] - centre[1], c[2] - centre[2] };
-      found.emplace_back(own ? -1.0 : d[0] * d[0] + d[1] * d[1] + d[2] * d[2],
-        node - (NodeId{ 1 } << depths.partition));
+      found.emplace_back(
+        own ? -1.0 : SquaredDistance(c, centre), node - (NodeId{ 1 } << depths.partition));
     });
   std::sort(found.begin(), found.end());
   for (const auto& entry : found)
@@ -109,10 +110,11 @@ std::uint32_t NearestPartition(
   // A node is entered only if it may hold something nearer; of equals the first visited, the
   // lowest, stays.
   Descend(
-    boxes, depths.partition, 1, [&](const Box& box) { return SquaredDistance(box, point) < best; },
+    boxes, depths.partition, 1,
+    [&](const Box& box) { return SquaredDistanceTo(box, point) < best; },
     [&](NodeId node)
     {
-      best = SquaredDistance(boxes[node], point);
+      best = SquaredDistanceTo(boxes[node], point);
       nearest = node;
     });
   return nearest - (NodeId{ 1 } << depths.partition);

@@ -1,0 +1,67 @@
+// Small arithmetic on points and vectors. Every result is rounded as it is written here: the
+// digests of stores depend on the order of operations.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kdstream
+{
+
+// Real: double, or Lanes.
+template <class Real>
+constexpr std::array<Real, 3> Plus(const std::array<Real, 3>& a, const std::array<Real, 3>& b)
+{
+  return { a[0] + b[0], a[1] + b[1], a[2] + b[2] };
+}
+
+template <class Real>
+constexpr std::array<Real, 3> Minus(const std::array<Real, 3>& a, const std::array<Real, 3>& b)
+{
+  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+}
+
+template <class Real>
+constexpr Real Dot(const std::array<Real, 3>& a, const std::array<Real, 3>& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+template <class Real>
+constexpr std::array<Real, 3> Cross(const std::array<Real, 3>& a, const std::array<Real, 3>& b)
+{
+  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+}
+
+constexpr Vec3 Times(const Vec3& a, double factor)
+{
+  return { a[0] * factor, a[1] * factor, a[2] * factor };
+}
+
+constexpr double SquaredDistance(const Vec3& a, const Vec3& b)
+{
+  const Vec3 d = Minus(a, b);
+  return Dot(d, d);
+}
+
+inline double Length(const Vec3& a)
+{
+  return std::sqrt(Dot(a, a));
+}
+
+// Whether a coordinate is -0.0, which equals 0.0 but has other bits.
+inline bool HasNegativeZero(const Vec3& p)
+{
+  return std::any_of(p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
+}
+
+// The same place, its zeros positive: equal places have equal bits.
+constexpr Vec3 WithPositiveZeros(const Vec3& p)
+{
+  return { p[0] + 0.0, p[1] + 0.0, p[2] + 0.0 };
+}
+
+}
