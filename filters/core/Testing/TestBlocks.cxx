@@ -26,7 +26,7 @@ std::vector<std::vector<VertexId>> NumberClusters(const Whole& whole, unsigned d
       static_cast<VertexId>(RangeOfCell(whole.mesh.points.size(), depths.partition, p).begin));
   }
   partitionBegin.push_back(static_cast<VertexId>(whole.mesh.points.size()));
-  std::vector<LevelLinks> coarse;
+  std::vector<ClusterParents> coarse;
   for (std::size_t d = 0; d <= depths.stitch; ++d)
   {
     coarse.push_back(whole.Links(d));

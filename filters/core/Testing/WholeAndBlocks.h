@@ -69,7 +69,7 @@ struct Whole
   std::vector<VertexId> numberOf;               // numbered vertex of each vertex
 
   const TreeDepths& Depths() const { return this->tree.depths; }
-  LevelLinks Links(std::size_t d) const
+  ClusterParents Links(std::size_t d) const
   {
     return { this->levels.levels[d].parents, this->levels.levels[d].lowest };
   }

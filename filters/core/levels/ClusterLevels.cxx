@@ -30,8 +30,8 @@ Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   state.ownEnd = static_cast<VertexId>(state.clusters.size());
   Result<std::vector<ClusterLevel>> levels = BuildCoarserClusterLevels(std::move(state),
     ImageOfLinks(triangles, finest->coincident, finest->clusterOf), rules.finest, rules, execution);
-  return levels ? Result<ClusterLevels>({ std::move(finest->clusterOf), std::move(*levels) })
-                : levels.GetError();
+  KDSTREAM_TRY(levels);
+  return ClusterLevels{ std::move(finest->clusterOf), std::move(*levels) };
 }
 
 std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,

@@ -109,18 +109,15 @@ public:
     {
       const Result<Merging> merging = CollapseFreely(below, this->Space, this->Depths, depth,
         SurfaceWanted(depth), this->Options.sheets, this->Aside);
-      return merging ? this->Finish(below, *merging) : Result<CollapseState>(merging.GetError());
+      KDSTREAM_TRY(merging);
+      return this->Finish(below, *merging);
     }
     WholeLevel level(below);
     const std::function<Status(double)> report = [&](double done)
     { return ReportDepth(this->Exec, depth + 1 - done, this->Depths.finest); };
-    if (Status status = CollapseRound(level, this->Depths, depth, this->Space,
-          this->Options.representative, this->Options.sheets, this->Exec, report)
-                          .Run();
-        !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(CollapseRound(level, this->Depths, depth, this->Space,
+      this->Options.representative, this->Options.sheets, this->Exec, report)
+                   .Run());
     return this->AddTriangles(below, std::move(level.Coarser), std::move(level.Parents));
   }
 

@@ -61,7 +61,6 @@ Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count,
     bins.assign(std::size_t{ 1 } << digits, 0);
     const auto begins = [&](std::uint64_t bits) { return before == 64 || bits >> before == known; };
     const auto add = [&](std::uint64_t bits) { ++bins[(bits >> shift) & (bins.size() - 1)]; };
-    Status status;
     if (areKept)
     {
       std::erase_if(kept, [&](std::uint64_t bits) { return !begins(bits); });
@@ -69,7 +68,7 @@ Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count,
     }
     else
     {
-      status = forEach(
+      KDSTREAM_TRY(forEach(
         [&](double error)
         {
           const auto bits = BitCast<std::uint64_t>(error + 0.0); // no -0.0
@@ -81,14 +80,10 @@ Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count,
               kept.push_back(bits);
             }
           }
-        });
+        }));
       areKept = few;
     }
-    if (status)
-    {
-      status = sum(std::span<std::uint64_t>(bins));
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(sum(std::span<std::uint64_t>(bins)));
     std::size_t bin = 0;
     while (rest > bins[bin])
     {

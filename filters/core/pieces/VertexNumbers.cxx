@@ -27,7 +27,7 @@ struct Siblings
   }
 };
 
-Siblings GroupSiblings(const LevelLinks& level, std::size_t parents, const Execution& execution)
+Siblings GroupSiblings(const ClusterParents& level, std::size_t parents, const Execution& execution)
 {
   constexpr std::size_t grain = 1 << 12; // parents
   Siblings siblings;
@@ -115,7 +115,7 @@ std::vector<VertexId> OrderByKey(std::span<const VertexId> keys)
 }
 
 std::vector<VertexId> PositionsDepthFirst(
-  const LevelLinks& level, std::span<const VertexId> ofParents)
+  const ClusterParents& level, std::span<const VertexId> ofParents)
 {
   std::vector<std::pair<std::uint64_t, VertexId>> sorted; // parent's position and lowest, cluster
   sorted.reserve(level.lowest.size());
@@ -193,11 +193,11 @@ std::vector<ReachedNode> ReachOfParents(
   return above;
 }
 
-std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLinks> levels,
+std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin)
 {
   std::vector<VertexId> positions;
-  for (const LevelLinks& level : levels)
+  for (const ClusterParents& level : levels)
   {
     positions = PositionsDepthFirst(level, positions);
   }
@@ -211,7 +211,7 @@ std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLi
   return first;
 }
 
-std::vector<VertexId> FirstOfChildren(const LevelLinks& level, std::span<const VertexId> counts,
+std::vector<VertexId> FirstOfChildren(const ClusterParents& level, std::span<const VertexId> counts,
   std::span<const VertexId> firstOfParents, const Execution& execution)
 {
   Siblings siblings = GroupSiblings(level, firstOfParents.size(), execution);

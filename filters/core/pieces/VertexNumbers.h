@@ -26,7 +26,7 @@ namespace kdstream
 {
 
 // What numbering needs of one level: an entry for each cluster, as in ClusterLevel.
-struct LevelLinks
+struct ClusterParents
 {
   std::span<const VertexId> parents; // cluster of the next coarser level; not read at level 0
   std::span<const VertexId> lowest;  // lowest original vertex
@@ -38,7 +38,7 @@ struct LevelLinks
 // that level.parents tells, all unlike, from 0 on or not; none at level 0. O(c log c), 20 bytes a
 // cluster.
 std::vector<VertexId> PositionsDepthFirst(
-  const LevelLinks& level, std::span<const VertexId> ofParents);
+  const ClusterParents& level, std::span<const VertexId> ofParents);
 
 // The lowest numbered vertex of each cluster of level S, of all or of those in some partitions.
 // positions: PositionsDepthFirst. counts: original vertices of each cluster; clusters lie in one
@@ -65,7 +65,7 @@ std::vector<ReachedNode> ReachOfParents(
 // clusters lie in one partition each, and are ordered by it. partitionBegin: 2^P + 1 numbers.
 // O(c log c) for c clusters, 20 bytes a cluster. REQUIRES: the counts of each partition add up to
 // its vertices.
-std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLinks> levels,
+std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
 
 // The lowest numbered vertex of each cluster of a level finer than S: its parent's, and behind it
@@ -73,7 +73,7 @@ std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const LevelLi
 // level: clusters and all their siblings, in any order. counts: original vertices of each.
 // firstOfParents: of the clusters that level.parents are places in.
 // O(c log(siblings)); 12 bytes a cluster. Parents in parallel.
-std::vector<VertexId> FirstOfChildren(const LevelLinks& level, std::span<const VertexId> counts,
+std::vector<VertexId> FirstOfChildren(const ClusterParents& level, std::span<const VertexId> counts,
   std::span<const VertexId> firstOfParents, const Execution& execution = {});
 
 // The own vertices of a mesh or block in the order of their numbers: the i-th has the number

@@ -17,7 +17,7 @@ std::vector<std::vector<VertexId>> FirstVertices(
 {
   const std::size_t stitch = tree.depths.stitch;
   const auto links = [&](std::size_t d) {
-    return LevelLinks{ levels.levels[d].parents, levels.levels[d].lowest };
+    return ClusterParents{ levels.levels[d].parents, levels.levels[d].lowest };
   };
   // At first the original vertices of each cluster, from the finest level up to S.
   std::vector<std::vector<VertexId>> first(levels.levels.size());
@@ -35,7 +35,7 @@ std::vector<std::vector<VertexId>> FirstVertices(
     }
   }
 
-  std::vector<LevelLinks> coarse;
+  std::vector<ClusterParents> coarse;
   for (std::size_t d = 0; d <= stitch; ++d)
   {
     coarse.push_back(links(d));

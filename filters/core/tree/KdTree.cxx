@@ -85,8 +85,7 @@ Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& ex
         records[i].id = static_cast<VertexId>(i);
       }
     });
-  Status status = BuildRecordTree<Scalar>(records, 0, 0, tree.depths, tree.boxes, execution);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(BuildRecordTree<Scalar>(records, 0, 0, tree.depths, tree.boxes, execution));
   ForEachBlock(points.size(), execution,
     [&](std::size_t, std::size_t begin, std::size_t end)
     {
@@ -214,9 +213,8 @@ Result<KdTree> BuildKdTree(
     });
   tree.cellBegin.back() = static_cast<VertexId>(points.size());
   tree.boxes.resize(std::size_t{ 2 } << depths->partition);
-  const Status status = survey.fitFloats ? BuildWith<float>(points, tree, execution)
-                                         : BuildWith<double>(points, tree, execution);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(survey.fitFloats ? BuildWith<float>(points, tree, execution)
+                                : BuildWith<double>(points, tree, execution));
   return tree;
 }
 

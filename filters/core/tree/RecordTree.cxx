@@ -19,12 +19,12 @@ namespace
 constexpr unsigned forkDepths = 8;
 
 template <class Scalar>
-class Builder
+class RecordTreeBuilder
 {
 public:
   using Records = std::span<PointRecord<Scalar>>;
 
-  Builder(const TreeDepths& depths, std::span<Box> boxes)
+  RecordTreeBuilder(const TreeDepths& depths, std::span<Box> boxes)
     : Depths(depths)
     , Boxes(boxes)
   {
@@ -155,7 +155,7 @@ template <class Scalar>
 Status BuildRecordTree(std::span<PointRecord<Scalar>> records, unsigned depth, std::size_t index,
   const TreeDepths& depths, std::span<Box> boxes, const Execution& execution)
 {
-  return Builder<Scalar>(depths, boxes).Build(records, depth, index, execution);
+  return RecordTreeBuilder<Scalar>(depths, boxes).Build(records, depth, index, execution);
 }
 
 template Status BuildRecordTree<float>(std::span<PointRecord<float>>, unsigned, std::size_t,

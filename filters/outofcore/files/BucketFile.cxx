@@ -30,16 +30,18 @@ Status BucketFile::Add(std::size_t bucket, std::span<const std::byte> records)
     target.open.reserve(this->BlockBytes);
   }
   target.records += records.size() / this->RecordBytes;
-  Status status;
-  while (status && !records.empty())
+  while (!records.empty())
   {
     const auto some =
       records.first(std::min(records.size(), this->BlockBytes - target.open.size()));
     target.open.insert(target.open.end(), some.begin(), some.end());
     records = records.subspan(some.size());
-    status = target.open.size() == this->BlockBytes ? this->Flush(target) : Status{};
+    if (target.open.size() == this->BlockBytes)
+    {
+      KDSTREAM_TRY(this->Flush(target));
+    }
   }
-  return status;
+  return {};
 }
 
 Status BucketFile::Finish()
@@ -57,11 +59,11 @@ Status BucketFile::Finish()
 
 Status BucketFile::Flush(Bucket& bucket)
 {
-  const Status status = this->File.Write(
+  const Status written = this->File.Write(
     std::uint64_t{ this->NextBlock } * this->BlockBytes, std::span<const std::byte>(bucket.open));
   bucket.blocks.push_back(this->NextBlock++);
   bucket.open.clear();
-  return status;
+  return written;
 }
 
 Status BucketFile::ForEachBlock(
@@ -74,13 +76,9 @@ Status BucketFile::ForEachBlock(
   {
     block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left, this->BlockBytes)));
     left -= block.size();
-    Status status =
-      this->File.Read(std::uint64_t{ place } * this->BlockBytes, std::span<std::byte>(block));
-    if (status)
-    {
-      status = visit(block);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(
+      this->File.Read(std::uint64_t{ place } * this->BlockBytes, std::span<std::byte>(block)));
+    KDSTREAM_TRY(visit(block));
   }
   return {};
 }

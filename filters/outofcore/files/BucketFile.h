@@ -105,14 +105,14 @@ public:
   {
     std::vector<Record> all(static_cast<std::size_t>(this->Size(bucket)));
     std::size_t read = 0;
-    const Status status = this->File.ForEachBlock(bucket,
+    KDSTREAM_TRY(this->File.ForEachBlock(bucket,
       [&](std::span<const std::byte> records) -> Status
       {
         std::memcpy(all.data() + read, records.data(), records.size());
         read += records.size() / sizeof(Record);
         return {};
-      });
-    return status ? Result<std::vector<Record>>(std::move(all)) : status.GetError();
+      }));
+    return all;
   }
 
   // visit(const Record&) -> Status, for each record of the bucket in the order in which they came.

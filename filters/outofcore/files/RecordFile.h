@@ -108,12 +108,7 @@ public:
   {
     this->Block.resize(
       static_cast<std::size_t>(std::min<std::uint64_t>(this->Most, this->Last - this->First)));
-    if (Status status =
-          ReadRecords<Record>(this->File, this->First, std::span<Record>(this->Block));
-        !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(ReadRecords<Record>(this->File, this->First, std::span<Record>(this->Block)));
     this->First += this->Block.size();
     return std::span<const Record>(this->Block);
   }

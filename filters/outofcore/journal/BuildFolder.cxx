@@ -362,12 +362,8 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
   const std::vector<std::byte> bytes = EncodeJournal(journal);
   Result<SpillFile> file = this->Folder.CreateFile("entries of the journal", bytes.size());
   KDSTREAM_TRY(file);
-  Status status = file->Write(0, bytes);
-  if (status)
-  {
-    status = file->Sync();
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(file->Write(0, bytes));
+  KDSTREAM_TRY(file->Sync());
   this->Folder.Ledger->Note(FileOperation::Rename);
   if (rename(file->Path.c_str(), (this->Folder.Path() / journalName).c_str()) != 0)
   {

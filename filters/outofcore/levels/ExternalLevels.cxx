@@ -54,10 +54,10 @@ void MergeSorted(const std::vector<Triangle>& added, std::vector<Triangle>& tria
   std::inplace_merge(triangles.begin(), triangles.begin() + middle, triangles.end());
 }
 
-class LevelsBuilder
+class ExternalLevelsBuilder
 {
 public:
-  LevelsBuilder(SpillFolder& folder, const MeshBlocks& mesh, const LevelOptions& options,
+  ExternalLevelsBuilder(SpillFolder& folder, const MeshBlocks& mesh, const LevelOptions& options,
     const Execution& execution, const std::function<void(const TreeBlock&)>& seen)
     : Folder(folder)
     , Mesh(mesh)
@@ -71,27 +71,17 @@ public:
 
   Result<ExternalLevels> Build()
   {
-    Status status = this->BuildFinest();
+    KDSTREAM_TRY(this->BuildFinest());
     LevelFile& finest = this->FileOf(this->Mesh.depths.finest);
-    if (status)
-    {
-      MergeBlocks(finest, this->BlockDepthOf(finest));
-      status = this->FindCoincident();
-    }
-    if (status)
-    {
-      status = this->MapFinestTriangles();
-    }
+    MergeBlocks(finest, this->BlockDepthOf(finest));
+    KDSTREAM_TRY(this->FindCoincident());
+    KDSTREAM_TRY(this->MapFinestTriangles());
     unsigned depth = finest.depth;
-    while (status && this->Steps.IsCoarserInFiles(this->FileOf(depth)))
+    while (this->Steps.IsCoarserInFiles(this->FileOf(depth)))
     {
-      status = this->BuildCoarser(--depth);
+      KDSTREAM_TRY(this->BuildCoarser(--depth));
     }
-    if (status)
-    {
-      status = this->BuildCoarse(depth);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->BuildCoarse(depth));
     return std::move(this->Output);
   }
 
@@ -105,18 +95,10 @@ private:
     level.depth = finest;
     level.blockDepth = this->Mesh.blockDepth;
     LevelWriter writer(level, this->States, this->Steps.Arrays());
-    Status status = writer.Begin(this->Folder, std::uint64_t{ 1 } << finest);
-    if (status)
-    {
-      Result<SpillFile> map = this->Folder.CreateFile(
-        "clusters of vertices", this->Mesh.vertexCount * std::uint64_t{ sizeof(VertexId) });
-      status = map ? Status{} : Status(map.GetError());
-      if (map)
-      {
-        this->Output.clusterOfRank = std::move(*map);
-      }
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(writer.Begin(this->Folder, std::uint64_t{ 1 } << finest));
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("clusters of vertices",
+                        this->Mesh.vertexCount * std::uint64_t{ sizeof(VertexId) }),
+      this->Output.clusterOfRank));
     return ForEachLoaded(
       this->Mesh.BlockCount(), [&](std::size_t index) { return this->Mesh.Load(index); },
       [&](const TreeBlock& block)
@@ -153,15 +135,12 @@ private:
     const auto add = [&](VertexId a, VertexId b) {
       return pairs->Add(blockOf(a), CollapsedTriangleOf({ a, b }));
     };
-    Status status = (this->Mesh.floats ? ForEachCoincidentPair<float>
-                                       : ForEachCoincidentPair<double>)(this->Folder,
-      this->Mesh.records, this->Mesh.vertexCount, memory, add);
-    if (status)
-    {
-      status = pairs->Finish();
-      this->Coincident.emplace(std::move(*pairs));
-    }
-    return status;
+    KDSTREAM_TRY((this->Mesh.floats ? ForEachCoincidentPair<float>
+                                    : ForEachCoincidentPair<double>)(this->Folder,
+      this->Mesh.records, this->Mesh.vertexCount, memory, add));
+    KDSTREAM_TRY(pairs->Finish());
+    this->Coincident.emplace(std::move(*pairs));
+    return {};
   }
 
   // How large a block is: its vertices or clusters, and as many more as its triangles take that are
@@ -226,7 +205,7 @@ private:
   Status MapFinestTriangles()
   {
     const std::vector<VertexId> begin = this->Mesh.BlockBegins();
-    const Status status =
+    KDSTREAM_TRY(
       this->WriteImages(this->FileOf(this->Mesh.depths.finest), this->Output.clusterOfRank,
         { this->Mesh.BlockCount(), [&](std::size_t block) { return begin[block]; },
           [&](std::size_t block, std::vector<Triangle>& triangles)
@@ -238,9 +217,9 @@ private:
                 triangles.push_back(t.corners);
                 return {};
               });
-          } });
+          } }));
     this->Coincident.reset();
-    return status;
+    return {};
   }
 
   // Writes a level's triangles and links, all blocks. map: where the finer ones' corners go.
@@ -249,33 +228,30 @@ private:
     ImageWriter writer(this->Folder, level);
     LevelLinks links;
     LinkWriter linkWriter(level, links);
-    Status status = writer.Begin(0);
-    if (status && this->Steps.ByClusters())
+    KDSTREAM_TRY(writer.Begin(0));
+    if (this->Steps.ByClusters())
     {
-      status = linkWriter.Begin(this->Folder);
+      KDSTREAM_TRY(linkWriter.Begin(this->Folder));
     }
     const std::size_t step = finer.blocks / level.BlockCount();
     std::vector<std::vector<Triangle>> images;
     std::vector<Triangle> triangles; // of the level's block
-    for (std::size_t block = 0; status && block < finer.blocks; ++block)
+    for (std::size_t block = 0; block < finer.blocks; ++block)
     {
       const std::size_t which = block % imagesAtOnce;
       if (which == 0)
       {
-        status = this->MapBlocks(map, finer, block, images);
+        KDSTREAM_TRY(this->MapBlocks(map, finer, block, images));
       }
-      if (status)
+      MergeSorted(images[which], triangles);
+      if ((block + 1) % step == 0)
       {
-        MergeSorted(images[which], triangles);
-      }
-      if (status && (block + 1) % step == 0)
-      {
-        status = this->AddImage(block / step, finer, triangles, map, linkWriter, writer);
+        KDSTREAM_TRY(this->AddImage(block / step, finer, triangles, map, linkWriter, writer));
         triangles.clear();
       }
     }
     this->Links = std::move(links);
-    return status;
+    return {};
   }
 
   // The images of the finer blocks from `first` on, as many as are made at once.
@@ -308,27 +284,25 @@ private:
   Status AddImage(std::size_t block, const Finer& finer, std::vector<Triangle>& triangles,
     const SpillFile& map, LinkWriter& linkWriter, ImageWriter& writer)
   {
-    Status status;
     if (this->Coincident)
     {
       const std::size_t step = finer.blocks / this->Coincident->BucketCount();
       std::vector<Triangle> links;
-      status = this->Coincident->ForEach(block,
+      KDSTREAM_TRY(this->Coincident->ForEach(block,
         [&](const Triangle& link) -> Status
         {
           links.push_back(link);
           return {};
-        });
-      status =
-        status ? MapCorners(links, map, finer.begin(block * step), finer.begin((block + 1) * step))
-               : status;
+        }));
+      KDSTREAM_TRY(
+        MapCorners(links, map, finer.begin(block * step), finer.begin((block + 1) * step)));
       triangles.insert(triangles.end(), links.begin(), links.end());
     }
-    if (status && this->Steps.ByClusters())
+    if (this->Steps.ByClusters())
     {
-      status = linkWriter.Add(triangles);
+      KDSTREAM_TRY(linkWriter.Add(triangles));
     }
-    return status ? writer.Add(triangles) : status;
+    return writer.Add(triangles);
   }
 
   // Level `depth` from the one below it, in files.
@@ -338,36 +312,37 @@ private:
     LevelFile& level = this->FileOf(depth);
     level.depth = depth;
     LevelStates states;
-    {
-      const LevelArrays& arrays = this->Steps.Arrays();
-      LevelWriter writer(level, states, arrays);
-      Status status = writer.Begin(this->Folder, std::uint64_t{ 1 } << depth);
-      if (status && this->Steps.ByClusters())
-      {
-        status = this->Steps.Join(
-          this->Folder, { below, this->States, this->Links, below.AllBlocks() }, depth, writer);
-      }
-      else if (status)
-      {
-        FileLevelBlocks blocks(this->Folder, below, this->States, arrays, level, writer);
-        status = this->Steps.Collapse(blocks, depth);
-      }
-      KDSTREAM_TRY(status);
-    }
+    KDSTREAM_TRY(this->MakeClusters(below, depth, states));
     this->States = std::move(states);
     level.blockDepth = below.blockDepth;
     MergeBlocks(level, this->BlockDepthOf(level));
     return this->WriteImages(level, below.parents,
       { below.BlockCount(), [&](std::size_t block) { return below.begin[block]; },
-        [&](std::size_t block, std::vector<Triangle>& triangles)
+        [&](std::size_t block, std::vector<Triangle>& triangles) -> Status
         {
           const std::uint64_t from = below.triangleBegin[block];
           triangles.resize(static_cast<std::size_t>(below.triangleBegin[block + 1] - from));
-          const Status status =
-            ReadRecords<Triangle>(below.triangles, from, std::span<Triangle>(triangles));
-          return status && this->Steps.ByClusters() ? this->Links.Load(block, block + 1, triangles)
-                                                    : status;
+          KDSTREAM_TRY(
+            ReadRecords<Triangle>(below.triangles, from, std::span<Triangle>(triangles)));
+          return this->Steps.ByClusters() ? this->Links.Load(block, block + 1, triangles)
+                                          : Status{};
         } });
+  }
+
+  // The clusters of level `depth` and their states.
+  Status MakeClusters(LevelFile& below, unsigned depth, LevelStates& states)
+  {
+    LevelFile& level = this->FileOf(depth);
+    const LevelArrays& arrays = this->Steps.Arrays();
+    LevelWriter writer(level, states, arrays);
+    KDSTREAM_TRY(writer.Begin(this->Folder, std::uint64_t{ 1 } << depth));
+    if (this->Steps.ByClusters())
+    {
+      return this->Steps.Join(
+        this->Folder, { below, this->States, this->Links, below.AllBlocks() }, depth, writer);
+    }
+    FileLevelBlocks blocks(this->Folder, below, this->States, arrays, level, writer);
+    return this->Steps.Collapse(blocks, depth);
   }
 
   // All levels coarser than `depth`, the last one in files, in memory.
@@ -396,7 +371,7 @@ Result<ExternalLevels> BuildExternalLevels(SpillFolder& folder, const MeshBlocks
   const LevelOptions& options, const Execution& execution,
   const std::function<void(const TreeBlock&)>& seen)
 {
-  return LevelsBuilder(folder, mesh, options, execution, seen).Build();
+  return ExternalLevelsBuilder(folder, mesh, options, execution, seen).Build();
 }
 
 }

@@ -24,7 +24,7 @@ Status Load(const LinkedLevel& from, std::size_t index, ClusterBlock& block)
   const VertexId begin = level.begin[index], end = level.begin[index + 1];
   block.clusters.reserve(end - begin);
   block.cellOf.reserve(end - begin);
-  Status status = ForEachBlockOf<ClusterState>(from.states.sums, begin, end,
+  KDSTREAM_TRY(ForEachBlockOf<ClusterState>(from.states.sums, begin, end,
     [&](std::span<const ClusterState> states)
     {
       for (const ClusterState& state : states)
@@ -32,19 +32,15 @@ Status Load(const LinkedLevel& from, std::size_t index, ClusterBlock& block)
         block.clusters.push_back(state.sum);
         block.cellOf.push_back(state.cellOf);
       }
-    });
-  if (status)
-  {
-    status = from.links.Load(index, index + 1, block.triangles);
-  }
+    }));
+  KDSTREAM_TRY(from.links.Load(index, index + 1, block.triangles));
   for (const Triangle& link : block.triangles)
   {
     AppendLinkOf(link, block.links);
   }
   const std::uint64_t first = level.triangleBegin[index];
   block.triangles.resize(static_cast<std::size_t>(level.triangleBegin[index + 1] - first));
-  return status ? ReadRecords<Triangle>(level.triangles, first, std::span(block.triangles))
-                : status;
+  return ReadRecords<Triangle>(level.triangles, first, std::span(block.triangles));
 }
 
 }
@@ -62,8 +58,7 @@ Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below,
   {
     const VertexId first = level.begin[index], base = coarser.ClusterCount();
     ClusterBlock block;
-    Status status = Load(below, index, block);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(Load(below, index, block));
     std::vector<VertexId> parents;
     const CollapseState made =
       MakeCoarserClusters({ block.clusters, block.cellOf, first, block.triangles, block.links },
@@ -74,18 +69,11 @@ Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below,
     std::vector<VertexId> lowest;
     std::transform(block.clusters.begin(), block.clusters.end(), std::back_inserter(lowest),
       [](const ClusterSum& cluster) { return cluster.lowest; });
-    status = coarser.Append(made, sums->MakeCoarser(parents, lowest, made.clusters.size()));
+    KDSTREAM_TRY(coarser.Append(made, sums->MakeCoarser(parents, lowest, made.clusters.size())));
     std::for_each(parents.begin(), parents.end(), [&](VertexId& parent) { parent += base; });
-    if (status)
-    {
-      status = WriteRecords<VertexId>(level.parents, first, std::span<const VertexId>(parents));
-    }
-    if (status)
-    {
-      status =
-        report(double(index + 1 - below.here.begin) / double(below.here.end - below.here.begin));
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(WriteRecords<VertexId>(level.parents, first, std::span<const VertexId>(parents)));
+    KDSTREAM_TRY(
+      report(double(index + 1 - below.here.begin) / double(below.here.end - below.here.begin)));
   }
   return {};
 }

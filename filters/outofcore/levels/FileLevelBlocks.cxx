@@ -43,8 +43,8 @@ Result<FileLevelBlocks::LoadedBlock> FileLevelBlocks::LoadFiles(std::size_t bloc
   Result<LevelBlock> loaded = LoadLevelBlock(this->Below, block);
   KDSTREAM_TRY(loaded);
   Result<CollapseState> state = LoadState(this->Below, this->States, this->Arrays, *loaded);
-  return state ? Result<LoadedBlock>(LoadedBlock{ std::move(*loaded), std::move(*state) })
-               : state.GetError();
+  KDSTREAM_TRY(state);
+  return LoadedBlock{ std::move(*loaded), std::move(*state) };
 }
 
 void FileLevelBlocks::LoadAhead(std::size_t block)
@@ -95,11 +95,11 @@ Status FileLevelBlocks::KeepLists(std::size_t block, std::vector<MergeList>&& li
       writer.Append(merge);
     }
   }
-  const Status status = writer.Finish();
+  KDSTREAM_TRY(writer.Finish());
   this->Kept[block] = std::move(kept);
   this->CurrentLists = std::move(lists);
   this->LoadedLists = block;
-  return status;
+  return {};
 }
 
 Result<std::vector<MergeList>*> FileLevelBlocks::Lists(std::size_t block)
@@ -137,12 +137,8 @@ Result<std::vector<VertexId>> FileLevelBlocks::GhostTargets(TargetStage stage)
 {
   const std::vector<VertexId> ghosts = this->Current.block.Ghosts();
   std::vector<VertexId> targets(ghosts.size());
-  if (Status status = ReadRecordsAt<VertexId>(
-        this->Targets[static_cast<std::size_t>(stage)], ghosts, std::span<VertexId>(targets));
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(ReadRecordsAt<VertexId>(
+    this->Targets[static_cast<std::size_t>(stage)], ghosts, std::span<VertexId>(targets)));
   return targets;
 }
 
@@ -154,15 +150,13 @@ Status FileLevelBlocks::KeepCoarser(
   KDSTREAM_TRY(sums);
   const std::span<const VertexId> lowest = std::span(this->Current.state.level.lowest)
                                              .subspan(this->Current.state.ownBegin, parents.size());
-  Status status =
-    this->Writer.Append(coarser, sums->MakeCoarser(parents, lowest, coarser.clusters.size()));
+  KDSTREAM_TRY(
+    this->Writer.Append(coarser, sums->MakeCoarser(parents, lowest, coarser.clusters.size())));
   for (VertexId& parent : parents)
   {
     parent += base;
   }
-  return status
-           ? WriteRecords<VertexId>(this->Below.parents, first, std::span<const VertexId>(parents))
-           : status;
+  return WriteRecords<VertexId>(this->Below.parents, first, std::span<const VertexId>(parents));
 }
 
 }

@@ -24,12 +24,8 @@ Result<LevelBlock> LoadLevelBlock(const LevelFile& level, std::size_t block)
   LevelBlock loaded;
   loaded.triangles.resize(
     static_cast<std::size_t>(level.triangleBegin[block + 1] - level.triangleBegin[block]));
-  if (Status status = ReadRecords<Triangle>(
-        level.triangles, level.triangleBegin[block], std::span<Triangle>(loaded.triangles));
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(ReadRecords<Triangle>(
+    level.triangles, level.triangleBegin[block], std::span<Triangle>(loaded.triangles)));
   std::vector<VertexId> ghosts;
   for (const Triangle& t : loaded.triangles)
   {
@@ -68,16 +64,14 @@ Status ReadBlockElements(const SpillFile& file, std::size_t elementBytes, const 
 {
   const std::span<const VertexId> all(block.clusters);
   const std::size_t begin = block.ownBegin, end = block.ownEnd;
-  Status status =
-    ReadElementsAt(file, elementBytes, all.first(begin), out.first(begin * elementBytes));
-  if (status && end > begin)
+  KDSTREAM_TRY(
+    ReadElementsAt(file, elementBytes, all.first(begin), out.first(begin * elementBytes)));
+  if (end > begin)
   {
-    status = file.Read(std::uint64_t{ all[begin] } * elementBytes,
-      out.subspan(begin * elementBytes, (end - begin) * elementBytes));
+    KDSTREAM_TRY(file.Read(std::uint64_t{ all[begin] } * elementBytes,
+      out.subspan(begin * elementBytes, (end - begin) * elementBytes)));
   }
-  return status
-           ? ReadElementsAt(file, elementBytes, all.subspan(end), out.subspan(end * elementBytes))
-           : status;
+  return ReadElementsAt(file, elementBytes, all.subspan(end), out.subspan(end * elementBytes));
 }
 
 Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level)
@@ -85,15 +79,14 @@ Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level)
   std::vector<Triangle> all;
   for (std::size_t block = 0; block < level.BlockCount(); ++block)
   {
-    const Status status = ForEachBlockOf<Triangle>(level.triangles, level.triangleBegin[block],
+    KDSTREAM_TRY(ForEachBlockOf<Triangle>(level.triangles, level.triangleBegin[block],
       level.triangleBegin[block + 1],
       [&](std::span<const Triangle> triangles)
       {
         std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(all),
           [&](const Triangle& t)
           { return t[0] >= level.begin[block] && t[0] < level.begin[block + 1]; });
-      });
-    KDSTREAM_TRY(status);
+      }));
   }
   return all;
 }

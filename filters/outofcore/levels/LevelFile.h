@@ -70,12 +70,8 @@ template <SpillRecord Record>
 Result<std::vector<Record>> ReadBlockRecords(const SpillFile& file, const LevelBlock& block)
 {
   std::vector<Record> records(block.clusters.size());
-  if (Status status = ReadBlockElements(
-        file, sizeof(Record), block, std::as_writable_bytes(std::span<Record>(records)));
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(ReadBlockElements(
+    file, sizeof(Record), block, std::as_writable_bytes(std::span<Record>(records))));
   return records;
 }
 

@@ -47,22 +47,19 @@ Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel&
   places.positions.reserve(all.size());
   places.deviations.reserve(all.size());
   places.lowest.reserve(all.size());
-  const auto appendGhosts = [&](std::span<const VertexId> ghosts)
+  const auto appendGhosts = [&](std::span<const VertexId> ghosts) -> Status
   {
     std::vector<ClusterRecord> records(ghosts.size());
-    const Status status =
-      ReadRecordsAt<ClusterRecord>(level.clusters, ghosts, std::span<ClusterRecord>(records));
+    KDSTREAM_TRY(
+      ReadRecordsAt<ClusterRecord>(level.clusters, ghosts, std::span<ClusterRecord>(records)));
     AppendPlaces(records, places);
-    return status;
+    return {};
   };
   const BlockRange own = OwnNumbers(block);
-  Status status = appendGhosts(all.first(block.ownBegin));
-  if (status)
-  {
-    status = ForEachBlockOf<ClusterRecord>(level.clusters, own.begin, own.end,
-      [&](std::span<const ClusterRecord> records) { AppendPlaces(records, places); });
-  }
-  return status ? appendGhosts(all.subspan(block.ownEnd)) : status;
+  KDSTREAM_TRY(appendGhosts(all.first(block.ownBegin)));
+  KDSTREAM_TRY(ForEachBlockOf<ClusterRecord>(level.clusters, own.begin, own.end,
+    [&](std::span<const ClusterRecord> records) { AppendPlaces(records, places); }));
+  return appendGhosts(all.subspan(block.ownEnd));
 }
 
 // Of the own clusters of a block.
@@ -71,7 +68,7 @@ Status LoadSums(const LevelStates& states, const LevelBlock& block, CollapseStat
   const BlockRange own = OwnNumbers(block);
   state.clusters.reserve(state.OwnCount());
   state.cellOf.reserve(state.OwnCount());
-  Status status = ForEachBlockOf<ClusterState>(states.sums, own.begin, own.end,
+  KDSTREAM_TRY(ForEachBlockOf<ClusterState>(states.sums, own.begin, own.end,
     [&](std::span<const ClusterState> clusters)
     {
       for (const ClusterState& cluster : clusters)
@@ -79,13 +76,13 @@ Status LoadSums(const LevelStates& states, const LevelBlock& block, CollapseStat
         state.clusters.push_back(cluster.sum);
         state.cellOf.push_back(cluster.cellOf);
       }
-    });
+    }));
   std::vector<float>& values = state.attributes.values;
   values.resize(state.attributes.components * state.OwnCount());
-  return status && states.components.IsOpen()
+  return states.components.IsOpen()
            ? ReadRecords<float>(
                states.components, own.begin * state.attributes.components, std::span<float>(values))
-           : status;
+           : Status{};
 }
 
 }
@@ -104,26 +101,15 @@ Status LevelWriter::Begin(SpillFolder& folder, std::uint64_t expected)
 {
   this->Level.begin.assign(1, 0);
   const std::size_t sumBytes = AttributeSums(this->Arrays.attributes, 0).RecordSize();
-  Status status =
-    MakeFile(folder, this->Level.clusters, "clusters of a level", expected, sizeof(ClusterRecord));
-  if (status)
-  {
-    status = MakeFile(
-      folder, this->Level.tuples, "attributes of a level", expected, this->Arrays.TupleBytes());
-  }
-  if (status)
-  {
-    status =
-      MakeFile(folder, this->States.sums, "sums of clusters", expected, sizeof(ClusterState));
-  }
-  if (status)
-  {
-    status = MakeFile(folder, this->States.components, "attributes of clusters", expected,
-      this->Arrays.components * sizeof(float));
-  }
-  return status
-           ? MakeFile(folder, this->States.attributeSums, "sums of attributes", expected, sumBytes)
-           : status;
+  KDSTREAM_TRY(
+    MakeFile(folder, this->Level.clusters, "clusters of a level", expected, sizeof(ClusterRecord)));
+  KDSTREAM_TRY(MakeFile(
+    folder, this->Level.tuples, "attributes of a level", expected, this->Arrays.TupleBytes()));
+  KDSTREAM_TRY(
+    MakeFile(folder, this->States.sums, "sums of clusters", expected, sizeof(ClusterState)));
+  KDSTREAM_TRY(MakeFile(folder, this->States.components, "attributes of clusters", expected,
+    this->Arrays.components * sizeof(float)));
+  return MakeFile(folder, this->States.attributeSums, "sums of attributes", expected, sumBytes);
 }
 
 Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attributes)
@@ -140,23 +126,20 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
     states.Append({ sum, block.cellOf[c] });
   }
   this->States.area = AddAreas(this->States.area, block.clusters);
-  Status status = records.Finish();
-  if (status)
+  KDSTREAM_TRY(records.Finish());
+  KDSTREAM_TRY(states.Finish());
+  if (this->States.components.IsOpen())
   {
-    status = states.Finish();
-  }
-  if (status && this->States.components.IsOpen())
-  {
-    status = this->States.components.Write(
+    KDSTREAM_TRY(this->States.components.Write(
       std::uint64_t{ first } * this->Arrays.components * sizeof(float),
-      std::as_bytes(std::span(block.attributes.values)));
+      std::as_bytes(std::span(block.attributes.values))));
   }
-  if (status && this->States.attributeSums.IsOpen())
+  if (this->States.attributeSums.IsOpen())
   {
-    status = this->States.attributeSums.Write(
-      std::uint64_t{ first } * attributes.RecordSize(), attributes.Bytes());
+    KDSTREAM_TRY(this->States.attributeSums.Write(
+      std::uint64_t{ first } * attributes.RecordSize(), attributes.Bytes()));
   }
-  if (status && this->Level.tuples.IsOpen())
+  if (this->Level.tuples.IsOpen())
   {
     const std::vector<Attribute> means = attributes.Means();
     std::vector<const Attribute*> arrays;
@@ -165,11 +148,11 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
     {
       arrays.push_back(&array);
     }
-    status = this->Level.tuples.Write(
-      std::uint64_t{ first } * this->Arrays.TupleBytes(), InterleaveTuples(arrays, count));
+    KDSTREAM_TRY(this->Level.tuples.Write(
+      std::uint64_t{ first } * this->Arrays.TupleBytes(), InterleaveTuples(arrays, count)));
   }
   this->Level.begin.push_back(first + static_cast<VertexId>(count));
-  return status;
+  return {};
 }
 
 Result<CollapseState> LoadState(
@@ -179,12 +162,8 @@ Result<CollapseState> LoadState(
   state.ownBegin = block.ownBegin;
   state.ownEnd = block.ownEnd;
   state.attributes.components = arrays.components;
-  Status status = LoadPlaces(level, block, state.level);
-  if (status)
-  {
-    status = LoadSums(states, block, state);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(LoadPlaces(level, block, state.level));
+  KDSTREAM_TRY(LoadSums(states, block, state));
   state.level.triangles = std::move(block.triangles);
   return state;
 }
@@ -198,12 +177,7 @@ Result<AttributeSums> LoadAttributeSums(
     return none;
   }
   std::vector<std::byte> bytes(clusters * none.RecordSize());
-  if (Status status =
-        states.attributeSums.Read(std::uint64_t{ firstCluster } * none.RecordSize(), bytes);
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(states.attributeSums.Read(std::uint64_t{ firstCluster } * none.RecordSize(), bytes));
   return AttributeSums::FromBytes(arrays.attributes, bytes);
 }
 
@@ -231,11 +205,8 @@ Status MapCorners(
   std::sort(ghosts.begin(), ghosts.end());
   ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
   std::vector<VertexId> ghostTargets(ghosts.size());
-  Status status = ReadRecords<VertexId>(map, first, std::span<VertexId>(own));
-  if (status)
-  {
-    status = ReadRecordsAt<VertexId>(map, ghosts, std::span<VertexId>(ghostTargets));
-  }
+  KDSTREAM_TRY(ReadRecords<VertexId>(map, first, std::span<VertexId>(own)));
+  KDSTREAM_TRY(ReadRecordsAt<VertexId>(map, ghosts, std::span<VertexId>(ghostTargets)));
   for (Triangle& t : triangles)
   {
     for (VertexId& corner : t)
@@ -246,7 +217,7 @@ Status MapCorners(
                      std::lower_bound(ghosts.begin(), ghosts.end(), corner) - ghosts.begin())];
     }
   }
-  return status;
+  return {};
 }
 
 }

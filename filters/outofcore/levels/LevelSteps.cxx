@@ -1,6 +1,7 @@
 #include "filters/outofcore/levels/LevelSteps.h"
 
 #include "filters/core/TakeResult.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/levels/CollapseRound.h"
 #include "filters/core/levels/FinestClusters.h"
 #include "filters/core/levels/FreeCollapse.h"
@@ -34,23 +35,20 @@ public:
   Status Put(std::vector<ClusterSum>& sums) override
   {
     this->Count = sums.size();
-    Status status = Take(
-      this->Folder.CreateFile("sums of clusters", this->Count * sizeof(ClusterSum)), this->File);
-    if (status)
-    {
-      status = WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums));
-    }
+    KDSTREAM_TRY(Take(
+      this->Folder.CreateFile("sums of clusters", this->Count * sizeof(ClusterSum)), this->File));
+    KDSTREAM_TRY(WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums)));
     sums = std::vector<ClusterSum>();
     ReturnFreeMemory(); // what the level before has left, too
-    return status;
+    return {};
   }
 
   Status Return(std::vector<ClusterSum>& sums) override
   {
     sums.resize(this->Count);
-    const Status status = ReadRecords<ClusterSum>(this->File, 0, std::span<ClusterSum>(sums));
+    KDSTREAM_TRY(ReadRecords<ClusterSum>(this->File, 0, std::span<ClusterSum>(sums)));
     this->File = {};
-    return status;
+    return {};
   }
 
 private:
@@ -146,19 +144,17 @@ Status LevelSteps::BuildFinestBlock(
   std::vector<VertexId> clusters(block.order.size());
   std::transform(block.order.begin(), block.order.end(), clusters.begin(),
     [&](VertexId v) { return firstCluster + finest->clusterOf[v]; });
-  const Status status =
-    WriteRecords<VertexId>(clusterOfRank, block.firstRank, std::span<const VertexId>(clusters));
-  return status ? writer.Append(state, sums) : status;
+  KDSTREAM_TRY(
+    WriteRecords<VertexId>(clusterOfRank, block.firstRank, std::span<const VertexId>(clusters)));
+  return writer.Append(state, sums);
 }
 
 // Of a mesh whose places differ, vertices in one place differ by the sign of a zero: the block
 // then has one that is negative.
 LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
 {
-  const bool negative = std::any_of(block.mesh.points.begin(), block.mesh.points.end(),
-    [](const Vec3& p) {
-      return std::any_of(p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
-    });
+  const bool negative =
+    std::any_of(block.mesh.points.begin(), block.mesh.points.end(), HasNegativeZero);
   LevelOptions options = this->Options;
   options.mayCoincide = this->JoinsCoincident && (this->Mesh.mayCoincide || negative);
   options.joinCoincident = !this->Clusters;
@@ -173,11 +169,10 @@ Status LevelSteps::Collapse(FileLevelBlocks& blocks, unsigned depth) const
     ReturnFreeMemory(this->Mesh.keptMemory);
     return this->ReportLevel(depth, done);
   };
-  const Status status = blocks.Begin();
-  return status ? CollapseRound(blocks, this->Mesh.depths, depth, this->Space,
-                    this->Options.representative, this->Options.sheets, this->Exec, report)
-                    .Run()
-                : status;
+  KDSTREAM_TRY(blocks.Begin());
+  return CollapseRound(blocks, this->Mesh.depths, depth, this->Space, this->Options.representative,
+    this->Options.sheets, this->Exec, report)
+    .Run();
 }
 
 Status LevelSteps::Join(
@@ -224,10 +219,9 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
   KDSTREAM_TRY(parents);
   level.parents = std::move(*parents);
   const std::vector<VertexId>& parentOf = (*levels)[level.depth].parents;
-  const Status status =
-    WriteRecords<VertexId>(level.parents, 0, std::span<const VertexId>(parentOf));
+  KDSTREAM_TRY(WriteRecords<VertexId>(level.parents, 0, std::span<const VertexId>(parentOf)));
   levels->pop_back();
-  return status ? std::move(levels) : status.GetError();
+  return levels;
 }
 
 // The level and the coarser ones, [depth], without attributes.

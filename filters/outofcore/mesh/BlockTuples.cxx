@@ -128,10 +128,8 @@ Status LoadBlockTuples(std::span<const AttributeInfo> attributes, const SpillFil
   std::vector<TuplePlace> points = PlacesOf(block.ranks);
   std::sort(points.begin(), points.end(),
     [](const TuplePlace& a, const TuplePlace& b) { return a.source < b.source; });
-  const Status status = TupleLoader(arrays, AttributeAssociation::Point).Load(pointTuples, points);
-  return status ? TupleLoader(arrays, AttributeAssociation::Cell)
-                    .Load(cellTuples, PlacesOf(block.numbers))
-                : status;
+  KDSTREAM_TRY(TupleLoader(arrays, AttributeAssociation::Point).Load(pointTuples, points));
+  return TupleLoader(arrays, AttributeAssociation::Cell).Load(cellTuples, PlacesOf(block.numbers));
 }
 
 }

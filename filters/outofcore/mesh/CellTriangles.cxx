@@ -70,12 +70,9 @@ Result<VertexMap> RankAtOnce(SpillFolder& folder, const SpillFile& records, std:
     folder.CreateFile("ranks of vertices", std::uint64_t{ count } * sizeof(VertexId));
   KDSTREAM_TRY(file);
   std::vector<VertexId> ranks(count);
-  Status status = FillRanks<Scalar>(records, ranks, memory, execution);
-  if (status)
-  {
-    status = WriteRecords<VertexId>(*file, 0, std::span<const VertexId>(ranks));
-  }
-  return status ? Result<VertexMap>(VertexMap{ std::move(*file), count }) : status.GetError();
+  KDSTREAM_TRY(FillRanks<Scalar>(records, ranks, memory, execution));
+  KDSTREAM_TRY(WriteRecords<VertexId>(*file, 0, std::span<const VertexId>(ranks)));
+  return VertexMap{ std::move(*file), count };
 }
 
 // Replaces the triangles of a block by those of each cell, next to each other.
@@ -110,17 +107,16 @@ public:
   Status AddTo(RecordBuckets<NumberedTriangle>& cells) const
   {
     const std::span<const NumberedTriangle> sorted(this->Sorted);
-    Status status;
-    for (std::size_t begin = 0, end = 0; status && begin < sorted.size(); begin = end)
+    for (std::size_t begin = 0, end = 0; begin < sorted.size(); begin = end)
     {
       const std::uint64_t cell = this->Entries[begin] >> 32;
       while (end < sorted.size() && this->Entries[end] >> 32 == cell)
       {
         ++end;
       }
-      status = cells.Add(static_cast<std::size_t>(cell), sorted.subspan(begin, end - begin));
+      KDSTREAM_TRY(cells.Add(static_cast<std::size_t>(cell), sorted.subspan(begin, end - begin)));
     }
-    return status;
+    return {};
   }
 
 private:
@@ -148,28 +144,21 @@ Result<VertexMap> RankVertices(SpillFolder& folder, const SpillFile& records, st
     return !buckets ? buckets.GetError() : file.GetError();
   }
   VertexMap map{ std::move(*file), count };
-  Status status = BucketRanks<Scalar>(records, count, sections, *buckets, execution);
+  KDSTREAM_TRY(BucketRanks<Scalar>(records, count, sections, *buckets, execution));
   std::vector<VertexId> entries;
-  for (std::size_t section = 0; status && section < sections.Number(); ++section)
+  for (std::size_t section = 0; section < sections.Number(); ++section)
   {
     const VertexId first = sections.Begin(section);
     entries.assign(sections.End(section) - first, 0);
-    status = buckets->ForEach(section,
+    KDSTREAM_TRY(buckets->ForEach(section,
       [&](const RankedVertex& vertex) -> Status
       {
         entries[vertex.id - first] = vertex.rank;
         return {};
-      });
-    if (status)
-    {
-      status = WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries));
-    }
-    if (status)
-    {
-      status = execution.Report(step, 0.5 + 0.5 * double(sections.End(section)) / double(count));
-    }
+      }));
+    KDSTREAM_TRY(WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries)));
+    KDSTREAM_TRY(execution.Report(step, 0.5 + 0.5 * double(sections.End(section)) / double(count)));
   }
-  KDSTREAM_TRY(status);
   return map;
 }
 
@@ -246,20 +235,14 @@ Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& fold
             block.subspan(first, std::min(trianglesOfRun, block.size() - first)), cellOf);
         }
       });
-    Status status;
-    for (std::size_t part = 0; status && part < parts; ++part)
+    for (std::size_t part = 0; part < parts; ++part)
     {
-      status = runs[part].AddTo(*cells);
+      KDSTREAM_TRY(runs[part].AddTo(*cells));
     }
-    return status;
+    return {};
   };
-  Status status =
-    MapTriangles(folder, triangles, count, ranks, memory - memory / 4, execution, add);
-  if (status)
-  {
-    status = cells->Finish();
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(MapTriangles(folder, triangles, count, ranks, memory - memory / 4, execution, add));
+  KDSTREAM_TRY(cells->Finish());
   return std::move(*cells);
 }
 

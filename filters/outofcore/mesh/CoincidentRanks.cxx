@@ -50,22 +50,19 @@ Status ForEachCoincidentPair(SpillFolder& folder, const SpillFile& records, std:
   Result<RecordBuckets<PointRecord<Scalar>>> sorted = RecordBuckets<PointRecord<Scalar>>::Create(
     folder, "places", static_cast<std::size_t>(buckets), count, memory / 4);
   KDSTREAM_TRY(sorted);
-  Status status = ForEachRank<Scalar>(records, count,
+  KDSTREAM_TRY(ForEachRank<Scalar>(records, count,
     [&](const PointRecord<Scalar>& vertex)
     {
       const std::uint64_t hash = HashOfPlace()(vertex.p);
       return sorted->Add(static_cast<std::size_t>(((hash >> 32) * buckets) >> 32), vertex);
-    });
-  if (status)
+    }));
+  KDSTREAM_TRY(sorted->Finish());
+  for (std::size_t bucket = 0; bucket < buckets; ++bucket)
   {
-    status = sorted->Finish();
-  }
-  for (std::size_t bucket = 0; status && bucket < buckets; ++bucket)
-  {
-    status = sorted->ForEach(bucket, add);
+    KDSTREAM_TRY(sorted->ForEach(bucket, add));
     last.Clear();
   }
-  return status;
+  return {};
 }
 
 template Status ForEachCoincidentPair<float>(

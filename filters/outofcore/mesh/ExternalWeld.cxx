@@ -37,10 +37,11 @@ struct Twin
   VertexId id = 0, lowest = 0;
 };
 
-class Welder
+class ExternalWelder
 {
 public:
-  Welder(SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution)
+  ExternalWelder(
+    SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution)
     : Folder(folder)
     , Input(std::move(input))
     , KeyBytes(sizeof(Vec3) + this->Input.tupleBytes)
@@ -56,12 +57,8 @@ public:
   {
     Result<RecordBuckets<Twin>> twins = this->MakeBuckets<Twin>("equal vertices");
     KDSTREAM_TRY(twins);
-    Status status = this->FindTwins(*twins);
-    if (status)
-    {
-      status = twins->Finish();
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->FindTwins(*twins));
+    KDSTREAM_TRY(twins->Finish());
     ExternalWeld result;
     if (this->Twins == 0)
     {
@@ -71,8 +68,7 @@ public:
     Result<VertexMap> map = this->MakeMap(*twins);
     KDSTREAM_TRY(map);
     result.welded = this->Twins;
-    status = this->Compact(*map, result.vertices);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->Compact(*map, result.vertices));
     result.map = std::move(*map);
     return result;
   }
@@ -103,13 +99,13 @@ private:
     {
       points.resize(std::min<std::size_t>(most, this->Input.count - first));
       tuples.resize(points.size() * this->Input.tupleBytes);
-      Status status = ReadRecords<Vec3>(this->Input.points, first, std::span<Vec3>(points));
-      if (status && !tuples.empty())
+      KDSTREAM_TRY(ReadRecords<Vec3>(this->Input.points, first, std::span<Vec3>(points)));
+      if (!tuples.empty())
       {
-        status = this->Input.tuples.Read(
-          std::uint64_t{ first } * this->Input.tupleBytes, std::span<std::byte>(tuples));
+        KDSTREAM_TRY(this->Input.tuples.Read(
+          std::uint64_t{ first } * this->Input.tupleBytes, std::span<std::byte>(tuples)));
       }
-      for (std::size_t i = 0; status && i < points.size(); ++i)
+      for (std::size_t i = 0; i < points.size(); ++i)
       {
         std::memcpy(key.data(), &points[i], sizeof(Vec3));
         if (this->Input.tupleBytes > 0)
@@ -117,9 +113,8 @@ private:
           std::memcpy(key.data() + sizeof(Vec3), tuples.data() + i * this->Input.tupleBytes,
             this->Input.tupleBytes);
         }
-        status = visit(first + static_cast<VertexId>(i), std::span<const std::byte>(key));
+        KDSTREAM_TRY(visit(first + static_cast<VertexId>(i), std::span<const std::byte>(key)));
       }
-      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -169,24 +164,19 @@ private:
     for (std::size_t b = 0; b < count; ++b)
     {
       table.Clear();
-      Status status = buckets->ForEachBlock(b,
+      KDSTREAM_TRY(buckets->ForEachBlock(b,
         [&](std::span<const std::byte> records) -> Status
         {
-          Status looked;
-          for (std::size_t at = 0; looked && at < records.size(); at += stride)
+          for (std::size_t at = 0; at < records.size(); at += stride)
           {
             VertexId id = 0;
             std::memcpy(&id, records.data() + at + this->KeyBytes, sizeof(id));
-            looked = look(id, records.subspan(at, this->KeyBytes));
+            KDSTREAM_TRY(look(id, records.subspan(at, this->KeyBytes)));
           }
-          return looked;
-        });
+          return {};
+        }));
       done += buckets->Size(b);
-      if (status)
-      {
-        status = this->Report(0.4, 0.8, done);
-      }
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(this->Report(0.4, 0.8, done));
     }
     return {};
   }
@@ -205,7 +195,7 @@ private:
     std::vector<std::vector<std::uint64_t>> hashes(shape.slots);
     std::vector<std::uint64_t> repeats(shape.slots, 0);
     BatchPass<Vec3> batches(shape, this->Exec);
-    const Status status = batches.Over(
+    KDSTREAM_TRY(batches.Over(
       this->Input.points, 0, this->Input.count,
       [&](std::size_t slot, std::span<Vec3> points) -> Status
       {
@@ -215,9 +205,8 @@ private:
         repeats[slot] += repeated.Add(hashes[slot]);
         return {};
       },
-      [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); });
+      [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); }));
     repeated.Finish();
-    KDSTREAM_TRY(status);
     // Each has one before it in its class, but for the first of the class.
     return std::min<std::uint64_t>(
       this->Input.count, 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 }));
@@ -259,19 +248,19 @@ private:
       },
       [&](std::size_t used, std::uint64_t last) -> Status
       {
-        Status status = this->Report(0.2, 0.4, last);
+        KDSTREAM_TRY(this->Report(0.2, 0.4, last));
         for (std::size_t slot = 0; slot < used; ++slot)
         {
           const Found& those = found[slot];
-          for (std::size_t i = 0; status && i < those.ids.size(); ++i)
+          for (std::size_t i = 0; i < those.ids.size(); ++i)
           {
             std::memcpy(key.data(), &those.points[i], sizeof(Vec3));
             std::copy_n(those.tuples.begin() + std::ptrdiff_t(i * this->Input.tupleBytes),
               this->Input.tupleBytes, key.begin() + sizeof(Vec3));
-            status = visit(those.ids[i], std::span<const std::byte>(key));
+            KDSTREAM_TRY(visit(those.ids[i], std::span<const std::byte>(key)));
           }
         }
-        return status;
+        return {};
       });
   }
 
@@ -283,20 +272,15 @@ private:
       this->Folder, "vertices by hash", stride, count, this->Input.count, this->Memory / 4);
     KDSTREAM_TRY(buckets);
     std::vector<std::byte> record(stride);
-    Status status = this->ForEachRepeated(
+    KDSTREAM_TRY(this->ForEachRepeated(
       [&](VertexId id, std::span<const std::byte> key) -> Status
       {
         std::copy(key.begin(), key.end(), record.begin());
         std::memcpy(record.data() + this->KeyBytes, &id, sizeof(id));
-        const Status added =
-          buckets->Add(static_cast<std::size_t>(((this->HashOf(key) >> 32) * count) >> 32), record);
-        return added;
-      });
-    if (status)
-    {
-      status = buckets->Finish();
-    }
-    KDSTREAM_TRY(status);
+        return buckets->Add(
+          static_cast<std::size_t>(((this->HashOf(key) >> 32) * count) >> 32), record);
+      }));
+    KDSTREAM_TRY(buckets->Finish());
     return buckets;
   }
 
@@ -314,25 +298,17 @@ private:
       return !file ? file.GetError() : !byLowest ? byLowest.GetError() : numbered.GetError();
     }
     map.file = std::move(*file);
-    Status status = this->NumberThoseThatStay(twins, map, *byLowest);
-    if (status)
-    {
-      status = this->ForEachSection(map, *byLowest,
-        [&](const Twin& twin, std::span<VertexId> entries, VertexId first) {
-          return numbered->Add(
-            this->Sections.Of(twin.id), { twin.id, entries[twin.lowest - first] });
-        });
-    }
-    if (status)
-    {
-      status = this->ForEachSection(map, *numbered,
-        [&](const Twin& twin, std::span<VertexId> entries, VertexId first) -> Status
-        {
-          entries[twin.id - first] = twin.lowest;
-          return {};
-        });
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->NumberThoseThatStay(twins, map, *byLowest));
+    KDSTREAM_TRY(this->ForEachSection(map, *byLowest,
+      [&](const Twin& twin, std::span<VertexId> entries, VertexId first) {
+        return numbered->Add(this->Sections.Of(twin.id), { twin.id, entries[twin.lowest - first] });
+      }));
+    KDSTREAM_TRY(this->ForEachSection(map, *numbered,
+      [&](const Twin& twin, std::span<VertexId> entries, VertexId first) -> Status
+      {
+        entries[twin.id - first] = twin.lowest;
+        return {};
+      }));
     return map;
   }
 
@@ -345,21 +321,17 @@ private:
     {
       const VertexId first = this->Sections.Begin(section);
       entries.assign(this->Sections.End(section) - first, 0);
-      Status status = twins.ForEach(section,
+      KDSTREAM_TRY(twins.ForEach(section,
         [&](const Twin& twin)
         {
           entries[twin.id - first] = noVertex;
           return byLowest.Add(this->Sections.Of(twin.lowest), twin);
-        });
+        }));
       for (VertexId& entry : entries)
       {
         entry = entry == noVertex ? noVertex : this->Kept++;
       }
-      if (status)
-      {
-        status = WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries));
-      }
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries)));
     }
     return byLowest.Finish();
   }
@@ -369,9 +341,9 @@ private:
   template <class Visit>
   Status ForEachSection(VertexMap& map, RecordBuckets<Twin>& records, const Visit& visit)
   {
-    Status status = records.Finish();
+    KDSTREAM_TRY(records.Finish());
     std::vector<VertexId> entries;
-    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
+    for (std::size_t section = 0; section < this->Sections.Number(); ++section)
     {
       if (records.Size(section) == 0)
       {
@@ -379,18 +351,12 @@ private:
       }
       const VertexId first = this->Sections.Begin(section);
       entries.resize(this->Sections.End(section) - first);
-      status = ReadRecords<VertexId>(map.file, first, std::span<VertexId>(entries));
-      if (status)
-      {
-        status = records.ForEach(section,
-          [&](const Twin& twin) { return visit(twin, std::span<VertexId>(entries), first); });
-      }
-      if (status)
-      {
-        status = WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries));
-      }
+      KDSTREAM_TRY(ReadRecords<VertexId>(map.file, first, std::span<VertexId>(entries)));
+      KDSTREAM_TRY(records.ForEach(section,
+        [&](const Twin& twin) { return visit(twin, std::span<VertexId>(entries), first); }));
+      KDSTREAM_TRY(WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries)));
     }
-    return status;
+    return {};
   }
 
   // Step 4. A vertex stays if its number is the next one: those that go have a lower one.
@@ -416,12 +382,12 @@ private:
     std::size_t at = 0;
     const auto flush = [&]() -> Status
     {
-      const Status status = waiting.empty() ? Status{} : tuples->Write(written, waiting);
+      KDSTREAM_TRY(waiting.empty() ? Status{} : tuples->Write(written, waiting));
       written += waiting.size();
       waiting.clear();
-      return status;
+      return {};
     };
-    Status status = this->ForEachVertex(
+    KDSTREAM_TRY(this->ForEachVertex(
       [&](VertexId id, std::span<const std::byte> key) -> Status
       {
         if (at == block.size())
@@ -441,22 +407,16 @@ private:
         writer.Append(point);
         const auto tuple = key.subspan(sizeof(Vec3));
         waiting.insert(waiting.end(), tuple.begin(), tuple.end());
-        const Status flushed = waiting.size() < spillBlockBytes ? Status{} : flush();
-        return flushed && id % (1 << 20) == 0 ? this->Report(0.8, 1, id) : flushed;
-      });
-    if (status)
-    {
-      status = flush();
-    }
-    if (status)
-    {
-      status = writer.Finish();
-    }
+        KDSTREAM_TRY(waiting.size() < spillBlockBytes ? Status{} : flush());
+        return id % (1 << 20) == 0 ? this->Report(0.8, 1, id) : Status{};
+      }));
+    KDSTREAM_TRY(flush());
+    KDSTREAM_TRY(writer.Finish());
     if (this->Input.tupleBytes > 0)
     {
       output.tuples = std::move(*tuples);
     }
-    return status;
+    return {};
   }
 
   SpillFolder& Folder;
@@ -476,7 +436,7 @@ private:
 Result<ExternalWeld> WeldExternally(
   SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution)
 {
-  return Welder(folder, std::move(input), memory, execution).Weld();
+  return ExternalWelder(folder, std::move(input), memory, execution).Weld();
 }
 
 }

@@ -15,12 +15,7 @@ Result<TreeBlock> MeshBlocks::Load(std::size_t block, BlockOrder order) const
   if (loaded)
   {
     loaded->mesh.scalarType = this->scalarType;
-    if (Status status =
-          LoadBlockTuples(this->attributes, this->pointTuples, this->cellTuples, *loaded);
-        !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(LoadBlockTuples(this->attributes, this->pointTuples, this->cellTuples, *loaded));
   }
   return loaded;
 }

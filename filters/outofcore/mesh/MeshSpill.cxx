@@ -66,20 +66,13 @@ public:
 
   Result<SpilledMesh> Run()
   {
-    Status status = this->Prepare();
-    if (status)
+    KDSTREAM_TRY(this->Prepare());
+    KDSTREAM_TRY(this->ReadVertices());
+    if (this->Output.vertices.count == 0 && !this->Part)
     {
-      status = this->ReadVertices();
+      return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
     }
-    if (status && this->Output.vertices.count == 0 && !this->Part)
-    {
-      status = Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
-    }
-    if (status)
-    {
-      status = this->ReadTriangles();
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->ReadTriangles());
     return std::move(this->Output);
   }
 
@@ -193,15 +186,15 @@ private:
     output.scalarType = chunk.scalarType;
     output.fitFloats =
       output.fitFloats && std::all_of(chunk.points.begin(), chunk.points.end(), FitsFloats);
-    Status status =
-      WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points));
-    if (status && output.vertices.tupleBytes > 0)
+    KDSTREAM_TRY(
+      WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points)));
+    if (output.vertices.tupleBytes > 0)
     {
-      status = output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
-        Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size()));
+      KDSTREAM_TRY(output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size())));
     }
     done += static_cast<std::uint32_t>(chunk.points.size());
-    return status;
+    return {};
   }
 
   Status ReadTriangles()
@@ -226,15 +219,15 @@ private:
       this->Numbered.push_back(
         { corners, done + static_cast<std::uint32_t>(this->Numbered.size()) });
     }
-    Status status = WriteRecords<NumberedTriangle>(
-      output.triangles, done, std::span<const NumberedTriangle>(this->Numbered));
-    if (status && output.cellTupleBytes > 0)
+    KDSTREAM_TRY(WriteRecords<NumberedTriangle>(
+      output.triangles, done, std::span<const NumberedTriangle>(this->Numbered)));
+    if (output.cellTupleBytes > 0)
     {
-      status = output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
-        Interleaved(chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size()));
+      KDSTREAM_TRY(output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size())));
     }
     done += static_cast<std::uint32_t>(this->Numbered.size());
-    return status;
+    return {};
   }
 
   SpillFolder& Folder;

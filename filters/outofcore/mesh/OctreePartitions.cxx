@@ -82,7 +82,8 @@ private:
     this->Searched += (0.8 - begin) / 8;
     const Result<ExternalOctree> octree =
       this->Cluster(static_cast<std::uint32_t>(most), true, begin, this->Searched);
-    return octree ? Result<std::uint64_t>(octree->clusterBegin.size() - 1) : octree.GetError();
+    KDSTREAM_TRY(octree);
+    return std::uint64_t{ octree->clusterBegin.size() - 1 };
   }
 
   // The most vertices of a partition for which there are about `wanted` partitions: those of

@@ -4,6 +4,7 @@
 //   3. Bucket by bucket: how many different ones.
 #include "filters/outofcore/mesh/PlaceCount.h"
 
+#include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/BatchPass.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/MemoryPlan.h"
@@ -29,7 +30,7 @@ using PlaceOf = std::function<Vec3(const Vec3&)>;
 
 std::uint64_t HashOf(const Vec3& place)
 {
-  const Vec3 positive{ place[0] + 0.0, place[1] + 0.0, place[2] + 0.0 }; // -0.0 becomes 0.0
+  const Vec3 positive = WithPositiveZeros(place);
   return XXH3_64bits(positive.data(), sizeof(positive));
 }
 
@@ -97,26 +98,24 @@ public:
   Result<std::optional<std::uint64_t>> CountPlaces()
   {
     std::vector<std::uint64_t> repeats(this->Shape.slots, 0);
-    Status status = this->ForEachBlock(
+    KDSTREAM_TRY(this->ForEachBlock(
       0, [&](std::size_t slot) { repeats[slot] += this->Repeated.Add(this->Hashes[slot]); },
-      [](std::size_t) {});
+      [](std::size_t) {}));
     this->Repeated.Finish();
     const auto most = 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 });
-    KDSTREAM_TRY(status);
     if (most * sizeof(std::uint64_t) > this->Memory / 2)
     {
       return std::optional<std::uint64_t>{};
     }
     std::vector<std::uint64_t> shared;
-    status = this->ForEachBlock(
+    KDSTREAM_TRY(this->ForEachBlock(
       0.5,
       [&](std::size_t slot) {
         std::erase_if(
           this->Hashes[slot], [&](auto hash) { return !this->Repeated.MayRepeat(hash); });
       },
       [&](std::size_t slot)
-      { shared.insert(shared.end(), this->Hashes[slot].begin(), this->Hashes[slot].end()); });
-    KDSTREAM_TRY(status);
+      { shared.insert(shared.end(), this->Hashes[slot].begin(), this->Hashes[slot].end()); }));
     const std::uint64_t alone = this->Count - shared.size();
     std::sort(shared.begin(), shared.end());
     const auto end = std::unique(shared.begin(), shared.end());
@@ -192,11 +191,7 @@ Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf&
     {
       KDSTREAM_TRY(visit(hash));
     }
-    if (Status status = execution.Report(step, double(done + hashes.size()) / double(count));
-        !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(execution.Report(step, double(done + hashes.size()) / double(count)));
   }
   return {};
 }
@@ -209,9 +204,10 @@ Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile
 {
   const Result<std::optional<std::uint64_t>> counted =
     PlaceCounter<Scalar>(records, count, placeOf, memory, execution).CountPlaces();
-  if (!counted || *counted)
+  KDSTREAM_TRY(counted);
+  if (*counted)
   {
-    return counted ? Result<std::uint64_t>(**counted) : counted.GetError();
+    return **counted;
   }
   // Half of the memory for different hashes; a bucket has half of what fits, or a few more.
   const std::uint64_t most = std::max<std::uint64_t>(64, memory / 2 / sizeof(std::uint64_t));
@@ -219,36 +215,33 @@ Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile
   DifferentNumbers different(static_cast<std::size_t>(most), count);
   if (buckets == 1)
   {
-    const Status status = ForEachHash<Scalar>(records, count, placeOf, execution,
+    KDSTREAM_TRY(ForEachHash<Scalar>(records, count, placeOf, execution,
       [&](std::uint64_t hash) -> Status
       {
         different.Add(hash);
         return {};
-      });
-    return status ? Result<std::uint64_t>(different.CountAndClear()) : status.GetError();
+      }));
+    return different.CountAndClear();
   }
   Result<RecordBuckets<std::uint64_t>> sorted = RecordBuckets<std::uint64_t>::Create(
     folder, "hashes of places", static_cast<std::size_t>(buckets), count, memory / 4);
   KDSTREAM_TRY(sorted);
-  Status status = ForEachHash<Scalar>(records, count, placeOf, execution,
+  KDSTREAM_TRY(ForEachHash<Scalar>(records, count, placeOf, execution,
     [&](std::uint64_t hash)
-    { return sorted->Add(static_cast<std::size_t>(((hash >> 32) * buckets) >> 32), hash); });
-  if (status)
-  {
-    status = sorted->Finish();
-  }
+    { return sorted->Add(static_cast<std::size_t>(((hash >> 32) * buckets) >> 32), hash); }));
+  KDSTREAM_TRY(sorted->Finish());
   std::uint64_t places = 0;
-  for (std::size_t bucket = 0; status && bucket < buckets; ++bucket)
+  for (std::size_t bucket = 0; bucket < buckets; ++bucket)
   {
-    status = sorted->ForEach(bucket,
+    KDSTREAM_TRY(sorted->ForEach(bucket,
       [&](std::uint64_t hash) -> Status
       {
         different.Add(hash);
         return {};
-      });
+      }));
     places += different.CountAndClear();
   }
-  return status ? Result<std::uint64_t>(places) : status.GetError();
+  return places;
 }
 
 template Result<std::uint64_t> CountPlacesExternally<float>(

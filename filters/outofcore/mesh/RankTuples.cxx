@@ -36,9 +36,8 @@ public:
     Result<SpillFile> sorted = this->Folder.CreateFile(
       "attributes of vertices", std::uint64_t{ this->Ranks.count } * this->TupleBytes);
     KDSTREAM_TRY(sorted);
-    const Status status =
-      this->Sections.Number() <= 1 ? this->SortAtOnce(*sorted) : this->SortBySections(*sorted);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(
+      this->Sections.Number() <= 1 ? this->SortAtOnce(*sorted) : this->SortBySections(*sorted));
     return sorted;
   }
 
@@ -63,20 +62,14 @@ private:
       ranks.resize(
         static_cast<std::size_t>(std::min<std::uint64_t>(most, this->Ranks.count - first)));
       tuples.resize(ranks.size() * this->TupleBytes);
-      Status status = ReadRecords<VertexId>(this->Ranks.file, first, std::span<VertexId>(ranks));
-      if (status)
+      KDSTREAM_TRY(ReadRecords<VertexId>(this->Ranks.file, first, std::span<VertexId>(ranks)));
+      KDSTREAM_TRY(this->Tuples.Read(first * this->TupleBytes, std::span<std::byte>(tuples)));
+      for (std::size_t i = 0; i < ranks.size(); ++i)
       {
-        status = this->Tuples.Read(first * this->TupleBytes, std::span<std::byte>(tuples));
+        KDSTREAM_TRY(
+          visit(ranks[i], Bytes(tuples).subspan(i * this->TupleBytes, this->TupleBytes)));
       }
-      for (std::size_t i = 0; status && i < ranks.size(); ++i)
-      {
-        status = visit(ranks[i], Bytes(tuples).subspan(i * this->TupleBytes, this->TupleBytes));
-      }
-      if (status)
-      {
-        status = this->Report(0, end, first + ranks.size());
-      }
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(this->Report(0, end, first + ranks.size()));
     }
     return {};
   }
@@ -90,13 +83,13 @@ private:
   Status SortAtOnce(SpillFile& sorted)
   {
     this->Section.resize(std::size_t{ this->Ranks.count } * this->TupleBytes);
-    const Status status = this->ForEachTuple(1,
+    KDSTREAM_TRY(this->ForEachTuple(1,
       [&](VertexId rank, Bytes tuple) -> Status
       {
         std::copy(tuple.begin(), tuple.end(), this->PlaceOf(rank, 0));
         return {};
-      });
-    return status ? sorted.Write(0, this->Section) : status;
+      }));
+    return sorted.Write(0, this->Section);
   }
 
   Status SortBySections(SpillFile& sorted)
@@ -107,22 +100,19 @@ private:
         this->Sections.Number(), this->Ranks.count, this->Memory / 4);
     KDSTREAM_TRY(buckets);
     std::vector<std::byte> record(stride);
-    Status status = this->ForEachTuple(0.5,
+    KDSTREAM_TRY(this->ForEachTuple(0.5,
       [&](VertexId rank, Bytes tuple)
       {
         std::memcpy(record.data(), &rank, sizeof(rank));
         std::copy(tuple.begin(), tuple.end(), record.begin() + sizeof(rank));
         return buckets->Add(this->Sections.Of(rank), record);
-      });
-    if (status)
+      }));
+    KDSTREAM_TRY(buckets->Finish());
+    for (std::size_t section = 0; section < this->Sections.Number(); ++section)
     {
-      status = buckets->Finish();
+      KDSTREAM_TRY(this->WriteSection(*buckets, section, sorted));
     }
-    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
-    {
-      status = this->WriteSection(*buckets, section, sorted);
-    }
-    return status;
+    return {};
   }
 
   // Step 2.
@@ -131,7 +121,7 @@ private:
     const std::size_t stride = this->TupleBytes + sizeof(VertexId);
     const VertexId first = this->Sections.Begin(section), last = this->Sections.End(section);
     this->Section.resize(std::size_t{ last - first } * this->TupleBytes);
-    Status status = buckets.ForEachBlock(section,
+    KDSTREAM_TRY(buckets.ForEachBlock(section,
       [&](Bytes records) -> Status
       {
         for (; !records.empty(); records = records.subspan(stride))
@@ -142,12 +132,9 @@ private:
           std::copy(tuple.begin(), tuple.end(), this->PlaceOf(rank, first));
         }
         return {};
-      });
-    if (status)
-    {
-      status = sorted.Write(std::uint64_t{ first } * this->TupleBytes, this->Section);
-    }
-    return status ? this->Report(0.5, 1, last) : status;
+      }));
+    KDSTREAM_TRY(sorted.Write(std::uint64_t{ first } * this->TupleBytes, this->Section));
+    return this->Report(0.5, 1, last);
   }
 
   SpillFolder& Folder;

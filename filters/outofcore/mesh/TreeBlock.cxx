@@ -26,20 +26,13 @@ public:
 
   Result<TreeBlock> Load(const RecordBuckets<NumberedTriangle>& triangles, BlockOrder order)
   {
-    Status status = this->LoadTriangles(triangles);
-    if (status)
-    {
-      this->FindGhosts();
-      this->Vertices.resize(static_cast<std::size_t>(this->Range.size) + this->Ghosts.size());
-      const std::span<Record> vertices(this->Vertices);
-      const auto own = static_cast<std::size_t>(this->Range.size);
-      status = ReadRecords<Record>(this->Records, this->Range.begin, vertices.first(own));
-      if (status)
-      {
-        status = this->LoadGhosts(vertices.subspan(own));
-      }
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->LoadTriangles(triangles));
+    this->FindGhosts();
+    this->Vertices.resize(static_cast<std::size_t>(this->Range.size) + this->Ghosts.size());
+    const std::span<Record> vertices(this->Vertices);
+    const auto own = static_cast<std::size_t>(this->Range.size);
+    KDSTREAM_TRY(ReadRecords<Record>(this->Records, this->Range.begin, vertices.first(own)));
+    KDSTREAM_TRY(this->LoadGhosts(vertices.subspan(own)));
     this->NumberTriangles(this->NumberVertices(order));
     return std::move(this->Block);
   }
@@ -88,11 +81,7 @@ private:
       {
         pageBegin = rank / pageRecords * pageRecords;
         page.resize(static_cast<std::size_t>(std::min(pageRecords, count - pageBegin)));
-        if (Status status = ReadRecords<Record>(this->Records, pageBegin, std::span<Record>(page));
-            !status)
-        {
-          return status;
-        }
+        KDSTREAM_TRY(ReadRecords<Record>(this->Records, pageBegin, std::span<Record>(page)));
       }
       vertices[i] = page[rank - pageBegin];
     }

@@ -62,14 +62,14 @@ private:
       {
         std::vector<NumberedTriangle>& block = blocks[i % 2];
         block.resize(static_cast<std::size_t>(std::min(most, this->Count - i * most)));
-        const Status read = this->ReadMapped(i * most, block);
-        return read ? Result<std::vector<NumberedTriangle>*>(&block) : read.GetError();
+        KDSTREAM_TRY(this->ReadMapped(i * most, block));
+        return &block;
       },
-      [&](const std::vector<NumberedTriangle>* block)
+      [&](const std::vector<NumberedTriangle>* block) -> Status
       {
-        const Status given = this->Output(*block);
+        KDSTREAM_TRY(this->Output(*block));
         done += block->size();
-        return given ? this->Report(done, this->Count) : given;
+        return this->Report(done, this->Count);
       },
       this->Exec);
   }
@@ -77,8 +77,8 @@ private:
   // The triangles from `first` on, all corners replaced.
   Status ReadMapped(std::uint64_t first, std::span<NumberedTriangle> triangles)
   {
-    const Status status = ReadRecords<NumberedTriangle>(this->Triangles, first, triangles);
-    this->Exec.parallelFor(status ? triangles.size() : 0, grain,
+    KDSTREAM_TRY(ReadRecords<NumberedTriangle>(this->Triangles, first, triangles));
+    this->Exec.parallelFor(triangles.size(), grain,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t i = begin; i < end; ++i)
@@ -89,7 +89,7 @@ private:
           }
         }
       });
-    return status;
+    return {};
   }
 
   // Buckets by the section of one corner.
@@ -125,9 +125,9 @@ private:
   // Replaces one corner; sorts by the next one, or gives the triangles away.
   Status MapCorner(CornerBuckets& buckets, std::size_t corner)
   {
-    Status status = buckets.Finish();
+    KDSTREAM_TRY(buckets.Finish());
     std::optional<CornerBuckets> next;
-    if (status && corner < 2)
+    if (corner < 2)
     {
       Result<CornerBuckets> made = this->MakeBuckets();
       KDSTREAM_TRY(made);
@@ -141,14 +141,10 @@ private:
       return given;
     };
     std::uint64_t done = (corner + 1) * this->Count;
-    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
+    for (std::size_t section = 0; section < this->Sections.Number(); ++section)
     {
-      status = this->Load(section);
-      if (!status)
-      {
-        break;
-      }
-      status = buckets.ForEach(section,
+      KDSTREAM_TRY(this->Load(section));
+      KDSTREAM_TRY(buckets.ForEach(section,
         [&](NumberedTriangle t) -> Status
         {
           t.corners[corner] = this->Entries[t.corners[corner] - this->First];
@@ -158,22 +154,16 @@ private:
           }
           mapped.push_back(t);
           return mapped.size() * sizeof(t) < spillBlockBytes ? Status{} : flush();
-        });
+        }));
       done += buckets.Size(section);
-      if (status)
-      {
-        status = this->Report(done, 4 * this->Count);
-      }
+      KDSTREAM_TRY(this->Report(done, 4 * this->Count));
     }
-    if (status)
-    {
-      status = flush();
-    }
+    KDSTREAM_TRY(flush());
     if (next)
     {
       buckets = std::move(*next);
     }
-    return status;
+    return {};
   }
 
   SpillFolder& Folder;

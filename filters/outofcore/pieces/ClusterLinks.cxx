@@ -56,7 +56,7 @@ Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std
   links.above = std::move(*above);
   links.lowest.reserve(end - begin);
   links.counts.reserve(end - begin);
-  const Status status = ForEachBlockOf<ClusterRecord>(level.clusters, begin, end,
+  KDSTREAM_TRY(ForEachBlockOf<ClusterRecord>(level.clusters, begin, end,
     [&](std::span<const ClusterRecord> clusters)
     {
       for (const ClusterRecord& cluster : clusters)
@@ -64,8 +64,8 @@ Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std
         links.lowest.push_back(cluster.lowest);
         links.counts.push_back(cluster.count);
       }
-    });
-  return status ? Result<ClusterLinks>(std::move(links)) : status.GetError();
+    }));
+  return links;
 }
 
 }

@@ -26,7 +26,7 @@ struct ClusterLinks
   std::vector<VertexId> lowest; // original vertex of each cluster
   std::vector<VertexId> counts; // original vertices
 
-  LevelLinks Links() const { return { this->above.parents, this->lowest }; }
+  ClusterParents Links() const { return { this->above.parents, this->lowest }; }
 };
 
 // Of the clusters of a block of a level in files. Errors: InputOutput; Damaged, naming the cluster
@@ -43,8 +43,8 @@ Result<std::vector<Record>> ReadInterval(
   const SpillFile& file, std::uint64_t begin, std::uint64_t end)
 {
   std::vector<Record> records(static_cast<std::size_t>(end - begin));
-  const Status status = ReadRecords<Record>(file, begin, std::span<Record>(records));
-  return status ? Result<std::vector<Record>>(std::move(records)) : status.GetError();
+  KDSTREAM_TRY(ReadRecords<Record>(file, begin, std::span<Record>(records)));
+  return records;
 }
 
 }

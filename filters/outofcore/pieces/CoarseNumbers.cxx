@@ -118,19 +118,19 @@ public:
   Status Number()
   {
     const unsigned inFiles = this->Levels.firstInFiles;
-    Status status = this->FindPositions();
-    status = status ? this->NumberStitch() : status;
-    for (unsigned d = this->Stitch; status && d > inFiles; --d)
+    KDSTREAM_TRY(this->FindPositions());
+    KDSTREAM_TRY(this->NumberStitch());
+    for (unsigned d = this->Stitch; d > inFiles; --d)
     {
-      status = this->NumberParents(d);
+      KDSTREAM_TRY(this->NumberParents(d));
     }
-    status = status ? this->RankClusters() : status;
-    status = status ? this->FindReachOfStitch() : status;
-    for (unsigned d = this->Stitch; status && d > inFiles; --d)
+    KDSTREAM_TRY(this->RankClusters());
+    KDSTREAM_TRY(this->FindReachOfStitch());
+    for (unsigned d = this->Stitch; d > inFiles; --d)
     {
-      status = this->FindReachOfParents(d);
+      KDSTREAM_TRY(this->FindReachOfParents(d));
     }
-    return status;
+    return {};
   }
 
 private:
@@ -149,15 +149,14 @@ private:
   Status ForEachBlock(unsigned depth, const Work& work) const
   {
     const LevelFile& level = this->Levels.files[depth];
-    Status status;
-    for (std::size_t block = 0; status && block < level.BlockCount(); ++block)
+    for (std::size_t block = 0; block < level.BlockCount(); ++block)
     {
       if (level.begin[block] < level.begin[block + 1])
       {
-        status = work(block, level.begin[block], level.begin[block + 1]);
+        KDSTREAM_TRY(work(block, level.begin[block], level.begin[block + 1]));
       }
     }
-    return status;
+    return {};
   }
 
   // Depth-first positions of the clusters of a block among each other.
@@ -172,26 +171,18 @@ private:
     for (unsigned d = this->Levels.firstInFiles; d <= this->Stitch; ++d)
     {
       SpillFile file;
-      Status status = this->Create("positions of clusters", d, sizeof(VertexId), file);
-      KDSTREAM_TRY(status);
-      status = this->ForEachBlock(d,
-        [&](std::size_t block, VertexId begin, VertexId)
+      KDSTREAM_TRY(this->Create("positions of clusters", d, sizeof(VertexId), file));
+      KDSTREAM_TRY(this->ForEachBlock(d,
+        [&](std::size_t block, VertexId begin, VertexId) -> Status
         {
           const Result<ClusterLinks> links = ReadLinks(this->Levels, d, block);
-          if (!links)
-          {
-            return Status(links.GetError());
-          }
+          KDSTREAM_TRY(links);
           const Result<std::vector<VertexId>> ofParents =
             ValuesOfParents(links->above, &above, whole);
-          if (!ofParents)
-          {
-            return Status(ofParents.GetError());
-          }
+          KDSTREAM_TRY(ofParents);
           const std::vector<VertexId> positions = PositionsDepthFirst(links->Links(), *ofParents);
           return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(positions));
-        });
-      KDSTREAM_TRY(status);
+        }));
       above = std::move(file);
     }
     this->Positions = std::move(above);
@@ -201,23 +192,16 @@ private:
   Status NumberStitch()
   {
     SpillFile& file = this->Numbers.first[this->Stitch];
-    const Status status = this->Create("numbers of a level", this->Stitch, sizeof(VertexId), file);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->Create("numbers of a level", this->Stitch, sizeof(VertexId), file));
     const unsigned blockDepth = this->Levels.files[this->Stitch].blockDepth;
     return this->ForEachBlock(this->Stitch,
-      [&](std::size_t block, VertexId begin, VertexId end)
+      [&](std::size_t block, VertexId begin, VertexId end) -> Status
       {
         const Result<ClusterLinks> links = ReadLinks(this->Levels, this->Stitch, block);
-        if (!links)
-        {
-          return Status(links.GetError());
-        }
+        KDSTREAM_TRY(links);
         const Result<std::vector<VertexId>> positions =
           ReadInterval<VertexId>(this->Positions, begin, end);
-        if (!positions)
-        {
-          return Status(positions.GetError());
-        }
+        KDSTREAM_TRY(positions);
         const std::vector<VertexId> first = FirstOfStitch(
           *positions, links->counts, PartitionsOfCell(this->Input, blockDepth, block));
         return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(first));
@@ -228,22 +212,15 @@ private:
   Status NumberParents(unsigned depth)
   {
     SpillFile& file = this->Numbers.first[depth - 1];
-    const Status status = this->Create("numbers of a level", depth - 1, sizeof(VertexId), file);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->Create("numbers of a level", depth - 1, sizeof(VertexId), file));
     return this->ForEachBlock(depth,
-      [&](std::size_t block, VertexId begin, VertexId end)
+      [&](std::size_t block, VertexId begin, VertexId end) -> Status
       {
         const Result<ParentLinks> above = ReadParents(this->Levels, depth, block);
-        if (!above)
-        {
-          return Status(above.GetError());
-        }
+        KDSTREAM_TRY(above);
         const Result<std::vector<VertexId>> first =
           ReadInterval<VertexId>(this->Numbers.first[depth], begin, end);
-        if (!first)
-        {
-          return Status(first.GetError());
-        }
+        KDSTREAM_TRY(first);
         std::vector<VertexId> ofParents(above->end - above->begin, noVertex);
         LowerFirst(above->parents, *first, ofParents);
         return WriteRecords<VertexId>(file, above->begin, std::span<const VertexId>(ofParents));
@@ -261,19 +238,16 @@ private:
       KDSTREAM_TRY(first);
       whole = PlacesOf(first->back());
     }
-    Status status;
-    for (unsigned d = inFiles; status && d <= this->Stitch; ++d)
+    for (unsigned d = inFiles; d <= this->Stitch; ++d)
     {
       SpillFile& ranks = this->Numbers.ranks[d];
-      status = this->Create("ranks of clusters", d, sizeof(VertexId), ranks);
-      status =
-        status ? this->Create("clusters by rank", d, sizeof(RankedCluster), this->Numbers.ranked[d])
-               : status;
-      status = status ? this->ForEachBlock(d, [&](std::size_t block, VertexId begin, VertexId end)
-                          { return this->RankBlock(d, block, begin, end, whole); })
-                      : status;
+      KDSTREAM_TRY(this->Create("ranks of clusters", d, sizeof(VertexId), ranks));
+      KDSTREAM_TRY(
+        this->Create("clusters by rank", d, sizeof(RankedCluster), this->Numbers.ranked[d]));
+      KDSTREAM_TRY(this->ForEachBlock(d, [&](std::size_t block, VertexId begin, VertexId end)
+        { return this->RankBlock(d, block, begin, end, whole); }));
     }
-    return status;
+    return {};
   }
 
   // whole: the ranks in the level above the files.
@@ -298,11 +272,10 @@ private:
       ranked.push_back(
         { (*first)[cluster], above->parents.empty() ? 0 : (*ofParents)[above->parents[cluster]] });
     }
-    const Status status =
-      WriteRecords<VertexId>(this->Numbers.ranks[depth], begin, std::span<const VertexId>(ranks));
-    return status ? WriteRecords<RankedCluster>(
-                      this->Numbers.ranked[depth], begin, std::span<const RankedCluster>(ranked))
-                  : status;
+    KDSTREAM_TRY(
+      WriteRecords<VertexId>(this->Numbers.ranks[depth], begin, std::span<const VertexId>(ranks)));
+    return WriteRecords<RankedCluster>(
+      this->Numbers.ranked[depth], begin, std::span<const RankedCluster>(ranked));
   }
 
   // finder(block) -> Result<std::vector<ReachedNode>> for each block of level `depth`:
@@ -311,11 +284,11 @@ private:
   Status WriteReach(unsigned of, unsigned depth, const Finder& finder)
   {
     ReachFile& file = this->Numbers.reach[of];
-    Status status = this->Create("nodes above clusters", of, sizeof(ReachedNode), file.nodes);
+    KDSTREAM_TRY(this->Create("nodes above clusters", of, sizeof(ReachedNode), file.nodes));
     const std::size_t blocks = this->Levels.files[depth].BlockCount();
     const std::size_t step = blocks / this->Levels.files[of].BlockCount();
     std::uint64_t written = 0;
-    for (std::size_t block = 0; status && block < blocks; ++block)
+    for (std::size_t block = 0; block < blocks; ++block)
     {
       if (block % step == 0)
       {
@@ -323,11 +296,12 @@ private:
       }
       const Result<std::vector<ReachedNode>> reach = finder(block);
       KDSTREAM_TRY(reach);
-      status = WriteRecords<ReachedNode>(file.nodes, written, std::span<const ReachedNode>(*reach));
+      KDSTREAM_TRY(
+        WriteRecords<ReachedNode>(file.nodes, written, std::span<const ReachedNode>(*reach)));
       written += reach->size();
     }
     file.begin.push_back(written);
-    return status;
+    return {};
   }
 
   Status FindReachOfStitch()
@@ -379,22 +353,21 @@ Status SpreadFile(SpillFolder& folder, BlockTeam& team, std::uint64_t count, Spi
     KDSTREAM_TRY(made);
     file = std::move(*made);
   }
-  Status status;
-  for (std::uint64_t begin = 0; status && begin < count; begin += atOnce)
+  for (std::uint64_t begin = 0; begin < count; begin += atOnce)
   {
     std::vector<VertexId> some;
     if (team.IsFirst())
     {
       some.resize(static_cast<std::size_t>(std::min(atOnce, count - begin)));
-      status = ReadRecords<VertexId>(file, begin, std::span<VertexId>(some));
+      KDSTREAM_TRY(ReadRecords<VertexId>(file, begin, std::span<VertexId>(some)));
     }
-    status = status ? team.Spread(some) : status;
-    if (status && !team.IsFirst())
+    KDSTREAM_TRY(team.Spread(some));
+    if (!team.IsFirst())
     {
-      status = WriteRecords<VertexId>(file, begin, std::span<const VertexId>(some));
+      KDSTREAM_TRY(WriteRecords<VertexId>(file, begin, std::span<const VertexId>(some)));
     }
   }
-  return status;
+  return {};
 }
 
 }
@@ -406,19 +379,21 @@ Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const Ext
   numbers.ranks.resize(stitch + std::size_t{ 1 });
   numbers.ranked.resize(stitch + std::size_t{ 1 });
   numbers.reach.resize(stitch + std::size_t{ 1 });
-  Status status =
-    team.IsFirst() ? CoarseNumbering(folder, mesh, levels, numbers).Number() : Status{};
+  if (team.IsFirst())
+  {
+    KDSTREAM_TRY(CoarseNumbering(folder, mesh, levels, numbers).Number());
+  }
   const auto spread = [&](SpillFile& file, unsigned depth, std::uint64_t numbersEach)
   {
     const std::uint64_t count = levels.files[depth].ClusterCount() * numbersEach;
-    return status ? SpreadFile(folder, team, count, file) : status;
+    return SpreadFile(folder, team, count, file);
   };
-  status = spread(numbers.first[stitch], stitch, 1);
+  KDSTREAM_TRY(spread(numbers.first[stitch], stitch, 1));
   for (unsigned d = levels.firstInFiles; d <= stitch; ++d)
   {
-    status = spread(numbers.ranked[d], d, sizeof(RankedCluster) / sizeof(VertexId));
+    KDSTREAM_TRY(spread(numbers.ranked[d], d, sizeof(RankedCluster) / sizeof(VertexId)));
   }
-  return status;
+  return {};
 }
 
 }

@@ -22,10 +22,13 @@ CoarseTree::CoarseTree(
 
 Status CoarseTree::Load(BlockTeam& team)
 {
-  Status status = team.IsFirst() ? this->LoadWhole() : Status{};
-  status = status && team.IsFirst() ? this->LoadReach() : status;
-  status = status ? this->Spread(team) : status;
-  return status ? this->FindPartitions() : status;
+  if (team.IsFirst())
+  {
+    KDSTREAM_TRY(this->LoadWhole());
+    KDSTREAM_TRY(this->LoadReach());
+  }
+  KDSTREAM_TRY(this->Spread(team));
+  return this->FindPartitions();
 }
 
 // first and parents of the levels above the files, by place.
@@ -81,13 +84,12 @@ Status CoarseTree::LoadReach()
 
 Status CoarseTree::Spread(BlockTeam& team)
 {
-  Status status;
   for (VertexTreeLevel& level : this->WholeLevels)
   {
-    status = status ? team.Spread(level.first) : status;
-    status = status ? team.Spread(level.parents) : status;
+    KDSTREAM_TRY(team.Spread(level.first));
+    KDSTREAM_TRY(team.Spread(level.parents));
   }
-  return status;
+  return {};
 }
 
 Status CoarseTree::FindPartitions()
@@ -96,7 +98,7 @@ Status CoarseTree::FindPartitions()
   const unsigned stitch = this->Input.depths.stitch;
   this->PartitionOf.emplace(this->Input.vertexCount, this->Input.depths.partition);
   VertexId rank = 0;
-  const Status status = ForEachBlockOf<RankedCluster>(this->Numbers.ranked[stitch], 0,
+  KDSTREAM_TRY(ForEachBlockOf<RankedCluster>(this->Numbers.ranked[stitch], 0,
     this->Levels.files[stitch].ClusterCount(),
     [&](std::span<const RankedCluster> clusters)
     {
@@ -109,9 +111,9 @@ Status CoarseTree::FindPartitions()
         }
         ++rank;
       }
-    });
+    }));
   this->StitchBegin.resize(static_cast<std::size_t>(partitions + 1), rank);
-  return status;
+  return {};
 }
 
 Status CoarseTree::AppendOwn(const CellRange& own, VertexTreeLevel& level) const
@@ -152,9 +154,9 @@ Status CoarseTree::AppendHolders(std::span<const VertexId> numbers, VertexTreeLe
     }
   }
   std::vector<RankedCluster> clusters(ranks.size());
-  Status status = ReadRecordsAt<RankedCluster>(
-    this->Numbers.ranked[this->Input.depths.stitch], ranks, std::span<RankedCluster>(clusters));
-  for (std::size_t i = 0, at = 0; status && at < numbers.size() && i < clusters.size(); ++i)
+  KDSTREAM_TRY(ReadRecordsAt<RankedCluster>(
+    this->Numbers.ranked[this->Input.depths.stitch], ranks, std::span<RankedCluster>(clusters)));
+  for (std::size_t i = 0, at = 0; at < numbers.size() && i < clusters.size(); ++i)
   {
     const bool last = i + 1 == clusters.size();
     const std::size_t before = at;
@@ -169,7 +171,7 @@ Status CoarseTree::AppendHolders(std::span<const VertexId> numbers, VertexTreeLe
       level.parents.push_back(clusters[i].parentRank);
     }
   }
-  return status;
+  return {};
 }
 
 Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
@@ -179,10 +181,9 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
   std::vector<VertexTreeLevel> levels(stitch + std::size_t{ 1 });
   const std::size_t before = static_cast<std::size_t>(
     std::lower_bound(ghosts.begin(), ghosts.end(), own.begin) - ghosts.begin());
-  Status status = this->AppendHolders(ghosts.first(before), levels[stitch]);
-  status = status ? this->AppendOwn(own, levels[stitch]) : status;
-  status = status ? this->AppendHolders(ghosts.subspan(before), levels[stitch]) : status;
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(this->AppendHolders(ghosts.first(before), levels[stitch]));
+  KDSTREAM_TRY(this->AppendOwn(own, levels[stitch]));
+  KDSTREAM_TRY(this->AppendHolders(ghosts.subspan(before), levels[stitch]));
   for (std::size_t d = stitch; d > this->Levels.firstInFiles; --d)
   {
     std::vector<VertexId>& parents = levels[d].parents; // ranks so far
@@ -196,9 +197,8 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
         static_cast<VertexId>(std::lower_bound(ranks.begin(), ranks.end(), parent) - ranks.begin());
     }
     std::vector<RankedCluster> clusters(ranks.size());
-    status = ReadRecordsAt<RankedCluster>(
-      this->Numbers.ranked[d - 1], ranks, std::span<RankedCluster>(clusters));
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(ReadRecordsAt<RankedCluster>(
+      this->Numbers.ranked[d - 1], ranks, std::span<RankedCluster>(clusters)));
     levels[d - 1].parents.reserve(clusters.size());
     for (const RankedCluster& cluster : clusters)
     {

@@ -31,12 +31,8 @@ template <class Scalar>
 Result<RankedPoints> ReadPoints(const SpillFile& records, const CellRange& range, bool byId)
 {
   std::vector<PointRecord<Scalar>> all(static_cast<std::size_t>(range.size));
-  if (Status status =
-        ReadRecords<PointRecord<Scalar>>(records, range.begin, std::span<PointRecord<Scalar>>(all));
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(
+    ReadRecords<PointRecord<Scalar>>(records, range.begin, std::span<PointRecord<Scalar>>(all)));
   RankedPoints result;
   result.ranks.resize(all.size());
   std::iota(result.ranks.begin(), result.ranks.end(), VertexId{ 0 });
@@ -70,12 +66,8 @@ public:
   {
     const unsigned stitch = this->Input.depths.stitch, finest = this->Input.depths.finest;
     this->Numbers.first.resize(finest + 1);
-    if (Status status =
-          NumberCoarseLevels(this->Folder, this->Input, this->Levels, this->Numbers, this->Team);
-        !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(
+      NumberCoarseLevels(this->Folder, this->Input, this->Levels, this->Numbers, this->Team));
     this->BlocksInAll = this->BlocksHere(this->Input.blockDepth);
     for (unsigned d = stitch + 1; d <= finest; ++d)
     {
@@ -121,18 +113,17 @@ private:
     const BlockRange here = this->Team.Here(level.blockDepth);
     const VertexId own = level.begin[here.begin], ownEnd = level.begin[here.end];
     const Result<std::uint64_t> rounds = this->Team.Most((end - begin + atOnce - 1) / atOnce);
-    Status status = rounds ? Status{} : Status(rounds.GetError());
-    for (std::uint64_t round = 0; status && round < *rounds; ++round)
+    KDSTREAM_TRY(rounds);
+    for (std::uint64_t round = 0; round < *rounds; ++round)
     {
       const std::uint64_t from = std::min(begin + round * atOnce, end);
       std::vector<VertexId> wanted(static_cast<std::size_t>(std::min(atOnce, end - from)));
-      status = ReadRecords<VertexId>(clusters, from, std::span<VertexId>(wanted));
+      KDSTREAM_TRY(ReadRecords<VertexId>(clusters, from, std::span<VertexId>(wanted)));
       std::erase_if(wanted, [&](VertexId cluster) { return cluster >= own && cluster < ownEnd; });
-      status = status ? this->Team.Fetch(this->Numbers.first[depth], sizeof(VertexId), level.begin,
-                          level.blockDepth, wanted)
-                      : status;
+      KDSTREAM_TRY(this->Team.Fetch(
+        this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, wanted));
     }
-    return status;
+    return {};
   }
 
   // The parents of the clusters that are here may be elsewhere: blocks of coarser levels are
@@ -168,12 +159,8 @@ private:
         KDSTREAM_TRY(status);
       }
       this->BlocksDone += statuses.size();
-      if (Status status =
-            this->Exec.Report("levels", double(this->BlocksDone) / double(this->BlocksInAll));
-          !status)
-      {
-        return status;
-      }
+      KDSTREAM_TRY(
+        this->Exec.Report("levels", double(this->BlocksDone) / double(this->BlocksInAll)));
     }
     return {};
   }
@@ -184,12 +171,8 @@ private:
     Result<SpillFile> file = this->CreateFile("numbers of a level", level.ClusterCount());
     KDSTREAM_TRY(file);
     KDSTREAM_TRY(this->FetchFirstOfParents(level));
-    if (Status status = this->ForEachBlock(level.blockDepth,
-          [&](std::size_t block) { return this->NumberClusters(depth, block, *file); });
-        !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->ForEachBlock(level.blockDepth,
+      [&](std::size_t block) { return this->NumberClusters(depth, block, *file); }));
     this->Numbers.first[depth] = std::move(*file);
     return this->Team.Fetch(
       this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, level.foreign);
@@ -215,12 +198,8 @@ private:
     Result<SpillFile> file = this->CreateFile("numbers of the vertices", this->Input.vertexCount);
     KDSTREAM_TRY(file);
     KDSTREAM_TRY(this->FetchFirstOfFinest());
-    if (Status status = this->ForEachBlock(this->Input.blockDepth,
-          [&](std::size_t block) { return this->NumberBlock(this->Input.RangeOf(block), *file); });
-        !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(this->ForEachBlock(this->Input.blockDepth,
+      [&](std::size_t block) { return this->NumberBlock(this->Input.RangeOf(block), *file); }));
     this->Numbers.numberOfRank = std::move(*file);
     return this->Team.Fetch(this->Numbers.numberOfRank, sizeof(VertexId), this->Input.BlockBegins(),
       this->Input.blockDepth, this->Input.foreign);
@@ -249,12 +228,8 @@ private:
                                           : ReadPoints<double>(this->Input.records, range, byId);
     KDSTREAM_TRY(points);
     std::vector<VertexId> clusterOfRank(points->ranks.size());
-    if (Status status = ReadRecords<VertexId>(
-          this->Levels.clusterOfRank, range.begin, std::span<VertexId>(clusterOfRank));
-        !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(ReadRecords<VertexId>(
+      this->Levels.clusterOfRank, range.begin, std::span<VertexId>(clusterOfRank)));
     const VertexId beginCluster = *std::min_element(clusterOfRank.begin(), clusterOfRank.end());
     const Result<std::vector<VertexId>> first =
       this->FirstOfFinest(range, beginCluster, clusterOfRank);

@@ -103,14 +103,13 @@ public:
     const TreeDepths& depths = this->Input.depths;
     for (unsigned d = 0; d <= depths.finest; ++d)
     {
-      Status status = d >= this->Levels.firstInFiles ? this->VisitBlocks(d)
-                      : this->Team.IsFirst()         ? this->VisitWhole(d)
-                                                     : Status{};
-      status = status ? this->Finish(Resolution::Level(d)) : status;
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(d >= this->Levels.firstInFiles ? this->VisitBlocks(d)
+                   : this->Team.IsFirst()         ? this->VisitWhole(d)
+                                                  : Status{});
+      KDSTREAM_TRY(this->Finish(Resolution::Level(d)));
     }
-    const Status status = this->VisitOriginal();
-    return status ? this->Finish(Resolution::Original()) : status;
+    KDSTREAM_TRY(this->VisitOriginal());
+    return this->Finish(Resolution::Original());
   }
 
   Status WalkPartitions(std::span<const VertexId> partitionBegin)
@@ -167,9 +166,9 @@ private:
     level =
       OrderLevel(this->Levels.coarse[depth], this->Coarse.First()[depth], {}, this->Exec).level;
     level.reach = links.reach;
-    const Status status = this->VisitPart(Resolution::Level(depth), 0, 0, {});
+    KDSTREAM_TRY(this->VisitPart(Resolution::Level(depth), 0, 0, {}));
     level = std::move(links);
-    return status;
+    return {};
   }
 
   // A part of a level in files, and what lies above it of the levels in files up to S, [depth].
@@ -190,14 +189,13 @@ private:
     return ForEachLoaded(
       blocks.end - blocks.begin,
       [&](std::size_t i) { return this->LoadPart(depth, blocks.begin + i); },
-      [&](LevelPart& part)
+      [&](LevelPart& part) -> Status
       {
         this->SetAbove(part.above);
         this->Tree.levels[depth] = std::move(part.level);
-        const Status status =
-          this->VisitPart(Resolution::Level(depth), file.blockDepth, block++, {});
+        KDSTREAM_TRY(this->VisitPart(Resolution::Level(depth), file.blockDepth, block++, {}));
         this->Tree.levels[depth] = {};
-        return status;
+        return {};
       },
       this->Exec);
   }
@@ -226,8 +224,8 @@ private:
     part.level = std::move(ordered.level);
     if (depth < this->Input.depths.stitch)
     {
-      const Status status = this->LoadReach(depth, index, *block, ordered.places, part.level);
-      return status ? Result<LevelPart>(std::move(part)) : status.GetError();
+      KDSTREAM_TRY(this->LoadReach(depth, index, *block, ordered.places, part.level));
+      return part;
     }
     const CellRange own = RangeOfCell(this->Input.vertexCount, file.blockDepth, index);
     Result<std::vector<VertexTreeLevel>> above =
@@ -338,12 +336,8 @@ private:
     std::vector<VertexId> ascending(ranks.size()), numbers(ranks.size());
     std::transform(sorted.begin(), sorted.end(), ascending.begin(),
       [](std::uint64_t entry) { return static_cast<VertexId>(entry >> 32); });
-    if (Status status = ReadRecordsAt<VertexId>(
-          this->Numbers.numberOfRank, ascending, std::span<VertexId>(numbers));
-        !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(
+      ReadRecordsAt<VertexId>(this->Numbers.numberOfRank, ascending, std::span<VertexId>(numbers)));
     std::vector<VertexId> result(ranks.size());
     for (std::size_t i = 0; i < sorted.size(); ++i)
     {

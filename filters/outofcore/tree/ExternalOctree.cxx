@@ -53,12 +53,12 @@ struct CountedCells
 };
 
 template <class Scalar>
-class Builder
+class ExternalOctreeBuilder
 {
 public:
   using Record = PointRecord<Scalar>;
 
-  Builder(SpillFolder& folder, SpillFile& points, ExternalOctree& octree,
+  ExternalOctreeBuilder(SpillFolder& folder, SpillFile& points, ExternalOctree& octree,
     const ExternalOctreeOptions& options, const Execution& execution)
     : Folder(folder)
     , Points(points)
@@ -76,16 +76,11 @@ public:
   Status Build()
   {
     CellStatistics all;
-    Status status = SurveyPoints<Scalar>(this->Points, this->Plan.shape, this->Run, all);
-    if (status)
-    {
-      status = this->CreateWorkFile(this->Work);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(SurveyPoints<Scalar>(this->Points, this->Plan.shape, this->Run, all));
+    KDSTREAM_TRY(this->CreateWorkFile(this->Work));
     this->Cube = OctreeCube(all.box);
     const bool isLeaf = this->Count <= this->Options.verticesPerPartition;
-    status = this->Descend({ 0, 0, this->Count, isLeaf }, this->Points);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->Descend({ 0, 0, this->Count, isLeaf }, this->Points));
     this->Octree.clusterBegin.push_back(this->Count);
     this->Octree.records = std::move(this->Work);
     if (!this->Options.keepPoints)
@@ -148,9 +143,8 @@ private:
     for (const Group& group : groups)
     {
       const bool fits = group.size <= this->GroupRecords;
-      Status status =
-        fits ? this->FinishInMemory(group, counted, *to) : this->Descend(group.cells.front(), *to);
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(
+        fits ? this->FinishInMemory(group, counted, *to) : this->Descend(group.cells.front(), *to));
     }
     return {};
   }
@@ -209,7 +203,7 @@ private:
     {
       std::vector<std::vector<std::uint32_t>> ofSlot(this->Plan.shape.slots, countOf);
       BatchPass<Record> batches(this->Plan.shape, this->Run);
-      Status status = batches.Over(
+      KDSTREAM_TRY(batches.Over(
         file, cell.begin, cell.begin + cell.size,
         [&](std::size_t slot, std::span<Record> records) -> Status
         {
@@ -219,8 +213,7 @@ private:
           }
           return {};
         },
-        [&](std::size_t, std::uint64_t) { return this->Report(); });
-      KDSTREAM_TRY(status);
+        [&](std::size_t, std::uint64_t) { return this->Report(); }));
       for (const std::vector<std::uint32_t>& counts : ofSlot)
       {
         std::transform(
@@ -336,8 +329,8 @@ private:
               }
             }
           });
-        Status status = batches.FirstError(used);
-        return status ? this->Report() : status;
+        KDSTREAM_TRY(batches.FirstError(used));
+        return this->Report();
       });
   }
 
@@ -347,8 +340,7 @@ private:
     ReturnFreeMemory();
     const auto size = static_cast<std::size_t>(group.size);
     std::vector<Record> records(size);
-    Status status = ReadRecords<Record>(file, group.begin, std::span<Record>(records));
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(ReadRecords<Record>(file, group.begin, std::span<Record>(records)));
     std::vector<Item> items = this->ItemsOf(records, group, counted);
     std::vector<OctreeCell> leaves = this->LeavesOf(group, items);
     for (const OctreeCell& leaf : leaves)
@@ -366,8 +358,8 @@ private:
       });
     ++this->Octree.statistics.groupsInMemory;
     this->Done += group.size;
-    status = WriteRecords<Record>(this->Work, group.begin, std::span<const Record>(inOrder));
-    return status ? this->Report() : status;
+    KDSTREAM_TRY(WriteRecords<Record>(this->Work, group.begin, std::span<const Record>(inOrder)));
+    return this->Report();
   }
 
   // The items of a group, cell by cell.
@@ -523,7 +515,7 @@ Result<ExternalOctree> ClusterByExternalOctree(SpillFolder& folder, SpillFile& p
   }
   const SpillCounts before = folder.Counts();
   ExternalOctree octree;
-  Builder<Scalar> builder(folder, points, octree, options, execution);
+  ExternalOctreeBuilder<Scalar> builder(folder, points, octree, options, execution);
   KDSTREAM_TRY(builder.Build());
   const SpillCounts after = folder.Counts();
   octree.statistics.bytesRead = after.bytesRead - before.bytesRead;

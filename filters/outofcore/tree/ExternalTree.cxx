@@ -140,7 +140,7 @@ public:
     BatchPass<Record> batches(this->Shape, execution);
     std::uint64_t lower = this->Cell.range.begin;
     std::uint64_t upper = lower + this->Median.below + this->Median.inside;
-    const Status status = batches.Over(
+    KDSTREAM_TRY(batches.Over(
       *this->Cell.file, this->Cell.range.begin, this->Cell.End(),
       [&](std::size_t slot, std::span<Record> records) -> Status
       {
@@ -160,13 +160,13 @@ public:
           });
         KDSTREAM_TRY(batches.FirstError(used));
         return report(last - this->Cell.range.begin);
-      });
+      }));
     for (const Slot& slot : this->Slots)
     {
       this->Halves[0].Add(slot.statistics[0]);
       this->Halves[1].Add(slot.statistics[1]);
     }
-    return status ? this->WriteKept() : status;
+    return this->WriteKept();
   }
 
   std::array<CellStatistics, 2> Halves;
@@ -235,8 +235,8 @@ private:
 
   Status Write(const Slot& slot)
   {
-    Status status = WriteRecords<Record>(this->To, slot.lowerAt, slot.Lower());
-    return status ? WriteRecords<Record>(this->To, slot.upperAt, slot.Upper()) : status;
+    KDSTREAM_TRY(WriteRecords<Record>(this->To, slot.lowerAt, slot.Lower()));
+    return WriteRecords<Record>(this->To, slot.upperAt, slot.Upper());
   }
 
   // The undecided ones fill the gap between the halves.
@@ -261,12 +261,12 @@ private:
 };
 
 template <class Scalar>
-class Builder
+class ExternalTreeBuilder
 {
 public:
   using Record = PointRecord<Scalar>;
 
-  Builder(SpillFolder& folder, SpillFile& points, ExternalTree& tree,
+  ExternalTreeBuilder(SpillFolder& folder, SpillFile& points, ExternalTree& tree,
     const ExternalTreeOptions& options, const MemoryPlan& plan, const Execution& execution)
     : Folder(folder)
     , Points(points)
@@ -291,13 +291,9 @@ public:
       KDSTREAM_TRY(this->CreateWorkFile(this->Work));
     }
     FileCell root{ 0, 0, { 0, this->Count }, &this->Points, {} };
-    if (Status status =
-          fits ? Status{}
-               : SurveyPoints<Scalar>(this->Points, this->Plan.shape, this->Run, root.statistics);
-        !status)
-    {
-      return status;
-    }
+    KDSTREAM_TRY(
+      fits ? Status{}
+           : SurveyPoints<Scalar>(this->Points, this->Plan.shape, this->Run, root.statistics));
     KDSTREAM_TRY(this->Descend(root));
     this->Tree.records = this->Work.IsOpen() ? std::move(this->Work) : std::move(this->Points);
     if (!this->Options.keepPoints)
@@ -411,27 +407,27 @@ private:
     const bool wantBins =
       this->WantBins() && cell.range.size - cell.range.size / 2 > this->Plan.cellRecords;
     Partition<Scalar, Axis> partition(cell, median, cell.range.size / 2, to, this->Plan, wantBins);
-    Status status = partition.Run(this->Run,
-      [&](std::uint64_t written) { return this->Run.Report("tree", this->Fraction(written)); });
+    KDSTREAM_TRY(partition.Run(this->Run,
+      [&](std::uint64_t written) { return this->Run.Report("tree", this->Fraction(written)); }));
     this->Done += cell.range.size;
     halves[0].statistics = std::move(partition.Halves[0]);
     halves[1].statistics = std::move(partition.Halves[1]);
-    return status;
+    return {};
   }
 
   Status FinishInMemory(const FileCell& cell)
   {
     ReturnFreeMemory();
     std::vector<Record> records(static_cast<std::size_t>(cell.range.size));
-    Status status = this->InBlocks(records,
+    KDSTREAM_TRY(this->InBlocks(records,
       [&](std::uint64_t first, std::span<Record> block) -> Status
       {
-        Status read = ReadRecords<Record>(*cell.file, cell.range.begin + first, block);
-        return read && this->ExternalDepths == 0 ? CheckNumbers<Scalar>(block) : read;
-      });
-    if (status && this->ExternalDepths == 0)
+        KDSTREAM_TRY(ReadRecords<Record>(*cell.file, cell.range.begin + first, block));
+        return this->ExternalDepths == 0 ? CheckNumbers<Scalar>(block) : Status{};
+      }));
+    if (this->ExternalDepths == 0)
     {
-      status = CheckExtent(BoxOfRecords<Scalar>(std::span<const Record>(records)));
+      KDSTREAM_TRY(CheckExtent(BoxOfRecords<Scalar>(std::span<const Record>(records))));
     }
     Execution part = this->Run;
     part.progress = [&](std::string_view step, double fraction)
@@ -439,22 +435,16 @@ private:
       const auto finished = static_cast<std::uint64_t>(fraction * double(cell.range.size));
       return this->Run.progress(step, this->Fraction(finished));
     };
-    if (status)
-    {
-      status = BuildRecordTree<Scalar>(records, cell.depth, static_cast<std::size_t>(cell.index),
-        this->Tree.depths, this->Tree.boxes, part);
-    }
-    if (status)
-    {
-      SpillFile& to = this->Work.IsOpen() ? this->Work : this->Points;
-      status = this->InBlocks(records,
-        [&](std::uint64_t first, std::span<Record> block) {
-          return WriteRecords<Record>(to, cell.range.begin + first, std::span<const Record>(block));
-        });
-    }
+    KDSTREAM_TRY(BuildRecordTree<Scalar>(records, cell.depth, static_cast<std::size_t>(cell.index),
+      this->Tree.depths, this->Tree.boxes, part));
+    SpillFile& to = this->Work.IsOpen() ? this->Work : this->Points;
+    KDSTREAM_TRY(this->InBlocks(records,
+      [&](std::uint64_t first, std::span<Record> block) {
+        return WriteRecords<Record>(to, cell.range.begin + first, std::span<const Record>(block));
+      }));
     this->Done += cell.range.size;
     ++this->Tree.statistics.cellsInMemory;
-    return status;
+    return {};
   }
 
   // work(first, block) -> Status for every block of the records, on any threads.
@@ -527,7 +517,7 @@ Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   ExternalTree tree;
   tree.depths = depths;
   tree.boxes.resize(std::size_t{ 2 } << depths.partition);
-  Builder<Scalar> builder(
+  ExternalTreeBuilder<Scalar> builder(
     folder, points, tree, options, MemoryPlan(options.memory - boxBytes, recordBytes), execution);
   KDSTREAM_TRY(builder.Build());
   const SpillCounts after = folder.Counts();

@@ -110,7 +110,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
   MaxHeap& maxHeap, Sides& sides)
 {
   std::vector<Sides> ofSlot(keys.Slots());
-  Status status = keys.Pass(
+  KDSTREAM_TRY(keys.Pass(
     [&](std::size_t slot, std::span<OrderKey> block)
     {
       Sides counted = ofSlot[slot];
@@ -148,7 +148,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
         }
       }
       return Status{};
-    });
+    }));
   for (const Sides& counted : ofSlot)
   {
     for (const auto side : { &Sides::left, &Sides::right })
@@ -158,7 +158,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
       (sides.*side).ids += (counted.*side).ids;
     }
   }
-  return status;
+  return {};
 }
 
 // What is left of a side without its heap.

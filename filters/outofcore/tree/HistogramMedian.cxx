@@ -81,14 +81,13 @@ Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& sear
     {
       some.assign(((digits.high - digits.low) >> digits.shift) + 1, 0);
     }
-    const Status status = keys.Pass(
+    KDSTREAM_TRY(keys.Pass(
       [&](std::size_t slot, std::span<OrderKey> block)
       {
         digits.Count(block, bins[slot]);
         return std::size_t{ 0 };
       },
-      [](std::span<const OrderKey>) { return Status{}; });
-    KDSTREAM_TRY(status);
+      [](std::span<const OrderKey>) { return Status{}; }));
     std::uint64_t before = 0, inside = 0;
     std::size_t bin = 0;
     for (;; ++bin)

@@ -44,7 +44,7 @@ Status SurveyPoints(
   const std::uint64_t count = points.Size() / sizeof(Record);
   std::vector<CellStatistics> ofSlot(shape.slots);
   BatchPass<Record> batches(shape, execution);
-  const Status status = batches.Over(
+  KDSTREAM_TRY(batches.Over(
     points, 0, count,
     [&](std::size_t slot, std::span<Record> records) -> Status
     {
@@ -53,12 +53,12 @@ Status SurveyPoints(
       return {};
     },
     [&](std::size_t, std::uint64_t last)
-    { return execution.Report("survey", double(last) / double(count)); });
+    { return execution.Report("survey", double(last) / double(count)); }));
   for (const CellStatistics& some : ofSlot)
   {
     all.Add(some);
   }
-  return status ? CheckExtent(all.box) : status;
+  return CheckExtent(all.box);
 }
 
 }

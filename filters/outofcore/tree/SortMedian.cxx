@@ -103,11 +103,11 @@ Result<std::vector<Run>> WriteRuns(KeySource& keys, std::size_t most, SpillFile&
     std::sort(buffer.begin(), buffer.end());
     const std::uint64_t begin = runs.empty() ? 0 : runs.back().end;
     runs.push_back({ begin, begin + buffer.size() });
-    Status status = WriteRecords<OrderKey>(file, begin, std::span<const OrderKey>(buffer));
+    KDSTREAM_TRY(WriteRecords<OrderKey>(file, begin, std::span<const OrderKey>(buffer)));
     buffer.clear();
-    return status;
+    return {};
   };
-  Status status = keys.Pass([](std::size_t, std::span<OrderKey> block) { return block.size(); },
+  KDSTREAM_TRY(keys.Pass([](std::size_t, std::span<OrderKey> block) { return block.size(); },
     [&](std::span<const OrderKey> block) -> Status
     {
       while (!block.empty())
@@ -121,12 +121,8 @@ Result<std::vector<Run>> WriteRuns(KeySource& keys, std::size_t most, SpillFile&
         }
       }
       return {};
-    });
-  if (status)
-  {
-    status = flush();
-  }
-  KDSTREAM_TRY(status);
+    }));
+  KDSTREAM_TRY(flush());
   return runs;
 }
 
@@ -136,21 +132,20 @@ Result<Run> MergeRuns(KeySource& keys, const SpillFile& from, SpillFile& to,
 {
   const Run merged{ runs.front().begin, runs.back().end };
   Merge merge(from, runs, blockBytes);
-  Status status = merge.Start();
+  KDSTREAM_TRY(merge.Start());
   RecordWriter<OrderKey> writer(to, merged.begin, blockBytes);
   constexpr std::uint64_t betweenLooks = 1 << 20;
-  for (std::uint64_t i = merged.begin; status && i < merged.end; ++i)
+  for (std::uint64_t i = merged.begin; i < merged.end; ++i)
   {
     const Result<OrderKey> key = merge.Next();
     KDSTREAM_TRY(key);
     writer.Append(*key);
     if (i % betweenLooks == 0)
     {
-      status = keys.GoOn();
+      KDSTREAM_TRY(keys.GoOn());
     }
   }
   KDSTREAM_TRY(writer.Finish());
-  KDSTREAM_TRY(status);
   return merged;
 }
 

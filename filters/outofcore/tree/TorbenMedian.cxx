@@ -50,7 +50,7 @@ Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search)
   {
     const OrderKey pivot = HalfWay(range.first, range.last);
     std::fill(ofSlot.begin(), ofSlot.end(), Counted{});
-    const Status status = keys.Pass(
+    KDSTREAM_TRY(keys.Pass(
       [&](std::size_t slot, std::span<OrderKey> block)
       {
         Counted counted = ofSlot[slot];
@@ -68,8 +68,7 @@ Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search)
         ofSlot[slot] = counted;
         return std::size_t{ 0 };
       },
-      [](std::span<const OrderKey>) { return Status{}; });
-    KDSTREAM_TRY(status);
+      [](std::span<const OrderKey>) { return Status{}; }));
     Counted all;
     for (const Counted& counted : ofSlot)
     {
