@@ -1,6 +1,7 @@
 #include "filters/build/BuildInput.h"
 
 #include "filters/build/BuildMemory.h"
+#include "filters/build/SharedSteps.h"
 
 #include <algorithm>
 #include <string>
@@ -44,26 +45,25 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
     return weld ? CheckUnweldedMemory(size, options.tree, options.memory)
                 : CheckBuildMemory(size, options.tree, options.memory);
   };
-  Status allowed = check(claimed);
-  if (allowed && options.memory > 0)
+  KDSTREAM_TRY(check(claimed));
+  if (options.memory > 0)
   {
     mesh.points.reserve(claimed.vertices);
     mesh.triangles.reserve(claimed.triangles);
   }
   for (const bool triangles : { false, true })
   {
-    for (std::size_t count = 1; allowed && count > 0;)
+    for (std::size_t count = 1; count > 0;)
     {
       const Result<std::size_t> read =
         triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
       KDSTREAM_TRY(read);
       count = *read;
-      allowed = check(SizeOf(mesh));
+      KDSTREAM_TRY(check(SizeOf(mesh)));
       const double size = std::max(1.0, double(reader.FileSize()));
       KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));
     }
   }
-  KDSTREAM_TRY(allowed);
   if (mesh.triangles.size() >= noVertex)
   {
     return Error{ ErrorCode::LimitExceeded,
@@ -105,19 +105,13 @@ Status PrepareMesh(Mesh& mesh)
   {
     return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
   }
-  if (Status status = CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size());
-      !status)
+  KDSTREAM_TRY(CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size()));
+  std::vector<AttributeInfo> infos;
+  for (const Attribute& attribute : mesh.attributes)
   {
-    return status;
+    infos.push_back(attribute.Info());
   }
-  for (std::size_t i = 0; i < mesh.attributes.size(); ++i)
-  {
-    if (!IsAttributeName(mesh.attributes[i].name))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        "attribute " + std::to_string(i) + " has a name that is no text" };
-    }
-  }
+  KDSTREAM_TRY(CheckAttributeNames(infos));
   std::stable_partition(mesh.attributes.begin(), mesh.attributes.end(),
     [](const Attribute& attribute)
     { return attribute.association == AttributeAssociation::Point; });

@@ -7,7 +7,10 @@
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/ModelDescription.h"
 #include "filters/build/PieceWriting.h"
+#include "filters/build/SharedSteps.h"
 #include "filters/core/EdgeCount.h"
+#include "filters/core/TakeResult.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 #include "filters/core/pieces/LeafOrder.h"
 #include "filters/core/pieces/VertexTree.h"
@@ -17,7 +20,6 @@
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace kdstream
 {
@@ -61,12 +63,8 @@ private:
     ModelFacts& facts = this->Facts;
     KDSTREAM_TRY(PrepareMesh(this->Input));
     facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
-    if (Status status =
-          CheckBuildMemory(SizeOf(this->Input), this->Options.tree, this->Options.memory);
-        !status)
-    {
-      return status.GetError(); // welding has left more than it might have
-    }
+    // Welding may have left more than was counted on.
+    KDSTREAM_TRY(CheckBuildMemory(SizeOf(this->Input), this->Options.tree, this->Options.memory));
     Result<PartitionTree> partitioned =
       PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, this->Exec);
     KDSTREAM_TRY(partitioned);
@@ -75,7 +73,7 @@ private:
     facts.box = tree.boxes[1];
     facts.depths = tree.depths;
     facts.scalarType = this->Input.scalarType;
-    this->CountMergedByGrid();
+    KDSTREAM_TRY(this->CountMerged());
     this->Clock.Finish("tree");
     if (this->Options.partitioner == Partitioner::KdTree)
     {
@@ -138,28 +136,21 @@ private:
       arrays.push_back(array.Info());
     }
     return WeldingSeparates(this->Options.weld, arrays) &&
-           std::none_of(this->Input.points.begin(), this->Input.points.end(),
-             [](const Vec3& p) {
-               return std::any_of(
-                 p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
-             });
+           std::none_of(this->Input.points.begin(), this->Input.points.end(), HasNegativeZero);
   }
 
-  void CountMergedByGrid()
+  Status CountMerged()
   {
     const std::vector<Vec3>& points = this->Input.points;
-    const CoordinateGrid grid = GridOf(this->Options, this->Facts.box, this->Facts.scalarType);
-    if (grid.Lossless())
+    const auto count = [&](const PlaceOfPoint& placeOf) -> Result<std::uint64_t>
     {
-      return;
-    }
-    const std::size_t places =
-      this->AllPlacesDiffer() ? points.size()
-                              : CountPlaces(
-                                  points.size(), [&](VertexId v) { return points[v]; }, this->Exec);
-    this->MergedByGrid =
-      places - CountPlaces(
-                 points.size(), [&](VertexId v) { return grid.Snap(points[v]); }, this->Exec);
+      return CountPlaces(
+        points.size(), [&](VertexId v) { return placeOf ? placeOf(points[v]) : points[v]; },
+        this->Exec);
+    };
+    return Take(CountMergedByGrid(GridOf(this->Options, this->Facts.box, this->Facts.scalarType),
+                  points.size(), !this->AllPlacesDiffer(), count),
+      this->MergedByGrid);
   }
 
   void Measure(const KdTree& tree)
@@ -171,23 +162,18 @@ private:
     {
       facts.attributes.push_back(attribute.Info());
     }
-    facts.smallestPartition = facts.vertices;
-    for (std::size_t p = 0; p < facts.partitions; ++p)
-    {
-      const std::uint64_t size = tree.Cell(tree.depths.partition, p).size();
-      facts.smallestPartition = std::min(facts.smallestPartition, size);
-      facts.largestPartition = std::max(facts.largestPartition, size);
-    }
+    MeasurePartitions(facts,
+      [&](std::size_t p) -> std::uint64_t { return tree.Cell(tree.depths.partition, p).size(); });
   }
 
   Status WriteAll(const VertexTree& numbered, const CodecContext& codec, StoreWriter& writer)
   {
-    Status status = WriteTreePages(this->Boxes, numbered.depths, writer);
-    for (unsigned d = 0; status && d < numbered.levels.size(); ++d)
+    KDSTREAM_TRY(WriteTreePages(this->Boxes, numbered.depths, writer));
+    for (unsigned d = 0; d < numbered.levels.size(); ++d)
     {
-      status = this->WriteResolution(numbered, Resolution::Level(d), codec, writer);
+      KDSTREAM_TRY(this->WriteResolution(numbered, Resolution::Level(d), codec, writer));
     }
-    return status ? this->WriteResolution(numbered, Resolution::Original(), codec, writer) : status;
+    return this->WriteResolution(numbered, Resolution::Original(), codec, writer);
   }
 
   Status WriteResolution(const VertexTree& numbered, Resolution resolution,
@@ -196,13 +182,13 @@ private:
     const PieceCutter cutter(numbered, this->Input, resolution, this->Exec);
     const std::size_t pieces =
       resolution.IsOriginal() ? this->Facts.partitions : cutter.PieceCount();
-    const Status status = WritePieces(cutter, pieces, codec, writer, this->Clock, this->Exec,
+    KDSTREAM_TRY(WritePieces(cutter, pieces, codec, writer, this->Clock, this->Exec,
       [&](std::size_t written)
       {
         const double part = double(written) / double(pieces);
         return this->Exec.Report("encode", EncodedPart(resolution, numbered.depths, part));
-      });
-    return status ? writer.FinishResolution(resolution, cutter.TriangleCount()) : status;
+      }));
+    return writer.FinishResolution(resolution, cutter.TriangleCount());
   }
 
   Mesh Input;
@@ -234,9 +220,8 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   clock.Finish("read");
   BuildOptions used = options;
   used.weld = options.weld || (*reader)->Info().soup;
-  Result<BuildReport> report =
-    StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
-      .Build(options.inputName.empty() ? input.filename().string() : options.inputName, store);
+  Result<BuildReport> report = StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
+                                 .Build(InputNameOf(input, options), store);
   if (report)
   {
     report->ignoredAttributes = (*reader)->Info().ignoredAttributes;

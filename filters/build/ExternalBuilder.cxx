@@ -16,8 +16,8 @@
 #include "filters/build/ModelDescription.h"
 #include "filters/build/PhaseValues.h"
 #include "filters/build/PieceWriting.h"
+#include "filters/build/SharedSteps.h"
 #include "filters/build/TreePhase.h"
-#include "filters/core/EdgeCount.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
@@ -74,7 +74,22 @@ public:
     {
       this->Clock.Finish(step); // also those whose phases are taken over are reported
     }
-    Status status = this->OpenFolder();
+    const Status built = this->BuildPhases();
+    if (!built && this->Report.resumedPhases > 0 &&
+        built.GetError().code == ErrorCode::LimitExceeded)
+    {
+      this->Folder->Keep(true); // for a build with a larger limit
+    }
+    KDSTREAM_TRY(built);
+    ReportCosts(this->Folder->Files().Counts(), this->Clock, this->Report);
+    return std::move(this->Report);
+  }
+
+private:
+  // All phases that are not taken over, and the store.
+  Status BuildPhases()
+  {
+    KDSTREAM_TRY(this->OpenFolder());
     using Phase = std::pair<const char*, std::function<Status()>>;
     std::vector<Phase> phases = { { "mesh", [&] { return MakeMesh(*this); } },
       { "tree", [&] { return MakeTree(*this); } }, { "faces", [&] { return MakeFaces(*this); } } };
@@ -89,37 +104,17 @@ public:
     }
     for (const auto& [name, make] : phases)
     {
-      if (status && !this->Folder->Finished(name))
-      {
-        status = make();
-        ReturnFreeMemory();
-      }
-      else if (status)
+      if (this->Folder->Finished(name))
       {
         ++this->Report.resumedPhases;
+        continue;
       }
+      KDSTREAM_TRY(make());
+      ReturnFreeMemory();
     }
-    if (status)
-    {
-      status = this->WriteStore();
-    }
-    if (!status)
-    {
-      if (this->Report.resumedPhases > 0 && status.GetError().code == ErrorCode::LimitExceeded)
-      {
-        this->Folder->Keep(true); // for a build with a larger limit
-      }
-      return status.GetError();
-    }
-    const SpillCounts counts = this->Folder->Files().Counts();
-    this->Report.temporaryBytes = counts.peakBytesOnDisk;
-    this->Report.bytesRead = counts.bytesRead;
-    this->Report.bytesWritten = counts.bytesWritten;
-    this->Report.seconds = this->Clock.Take();
-    return std::move(this->Report);
+    return this->WriteStore();
   }
 
-private:
   Status OpenFolder()
   {
     const Result<std::string> fingerprint =
@@ -143,19 +138,17 @@ private:
   {
     MeshFacts facts;
     MeshBlocks mesh;
-    Status status = LoadBlocks(*this, facts, mesh);
+    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
     mesh.attributes.clear(); // they are not looked at
     std::uint64_t inconsistent = 0;
     const Execution part = this->Part("faces", 0.8, 1);
-    for (std::size_t b = 0; status && b < mesh.BlockCount(); ++b)
+    for (std::size_t b = 0; b < mesh.BlockCount(); ++b)
     {
       const Result<TreeBlock> block = mesh.Load(b);
       KDSTREAM_TRY(block);
-      inconsistent += CountInconsistentEdges(block->mesh.triangles, block->mesh.points.size(),
-        this->Exec, [&](VertexId v) { return block->IsOwn(v); });
-      status = part.Report("faces", double(b + 1) / double(mesh.BlockCount()));
+      inconsistent += CountInconsistentEdges(*block, this->Exec);
+      KDSTREAM_TRY(part.Report("faces", double(b + 1) / double(mesh.BlockCount())));
     }
-    KDSTREAM_TRY(status);
     this->Clock.Finish("faces");
     BlobWriter blob;
     blob.Add(inconsistent);
@@ -166,21 +159,13 @@ private:
   {
     MeshFacts facts;
     MeshBlocks mesh;
-    Status status = LoadBlocks(*this, facts, mesh);
+    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
     std::uint64_t inconsistent = 0;
     ExternalLevels levels;
-    if (status)
-    {
-      status = Take(
-        BuildExternalLevels(this->Files(), mesh, this->Options.levels, this->Part("levels", 0, 0.8),
-          [&](const TreeBlock& block)
-          {
-            inconsistent += CountInconsistentEdges(block.mesh.triangles, block.mesh.points.size(),
-              this->Exec, [&](VertexId v) { return block.IsOwn(v); });
-          }),
-        levels);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(Take(
+      BuildExternalLevels(this->Files(), mesh, this->Options.levels, this->Part("levels", 0, 0.8),
+        [&](const TreeBlock& block) { inconsistent += CountInconsistentEdges(block, this->Exec); }),
+      levels));
     this->Clock.Finish("levels");
     BlobWriter blob;
     blob.Add(inconsistent);
@@ -215,13 +200,9 @@ private:
     ExternalLevels levels;
     ExternalNumbers numbers;
     std::uint64_t inconsistent = 0;
-    Status status = this->LoadLevels(facts, mesh, levels, inconsistent);
-    if (status)
-    {
-      status =
-        Take(NumberExternally(this->Files(), mesh, levels, this->Part("levels", 0.8, 1)), numbers);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->LoadLevels(facts, mesh, levels, inconsistent));
+    KDSTREAM_TRY(
+      Take(NumberExternally(this->Files(), mesh, levels, this->Part("levels", 0.8, 1)), numbers));
     this->Clock.Finish("levels");
     BlobWriter blob;
     std::vector<PhaseFile> files;
@@ -242,28 +223,21 @@ private:
     ExternalLevels levels;
     ExternalNumbers numbers;
     std::uint64_t inconsistent = 0;
-    Status status = this->ByOctree() ? this->LoadEdges(facts, mesh, inconsistent)
-                                     : this->LoadLevels(facts, mesh, levels, inconsistent);
-    if (status && !this->ByOctree())
+    KDSTREAM_TRY(this->ByOctree() ? this->LoadEdges(facts, mesh, inconsistent)
+                                  : this->LoadLevels(facts, mesh, levels, inconsistent));
+    if (!this->ByOctree())
     {
-      status = this->LoadNumbers(numbers);
+      KDSTREAM_TRY(this->LoadNumbers(numbers));
     }
-    KDSTREAM_TRY(status);
     this->Report.ignoredAttributes = facts.ignored;
     const StoreInfo description = this->Describe(facts, mesh, inconsistent);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
     KDSTREAM_TRY(writer);
-    status = WriteTreePages(this->Boxes, mesh.depths, **writer);
-    if (status)
-    {
-      status = this->WriteParts(mesh, levels, numbers, description.Codec(), **writer);
-    }
-    if (status)
-    {
-      status = Take((*writer)->Finish(), this->Report.info);
-    }
+    KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
+    KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
+    KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
-    return status;
+    return {};
   }
 
   std::uint64_t PartitionCount(const MeshBlocks& mesh) const
@@ -281,54 +255,45 @@ private:
     model.inconsistentEdges = inconsistent;
     model.depths = mesh.depths;
     model.partitions = this->PartitionCount(mesh);
-    model.smallestPartition = facts.vertices >> mesh.depths.partition;
-    model.largestPartition = (facts.vertices + model.partitions - 1) >> mesh.depths.partition;
-    if (this->ByOctree())
-    {
-      model.smallestPartition = facts.vertices;
-      model.largestPartition = 0;
-      for (std::size_t p = 0; p < model.partitions; ++p)
+    MeasurePartitions(model,
+      [&](std::size_t p) -> std::uint64_t
       {
-        const std::uint64_t size = this->PartitionBegin[p + 1] - this->PartitionBegin[p];
-        model.smallestPartition = std::min(model.smallestPartition, size);
-        model.largestPartition = std::max(model.largestPartition, size);
-      }
-    }
+        return this->ByOctree() ? this->PartitionBegin[p + 1] - this->PartitionBegin[p]
+                                : RangeOfCell(facts.vertices, mesh.depths.partition, p).size;
+      });
     model.box = mesh.box;
     model.scalarType = facts.scalarType;
     model.attributes = facts.attributes;
     BuildOptions used = this->Options;
     used.weld = facts.weld;
-    return DescribeModel(used, model,
-      this->Options.inputName.empty() ? this->Input.filename().string() : this->Options.inputName);
+    return DescribeModel(used, model, InputNameOf(this->Input, this->Options));
   }
 
   Status WriteParts(const MeshBlocks& mesh, const ExternalLevels& levels,
     const ExternalNumbers& numbers, const CodecContext& codec, StoreWriter& writer)
   {
     std::uint64_t triangles = 0; // of the resolution
-    const PartVisit write =
-      [&](const VertexTree& tree, const Mesh& part, Resolution resolution, const ModelPart& pieces)
+    const PartVisit write = [&](const VertexTree& tree, const Mesh& part, Resolution resolution,
+                              const ModelPart& pieces) -> Status
     {
       const PieceCutter cutter(tree, part, resolution, this->Exec, pieces);
       const unsigned depth = PieceDepth(resolution, mesh.depths);
       const std::size_t all =
         resolution.IsOriginal() ? this->PartitionCount(mesh) : std::size_t{ 1 } << depth;
-      Status status =
-        WritePieces(cutter, cutter.PieceCount(), codec, writer, this->Clock, this->Exec,
-          [&](std::size_t written)
-          {
-            const double done = double(pieces.firstPiece + written) / double(all);
-            return this->Exec.Report("encode", EncodedPart(resolution, mesh.depths, done));
-          });
+      KDSTREAM_TRY(WritePieces(cutter, cutter.PieceCount(), codec, writer, this->Clock, this->Exec,
+        [&](std::size_t written)
+        {
+          const double done = double(pieces.firstPiece + written) / double(all);
+          return this->Exec.Report("encode", EncodedPart(resolution, mesh.depths, done));
+        }));
       triangles += cutter.TriangleCount();
-      if (status && pieces.firstPiece + cutter.PieceCount() == all)
+      if (pieces.firstPiece + cutter.PieceCount() == all)
       {
-        status = writer.FinishResolution(resolution, triangles);
+        KDSTREAM_TRY(writer.FinishResolution(resolution, triangles));
         triangles = 0;
       }
       ReturnFreeMemory(mesh.keptMemory);
-      return status;
+      return {};
     };
     return this->ByOctree() ? ForEachPartOfPartitions(mesh, this->PartitionBegin, write, this->Exec)
                             : ForEachPart(mesh, levels, numbers, write, this->Exec);

@@ -3,6 +3,7 @@
 
 #include "filters/build/HubCheck.h"
 #include "filters/build/ModelDescription.h"
+#include "filters/build/SharedSteps.h"
 #include "filters/build/TreePhase.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
@@ -10,31 +11,23 @@
 #include "filters/outofcore/mesh/RankTuples.h"
 
 #include <algorithm>
-#include <functional>
 
 namespace kdstream
 {
 namespace
 {
 
-Result<std::uint64_t> CountMergedByGrid(ExternalBuildState& build, const MeshBlocks& mesh)
+Result<std::uint64_t> CountMerged(ExternalBuildState& build, const MeshBlocks& mesh)
 {
-  const CoordinateGrid grid = GridOf(build.Options, mesh.box, mesh.scalarType);
-  if (grid.Lossless())
+  const auto count = [&](const PlaceOfPoint& placeOf)
   {
-    return std::uint64_t{ 0 };
-  }
-  const auto count = [&](double begin, const std::function<Vec3(const Vec3&)>& placeOf)
-  {
+    const double begin = placeOf ? 0.9 : 0.8; // of the phase
     return (mesh.floats ? CountPlacesExternally<float>
                         : CountPlacesExternally<double>)(build.Files(), mesh.records,
       mesh.vertexCount, placeOf, build.Memory, build.Part("faces", begin, begin + 0.1));
   };
-  const Result<std::uint64_t> exact =
-    mesh.mayCoincide ? count(0.8, {}) : Result<std::uint64_t>(std::uint64_t{ mesh.vertexCount });
-  const Result<std::uint64_t> snapped =
-    exact ? count(0.9, [&](const Vec3& p) { return grid.Snap(p); }) : exact;
-  return snapped ? Result<std::uint64_t>(*exact - std::min(*exact, *snapped)) : snapped;
+  return CountMergedByGrid(
+    GridOf(build.Options, mesh.box, mesh.scalarType), mesh.vertexCount, mesh.mayCoincide, count);
 }
 
 // The blocks that the phase "faces" has made, maybe with another limit. begin: those of an
@@ -74,42 +67,28 @@ Status MakeFaces(ExternalBuildState& build)
 {
   MeshFacts facts;
   MeshBlocks mesh;
-  Status status = LoadMesh(build, facts, mesh);
+  KDSTREAM_TRY(LoadMesh(build, facts, mesh));
   VertexMap ranks;
-  if (status)
-  {
-    status = Take((facts.floats ? RankVertices<float> : RankVertices<double>)(build.Files(),
-                    mesh.records, facts.vertices, build.Memory, build.Part("faces", 0, 0.2)),
-      ranks);
-  }
+  KDSTREAM_TRY(Take((facts.floats ? RankVertices<float> : RankVertices<double>)(build.Files(),
+                      mesh.records, facts.vertices, build.Memory, build.Part("faces", 0, 0.2)),
+    ranks));
   SpillFile triangles, tuples;
-  if (status)
-  {
-    status = Take(build.Folder->TakeFile("mesh", "triangles"), triangles);
-  }
-  if (status)
-  {
-    status = Take(build.Folder->TakeFile("mesh", "tuples"), tuples);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(build.Folder->TakeFile("mesh", "triangles"), triangles));
+  KDSTREAM_TRY(Take(build.Folder->TakeFile("mesh", "tuples"), tuples));
   Result<RecordBuckets<NumberedTriangle>> buckets =
     SortTrianglesIntoCells(build.Files(), triangles, facts.triangles, ranks,
       mesh.begin.empty() ? CellOfRank(facts.vertices, mesh.blockDepth) : CellOfRank(mesh.begin),
       build.Memory, build.Part("faces", 0.2, 0.6));
   KDSTREAM_TRY(buckets);
-  status = CheckHubs(mesh, *buckets, build.Options.memory);
-  if (status && facts.pointTupleBytes > 0)
+  KDSTREAM_TRY(CheckHubs(mesh, *buckets, build.Options.memory));
+  if (facts.pointTupleBytes > 0)
   {
-    status = Take(SortTuplesByRank(build.Files(), tuples, facts.pointTupleBytes, ranks,
-                    build.Memory, build.Part("faces", 0.6, 0.8)),
-      mesh.pointTuples);
+    KDSTREAM_TRY(Take(SortTuplesByRank(build.Files(), tuples, facts.pointTupleBytes, ranks,
+                        build.Memory, build.Part("faces", 0.6, 0.8)),
+      mesh.pointTuples));
   }
   std::uint64_t merged = 0;
-  if (status)
-  {
-    status = Take(CountMergedByGrid(build, mesh), merged);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(CountMerged(build, mesh), merged));
   BlobWriter blob;
   blob.Add(merged);
   blob.AddList(mesh.begin);
@@ -123,22 +102,19 @@ Status MakeFaces(ExternalBuildState& build)
 
 Status LoadBlocks(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
 {
-  Status status = LoadMesh(build, facts, mesh);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(LoadMesh(build, facts, mesh));
   BlobReader blob = build.Folder->BlobOf("faces");
   build.Report.mergedByGrid = blob.Read<std::uint64_t>();
   std::vector<VertexId> begin = blob.ReadList<VertexId>();
   SpillFile file;
-  status = Take(build.Folder->TakeFile("faces", "triangles"), file);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(build.Folder->TakeFile("faces", "triangles"), file));
   Result<RecordBuckets<NumberedTriangle>> buckets =
     RecordBuckets<NumberedTriangle>::Restore(std::move(file), blob);
   KDSTREAM_TRY(buckets);
-  status = TakeBlocks(build, std::move(begin), buckets->BucketCount(), mesh);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(TakeBlocks(build, std::move(begin), buckets->BucketCount(), mesh));
   mesh.triangles.emplace(std::move(*buckets));
-  status = Take(build.Folder->TakeFile("faces", "tuples"), mesh.pointTuples);
-  return status ? Take(build.Folder->TakeFile("mesh", "cells"), mesh.cellTuples) : status;
+  KDSTREAM_TRY(Take(build.Folder->TakeFile("faces", "tuples"), mesh.pointTuples));
+  return Take(build.Folder->TakeFile("mesh", "cells"), mesh.cellTuples);
 }
 
 }

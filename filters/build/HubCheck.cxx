@@ -18,12 +18,8 @@ template <class Scalar>
 Result<std::string> PlaceOf(const SpillFile& records, std::uint64_t rank)
 {
   PointRecord<Scalar> record{};
-  if (Status status =
-        ReadRecords<PointRecord<Scalar>>(records, rank, std::span<PointRecord<Scalar>>(&record, 1));
-      !status)
-  {
-    return status.GetError();
-  }
+  KDSTREAM_TRY(
+    ReadRecords<PointRecord<Scalar>>(records, rank, std::span<PointRecord<Scalar>>(&record, 1)));
   std::string text;
   for (const Scalar x : record.p)
   {
@@ -46,7 +42,7 @@ Status CheckHubs(
     }
     const CellRange range = mesh.RangeOf(block);
     std::vector<std::uint32_t> counts(static_cast<std::size_t>(range.size), 0);
-    const Status read = triangles.ForEach(block,
+    KDSTREAM_TRY(triangles.ForEach(block,
       [&](const NumberedTriangle& t) -> Status
       {
         for (const VertexId rank : t.corners)
@@ -57,8 +53,7 @@ Status CheckHubs(
           }
         }
         return {};
-      });
-    KDSTREAM_TRY(read);
+      }));
     const auto hub = std::max_element(counts.begin(), counts.end());
     if (hub == counts.end() || *hub <= most)
     {

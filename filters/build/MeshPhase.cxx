@@ -3,11 +3,10 @@
 
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
+#include "filters/build/SharedSteps.h"
 #include "filters/core/TakeResult.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/outofcore/mesh/MeshSpill.h"
-
-#include <algorithm>
 
 namespace kdstream
 {
@@ -17,10 +16,9 @@ namespace
 Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
 {
   ExternalWeld welded;
-  Status status = Take(WeldExternally(build.Files(), std::move(mesh.vertices), build.Memory,
-                         build.Part("tree", 0, 0.4)),
-    welded);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(WeldExternally(build.Files(), std::move(mesh.vertices), build.Memory,
+                      build.Part("tree", 0, 0.4)),
+    welded));
   mesh.vertices = std::move(welded.vertices);
   facts.welded = welded.welded;
   if (!welded.map)
@@ -28,21 +26,20 @@ Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
     return {};
   }
   SpillFile renumbered;
-  status = Take(build.Files().CreateFile(
-                  "triangles", std::uint64_t{ mesh.triangleCount } * sizeof(NumberedTriangle)),
-    renumbered);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(build.Files().CreateFile(
+                      "triangles", std::uint64_t{ mesh.triangleCount } * sizeof(NumberedTriangle)),
+    renumbered));
   std::uint64_t written = 0;
-  status = MapTriangles(build.Files(), mesh.triangles, mesh.triangleCount, *welded.map,
+  KDSTREAM_TRY(MapTriangles(build.Files(), mesh.triangles, mesh.triangleCount, *welded.map,
     build.Memory, build.Part("tree", 0.4, 0.5),
     [&](std::span<const NumberedTriangle> triangles)
     {
-      const Status done = WriteRecords<NumberedTriangle>(renumbered, written, triangles);
+      const std::uint64_t at = written;
       written += triangles.size();
-      return done;
-    });
+      return WriteRecords<NumberedTriangle>(renumbered, at, triangles);
+    }));
   mesh.triangles = std::move(renumbered);
-  return status;
+  return {};
 }
 
 }
@@ -56,12 +53,10 @@ Status MakeMesh(ExternalBuildState& build)
   KDSTREAM_TRY(CheckClaimedPartitions(**reader, build.Options));
   build.Files().Expect(EstimateTemporaryBytes(
     ClaimedBlocks(**reader), (*reader)->Info().soup, (*reader)->Info().scalarType));
-  const std::size_t chunk =
-    static_cast<std::size_t>(std::min<std::uint64_t>(build.Memory / 16, std::uint64_t{ 8 } << 20));
   SpilledMesh mesh;
-  Status status =
-    Take(SpillMesh(build.Files(), **reader, chunk, build.Part("read", build.StepDone, 1)), mesh);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(SpillMesh(build.Files(), **reader, ChunkOfRead(build.Memory),
+                      build.Part("read", build.StepDone, 1)),
+    mesh));
   build.Clock.Finish("read");
   MeshFacts facts;
   facts.triangles = mesh.triangleCount;
@@ -72,20 +67,13 @@ Status MakeMesh(ExternalBuildState& build)
   facts.attributes = mesh.attributes;
   facts.ignored = (*reader)->Info().ignoredAttributes;
   facts.weld = build.Options.weld || (*reader)->Info().soup;
-  for (const AttributeInfo& attribute : facts.attributes)
-  {
-    if (!IsAttributeName(attribute.name))
-    {
-      return Error{ ErrorCode::InvalidInput, "an attribute has a name that is no text" };
-    }
-  }
+  KDSTREAM_TRY(CheckAttributeNames(facts.attributes));
   if (facts.weld)
   {
-    status = Weld(build, mesh, facts);
+    KDSTREAM_TRY(Weld(build, mesh, facts));
   }
   facts.vertices = mesh.vertices.count;
   build.Clock.Finish("tree");
-  KDSTREAM_TRY(status);
   BlobWriter blob;
   Save(blob, facts);
   PhaseFile files[] = { { "points", std::move(mesh.vertices.points) },
@@ -103,12 +91,12 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
 {
   BlobReader blob = build.Folder->BlobOf("mesh");
   MeshFacts facts = LoadMeshFacts(blob);
-  Status status = blob.Finish();
-  if (status && build.Options.partitioner == Partitioner::KdTree)
+  KDSTREAM_TRY(blob.Finish());
+  if (build.Options.partitioner == Partitioner::KdTree)
   {
-    status = CheckPartitionMemory(BlockedSizeOf(facts), build.Options.tree, build.Options.memory);
+    KDSTREAM_TRY(
+      CheckPartitionMemory(BlockedSizeOf(facts), build.Options.tree, build.Options.memory));
   }
-  KDSTREAM_TRY(status);
   return facts;
 }
 

@@ -199,12 +199,8 @@ Result<ExternalLevels> LoadExternalLevels(
   {
     levels.attributes.push_back(LoadAttribute(blob));
   }
-  Status status = blob.Finish();
-  if (status)
-  {
-    status = take("clusterOfRank", levels.clusterOfRank);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(blob.Finish());
+  KDSTREAM_TRY(take("clusterOfRank", levels.clusterOfRank));
   return levels;
 }
 

@@ -33,12 +33,11 @@ struct Batch
 
   Status AddTo(StoreWriter& writer) const
   {
-    Status status;
-    for (std::size_t i = 0; status && i < this->count; ++i)
+    for (std::size_t i = 0; i < this->count; ++i)
     {
-      status = writer.AddPiece(this->pieces[i], this->blobs[i]);
+      KDSTREAM_TRY(writer.AddPiece(this->pieces[i], this->blobs[i]));
     }
-    return status;
+    return {};
   }
 };
 
@@ -103,7 +102,7 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecCont
     Batch& before = batches[(first / most + 1) % 2];
     next.Begin(first, first < count ? std::min(most, count - first) : 0);
     const std::size_t writes = before.count > 0 ? 1 : 0;
-    Status status;
+    Status added;
     execution.parallelFor(writes + next.count, 1,
       [&](std::size_t begin, std::size_t end)
       {
@@ -111,7 +110,7 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecCont
         {
           if (i < writes)
           {
-            status = before.AddTo(writer);
+            added = before.AddTo(writer);
           }
           else
           {
@@ -120,13 +119,14 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecCont
         }
       });
     clock.Finish(next.count > 0 ? "encode" : "write");
-    if (status && writes > 0)
+    KDSTREAM_TRY(added);
+    if (writes > 0)
     {
-      status = written(before.first + before.count);
+      KDSTREAM_TRY(written(before.first + before.count));
     }
-    if (!status || next.count == 0)
+    if (next.count == 0)
     {
-      return status;
+      return {};
     }
   }
 }

@@ -6,37 +6,31 @@
 #include "filters/build/MeshPhase.h"
 #include "filters/build/ModelDescription.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/BatchPass.h"
 #include "filters/outofcore/files/MemoryPlan.h"
 #include "filters/outofcore/mesh/OctreePartitions.h"
 #include "filters/outofcore/tree/ExternalTree.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace kdstream
 {
 namespace
 {
 
-bool IsNegativeZero(double x)
-{
-  return x == 0 && std::signbit(x);
-}
-
 template <class Scalar>
 Status MakeKdTree(
   ExternalBuildState& build, const MeshFacts& facts, SpillFile& records, ExternalPartitions& result)
 {
-  Status status = Take(ComputeDepths(facts.vertices, build.Options.tree), result.depths);
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(ComputeDepths(facts.vertices, build.Options.tree), result.depths));
   ExternalTree tree;
   ExternalTreeOptions options;
   options.memory = build.Memory;
   options.median = build.Options.median;
-  status = Take(BuildExternalTree<Scalar>(
-                  build.Files(), records, result.depths, options, build.Part("tree", 0.5, 1)),
-    tree);
+  KDSTREAM_TRY(Take(BuildExternalTree<Scalar>(
+                      build.Files(), records, result.depths, options, build.Part("tree", 0.5, 1)),
+    tree));
   result.boxes = std::move(tree.boxes);
   result.records = std::move(tree.records);
   result.recordsRead = facts.vertices; // all are in memory once at least
@@ -44,7 +38,7 @@ Status MakeKdTree(
   {
     result.recordsRead += depth.records + depth.medianRecords;
   }
-  return status;
+  return {};
 }
 
 template <class Scalar>
@@ -62,7 +56,7 @@ Result<SpillFile> RecordsOf(
   const BatchShape shape = ShapeOfPass(build.Memory / 8, sizeof(Vec3));
   std::vector<Slot> slots(shape.slots);
   BatchPass<Vec3> batches(shape, build.Exec);
-  const Status status = batches.Over(
+  KDSTREAM_TRY(batches.Over(
     points, 0, count,
     [&](std::size_t i, std::span<Vec3> block, std::uint64_t first)
     {
@@ -71,16 +65,16 @@ Result<SpillFile> RecordsOf(
       auto id = static_cast<VertexId>(first);
       for (const Vec3& p : block)
       {
-        slot.negativeZeros |= std::any_of(p.begin(), p.end(), IsNegativeZero);
+        slot.negativeZeros |= HasNegativeZero(p);
         slot.records.push_back({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, id++ });
       }
       return WriteRecords<PointRecord<Scalar>>(
         *records, first, std::span<const PointRecord<Scalar>>(slot.records));
     },
-    [](std::size_t, std::uint64_t) { return Status{}; });
+    [](std::size_t, std::uint64_t) { return Status{}; }));
   negativeZeros =
     std::any_of(slots.begin(), slots.end(), [](const Slot& slot) { return slot.negativeZeros; });
-  return status ? Result<SpillFile>(std::move(*records)) : status.GetError();
+  return std::move(*records);
 }
 
 template <class Scalar>
@@ -88,26 +82,18 @@ Status MakeTreeOf(ExternalBuildState& build, const MeshFacts& facts)
 {
   SpillFile points, records;
   bool negativeZeros = false;
-  Status status =
-    facts.vertices > 0 ? Status{} : Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
-  if (status)
+  if (facts.vertices == 0)
   {
-    status = Take(build.Folder->TakeFile("mesh", "points"), points);
+    return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
   }
-  if (status)
-  {
-    status = Take(RecordsOf<Scalar>(build, points, facts.vertices, negativeZeros), records);
-  }
+  KDSTREAM_TRY(Take(build.Folder->TakeFile("mesh", "points"), points));
+  KDSTREAM_TRY(Take(RecordsOf<Scalar>(build, points, facts.vertices, negativeZeros), records));
   ExternalPartitions tree;
-  if (status)
-  {
-    status = build.ByOctree()
-               ? Take(PartitionByExternalOctree<Scalar>(build.Files(), records, build.Options.tree,
-                        build.Memory, build.Part("tree", 0.5, 1)),
-                   tree)
-               : MakeKdTree<Scalar>(build, facts, records, tree);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(build.ByOctree()
+                 ? Take(PartitionByExternalOctree<Scalar>(build.Files(), records,
+                          build.Options.tree, build.Memory, build.Part("tree", 0.5, 1)),
+                     tree)
+                 : MakeKdTree<Scalar>(build, facts, records, tree));
   build.Clock.Finish("tree");
   BlobWriter blob;
   blob.Add(tree.depths);
@@ -148,34 +134,25 @@ Status JoinPartitions(ExternalBuildState& build, const MeshFacts& facts, MeshBlo
 Status MakeTree(ExternalBuildState& build)
 {
   MeshFacts facts;
-  Status status = Take(LoadFacts(build), facts);
-  return !status        ? status
-         : facts.floats ? MakeTreeOf<float>(build, facts)
-                        : MakeTreeOf<double>(build, facts);
+  KDSTREAM_TRY(Take(LoadFacts(build), facts));
+  return facts.floats ? MakeTreeOf<float>(build, facts) : MakeTreeOf<double>(build, facts);
 }
 
 Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
 {
-  Status status = Take(LoadFacts(build), facts);
+  KDSTREAM_TRY(Take(LoadFacts(build), facts));
   BlobReader blob = build.Folder->BlobOf("tree");
   mesh.depths = blob.Read<TreeDepths>();
   build.Boxes = blob.ReadList<Box>();
   build.Report.passes = 1 + blob.Read<std::uint64_t>();
   const auto negativeZeros = blob.Read<bool>();
   build.PartitionBegin = blob.ReadList<VertexId>();
-  if (status)
+  KDSTREAM_TRY(blob.Finish());
+  if (build.Boxes.size() < 2)
   {
-    status = blob.Finish();
+    return Error{ ErrorCode::Damaged, "the tree of an interrupted build has no boxes" };
   }
-  if (status && build.Boxes.size() < 2)
-  {
-    status = Error{ ErrorCode::Damaged, "the tree of an interrupted build has no boxes" };
-  }
-  if (status)
-  {
-    status = Take(build.Folder->TakeFile("tree", "records"), mesh.records);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(Take(build.Folder->TakeFile("tree", "records"), mesh.records));
   mesh.vertexCount = facts.vertices;
   mesh.triangleCount = facts.triangles;
   mesh.box = build.Boxes[1];
