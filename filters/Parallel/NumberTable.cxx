@@ -16,8 +16,7 @@ Result<NumberTable> NumberTable::Open(SpillFile file, std::uint64_t count, std::
   if (count <= memory / sizeof(VertexId))
   {
     table.Held.resize(static_cast<std::size_t>(count));
-    const Status status = ReadRecords<VertexId>(table.Numbers, 0, std::span<VertexId>(table.Held));
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(ReadRecords<VertexId>(table.Numbers, 0, std::span<VertexId>(table.Held)));
   }
   return table;
 }
@@ -38,12 +37,12 @@ Status NumberTable::Look(std::span<VertexId> places) const
   std::transform(
     order.begin(), order.end(), sorted.begin(), [&](std::uint32_t i) { return places[i]; });
   std::vector<VertexId> numbers(places.size());
-  const Status status = ReadRecordsAt<VertexId>(this->Numbers, sorted, std::span(numbers));
+  KDSTREAM_TRY(ReadRecordsAt<VertexId>(this->Numbers, sorted, std::span(numbers)));
   for (std::size_t i = 0; i < order.size(); ++i)
   {
     places[order[i]] = numbers[i];
   }
-  return status;
+  return {};
 }
 
 }

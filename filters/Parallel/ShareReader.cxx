@@ -36,8 +36,9 @@ Status ShareReader::GoTo(Skip skip, Span& span, std::uint64_t to)
   // Also where nothing is to be skipped: a reader that seeks on other ranks checks here, too, what
   // it assumes there.
   const Result<std::uint64_t> count = (*this->Reader.*skip)(to - std::min(to, span.at));
-  span.at += count ? *count : 0;
-  return count ? Status{} : Status(count.GetError());
+  KDSTREAM_TRY(count);
+  span.at += *count;
+  return {};
 }
 
 Result<std::size_t> ShareReader::ReadShare(Read read, Span& span, Mesh& mesh, std::size_t limit)
@@ -57,9 +58,7 @@ Result<std::size_t> ShareReader::ReadVertices(Mesh& mesh, std::size_t limit)
 {
   if (this->Vertices.at < this->Vertices.begin)
   {
-    const Status status =
-      this->GoTo(&MeshReader::SkipVertices, this->Vertices, this->Vertices.begin);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->GoTo(&MeshReader::SkipVertices, this->Vertices, this->Vertices.begin));
   }
   return this->ReadShare(&MeshReader::ReadVertices, this->Vertices, mesh, limit);
 }
@@ -69,9 +68,8 @@ Result<std::size_t> ShareReader::ReadTriangles(Mesh& mesh, std::size_t limit)
   if (!this->AtFaces)
   {
     this->AtFaces = true;
-    Status status = this->GoTo(&MeshReader::SkipVertices, this->Vertices, toTheEnd);
-    status = status ? this->GoTo(&MeshReader::SkipFaces, this->Faces, this->Faces.begin) : status;
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->GoTo(&MeshReader::SkipVertices, this->Vertices, toTheEnd));
+    KDSTREAM_TRY(this->GoTo(&MeshReader::SkipFaces, this->Faces, this->Faces.begin));
   }
   return this->ReadShare(&MeshReader::ReadTriangles, this->Faces, mesh, limit);
 }

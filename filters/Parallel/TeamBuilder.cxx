@@ -6,6 +6,7 @@
 #include "filters/Parallel/TeamFaces.h"
 #include "filters/Parallel/TeamLevels.h"
 #include "filters/Parallel/TeamPieces.h"
+#include "filters/Parallel/TeamPlaceCount.h"
 #include "filters/Parallel/TeamTree.h"
 #include "filters/Parallel/TeamWeld.h"
 #include "filters/build/BuildInput.h"
@@ -14,9 +15,10 @@
 #include "filters/build/HubCheck.h"
 #include "filters/build/ModelDescription.h"
 #include "filters/build/PieceWriting.h"
+#include "filters/build/SharedSteps.h"
 #include "filters/core/CaughtError.h"
-#include "filters/core/EdgeCount.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/mesh/MeshSpill.h"
@@ -24,7 +26,6 @@
 #include "filters/outofcore/pieces/ExternalPieces.h"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -34,25 +35,13 @@ namespace kdstream
 namespace
 {
 
-bool HasNegativeZero(const Vec3& p)
-{
-  return std::any_of(p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
-}
-
 Result<bool> AnyNegativeZero(const VertexFiles& vertices)
 {
-  RecordReader<Vec3> reader(vertices.points, 0, vertices.count);
-  for (std::uint32_t done = 0; done < vertices.count;)
-  {
-    const Result<std::span<const Vec3>> read = reader.Next();
-    KDSTREAM_TRY(read);
-    if (std::any_of(read->begin(), read->end(), HasNegativeZero))
-    {
-      return true;
-    }
-    done += static_cast<std::uint32_t>(read->size());
-  }
-  return false;
+  bool any = false;
+  KDSTREAM_TRY(ForEachBlockOf<Vec3>(vertices.points, 0, vertices.count,
+    [&](std::span<const Vec3> points)
+    { any = any || std::any_of(points.begin(), points.end(), HasNegativeZero); }));
+  return any;
 }
 
 class TeamBuilder
@@ -75,37 +64,17 @@ public:
 
   Result<BuildReport> Build()
   {
-    Status status = this->Read();
-    if (status)
-    {
-      status = this->MakeTree();
-    }
-    if (status)
-    {
-      status = this->MakeFaces();
-    }
-    if (status)
-    {
-      status = this->MakeLevels();
-    }
-    if (status)
-    {
-      status =
-        Take(NumberExternally(this->Files, this->Mesh, this->Levels, this->Exec, &this->Team),
-          this->Numbers);
-      this->Clock.Finish("levels");
-    }
-    if (status)
-    {
-      status = this->WriteStore();
-    }
-    status = status ? this->Team.Finish() : status;
-    KDSTREAM_TRY(status);
-    const SpillCounts counts = this->Files.Counts();
-    this->Report.temporaryBytes = counts.peakBytesOnDisk;
-    this->Report.bytesRead = counts.bytesRead;
-    this->Report.bytesWritten = counts.bytesWritten;
-    this->Report.seconds = this->Clock.Take();
+    KDSTREAM_TRY(this->Read());
+    KDSTREAM_TRY(this->MakeTree());
+    KDSTREAM_TRY(this->MakeFaces());
+    KDSTREAM_TRY(this->MakeLevels());
+    KDSTREAM_TRY(
+      Take(NumberExternally(this->Files, this->Mesh, this->Levels, this->Exec, &this->Team),
+        this->Numbers));
+    this->Clock.Finish("levels");
+    KDSTREAM_TRY(this->WriteStore());
+    KDSTREAM_TRY(this->Team.Finish());
+    ReportCosts(this->Files.Counts(), this->Clock, this->Report);
     return std::move(this->Report);
   }
 
@@ -118,11 +87,9 @@ private:
     KDSTREAM_TRY(reader);
     KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options, false));
     ShareReader share(std::move(*reader), this->Team.Rank(), this->Team.Count());
-    const std::size_t chunk = static_cast<std::size_t>(
-      std::min<std::uint64_t>(this->Memory / 16, std::uint64_t{ 8 } << 20));
-    Status status = Take(SpillMesh(this->Files, share, chunk, this->Exec, true), this->Share);
-    status = status ? this->TakeIgnored(share.Info().ignoredAttributes) : status;
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(Take(
+      SpillMesh(this->Files, share, ChunkOfRead(this->Memory), this->Exec, true), this->Share));
+    KDSTREAM_TRY(this->TakeIgnored(share.Info().ignoredAttributes));
     this->Clock.Finish("read");
     return this->WeldShares(share.Info());
   }
@@ -149,24 +116,17 @@ private:
 
   Status WeldShares(const MeshFileInfo& info)
   {
-    for (const AttributeInfo& attribute : this->Share.attributes)
-    {
-      if (!IsAttributeName(attribute.name))
-      {
-        return Error{ ErrorCode::InvalidInput, "an attribute has a name that is no text" };
-      }
-    }
+    KDSTREAM_TRY(CheckAttributeNames(this->Share.attributes));
     this->Weld = this->Options.weld || info.soup;
-    Status status = Take(WeldTogether(this->Team, this->Files, std::move(this->Share.vertices),
-                           this->Weld, this->Memory, this->Exec),
-      this->Vertices);
-    const Result<bool> negative =
-      status ? AnyNegativeZero(this->Vertices.kept) : Result<bool>(status.GetError());
+    KDSTREAM_TRY(Take(WeldTogether(this->Team, this->Files, std::move(this->Share.vertices),
+                        this->Weld, this->Memory, this->Exec),
+      this->Vertices));
+    const Result<bool> negative = AnyNegativeZero(this->Vertices.kept);
+    KDSTREAM_TRY(negative);
     // Of all ranks: triangles, ranks with a coordinate that no float holds, and with a -0.0.
     std::uint64_t sums[] = { this->Share.triangleCount, this->Share.fitFloats ? 0U : 1U,
-      negative && *negative ? 1U : 0U };
-    status = negative ? this->Team.Sum(sums) : Status(negative.GetError());
-    KDSTREAM_TRY(status);
+      *negative ? 1U : 0U };
+    KDSTREAM_TRY(this->Team.Sum(sums));
     if (sums[0] >= noVertex)
     {
       return Error{ ErrorCode::LimitExceeded,
@@ -192,75 +152,58 @@ private:
 
   Status MakeTree()
   {
-    Status status =
-      Take(ComputeDepths(this->Mesh.vertexCount, this->Options.tree), this->Mesh.depths);
-    KDSTREAM_TRY(status);
-    this->Team.Divide(DepthOfTeam(this->Team.Count(), this->Mesh.depths));
-    status = Take(BuildTreeTogether(this->Team, this->Files, this->Vertices.kept,
-                    this->Vertices.begin[this->Team.Rank()], this->Memory, this->Mesh, this->Exec),
-      this->Boxes);
-    if (status)
-    {
-      status = this->CountMergedByGrid();
-    }
+    KDSTREAM_TRY(
+      Take(ComputeDepths(this->Mesh.vertexCount, this->Options.tree), this->Mesh.depths));
+    this->Team.Shares().Divide(DepthOfTeam(this->Team.Count(), this->Mesh.depths));
+    KDSTREAM_TRY(
+      Take(BuildTreeTogether(this->Team, this->Files, this->Vertices.kept,
+             this->Vertices.begin[this->Team.Rank()], this->Memory, this->Mesh, this->Exec),
+        this->Boxes));
+    KDSTREAM_TRY(this->CountMerged());
     this->Vertices.kept.points = {};
     ReturnFreeMemory(this->Mesh.keptMemory);
     this->Clock.Finish("tree");
-    return status;
+    return {};
   }
 
-  Status CountMergedByGrid()
+  Status CountMerged()
   {
-    const CoordinateGrid grid = GridOf(this->Options, this->Mesh.box, this->Mesh.scalarType);
-    if (grid.Lossless())
-    {
-      return {};
-    }
-    const auto count = [&](const std::function<Vec3(const Vec3&)>& placeOf)
+    const auto count = [&](const PlaceOfPoint& placeOf)
     {
       return CountPlacesTogether(this->Team, this->Files, this->Vertices.kept,
         this->Mesh.vertexCount, placeOf, this->Memory);
     };
-    const Result<std::uint64_t> exact = this->Mesh.mayCoincide
-                                          ? count([](const Vec3& p) { return p; })
-                                          : Result<std::uint64_t>(this->Mesh.vertexCount);
-    const Result<std::uint64_t> snapped =
-      exact ? count([&](const Vec3& p) { return grid.Snap(p); }) : exact;
-    KDSTREAM_TRY(snapped);
-    this->Report.mergedByGrid = *exact - std::min(*exact, *snapped);
-    return {};
+    return Take(CountMergedByGrid(GridOf(this->Options, this->Mesh.box, this->Mesh.scalarType),
+                  this->Mesh.vertexCount, this->Mesh.mayCoincide, count),
+      this->Report.mergedByGrid);
   }
 
   Status MakeFaces()
   {
-    this->Mesh.blockDepth = DepthOfBlocks(
-      this->SizeOfBlocks(), this->Memory, this->Team.DividedDepth(), this->Mesh.depths.partition);
-    Status status = DealFaces(
-      this->Team, this->Files, this->Share, this->Vertices, this->Memory, this->Mesh, this->Exec);
-    status = status ? CheckHubs(this->Mesh, *this->Mesh.triangles, this->Options.memory) : status;
+    this->Mesh.blockDepth = DepthOfBlocks(this->SizeOfBlocks(), this->Memory,
+      this->Team.Shares().DividedDepth(), this->Mesh.depths.partition);
+    KDSTREAM_TRY(DealFaces(
+      this->Team, this->Files, this->Share, this->Vertices, this->Memory, this->Mesh, this->Exec));
+    KDSTREAM_TRY(CheckHubs(this->Mesh, *this->Mesh.triangles, this->Options.memory));
     this->Facts.welded = this->Vertices.welded;
     this->Vertices = {};
     this->Share = {};
     ReturnFreeMemory(this->Mesh.keptMemory);
     this->Clock.Finish("faces");
-    return status;
+    return {};
   }
 
   Status MakeLevels()
   {
     std::uint64_t inconsistent = 0;
-    Status status =
-      Take(BuildLevelsTogether(this->Team, this->Files, this->Mesh, this->Options.levels,
-             this->Memory, this->Exec,
-             [&](const TreeBlock& block)
-             {
-               inconsistent += CountInconsistentEdges(block.mesh.triangles,
-                 block.mesh.points.size(), this->Exec, [&](VertexId v) { return block.IsOwn(v); });
-             }),
-        this->Levels);
-    status = status ? this->Team.Sum(std::span(&inconsistent, 1)) : status;
+    KDSTREAM_TRY(Take(
+      BuildLevelsTogether(this->Team, this->Files, this->Mesh, this->Options.levels, this->Memory,
+        this->Exec,
+        [&](const TreeBlock& block) { inconsistent += CountInconsistentEdges(block, this->Exec); }),
+      this->Levels));
+    KDSTREAM_TRY(this->Team.Sum(std::span(&inconsistent, 1)));
     this->Facts.inconsistentEdges = inconsistent;
-    return status;
+    return {};
   }
 
   StoreInfo Describe()
@@ -270,40 +213,36 @@ private:
     facts.triangles = this->Mesh.triangleCount;
     facts.depths = this->Mesh.depths;
     facts.partitions = std::uint64_t{ 1 } << facts.depths.partition;
-    facts.smallestPartition = facts.vertices >> facts.depths.partition;
-    facts.largestPartition = (facts.vertices + facts.partitions - 1) >> facts.depths.partition;
+    MeasurePartitions(facts,
+      [&](std::size_t p) -> std::uint64_t
+      { return RangeOfCell(this->Mesh.vertexCount, facts.depths.partition, p).size; });
     facts.box = this->Mesh.box;
     facts.scalarType = this->Mesh.scalarType;
     facts.attributes = this->Mesh.attributes;
     BuildOptions used = this->Options;
     used.weld = this->Weld;
-    return DescribeModel(used, facts,
-      this->Options.inputName.empty() ? this->Input.filename().string() : this->Options.inputName);
+    return DescribeModel(used, facts, InputNameOf(this->Input, this->Options));
   }
 
   Status WriteStore()
   {
     const StoreInfo description = this->Describe();
     std::unique_ptr<StoreWriter> writer;
-    Status status;
     if (this->Team.IsFirst())
     {
-      status = Take(StoreWriter::Create(this->Store, description), writer);
-      status = status ? WriteTreePages(this->Boxes, this->Mesh.depths, *writer) : status;
+      KDSTREAM_TRY(Take(StoreWriter::Create(this->Store, description), writer));
+      KDSTREAM_TRY(WriteTreePages(this->Boxes, this->Mesh.depths, *writer));
     }
-    if (status)
-    {
-      status = this->WritePieces(description.Codec(), writer.get());
-    }
+    KDSTREAM_TRY(this->WritePieces(description.Codec(), writer.get()));
     this->Report.info = description;
     // Before the store is put in place all agree that nobody has failed.
-    status = status ? this->Team.Finish() : status;
-    if (status && this->Team.IsFirst())
+    KDSTREAM_TRY(this->Team.Finish());
+    if (this->Team.IsFirst())
     {
-      status = Take(writer->Finish(), this->Report.info);
+      KDSTREAM_TRY(Take(writer->Finish(), this->Report.info));
     }
     this->Clock.Finish("write");
-    return status;
+    return {};
   }
 
   Status WritePieces(const CodecContext& codec, StoreWriter* writer)
@@ -313,27 +252,25 @@ private:
     const PieceSink add = [&](const Piece& piece, std::span<const std::uint8_t> blob)
     { return pieces.Add(piece, blob); };
     const PartVisit visit = [&](const VertexTree& tree, const kdstream::Mesh& part,
-                              Resolution resolution, const ModelPart& cut)
+                              Resolution resolution, const ModelPart& cut) -> Status
     {
       const PieceCutter cutter(tree, part, resolution, this->Exec, cut);
       const auto all = double(std::size_t{ 1 } << PieceDepth(resolution, this->Mesh.depths));
-      const Status status =
-        EncodePieces(cutter, cutter.PieceCount(), codec, add, this->Clock, this->Exec,
-          [&](std::size_t written)
-          {
-            const double done = double(cut.firstPiece + written) / all;
-            return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
-          });
+      KDSTREAM_TRY(EncodePieces(cutter, cutter.PieceCount(), codec, add, this->Clock, this->Exec,
+        [&](std::size_t written)
+        {
+          const double done = double(cut.firstPiece + written) / all;
+          return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
+        }));
       triangles += cutter.TriangleCount();
       ReturnFreeMemory(this->Mesh.keptMemory);
-      return status;
+      return {};
     };
     return ForEachPart(this->Mesh, this->Levels, this->Numbers, visit, this->Exec, &this->Team,
       [&](Resolution resolution)
       {
-        const Status status = pieces.Finish(resolution, triangles);
-        triangles = 0;
-        return status;
+        const std::uint64_t all = std::exchange(triangles, 0);
+        return pieces.Finish(resolution, all);
       });
   }
 

@@ -23,12 +23,13 @@ struct Pair
 };
 
 template <class Scalar>
-class Linker
+class CoincidenceLinker
 {
 public:
   using Record = PointRecord<Scalar>;
 
-  Linker(MpiTeam& team, SpillFolder& folder, const MeshBlocks& mesh, std::uint64_t memory)
+  CoincidenceLinker(
+    MpiTeam& team, SpillFolder& folder, const MeshBlocks& mesh, std::uint64_t memory)
     : Team(team)
     , Folder(folder)
     , Mesh(mesh)
@@ -39,11 +40,11 @@ public:
 
   Result<TeamCoincidence> Link()
   {
-    Status status = this->SendPlaces();
-    status = status ? this->FindPairs() : status;
+    KDSTREAM_TRY(this->SendPlaces());
+    KDSTREAM_TRY(this->FindPairs());
     this->Places.reset();
-    status = status ? this->SendPairs() : status;
-    return status ? Result<TeamCoincidence>(std::move(this->Output)) : status.GetError();
+    KDSTREAM_TRY(this->SendPairs());
+    return std::move(this->Output);
   }
 
 private:
@@ -63,32 +64,30 @@ private:
     const std::vector<VertexId> begins = this->Mesh.BlockBegins();
     const VertexId first = begins[here.begin], end = begins[here.end];
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(Record));
-    const auto make = [&](std::uint64_t round, RankLists<Record>& out)
+    const auto make = [&](std::uint64_t round, RankLists<Record>& out) -> Status
     {
       const auto from = static_cast<VertexId>(first + round * ofRound);
       std::vector<Record> records(std::min<std::size_t>(ofRound, end - from));
-      const Status status =
-        ReadRecords<Record>(this->Mesh.records, from, std::span<Record>(records));
+      KDSTREAM_TRY(ReadRecords<Record>(this->Mesh.records, from, std::span<Record>(records)));
       for (std::size_t i = 0; i < records.size(); ++i)
       {
         const Record place = RankedPlace(records[i], static_cast<VertexId>(from + i));
         out[HashOfPlace()(place.p) % processes].push_back(place);
       }
-      return status;
+      return {};
     };
-    const auto take = [&](std::size_t from, std::span<const Record> places)
+    const auto take = [&](std::size_t from, std::span<const Record> places) -> Status
     {
-      Status status;
-      for (std::size_t i = 0; status && i < places.size(); ++i)
+      for (const Record& place : places)
       {
-        const std::uint64_t hash = HashOfPlace()(places[i].p) / processes % this->Hashes;
-        status = this->Places->Add(static_cast<std::size_t>(hash) * processes + from, places[i]);
+        const std::uint64_t hash = HashOfPlace()(place.p) / processes % this->Hashes;
+        KDSTREAM_TRY(this->Places->Add(static_cast<std::size_t>(hash) * processes + from, place));
       }
-      return status;
+      return {};
     };
-    const Status status =
-      this->Team.template ExchangeInRounds<Record>(RoundsOf(end - first, ofRound), make, take);
-    return status ? this->Places->Finish() : status;
+    KDSTREAM_TRY(
+      this->Team.template ExchangeInRounds<Record>(RoundsOf(end - first, ofRound), make, take));
+    return this->Places->Finish();
   }
 
   Status FindPairs()
@@ -103,17 +102,17 @@ private:
       return {};
     };
     LastRanks<Scalar> last(visit);
-    Status status;
-    for (std::size_t bucket = 0; status && bucket < this->Places->BucketCount(); ++bucket)
+    for (std::size_t bucket = 0; bucket < this->Places->BucketCount(); ++bucket)
     {
       if (bucket % this->Team.Count() == 0)
       {
         last.Clear();
       }
-      status = this->Places->ForEach(bucket, [&](const Record& place) { return last.Add(place); });
+      KDSTREAM_TRY(
+        this->Places->ForEach(bucket, [&](const Record& place) { return last.Add(place); }));
     }
     this->PairCount = writer.Position();
-    return status ? writer.Finish() : status;
+    return writer.Finish();
   }
 
   Status SendPairs()
@@ -124,38 +123,36 @@ private:
     NumberSet<VertexId> foreign;
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(Pair));
     const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
-    const auto make = [&](std::uint64_t round, RankLists<Pair>& out)
+    const auto make = [&](std::uint64_t round, RankLists<Pair>& out) -> Status
     {
       const std::uint64_t from = round * ofRound;
       std::vector<Pair> pairs(std::min<std::uint64_t>(ofRound, this->PairCount - from));
-      const Status status = ReadRecords<Pair>(this->Pairs, from, std::span<Pair>(pairs));
+      KDSTREAM_TRY(ReadRecords<Pair>(this->Pairs, from, std::span<Pair>(pairs)));
       for (const Pair& pair : pairs)
       {
         out[this->Team.OwnerOf(this->BlockOf(pair.low), this->Mesh.blockDepth)].push_back(pair);
       }
-      return status;
+      return {};
     };
-    const auto take = [&](std::size_t, std::span<const Pair> pairs)
+    const auto take = [&](std::size_t, std::span<const Pair> pairs) -> Status
     {
-      Status status;
-      for (std::size_t i = 0; status && i < pairs.size(); ++i)
+      for (const auto& [low, high] : pairs)
       {
-        const std::size_t block = this->BlockOf(pairs[i].high);
+        const std::size_t block = this->BlockOf(high);
         if (block < here.begin || block >= here.end)
         {
-          foreign.Add(pairs[i].high);
+          foreign.Add(high);
         }
-        status = links->Add(
-          this->BlockOf(pairs[i].low), CollapsedTriangleOf({ pairs[i].low, pairs[i].high }));
+        KDSTREAM_TRY(links->Add(this->BlockOf(low), CollapsedTriangleOf({ low, high })));
       }
-      return status;
+      return {};
     };
-    Status status =
-      this->Team.template ExchangeInRounds<Pair>(RoundsOf(this->PairCount, ofRound), make, take);
-    status = status ? links->Finish() : status;
+    KDSTREAM_TRY(
+      this->Team.template ExchangeInRounds<Pair>(RoundsOf(this->PairCount, ofRound), make, take));
+    KDSTREAM_TRY(links->Finish());
     this->Output.foreign = foreign.Take();
     this->Output.links.emplace(std::move(*links));
-    return status;
+    return {};
   }
 
   MpiTeam& Team;
@@ -186,8 +183,8 @@ Status TeamCoincidence::Load(std::size_t block, std::vector<Triangle>& triangles
 Result<TeamCoincidence> LinkCoincidentTogether(
   MpiTeam& team, SpillFolder& folder, const MeshBlocks& mesh, std::uint64_t memory)
 {
-  return mesh.floats ? Linker<float>(team, folder, mesh, memory).Link()
-                     : Linker<double>(team, folder, mesh, memory).Link();
+  return mesh.floats ? CoincidenceLinker<float>(team, folder, mesh, memory).Link()
+                     : CoincidenceLinker<double>(team, folder, mesh, memory).Link();
 }
 
 }

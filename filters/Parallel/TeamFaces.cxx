@@ -1,6 +1,8 @@
 #include "filters/Parallel/TeamFaces.h"
 
 #include "filters/Parallel/NumberSet.h"
+#include "filters/Parallel/NumberTable.h"
+#include "filters/Parallel/TeamFiles.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/outofcore/files/BucketFile.h"
@@ -41,20 +43,11 @@ public:
 
   Status Deal()
   {
-    Status status = this->FindPlaces();
-    if (status)
-    {
-      status = this->DealTuples();
-    }
-    if (status)
-    {
-      status = this->CountTriangles();
-    }
-    if (status)
-    {
-      status = this->DealTriangles();
-    }
-    return status ? this->FetchForeign() : status;
+    KDSTREAM_TRY(this->FindPlaces());
+    KDSTREAM_TRY(this->DealTuples());
+    KDSTREAM_TRY(this->CountTriangles());
+    KDSTREAM_TRY(this->DealTriangles());
+    return this->FetchForeign();
   }
 
 private:
@@ -67,16 +60,14 @@ private:
   // the tree.
   Status FindPlaces()
   {
-    Status status = this->Mesh.floats ? this->SendPlaces<float>() : this->SendPlaces<double>();
+    KDSTREAM_TRY(this->Mesh.floats ? this->SendPlaces<float>() : this->SendPlaces<double>());
     SpillFile ranks;
-    status = status ? this->RanksOfSections(ranks) : status;
+    KDSTREAM_TRY(this->RanksOfSections(ranks));
     this->Places.reset();
-    status =
-      status
-        ? Take(NumberTable::Open(std::move(ranks), this->Vertices.kept.count, this->Memory / 4),
-            this->Ranks)
-        : status;
-    return status && this->Vertices.welded > 0 ? this->FindRanksOfRead() : status;
+    KDSTREAM_TRY(
+      Take(NumberTable::Open(std::move(ranks), this->Vertices.kept.count, this->Memory / 4),
+        this->Ranks));
+    return this->Vertices.welded > 0 ? this->FindRanksOfRead() : Status{};
   }
 
   struct Place
@@ -99,52 +90,47 @@ private:
     const VertexId own = begin[this->Team.Rank()];
     const CellRange here = this->RanksHere();
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(Record));
-    const auto make = [&](std::uint64_t round, RankLists<Place>& out)
+    const auto make = [&](std::uint64_t round, RankLists<Place>& out) -> Status
     {
       const std::uint64_t from = here.begin + round * ofRound;
       std::vector<Record> records(std::min<std::uint64_t>(ofRound, here.begin + here.size - from));
-      const Status status =
-        ReadRecords<Record>(this->Mesh.records, from, std::span<Record>(records));
+      KDSTREAM_TRY(ReadRecords<Record>(this->Mesh.records, from, std::span<Record>(records)));
       for (std::size_t i = 0; i < records.size(); ++i)
       {
-        const auto behind = std::upper_bound(begin.begin(), begin.end() - 1, records[i].id);
-        out[static_cast<std::size_t>(behind - begin.begin() - 1)].push_back(
+        out[RankOfEntry(begin, records[i].id)].push_back(
           { records[i].id, static_cast<VertexId>(from + i) });
       }
-      return status;
+      return {};
     };
-    const auto take = [&](std::size_t, std::span<const Place> places)
+    const auto take = [&](std::size_t, std::span<const Place> places) -> Status
     {
-      Status status;
-      for (std::size_t i = 0; status && i < places.size(); ++i)
+      for (const Place& place : places)
       {
-        const VertexId vertex = places[i].vertex - own;
-        status = this->Places->Add(this->Sections.Of(vertex), { vertex, places[i].rank });
+        const VertexId vertex = place.vertex - own;
+        KDSTREAM_TRY(this->Places->Add(this->Sections.Of(vertex), { vertex, place.rank }));
       }
-      return status;
+      return {};
     };
-    const Status status =
-      this->Team.ExchangeInRounds<Place>(RoundsOf(here.size, ofRound), make, take);
-    return status ? this->Places->Finish() : status;
+    KDSTREAM_TRY(this->Team.ExchangeInRounds<Place>(RoundsOf(here.size, ofRound), make, take));
+    return this->Places->Finish();
   }
 
   Status RanksOfSections(SpillFile& ranks)
   {
-    Status status = Take(this->Folder.CreateFile("ranks of vertices", 0), ranks);
-    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("ranks of vertices", 0), ranks));
+    for (std::size_t section = 0; section < this->Sections.Number(); ++section)
     {
       const VertexId begin = this->Sections.Begin(section);
       std::vector<VertexId> some(this->Sections.End(section) - begin);
-      status = this->Places->ForEach(section,
+      KDSTREAM_TRY(this->Places->ForEach(section,
         [&](const Place& place) -> Status
         {
           some[place.vertex - begin] = place.rank;
           return {};
-        });
-      status =
-        status ? WriteRecords<VertexId>(ranks, begin, std::span<const VertexId>(some)) : status;
+        }));
+      KDSTREAM_TRY(WriteRecords<VertexId>(ranks, begin, std::span<const VertexId>(some)));
     }
-    return status;
+    return {};
   }
 
   Status FindRanksOfRead()
@@ -153,24 +139,22 @@ private:
     const std::uint64_t count = readBegin[this->Team.Rank() + 1] - readBegin[this->Team.Rank()];
     constexpr std::size_t ofRound = ElementsOfRound(4 * sizeof(VertexId));
     SpillFile ranks;
-    Status status = Take(this->Folder.CreateFile("ranks of vertices", 0), ranks);
-    const Result<std::uint64_t> rounds =
-      status ? this->Team.Most(RoundsOf(count, ofRound)) : status.GetError();
-    status = rounds ? status : Status(rounds.GetError());
-    for (std::uint64_t round = 0; status && round < *rounds; ++round)
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("ranks of vertices", 0), ranks));
+    const Result<std::uint64_t> rounds = this->Team.Most(RoundsOf(count, ofRound));
+    KDSTREAM_TRY(rounds);
+    for (std::uint64_t round = 0; round < *rounds; ++round)
     {
       const std::uint64_t from = std::min(round * ofRound, count);
       std::vector<VertexId> numbers(std::min<std::uint64_t>(ofRound, count - from));
-      status = ReadRecords<VertexId>(this->Vertices.numberOf, from, std::span<VertexId>(numbers));
+      KDSTREAM_TRY(
+        ReadRecords<VertexId>(this->Vertices.numberOf, from, std::span<VertexId>(numbers)));
       const Result<std::vector<VertexId>> found =
-        status ? this->Team.LookUp(this->Vertices.begin, this->Ranks, numbers) : status.GetError();
-      status = found ? WriteRecords<VertexId>(ranks, from, std::span<const VertexId>(*found))
-                     : Status(found.GetError());
+        LookUpEntries(this->Team, this->Vertices.begin, this->Ranks, numbers);
+      KDSTREAM_TRY(found);
+      KDSTREAM_TRY(WriteRecords<VertexId>(ranks, from, std::span<const VertexId>(*found)));
     }
     this->Vertices.numberOf = {};
-    return status
-             ? Take(NumberTable::Open(std::move(ranks), count, this->Memory / 4), this->RanksOfRead)
-             : status;
+    return Take(NumberTable::Open(std::move(ranks), count, this->Memory / 4), this->RanksOfRead);
   }
 
   // The vertices' places in the tree that are here.
@@ -181,7 +165,8 @@ private:
     return { begins[here.begin], begins[here.end] - begins[here.begin] };
   }
 
-  // The tuples of vertices to where they lie in the tree.
+  // The tuples of vertices to where they lie in the tree: by sections of it, each of which is then
+  // written in order.
   Status DealTuples()
   {
     const std::size_t bytes = this->Vertices.kept.tupleBytes;
@@ -199,40 +184,46 @@ private:
     const std::size_t ofRound = ElementsOfRound(entryBytes);
     const auto make = [&](std::uint64_t round, RankLists<std::byte>& out)
     { return this->ReadTuples(round * ofRound, ofRound, out); };
-    const auto take = [&](std::size_t, std::span<const std::byte> tuples)
+    const auto take = [&](std::size_t, std::span<const std::byte> tuples) -> Status
     {
-      Status status;
-      for (std::size_t at = 0; status && at < tuples.size(); at += entryBytes)
+      for (std::size_t at = 0; at < tuples.size(); at += entryBytes)
       {
         const auto place = static_cast<VertexId>(RankAt(tuples, at) - here.begin);
-        status = entries->Add(sections.Of(place), tuples.subspan(at, entryBytes));
+        KDSTREAM_TRY(entries->Add(sections.Of(place), tuples.subspan(at, entryBytes)));
       }
-      return status;
+      return {};
     };
-    Status status = this->Team.ExchangeInRounds<std::byte>(
-      RoundsOf(this->Vertices.kept.count, ofRound), make, take);
+    KDSTREAM_TRY(this->Team.ExchangeInRounds<std::byte>(
+      RoundsOf(this->Vertices.kept.count, ofRound), make, take));
     this->Vertices.kept.tuples = {};
-    status = status ? entries->Finish() : status;
-    status = status
-               ? Take(this->Folder.CreateFile("attributes of vertices", 0), this->Mesh.pointTuples)
-               : status;
-    for (std::size_t section = 0; status && section < sections.Number(); ++section)
+    KDSTREAM_TRY(entries->Finish());
+    KDSTREAM_TRY(
+      Take(this->Folder.CreateFile("attributes of vertices", 0), this->Mesh.pointTuples));
+    for (std::size_t section = 0; section < sections.Number(); ++section)
     {
-      const std::uint64_t first = here.begin + sections.Begin(section);
-      std::vector<std::byte> sorted((sections.End(section) - sections.Begin(section)) * bytes);
-      status = entries->ForEachBlock(section,
-        [&](std::span<const std::byte> tuples) -> Status
-        {
-          for (std::size_t at = 0; at < tuples.size(); at += entryBytes)
-          {
-            std::memcpy(sorted.data() + (RankAt(tuples, at) - first) * bytes,
-              tuples.data() + at + sizeof(VertexId), bytes);
-          }
-          return {};
-        });
-      status = status ? this->Mesh.pointTuples.Write(first * bytes, sorted) : status;
+      KDSTREAM_TRY(this->WriteTuples(*entries, section, here.begin + sections.Begin(section),
+        sections.End(section) - sections.Begin(section)));
     }
-    return status;
+    return {};
+  }
+
+  // The tuples of the ranks [first, first + count), which are in a bucket.
+  Status WriteTuples(
+    const BucketFile& entries, std::size_t bucket, std::uint64_t first, std::size_t count)
+  {
+    const std::size_t bytes = this->Vertices.kept.tupleBytes;
+    std::vector<std::byte> sorted(count * bytes);
+    KDSTREAM_TRY(entries.ForEachBlock(bucket,
+      [&](std::span<const std::byte> tuples) -> Status
+      {
+        for (std::size_t at = 0; at < tuples.size(); at += sizeof(VertexId) + bytes)
+        {
+          std::memcpy(sorted.data() + (RankAt(tuples, at) - first) * bytes,
+            tuples.data() + at + sizeof(VertexId), bytes);
+        }
+        return {};
+      }));
+    return this->Mesh.pointTuples.Write(first * bytes, sorted);
   }
 
   static VertexId RankAt(std::span<const std::byte> entries, std::size_t at)
@@ -250,8 +241,8 @@ private:
     std::vector<VertexId> ranks(count);
     std::iota(ranks.begin(), ranks.end(), static_cast<VertexId>(first));
     std::vector<std::byte> tuples(count * kept.tupleBytes);
-    Status status = this->Ranks.Look(ranks);
-    status = status ? kept.tuples.Read(first * kept.tupleBytes, tuples) : status;
+    KDSTREAM_TRY(this->Ranks.Look(ranks));
+    KDSTREAM_TRY(kept.tuples.Read(first * kept.tupleBytes, tuples));
     for (std::size_t i = 0; i < count; ++i)
     {
       std::vector<std::byte>& list = out[this->OwnerOfRank(ranks[i])];
@@ -260,7 +251,7 @@ private:
       list.insert(list.end(), rank.begin(), rank.end());
       list.insert(list.end(), tuple.begin(), tuple.end());
     }
-    return status;
+    return {};
   }
 
   Status CountTriangles()
@@ -299,18 +290,14 @@ private:
       KDSTREAM_TRY(file);
       this->Mesh.cellTuples = std::move(*file);
     }
-    Status status;
-    for (std::size_t i = 0; status && i < this->Batches; ++i)
+    for (std::size_t i = 0; i < this->Batches; ++i)
     {
-      status = this->DealBatch(i, *buckets);
-      status = status ? this->Exec.Report("faces", double(i + 1) / double(this->Batches)) : status;
+      KDSTREAM_TRY(this->DealBatch(i, *buckets));
+      KDSTREAM_TRY(this->Exec.Report("faces", double(i + 1) / double(this->Batches)));
     }
-    if (status)
-    {
-      status = buckets->Finish();
-    }
+    KDSTREAM_TRY(buckets->Finish());
     this->Mesh.triangles.emplace(std::move(*buckets));
-    return status;
+    return {};
   }
 
   Status DealBatch(std::size_t index, RecordBuckets<NumberedTriangle>& buckets)
@@ -320,19 +307,33 @@ private:
     std::vector<NumberedTriangle> triangles(
       std::min<std::size_t>(this->Batch, this->Share.triangleCount - first));
     std::vector<std::byte> tuples(triangles.size() * bytes);
-    Status status = ReadRecords<NumberedTriangle>(
-      this->Share.triangles, first, std::span<NumberedTriangle>(triangles));
-    if (status && bytes > 0)
+    KDSTREAM_TRY(ReadRecords<NumberedTriangle>(
+      this->Share.triangles, first, std::span<NumberedTriangle>(triangles)));
+    if (bytes > 0)
     {
-      status = this->Share.cellTuples.Read(first * bytes, tuples);
+      KDSTREAM_TRY(this->Share.cellTuples.Read(first * bytes, tuples));
     }
-    if (status)
-    {
-      status = this->RankCorners(triangles);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->RankCorners(triangles));
     RankLists<NumberedTriangle> out(this->Team.Count());
     RankLists<std::byte> outTuples(this->Team.Count());
+    this->ListByOwner(triangles, tuples, out, outTuples);
+    const Result<RankLists<NumberedTriangle>> in = this->Team.Exchange(out);
+    KDSTREAM_TRY(in);
+    const Result<RankLists<std::byte>> inTuples =
+      bytes > 0 ? this->Team.Exchange(outTuples) : RankLists<std::byte>(this->Team.Count());
+    KDSTREAM_TRY(inTuples);
+    for (std::size_t rank = 0; rank < this->Team.Count(); ++rank)
+    {
+      KDSTREAM_TRY(this->AddTriangles((*in)[rank], (*inTuples)[rank], buckets));
+    }
+    return {};
+  }
+
+  // Numbers triangles over all ranks, and lists each for the ranks whose blocks it touches.
+  void ListByOwner(std::span<NumberedTriangle> triangles, std::span<const std::byte> tuples,
+    RankLists<NumberedTriangle>& out, RankLists<std::byte>& outTuples) const
+  {
+    const std::size_t bytes = this->Share.cellTupleBytes;
     for (std::size_t i = 0; i < triangles.size(); ++i)
     {
       NumberedTriangle& t = triangles[i];
@@ -349,16 +350,6 @@ private:
         outTuples[*owner].insert(outTuples[*owner].end(), tuple, tuple + std::ptrdiff_t(bytes));
       }
     }
-    const Result<RankLists<NumberedTriangle>> in = this->Team.Exchange(out);
-    KDSTREAM_TRY(in);
-    const Result<RankLists<std::byte>> inTuples =
-      bytes > 0 ? this->Team.Exchange(outTuples) : RankLists<std::byte>(this->Team.Count());
-    KDSTREAM_TRY(inTuples);
-    for (std::size_t rank = 0; status && rank < this->Team.Count(); ++rank)
-    {
-      status = this->AddTriangles((*in)[rank], (*inTuples)[rank], buckets);
-    }
-    return status;
   }
 
   Status RankCorners(std::vector<NumberedTriangle>& triangles)
@@ -369,7 +360,7 @@ private:
     {
       corners.insert(corners.end(), t.corners.begin(), t.corners.end());
     }
-    const Result<std::vector<VertexId>> ranks = this->Team.LookUp(this->Vertices.readBegin,
+    const Result<std::vector<VertexId>> ranks = LookUpEntries(this->Team, this->Vertices.readBegin,
       this->Vertices.welded > 0 ? this->RanksOfRead : this->Ranks, corners);
     KDSTREAM_TRY(ranks);
     for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -384,14 +375,11 @@ private:
     std::span<const std::byte> tuples, RecordBuckets<NumberedTriangle>& buckets)
   {
     const BlockRange here = this->Team.Here(this->Mesh.blockDepth);
-    const std::size_t bytes = this->Share.cellTupleBytes;
-    Status status;
-    for (std::size_t i = 0; status && i < triangles.size(); ++i)
+    for (const NumberedTriangle& t : triangles)
     {
-      const NumberedTriangle& t = triangles[i];
       std::array<std::size_t, 3> blocks;
       std::transform(t.corners.begin(), t.corners.end(), blocks.begin(), this->BlockOf);
-      for (std::size_t k = 0; status && k < 3; ++k)
+      for (std::size_t k = 0; k < 3; ++k)
       {
         const std::size_t block = blocks[k];
         if (block < here.begin || block >= here.end)
@@ -401,33 +389,32 @@ private:
         else if (std::find(blocks.begin(), blocks.begin() + std::ptrdiff_t(k), block) ==
                  blocks.begin() + std::ptrdiff_t(k))
         {
-          status = buckets.Add(block, t);
+          KDSTREAM_TRY(buckets.Add(block, t));
         }
       }
     }
-    if (status && bytes > 0)
+    const std::size_t bytes = this->Share.cellTupleBytes;
+    if (bytes == 0)
     {
-      std::vector<VertexId> numbers;
-      std::transform(triangles.begin(), triangles.end(), std::back_inserter(numbers),
-        [](const NumberedTriangle& t) { return t.number; });
-      status = WriteElementsAt(this->Mesh.cellTuples, bytes, numbers, tuples);
+      return {};
     }
-    return status;
+    std::vector<VertexId> numbers;
+    std::transform(triangles.begin(), triangles.end(), std::back_inserter(numbers),
+      [](const NumberedTriangle& t) { return t.number; });
+    return WriteElementsAt(this->Mesh.cellTuples, bytes, numbers, tuples);
   }
 
   Status FetchForeign()
   {
     this->Mesh.foreign = this->Foreign.Take();
     const std::vector<VertexId> begins = this->Mesh.BlockBegins();
-    Status status = this->Team.Fetch(this->Mesh.records,
+    KDSTREAM_TRY(this->Team.Fetch(this->Mesh.records,
       this->Mesh.floats ? sizeof(PointRecord<float>) : sizeof(PointRecord<double>), begins,
-      this->Mesh.blockDepth, this->Mesh.foreign);
-    if (status && this->Vertices.kept.tupleBytes > 0)
-    {
-      status = this->Team.Fetch(this->Mesh.pointTuples, this->Vertices.kept.tupleBytes, begins,
-        this->Mesh.blockDepth, this->Mesh.foreign);
-    }
-    return status;
+      this->Mesh.blockDepth, this->Mesh.foreign));
+    const std::size_t bytes = this->Vertices.kept.tupleBytes;
+    return bytes == 0 ? Status{}
+                      : this->Team.Fetch(this->Mesh.pointTuples, bytes, begins,
+                          this->Mesh.blockDepth, this->Mesh.foreign);
   }
 
   MpiTeam& Team;

@@ -41,7 +41,7 @@ Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
     bytes.insert(bytes.end(), part.begin(), part.end());
   }
   const std::uint64_t end = this->Kept.Size() + bytes.size();
-  const Status status = this->Kept.Write(this->Kept.Size(), bytes);
+  KDSTREAM_TRY(this->Kept.Write(this->Kept.Size(), bytes));
   const std::size_t batches = this->BatchBegin.size();
   if (batches > 1 && end - this->BatchBegin[batches - 2] <= batchBytes)
   {
@@ -51,7 +51,7 @@ Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
   {
     this->BatchBegin.push_back(end);
   }
-  return status;
+  return {};
 }
 
 Status TeamPieces::Finish(Resolution resolution, std::uint64_t triangles)
@@ -63,25 +63,21 @@ Status TeamPieces::Finish(Resolution resolution, std::uint64_t triangles)
     for (std::size_t batch = 0; batch < (*batches)[rank]; ++batch)
     {
       RankLists<std::byte> out(this->Team.Count());
-      Status status;
       if (rank == this->Team.Rank())
       {
         const std::uint64_t begin = this->BatchBegin[batch];
         out[0].resize(static_cast<std::size_t>(this->BatchBegin[batch + 1] - begin));
-        status = this->Kept.Read(begin, out[0]);
+        KDSTREAM_TRY(this->Kept.Read(begin, out[0]));
       }
-      const Result<RankLists<std::byte>> in =
-        status ? this->Team.Exchange(out) : Result<RankLists<std::byte>>(status.GetError());
+      const Result<RankLists<std::byte>> in = this->Team.Exchange(out);
       KDSTREAM_TRY(in);
-      status = this->Write((*in)[rank], resolution);
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(this->Write((*in)[rank], resolution));
     }
   }
   this->Kept = {};
   this->BatchBegin.assign(1, 0);
-  const Status status = this->Team.Sum(std::span(&triangles, 1));
-  return status && this->Writer != nullptr ? this->Writer->FinishResolution(resolution, triangles)
-                                           : status;
+  KDSTREAM_TRY(this->Team.Sum(std::span(&triangles, 1)));
+  return this->Writer == nullptr ? Status{} : this->Writer->FinishResolution(resolution, triangles);
 }
 
 // Writes pieces of another rank; there are none but on rank 0.

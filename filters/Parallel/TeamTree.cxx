@@ -9,7 +9,6 @@
 #include "filters/outofcore/tree/OrderKey.h"
 
 #include <algorithm>
-#include <optional>
 
 namespace kdstream
 {
@@ -33,12 +32,12 @@ std::uint64_t KeyBits(const OrderKey& key, unsigned shift, unsigned bits)
 }
 
 template <class Scalar>
-class TreeBuilder
+class TeamTreeBuilder
 {
 public:
   using Record = PointRecord<Scalar>;
 
-  TreeBuilder(MpiTeam& team, SpillFolder& folder, std::uint64_t memory, MeshBlocks& mesh,
+  TeamTreeBuilder(MpiTeam& team, SpillFolder& folder, std::uint64_t memory, MeshBlocks& mesh,
     const Execution& execution)
     : Team(team)
     , Folder(folder)
@@ -46,7 +45,7 @@ public:
     , Mesh(mesh)
     , Exec(execution)
     , Boxes(std::size_t{ 2 } << mesh.depths.partition)
-    , SplitDepth(team.DividedDepth())
+    , SplitDepth(team.Shares().DividedDepth())
   {
     // What is left to a rank alone fits its memory.
     while (this->SplitDepth < mesh.depths.partition &&
@@ -59,20 +58,19 @@ public:
   Result<std::vector<Box>> Build(const VertexFiles& vertices, VertexId firstId)
   {
     Box box;
-    Status status = this->WriteRecordsOf(vertices, firstId, box);
-    status = status ? this->Team.JoinBoxes(std::span(&box, 1)) : status;
-    status = status ? CheckExtent(box) : status;
-    for (unsigned depth = 0; status && depth < this->SplitDepth; ++depth)
+    KDSTREAM_TRY(this->WriteRecordsOf(vertices, firstId, box));
+    KDSTREAM_TRY(this->Team.JoinBoxes(std::span(&box, 1)));
+    KDSTREAM_TRY(CheckExtent(box));
+    for (unsigned depth = 0; depth < this->SplitDepth; ++depth)
     {
-      status = this->Split(depth);
+      KDSTREAM_TRY(this->Split(depth));
     }
-    std::optional<RecordBuckets<Record>> own;
-    status = status ? this->TakeOwn(own) : status;
+    const Result<RecordBuckets<Record>> own = this->TakeOwn();
+    KDSTREAM_TRY(own);
     this->Records = {};
     this->NodeOf = {};
-    status = status ? this->BuildBelow(own) : status;
-    status = status ? this->Team.JoinBoxes(this->Boxes) : status;
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->BuildBelow(*own));
+    KDSTREAM_TRY(this->Team.JoinBoxes(this->Boxes));
     this->Mesh.box = this->Boxes[1];
     return std::move(this->Boxes);
   }
@@ -91,25 +89,22 @@ private:
   Status WriteRecordsOf(const VertexFiles& vertices, VertexId firstId, Box& box)
   {
     this->Count = vertices.count;
-    Status status = Take(this->Folder.CreateFile("vertices", 0), this->Records);
-    status = status ? Take(this->Folder.CreateFile("nodes of vertices", 0), this->NodeOf) : status;
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("vertices", 0), this->Records));
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("nodes of vertices", 0), this->NodeOf));
     RecordWriter<Record> writer(this->Records);
     RecordWriter<std::uint32_t> nodes(this->NodeOf);
-    RecordReader<Vec3> reader(vertices.points, 0, this->Count);
-    while (status && writer.Position() < this->Count)
-    {
-      const Result<std::span<const Vec3>> read = reader.Next();
-      status = read ? Status{} : Status(read.GetError());
-      for (std::size_t i = 0; status && i < read->size(); ++i)
+    KDSTREAM_TRY(ForEachBlockOf<Vec3>(vertices.points, 0, this->Count,
+      [&](std::span<const Vec3> points)
       {
-        const Vec3& p = (*read)[i];
-        box.Add(p);
-        writer.Append({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, firstId++ });
-        nodes.Append(0);
-      }
-    }
-    status = status ? writer.Finish() : status;
-    return status ? nodes.Finish() : status;
+        for (const Vec3& p : points)
+        {
+          box.Add(p);
+          writer.Append({ { Scalar(p[0]), Scalar(p[1]), Scalar(p[2]) }, firstId++ });
+          nodes.Append(0);
+        }
+      }));
+    KDSTREAM_TRY(writer.Finish());
+    return nodes.Finish();
   }
 
   // visit(records, nodes, first) -> Status for blocks of this rank's records from number `first`
@@ -123,10 +118,10 @@ private:
     for (std::uint64_t first = 0; first < this->Count;)
     {
       const Result<std::span<const Record>> some = records.Next();
-      const Result<std::span<const std::uint32_t>> theirs =
-        some ? nodes.Next() : Result<std::span<const std::uint32_t>>(some.GetError());
-      const Status status = theirs ? visit(*some, *theirs, first) : Status(theirs.GetError());
-      KDSTREAM_TRY(status);
+      KDSTREAM_TRY(some);
+      const Result<std::span<const std::uint32_t>> theirs = nodes.Next();
+      KDSTREAM_TRY(theirs);
+      KDSTREAM_TRY(visit(*some, *theirs, first));
       first += some->size();
     }
     return {};
@@ -137,7 +132,7 @@ private:
   {
     const std::size_t nodes = this->Nodes(depth);
     const std::span<Box> boxes = std::span(this->Boxes).subspan(nodes, nodes);
-    Status status = this->ForEachBlock(
+    KDSTREAM_TRY(this->ForEachBlock(
       [&](std::span<const Record> records, std::span<const std::uint32_t> nodeOf,
         std::uint64_t) -> Status
       {
@@ -147,15 +142,14 @@ private:
           boxes[nodeOf[i]].Add(Vec3{ p[0], p[1], p[2] });
         }
         return {};
-      });
-    status = status ? this->Team.JoinBoxes(boxes) : status;
-    KDSTREAM_TRY(status);
+      }));
+    KDSTREAM_TRY(this->Team.JoinBoxes(boxes));
     std::vector<std::size_t> axes;
     std::transform(boxes.begin(), boxes.end(), std::back_inserter(axes), LongestAxis);
     const Result<std::vector<OrderKey>> medians = this->FindMedians(depth, axes);
     KDSTREAM_TRY(medians);
     std::vector<std::uint32_t> halves;
-    status = this->ForEachBlock(
+    KDSTREAM_TRY(this->ForEachBlock(
       [&](
         std::span<const Record> records, std::span<const std::uint32_t> nodeOf, std::uint64_t first)
       {
@@ -168,8 +162,8 @@ private:
         }
         return WriteRecords<std::uint32_t>(
           this->NodeOf, first, std::span<const std::uint32_t>(halves));
-      });
-    return status ? this->Exec.Report("tree", 0.5 * (depth + 1) / this->SplitDepth) : status;
+      }));
+    return this->Exec.Report("tree", 0.5 * (depth + 1) / this->SplitDepth);
   }
 
   static OrderKey KeyOf(const Record& record, std::size_t axis)
@@ -194,7 +188,7 @@ private:
     {
       shift -= digit;
       std::vector<std::uint64_t> bins(nodes * binsOfNode, 0);
-      Status status = this->ForEachBlock(
+      KDSTREAM_TRY(this->ForEachBlock(
         [&](std::span<const Record> records, std::span<const std::uint32_t> nodeOf,
           std::uint64_t) -> Status
         {
@@ -206,9 +200,8 @@ private:
               BeginsWith(key, known[node], shift + digit) ? 1 : 0;
           }
           return {};
-        });
-      status = status ? this->Team.Sum(bins) : status;
-      KDSTREAM_TRY(status);
+        }));
+      KDSTREAM_TRY(this->Team.Sum(bins));
       for (std::size_t node = 0; node < nodes; ++node)
       {
         std::size_t bin = node * binsOfNode;
@@ -236,73 +229,59 @@ private:
   }
 
   // Every rank gets the records of its nodes.
-  Status TakeOwn(std::optional<RecordBuckets<Record>>& own)
+  Result<RecordBuckets<Record>> TakeOwn()
   {
     const BlockRange here = this->Team.Here(this->SplitDepth);
-    Result<RecordBuckets<Record>> buckets = RecordBuckets<Record>::Create(this->Folder,
+    Result<RecordBuckets<Record>> own = RecordBuckets<Record>::Create(this->Folder,
       "vertices of nodes", std::max<std::size_t>(1, here.end - here.begin), 0, this->Memory / 4);
-    KDSTREAM_TRY(buckets);
-    own.emplace(std::move(*buckets));
+    KDSTREAM_TRY(own);
     constexpr std::size_t ofRound = ElementsOfRound(sizeof(NodeRecord));
-    const auto make = [&](std::uint64_t round, RankLists<NodeRecord>& out)
+    const auto make = [&](std::uint64_t round, RankLists<NodeRecord>& out) -> Status
     {
       const std::uint64_t from = round * ofRound;
       std::vector<Record> records(std::min<std::uint64_t>(ofRound, this->Count - from));
       std::vector<std::uint32_t> nodes(records.size());
-      Status status = ReadRecords<Record>(this->Records, from, std::span<Record>(records));
-      status = status
-                 ? ReadRecords<std::uint32_t>(this->NodeOf, from, std::span<std::uint32_t>(nodes))
-                 : status;
+      KDSTREAM_TRY(ReadRecords<Record>(this->Records, from, std::span<Record>(records)));
+      KDSTREAM_TRY(ReadRecords<std::uint32_t>(this->NodeOf, from, std::span<std::uint32_t>(nodes)));
       for (std::size_t i = 0; i < records.size(); ++i)
       {
         out[this->Team.OwnerOf(nodes[i], this->SplitDepth)].push_back({ records[i], nodes[i] });
       }
-      return status;
+      return {};
     };
-    const auto take = [&](std::size_t, std::span<const NodeRecord> records)
+    const auto take = [&](std::size_t, std::span<const NodeRecord> records) -> Status
     {
-      Status status;
-      for (std::size_t i = 0; status && i < records.size(); ++i)
+      for (const NodeRecord& entry : records)
       {
-        status = own->Add(records[i].node - here.begin, records[i].record);
+        KDSTREAM_TRY(own->Add(entry.node - here.begin, entry.record));
       }
-      return status;
+      return {};
     };
-    const Status status =
-      this->Team.template ExchangeInRounds<NodeRecord>(RoundsOf(this->Count, ofRound), make, take);
-    return status ? own->Finish() : status;
+    KDSTREAM_TRY(
+      this->Team.template ExchangeInRounds<NodeRecord>(RoundsOf(this->Count, ofRound), make, take));
+    KDSTREAM_TRY(own->Finish());
+    return own;
   }
 
-  Status BuildBelow(std::optional<RecordBuckets<Record>>& own)
+  // own: the records of this rank's nodes, a bucket each.
+  Status BuildBelow(const RecordBuckets<Record>& own)
   {
-    Status status = Take(this->Folder.CreateFile("vertices", 0), this->Mesh.records);
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("vertices", 0), this->Mesh.records));
     const BlockRange here = this->Team.Here(this->SplitDepth);
     Execution quiet = this->Exec;
     quiet.progress = [this](std::string_view, double)
     { return bool(this->Exec.Report("tree", 0.5)); };
-    for (std::size_t node = here.begin; status && node < here.end; ++node)
+    for (std::size_t node = here.begin; node < here.end; ++node)
     {
       const CellRange range = RangeOfCell(this->Mesh.vertexCount, this->SplitDepth, node);
-      std::vector<Record> records;
-      records.reserve(static_cast<std::size_t>(range.size));
-      status = own->ForEach(node - here.begin,
-        [&](const Record& record) -> Status
-        {
-          records.push_back(record);
-          return {};
-        });
-      if (status)
-      {
-        status = BuildRecordTree<Scalar>(
-          records, this->SplitDepth, node, this->Mesh.depths, this->Boxes, quiet);
-      }
-      if (status)
-      {
-        status =
-          WriteRecords<Record>(this->Mesh.records, range.begin, std::span<const Record>(records));
-      }
+      Result<std::vector<Record>> records = own.ReadAll(node - here.begin);
+      KDSTREAM_TRY(records);
+      KDSTREAM_TRY(BuildRecordTree<Scalar>(
+        *records, this->SplitDepth, node, this->Mesh.depths, this->Boxes, quiet));
+      KDSTREAM_TRY(
+        WriteRecords<Record>(this->Mesh.records, range.begin, std::span<const Record>(*records)));
     }
-    return status;
+    return {};
   }
 
   MpiTeam& Team;
@@ -335,8 +314,9 @@ Result<std::vector<Box>> BuildTreeTogether(MpiTeam& team, SpillFolder& folder,
   const Execution& execution)
 {
   return mesh.floats
-           ? TreeBuilder<float>(team, folder, memory, mesh, execution).Build(vertices, firstId)
-           : TreeBuilder<double>(team, folder, memory, mesh, execution).Build(vertices, firstId);
+           ? TeamTreeBuilder<float>(team, folder, memory, mesh, execution).Build(vertices, firstId)
+           : TeamTreeBuilder<double>(team, folder, memory, mesh, execution)
+               .Build(vertices, firstId);
 }
 
 }

@@ -1,42 +1,23 @@
 // Welding on several ranks: see TeamWeld.h.
-//   1. Every vertex to a rank, and there into a bucket, by the hash of its bytes.
-//   2. Bucket by bucket: pairs of a vertex that goes and the lowest one that equals it.
-//   3. The pairs to those who have read the vertices: what stays is written anew and counted.
-//   4. The numbers of all: of those that go, asked from who has the lowest one.
+//   1. Which vertices go, and the lowest one that each of them equals (EqualVertices.h).
+//   2. That is told to those who have read the vertices.
+//   3. What stays is written anew and counted.
+//   4. The new numbers of all: those of vertices that go are asked from who has the lowest one.
 #include "filters/Parallel/TeamWeld.h"
 
-#include "filters/Parallel/NumberSet.h"
-#include "filters/core/BitCast.h"
+#include "filters/Parallel/EqualVertices.h"
+#include "filters/Parallel/TeamFiles.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/BucketFile.h"
-#include "filters/outofcore/files/KeyTable.h"
 #include "filters/outofcore/files/RecordFile.h"
-#include "filters/outofcore/files/RepeatedHashes.h"
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
-#include <cstring>
 #include <optional>
 
 namespace kdstream
 {
 namespace
 {
-
-// Tables are faster where the caches hold them; buckets are read faster where they are few.
-constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
-constexpr std::uint64_t mostBucketsForCache = 256;
-
-std::uint64_t Mix(std::uint64_t x)
-{
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  return x ^ x >> 32;
-}
 
 // The first number of each rank, and the end, where rank r has counts[r].
 Result<std::vector<VertexId>> BeginsOf(const std::vector<std::uint64_t>& counts)
@@ -55,209 +36,64 @@ Result<std::vector<VertexId>> BeginsOf(const std::vector<std::uint64_t>& counts)
   return begins;
 }
 
-// A vertex that goes, and the lowest one that equals it.
-struct Gone
-{
-  VertexId vertex, lowest;
-};
-
-class Welder
+// Takes the vertices that go out of a rank's share, and numbers the rest.
+class ShareWelder
 {
 public:
-  Welder(MpiTeam& team, SpillFolder& folder, VertexFiles share, std::uint64_t memory,
-    const Execution& execution, TeamVertices& vertices)
+  ShareWelder(MpiTeam& team, SpillFolder& folder, VertexFiles share, std::uint64_t memory,
+    TeamVertices& vertices)
     : Team(team)
     , Folder(folder)
     , Share(std::move(share))
     , Memory(memory)
-    , Exec(execution)
     , Vertices(vertices)
-    , KeyBytes(sizeof(Vec3) + this->Share.tupleBytes)
     , First(vertices.readBegin[team.Rank()])
-    , OfRound(ElementsOfRound(this->KeyBytes + sizeof(VertexId)))
+    , Sections(MapSections::Over(this->Share.count, memory / 4, sizeof(VertexId)))
   {
   }
 
-  Status Weld()
+  // found: by this rank, of any rank's vertices.
+  Status Weld(WeldedVertexFile found)
   {
-    Status status = this->SendEntries();
-    status = status ? this->FindGone() : status;
-    this->Entries.reset();
-    std::uint64_t gone = this->GoneCount;
-    status = status ? this->Team.Sum(std::span(&gone, 1)) : status;
-    if (!status || gone == 0)
-    {
-      this->Vertices.kept = std::move(this->Share);
-      return status;
-    }
-    status = this->SendGone();
-    status = status ? this->KeepRest() : status;
-    status = status ? this->NumberGone() : status;
-    status = status ? this->MergeNumbers() : status;
-    this->Vertices.welded = gone;
-    return status;
+    KDSTREAM_TRY(this->SendToReaders(std::move(found)));
+    KDSTREAM_TRY(this->KeepRest());
+    KDSTREAM_TRY(this->NumberGone());
+    return this->MergeNumbers();
   }
 
 private:
-  Status SendEntries()
+  // What goes to those who have read it, and there into buckets by their vertices.
+  Status SendToReaders(WeldedVertexFile found)
   {
-    const std::size_t ranks = this->Team.Count(), bytes = this->KeyBytes + sizeof(VertexId);
-    const std::uint64_t most = this->Memory / 2 / KeyTable::BytesOf(this->KeyBytes) + 1;
-    const std::uint64_t expected = this->Vertices.readBegin.back() / ranks * 9 / 8;
-    const std::uint64_t buckets =
-      std::max(expected / most + 1, std::min(expected / entriesInCache + 1, mostBucketsForCache));
-    Result<BucketFile> file = BucketFile::Create(this->Folder, "vertices by their places", bytes,
-      static_cast<std::size_t>(buckets), 0, this->Memory / 4);
-    KDSTREAM_TRY(file);
-    this->Entries.emplace(std::move(*file));
-    const auto hashOf = [&](const std::byte* entry)
-    { return Mix(this->HashOf(std::span(entry, this->KeyBytes))); };
-    const auto make = [&](std::uint64_t round, RankLists<std::byte>& out)
-    {
-      std::vector<std::byte> entries;
-      const Status status = this->ReadEntries(round * this->OfRound, entries);
-      for (auto entry = entries.begin(); entry != entries.end(); entry += std::ptrdiff_t(bytes))
-      {
-        std::vector<std::byte>& list = out[hashOf(&*entry) % ranks];
-        list.insert(list.end(), entry, entry + std::ptrdiff_t(bytes));
-      }
-      return status ? this->Exec.Report("tree", 0) : status;
-    };
-    const auto take = [&](std::size_t, std::span<const std::byte> entries)
-    {
-      Status status;
-      for (std::size_t at = 0; status && at < entries.size(); at += bytes)
-      {
-        const std::uint64_t bucket = hashOf(entries.data() + at) / ranks % buckets;
-        status = this->Entries->Add(static_cast<std::size_t>(bucket), entries.subspan(at, bytes));
-      }
-      return status;
-    };
-    const Status status = this->Team.ExchangeInRounds<std::byte>(
-      RoundsOf(this->Share.count, this->OfRound), make, take);
-    return status ? this->Entries->Finish() : status;
-  }
-
-  // A round's vertices from `first` on, each with its number behind its bytes.
-  Status ReadEntries(std::uint64_t first, std::vector<std::byte>& entries) const
-  {
-    const std::size_t count = std::min<std::size_t>(this->OfRound, this->Share.count - first);
-    const std::size_t tupleBytes = this->Share.tupleBytes;
-    std::vector<Vec3> points(count);
-    std::vector<std::byte> tuples(count * tupleBytes);
-    Status status = ReadRecords<Vec3>(this->Share.points, first, std::span<Vec3>(points));
-    if (status && tupleBytes > 0)
-    {
-      status = this->Share.tuples.Read(first * tupleBytes, tuples);
-    }
-    entries.resize(count * (this->KeyBytes + sizeof(VertexId)));
-    std::byte* to = entries.data();
-    for (std::size_t i = 0; i < count; ++i)
-    {
-      const auto number = static_cast<VertexId>(this->First + first + i);
-      std::memcpy(to, &points[i], sizeof(Vec3));
-      if (tupleBytes > 0)
-      {
-        std::memcpy(to + sizeof(Vec3), tuples.data() + i * tupleBytes, tupleBytes);
-      }
-      std::memcpy(to + this->KeyBytes, &number, sizeof(number));
-      to += this->KeyBytes + sizeof(VertexId);
-    }
-    return status;
-  }
-
-  static std::uint64_t HashOf(std::span<const std::byte> key)
-  {
-    return XXH3_64bits(key.data(), key.size());
-  }
-
-  // visit(key, number) for each vertex of a bucket.
-  template <class Visit>
-  Status ForEachEntry(std::size_t bucket, const Visit& visit) const
-  {
-    const std::size_t bytes = this->KeyBytes + sizeof(VertexId);
-    return this->Entries->ForEachBlock(bucket,
-      [&](std::span<const std::byte> entries) -> Status
-      {
-        for (std::size_t at = 0; at < entries.size(); at += bytes)
-        {
-          VertexId number = 0;
-          std::memcpy(&number, entries.data() + at + this->KeyBytes, sizeof(number));
-          visit(entries.subspan(at, this->KeyBytes), number);
-        }
-        return {};
-      });
-  }
-
-  Status FindGone()
-  {
-    Status status = Take(this->Folder.CreateFile("welded vertices", 0), this->GoneFile);
-    RecordWriter<Gone> writer(this->GoneFile);
-    KeyTable lowest(this->KeyBytes); // with the lowest vertex of each
-    for (std::size_t bucket = 0; status && bucket < this->Entries->BucketCount(); ++bucket)
-    {
-      lowest.Clear();
-      bool anyRepeats = false;
-      status = this->ForEachEntry(bucket,
-        [&](std::span<const std::byte> key, VertexId number)
-        {
-          VertexId& least = lowest.VertexOf(key, this->HashOf(key), number);
-          anyRepeats = anyRepeats || least != number;
-          least = std::min(least, number);
-        });
-      if (status && anyRepeats)
-      {
-        status = this->ForEachEntry(bucket,
-          [&](std::span<const std::byte> key, VertexId number)
-          {
-            if (const VertexId least = lowest.VertexOf(key, this->HashOf(key), number);
-                least != number)
-            {
-              writer.Append({ number, least });
-            }
-          });
-      }
-      status = status ? this->Exec.Report("tree", 0) : status;
-    }
-    this->GoneCount = writer.Position();
-    return status ? writer.Finish() : status;
-  }
-
-  Status SendGone()
-  {
-    this->Sections = MapSections::Over(this->Share.count, this->Memory / 4, sizeof(VertexId));
-    Result<RecordBuckets<Gone>> buckets = RecordBuckets<Gone>::Create(this->Folder,
+    Result<RecordBuckets<WeldedVertex>> buckets = RecordBuckets<WeldedVertex>::Create(this->Folder,
       "welded vertices", std::max<std::size_t>(1, this->Sections.Number()), 0, this->Memory / 4);
     KDSTREAM_TRY(buckets);
-    this->GoneOfSection.emplace(std::move(*buckets));
-    constexpr std::size_t ofRound = ElementsOfRound(sizeof(Gone));
-    const auto make = [&](std::uint64_t round, RankLists<Gone>& out)
+    constexpr std::size_t ofRound = ElementsOfRound(sizeof(WeldedVertex));
+    const auto make = [&](std::uint64_t round, RankLists<WeldedVertex>& out) -> Status
     {
       const std::uint64_t from = round * ofRound;
-      std::vector<Gone> gone(std::min<std::uint64_t>(ofRound, this->GoneCount - from));
-      const Status status = ReadRecords<Gone>(this->GoneFile, from, std::span<Gone>(gone));
-      const std::vector<VertexId>& begin = this->Vertices.readBegin;
-      for (const Gone& one : gone)
+      std::vector<WeldedVertex> gone(std::min<std::uint64_t>(ofRound, found.count - from));
+      KDSTREAM_TRY(ReadRecords<WeldedVertex>(found.file, from, std::span<WeldedVertex>(gone)));
+      for (const WeldedVertex& one : gone)
       {
-        const auto behind = std::upper_bound(begin.begin(), begin.end() - 1, one.vertex);
-        out[static_cast<std::size_t>(behind - begin.begin() - 1)].push_back(one);
+        out[RankOfEntry(this->Vertices.readBegin, one.vertex)].push_back(one);
       }
-      return status;
+      return {};
     };
-    const auto take = [&](std::size_t, std::span<const Gone> gone)
+    const auto take = [&](std::size_t, std::span<const WeldedVertex> gone) -> Status
     {
-      Status status;
-      for (std::size_t i = 0; status && i < gone.size(); ++i)
+      for (const WeldedVertex& one : gone)
       {
-        const VertexId place = gone[i].vertex - this->First;
-        status = this->GoneOfSection->Add(this->Sections.Of(place), { place, gone[i].lowest });
+        const VertexId place = one.vertex - this->First;
+        KDSTREAM_TRY(buckets->Add(this->Sections.Of(place), { place, one.lowest }));
       }
-      return status;
+      return {};
     };
-    const Status status =
-      this->Team.ExchangeInRounds<Gone>(RoundsOf(this->GoneCount, ofRound), make, take);
-    this->GoneFile.Remove();
-    return status ? this->GoneOfSection->Finish() : status;
+    KDSTREAM_TRY(
+      this->Team.ExchangeInRounds<WeldedVertex>(RoundsOf(found.count, ofRound), make, take));
+    KDSTREAM_TRY(buckets->Finish());
+    this->GoneOfSection.emplace(std::move(*buckets));
+    return {};
   }
 
   // Writes the vertices that stay, and for each that was read its place among them; those that go
@@ -266,48 +102,54 @@ private:
   {
     VertexFiles& kept = this->Vertices.kept;
     kept.tupleBytes = this->Share.tupleBytes;
-    Status status = Take(this->Folder.CreateFile("vertices", 0), kept.points);
-    status = status ? Take(this->Folder.CreateFile("welded vertices", 0), this->GoneFile) : status;
-    status =
-      status ? Take(this->Folder.CreateFile("numbers of vertices", 0), this->Places) : status;
-    if (status && kept.tupleBytes > 0)
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("vertices", 0), kept.points));
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("welded vertices", 0), this->Gone.file));
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("numbers of vertices", 0), this->Places));
+    if (kept.tupleBytes > 0)
     {
-      status = Take(this->Folder.CreateFile("attributes of vertices", 0), kept.tuples);
+      KDSTREAM_TRY(Take(this->Folder.CreateFile("attributes of vertices", 0), kept.tuples));
     }
-    RecordWriter<Gone> goneWriter(this->GoneFile);
+    RecordWriter<WeldedVertex> goneWriter(this->Gone.file);
     RecordWriter<VertexId> places(this->Places);
-    for (std::size_t section = 0; status && section < this->Sections.Number(); ++section)
+    for (std::size_t section = 0; section < this->Sections.Number(); ++section)
     {
-      const VertexId begin = this->Sections.Begin(section);
-      std::vector<VertexId> lowest(this->Sections.End(section) - begin, noVertex);
-      status = this->GoneOfSection->ForEach(section,
-        [&](const Gone& gone) -> Status
-        {
-          lowest[gone.vertex - begin] = gone.lowest;
-          return {};
-        });
-      status = status ? this->CopyKept(begin, lowest) : status;
-      auto stays = static_cast<VertexId>(places.Position() - goneWriter.Position());
-      for (VertexId i = 0; i < lowest.size(); ++i)
+      KDSTREAM_TRY(this->KeepRestOf(section, goneWriter, places));
+    }
+    KDSTREAM_TRY(goneWriter.Finish());
+    KDSTREAM_TRY(places.Finish());
+    this->GoneOfSection.reset();
+    this->Gone.count = goneWriter.Position();
+    const Result<std::vector<std::uint64_t>> counts = this->Team.Gather(kept.count);
+    KDSTREAM_TRY(counts);
+    return Take(BeginsOf(*counts), this->Vertices.begin);
+  }
+
+  Status KeepRestOf(
+    std::size_t section, RecordWriter<WeldedVertex>& goneWriter, RecordWriter<VertexId>& places)
+  {
+    const VertexId begin = this->Sections.Begin(section);
+    std::vector<VertexId> lowest(this->Sections.End(section) - begin, noVertex);
+    KDSTREAM_TRY(this->GoneOfSection->ForEach(section,
+      [&](const WeldedVertex& gone) -> Status
       {
-        places.Append(stays);
-        if (lowest[i] == noVertex)
-        {
-          ++stays;
-        }
-        else
-        {
-          goneWriter.Append({ begin + i, lowest[i] });
-        }
+        lowest[gone.vertex - begin] = gone.lowest;
+        return {};
+      }));
+    KDSTREAM_TRY(this->CopyKept(begin, lowest));
+    auto stays = static_cast<VertexId>(places.Position() - goneWriter.Position());
+    for (VertexId i = 0; i < lowest.size(); ++i)
+    {
+      places.Append(stays);
+      if (lowest[i] == noVertex)
+      {
+        ++stays;
+      }
+      else
+      {
+        goneWriter.Append({ begin + i, lowest[i] });
       }
     }
-    this->GoneOfSection.reset();
-    this->GoneCount = goneWriter.Position();
-    status = status ? goneWriter.Finish() : status;
-    status = status ? places.Finish() : status;
-    const Result<std::vector<std::uint64_t>> counts =
-      status ? this->Team.Gather(kept.count) : status.GetError();
-    return counts ? Take(BeginsOf(*counts), this->Vertices.begin) : Status(counts.GetError());
+    return {};
   }
 
   // lowest: of the vertices from `begin` on; those with noVertex stay.
@@ -315,15 +157,16 @@ private:
   {
     VertexFiles& kept = this->Vertices.kept;
     const std::size_t bytes = kept.tupleBytes;
-    for (std::size_t at = 0; at < lowest.size(); at += this->OfRound)
+    const std::size_t ofRound = ElementsOfRound(sizeof(Vec3) + bytes + sizeof(VertexId));
+    for (std::size_t at = 0; at < lowest.size(); at += ofRound)
     {
-      const std::size_t count = std::min(this->OfRound, lowest.size() - at);
+      const std::size_t count = std::min(ofRound, lowest.size() - at);
       std::vector<Vec3> points(count);
+      KDSTREAM_TRY(ReadRecords<Vec3>(this->Share.points, begin + at, std::span<Vec3>(points)));
       std::vector<std::byte> tuples(count * bytes);
-      Status status = ReadRecords<Vec3>(this->Share.points, begin + at, std::span<Vec3>(points));
-      if (status && bytes > 0)
+      if (bytes > 0)
       {
-        status = this->Share.tuples.Read((begin + at) * bytes, tuples);
+        KDSTREAM_TRY(this->Share.tuples.Read((begin + at) * bytes, tuples));
       }
       std::size_t stay = 0;
       for (std::size_t i = 0; i < count; ++i)
@@ -338,16 +181,12 @@ private:
       }
       points.resize(stay);
       tuples.resize(stay * bytes);
-      if (status)
+      KDSTREAM_TRY(WriteRecords<Vec3>(kept.points, kept.count, std::span<const Vec3>(points)));
+      if (bytes > 0)
       {
-        status = WriteRecords<Vec3>(kept.points, kept.count, std::span<const Vec3>(points));
-      }
-      if (status && bytes > 0)
-      {
-        status = kept.tuples.Write(kept.count * std::uint64_t{ bytes }, tuples);
+        KDSTREAM_TRY(kept.tuples.Write(kept.count * std::uint64_t{ bytes }, tuples));
       }
       kept.count += static_cast<std::uint32_t>(stay);
-      KDSTREAM_TRY(status);
     }
     return {};
   }
@@ -358,107 +197,89 @@ private:
     this->Share = {};
     Result<NumberTable> table =
       NumberTable::Open(std::move(this->Places), this->Sections.count, this->Memory / 4);
-    Status status = table ? Status{} : Status(table.GetError());
-    status =
-      status ? Take(this->Folder.CreateFile("numbers of vertices", 0), this->GoneNumbers) : status;
-    constexpr std::size_t ofRound = ElementsOfRound(sizeof(Gone));
-    const Result<std::uint64_t> rounds =
-      status ? this->Team.Most(RoundsOf(this->GoneCount, ofRound)) : status.GetError();
-    status = rounds ? status : Status(rounds.GetError());
-    for (std::uint64_t round = 0; status && round < *rounds; ++round)
+    KDSTREAM_TRY(table);
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("numbers of vertices", 0), this->GoneNumbers));
+    constexpr std::size_t ofRound = ElementsOfRound(sizeof(WeldedVertex));
+    const Result<std::uint64_t> rounds = this->Team.Most(RoundsOf(this->Gone.count, ofRound));
+    KDSTREAM_TRY(rounds);
+    const TeamVertices& all = this->Vertices;
+    for (std::uint64_t round = 0; round < *rounds; ++round)
     {
-      const std::uint64_t from = std::min(round * ofRound, this->GoneCount);
-      std::vector<Gone> gone(std::min<std::uint64_t>(ofRound, this->GoneCount - from));
-      status = ReadRecords<Gone>(this->GoneFile, from, std::span<Gone>(gone));
+      const std::uint64_t from = std::min(round * ofRound, this->Gone.count);
+      std::vector<WeldedVertex> gone(std::min<std::uint64_t>(ofRound, this->Gone.count - from));
+      KDSTREAM_TRY(ReadRecords<WeldedVertex>(this->Gone.file, from, std::span<WeldedVertex>(gone)));
       std::vector<VertexId> wanted(gone.size());
-      std::transform(
-        gone.begin(), gone.end(), wanted.begin(), [](const Gone& one) { return one.lowest; });
+      std::transform(gone.begin(), gone.end(), wanted.begin(),
+        [](const WeldedVertex& one) { return one.lowest; });
       Result<std::vector<VertexId>> places =
-        status ? this->Team.LookUp(this->Vertices.readBegin, *table, wanted) : status.GetError();
-      status = places ? status : Status(places.GetError());
-      for (std::size_t i = 0; status && i < wanted.size(); ++i)
+        LookUpEntries(this->Team, all.readBegin, *table, wanted);
+      KDSTREAM_TRY(places);
+      for (std::size_t i = 0; i < wanted.size(); ++i)
       {
-        (*places)[i] += this->Vertices.begin[this->ReaderOf(wanted[i])];
+        (*places)[i] += all.begin[RankOfEntry(all.readBegin, wanted[i])];
       }
-      status =
-        status ? WriteRecords<VertexId>(this->GoneNumbers, from, std::span<const VertexId>(*places))
-               : status;
+      KDSTREAM_TRY(
+        WriteRecords<VertexId>(this->GoneNumbers, from, std::span<const VertexId>(*places)));
     }
-    if (status)
-    {
-      this->Places = table->GiveFile();
-    }
-    return status;
+    this->Places = table->GiveFile();
+    return {};
   }
 
-  std::size_t ReaderOf(VertexId vertex) const
-  {
-    const std::vector<VertexId>& begin = this->Vertices.readBegin;
-    return static_cast<std::size_t>(
-      std::upper_bound(begin.begin(), begin.end() - 1, vertex) - begin.begin() - 1);
-  }
-
+  // The numbers of all vertices that were read here: of those that stay the place among them, of
+  // those that go, ascending, what NumberGone has found.
   Status MergeNumbers()
   {
-    Status status =
-      Take(this->Folder.CreateFile("numbers of vertices", 0), this->Vertices.numberOf);
+    KDSTREAM_TRY(Take(this->Folder.CreateFile("numbers of vertices", 0), this->Vertices.numberOf));
     RecordWriter<VertexId> writer(this->Vertices.numberOf);
     RecordReader<VertexId> places(this->Places, 0, this->Sections.count);
-    RecordReader<Gone> goneReader(this->GoneFile, 0, this->GoneCount, sizeof(Gone) << 15);
+    RecordReader<WeldedVertex> goneReader(
+      this->Gone.file, 0, this->Gone.count, sizeof(WeldedVertex) << 15);
     RecordReader<VertexId> numberReader(
-      this->GoneNumbers, 0, this->GoneCount, sizeof(VertexId) << 15);
-    std::vector<Gone> gone;
-    std::vector<VertexId> numbers;
+      this->GoneNumbers, 0, this->Gone.count, sizeof(VertexId) << 15);
+    std::span<const WeldedVertex> gone;
+    std::span<const VertexId> numbers;
     std::size_t next = 0;
     const auto readGone = [&]() -> Status
     {
-      const Result<std::span<const Gone>> read = goneReader.Next();
-      const Result<std::span<const VertexId>> numbersRead = numberReader.Next();
-      if (!read || !numbersRead)
-      {
-        return read ? numbersRead.GetError() : read.GetError();
-      }
-      gone.assign(read->begin(), read->end());
-      numbers.assign(numbersRead->begin(), numbersRead->end());
       next = 0;
-      return {};
+      KDSTREAM_TRY(Take(goneReader.Next(), gone));
+      return Take(numberReader.Next(), numbers);
     };
-    status = status ? readGone() : status;
+    KDSTREAM_TRY(readGone());
     const VertexId first = this->Vertices.begin[this->Team.Rank()];
-    for (VertexId i = 0; status && i < this->Sections.count;)
+    for (VertexId i = 0; i < this->Sections.count;)
     {
       const Result<std::span<const VertexId>> read = places.Next();
-      status = read ? Status{} : Status(read.GetError());
-      for (std::size_t k = 0; status && k < read->size(); ++k, ++i)
+      KDSTREAM_TRY(read);
+      for (const VertexId place : *read)
       {
         if (next < gone.size() && gone[next].vertex == i)
         {
           writer.Append(numbers[next++]);
-          status = next == gone.size() ? readGone() : Status{};
+          if (next == gone.size())
+          {
+            KDSTREAM_TRY(readGone());
+          }
         }
         else
         {
-          writer.Append(first + (*read)[k]);
+          writer.Append(first + place);
         }
+        ++i;
       }
     }
-    return status ? writer.Finish() : status;
+    return writer.Finish();
   }
 
   MpiTeam& Team;
   SpillFolder& Folder;
   VertexFiles Share;
   const std::uint64_t Memory;
-  const Execution& Exec;
   TeamVertices& Vertices;
-  const std::size_t KeyBytes; // of a vertex: its place and tuples
   const VertexId First;
-  const std::size_t OfRound;
-  std::optional<BucketFile> Entries;
-  SpillFile GoneFile; // Gone
-  std::uint64_t GoneCount = 0;
-  MapSections Sections; // of the vertices that were read here
-  std::optional<RecordBuckets<Gone>> GoneOfSection;
+  const MapSections Sections; // of the vertices that were read here
+  std::optional<RecordBuckets<WeldedVertex>> GoneOfSection;
+  WeldedVertexFile Gone; // of those that were read here: places from First on
   SpillFile Places;      // VertexId: of each vertex that was read here, its place among those kept
   SpillFile GoneNumbers; // VertexId: of each that goes the number of the lowest one
 };
@@ -471,90 +292,29 @@ Result<TeamVertices> WeldTogether(MpiTeam& team, SpillFolder& folder, VertexFile
   TeamVertices vertices;
   const Result<std::vector<std::uint64_t>> counts = team.Gather(share.count);
   KDSTREAM_TRY(counts);
-  Status status = Take(BeginsOf(*counts), vertices.readBegin);
-  if (status && vertices.readBegin.back() == 0)
+  KDSTREAM_TRY(Take(BeginsOf(*counts), vertices.readBegin));
+  const VertexId all = vertices.readBegin.back();
+  if (all == 0)
   {
-    status = Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+    return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
   }
-  KDSTREAM_TRY(status);
   vertices.begin = vertices.readBegin;
-  if (!weld)
+  WeldedVertexFile gone;
+  if (weld)
+  {
+    KDSTREAM_TRY(Take(FindEqualVertices(team, folder, share, vertices.readBegin[team.Rank()], all,
+                        memory, execution),
+      gone));
+    vertices.welded = gone.count;
+    KDSTREAM_TRY(team.Sum(std::span(&vertices.welded, 1)));
+  }
+  if (vertices.welded == 0)
   {
     vertices.kept = std::move(share);
     return vertices;
   }
-  status = Welder(team, folder, std::move(share), memory, execution, vertices).Weld();
-  return status ? Result<TeamVertices>(std::move(vertices)) : status.GetError();
-}
-
-Result<std::uint64_t> CountPlacesTogether(MpiTeam& team, SpillFolder& folder,
-  const VertexFiles& vertices, std::uint64_t allVertices,
-  const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory)
-{
-  const std::uint64_t most = memory / 4 / sizeof(std::uint64_t) + 1;
-  const std::uint64_t buckets = allVertices / team.Count() * 9 / 8 / most + 1;
-  Result<RecordBuckets<std::uint64_t>> hashes = RecordBuckets<std::uint64_t>::Create(
-    folder, "places", static_cast<std::size_t>(buckets), 0, memory / 4);
-  KDSTREAM_TRY(hashes);
-  constexpr std::size_t ofRound = ElementsOfRound(sizeof(Vec3));
-  const auto make = [&](std::uint64_t round, RankLists<std::uint64_t>& out)
-  {
-    const std::uint64_t from = round * ofRound;
-    std::vector<Vec3> points(std::min<std::uint64_t>(ofRound, vertices.count - from));
-    const Status status = ReadRecords<Vec3>(vertices.points, from, std::span<Vec3>(points));
-    for (const Vec3& point : points)
-    {
-      std::uint64_t hash = 0;
-      for (const double x : placeOf(point))
-      {
-        hash = Mix(hash + 0x9e3779b97f4a7c15U + BitCast<std::uint64_t>(x + 0.0)); // no -0.0
-      }
-      out[hash % team.Count()].push_back(hash);
-    }
-    return status;
-  };
-  const auto take = [&](std::size_t, std::span<const std::uint64_t> list)
-  {
-    Status status;
-    for (std::size_t i = 0; status && i < list.size(); ++i)
-    {
-      status = hashes->Add(static_cast<std::size_t>(list[i] / team.Count() % buckets), list[i]);
-    }
-    return status;
-  };
-  Status status =
-    team.ExchangeInRounds<std::uint64_t>(RoundsOf(vertices.count, ofRound), make, take);
-  status = status ? hashes->Finish() : status;
-  std::uint64_t count = 0;
-  for (std::size_t bucket = 0; status && bucket < buckets; ++bucket)
-  {
-    // Most hashes come once: only the others are sorted.
-    RepeatedHashes repeated(hashes->Size(bucket), memory / 4);
-    status = hashes->ForEach(bucket,
-      [&](std::uint64_t hash) -> Status
-      {
-        repeated.Add(std::span(&hash, 1));
-        return {};
-      });
-    repeated.Finish();
-    NumberSet<std::uint64_t> different;
-    const auto addIfShared = [&](std::uint64_t hash) -> Status
-    {
-      if (repeated.MayRepeat(hash))
-      {
-        different.Add(hash);
-      }
-      else
-      {
-        ++count;
-      }
-      return {};
-    };
-    status = status ? hashes->ForEach(bucket, addIfShared) : status;
-    count += different.Take().size();
-  }
-  status = status ? team.Sum(std::span(&count, 1)) : status;
-  return status ? Result<std::uint64_t>(count) : status.GetError();
+  KDSTREAM_TRY(ShareWelder(team, folder, std::move(share), memory, vertices).Weld(std::move(gone)));
+  return vertices;
 }
 
 }

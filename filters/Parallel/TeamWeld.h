@@ -5,9 +5,7 @@
 #include "filters/core/Execution.h"
 #include "filters/outofcore/mesh/ExternalWeld.h"
 
-#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace kdstream
@@ -35,12 +33,5 @@ struct TeamVertices
 // MpiTeam's.
 Result<TeamVertices> WeldTogether(MpiTeam& team, SpillFolder& folder, VertexFiles share, bool weld,
   std::uint64_t memory, const Execution& execution);
-
-// Joins what is equal of all ranks' places, -0.0 and 0.0 being equal, and counts what is left: by
-// 64 bits of a hash, as CountPlacesExternally (PlaceCount.h). vertices: of this rank; allVertices:
-// of all. placeOf: the place of a point. Memory and errors: as above.
-Result<std::uint64_t> CountPlacesTogether(MpiTeam& team, SpillFolder& folder,
-  const VertexFiles& vertices, std::uint64_t allVertices,
-  const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory);
 
 }

@@ -1,0 +1,37 @@
+// Which vertices of several ranks are equal: the search of step "weld" of a parallel build.
+#pragma once
+
+#include "filters/Parallel/MpiTeam.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
+
+#include <cstdint>
+
+namespace kdstream
+{
+
+// A vertex that goes, and the lowest one that equals it.
+struct WeldedVertex
+{
+  VertexId vertex, lowest;
+};
+
+// Those that a rank has found, in no order.
+struct WeldedVertexFile
+{
+  SpillFile file; // WeldedVertex
+  std::uint64_t count = 0;
+};
+
+// Every vertex goes to the rank that the hash of its bytes tells, and there into a bucket; each
+// bucket is gone through alone. share: this rank's vertices, which have the numbers from `first`
+// on; allVertices: of all ranks. Memory: `memory` and what a round carries. Errors: InputOutput;
+// Cancelled; MpiTeam's.
+Result<WeldedVertexFile> FindEqualVertices(MpiTeam& team, SpillFolder& folder,
+  const VertexFiles& share, VertexId first, std::uint64_t allVertices, std::uint64_t memory,
+  const Execution& execution);
+
+}
