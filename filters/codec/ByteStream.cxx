@@ -13,16 +13,6 @@ namespace
 
 constexpr unsigned widest = 8;
 
-std::uint64_t Zigzag(std::uint64_t difference)
-{
-  return (difference << 1) ^ (std::uint64_t{ 0 } - (difference >> 63));
-}
-
-std::uint64_t Unzigzag(std::uint64_t value)
-{
-  return (value >> 1) ^ (std::uint64_t{ 0 } - (value & 1));
-}
-
 }
 
 std::uint32_t OrderedBits(float value)
@@ -68,7 +58,7 @@ void ByteWriter::Stream(std::span<const std::uint64_t> values, unsigned minimumW
   std::uint64_t previous = 0, all = 0;
   for (std::size_t i = 0; i < values.size(); ++i)
   {
-    coded[i] = Zigzag(values[i] - previous);
+    coded[i] = Zigzag(static_cast<std::int64_t>(values[i] - previous));
     previous = values[i];
     all |= coded[i];
   }
@@ -168,7 +158,7 @@ std::vector<std::uint64_t> ByteReader::Stream(std::size_t count, unsigned minimu
   std::uint64_t previous = 0;
   for (std::uint64_t& value : values)
   {
-    previous += Unzigzag(value);
+    previous += static_cast<std::uint64_t>(Unzigzag(value));
     value = previous;
   }
   return values;

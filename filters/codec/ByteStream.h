@@ -21,6 +21,18 @@ float FloatOfOrderedBits(std::uint32_t bits);
 std::uint64_t OrderedBits(double value);
 double DoubleOfOrderedBits(std::uint64_t bits);
 
+// Signed numbers as unsigned ones, small ones of either sign as small ones (0, -1, 1, -2 … become
+// 0, 1, 2, 3 …), and back.
+constexpr std::uint64_t Zigzag(std::int64_t number)
+{
+  const auto bits = static_cast<std::uint64_t>(number);
+  return (bits << 1) ^ (std::uint64_t{ 0 } - (bits >> 63));
+}
+constexpr std::int64_t Unzigzag(std::uint64_t number)
+{
+  return static_cast<std::int64_t>((number >> 1) ^ (std::uint64_t{ 0 } - (number & 1)));
+}
+
 class ByteWriter
 {
 public:

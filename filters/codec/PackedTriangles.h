@@ -31,8 +31,8 @@ public:
   {
   }
 
-  // The least rotation of a triangle; as numbers they need no branches to foretell. REQUIRES:
-  // corners < vertices, at most `most` triangles.
+  // The least rotation of a triangle; as numbers they need no branches that are hard to predict.
+  // REQUIRES: corners < vertices, at most `most` triangles.
   void Add(std::uint64_t a, std::uint64_t b, std::uint64_t c)
   {
     const std::uint64_t least =

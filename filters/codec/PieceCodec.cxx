@@ -1,9 +1,12 @@
 // The piece codec: see PieceCodec.h and doc/formats.md. The head in bytes, then everything as
-// symbols (PieceStreams.h).
+// symbols (PieceReader.h, PieceWriter.h).
 #include "filters/codec/PieceCodec.h"
 
 #include "filters/codec/ByteStream.h"
-#include "filters/codec/PieceStreams.h"
+#include "filters/codec/PieceContexts.h"
+#include "filters/codec/PieceReader.h"
+#include "filters/codec/PieceShape.h"
+#include "filters/codec/PieceWriter.h"
 #include "filters/codec/Seal.h"
 #include "filters/codec/SymbolCoder.h"
 
@@ -22,14 +25,14 @@ constexpr std::uint64_t mostExpansion = 128;
 // About what the piece takes in memory.
 std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 {
-  std::uint64_t bytes = 32 * std::uint64_t{ shape.Vertices() } +
-                        12 * std::uint64_t{ shape.triangles } + 4 * std::uint64_t{ shape.reach } +
-                        4 * std::uint64_t{ shape.Carriers() } * shape.depths.stitch;
+  std::uint64_t bytes =
+    32 * std::uint64_t{ shape.Vertices() } + 12 * std::uint64_t{ shape.counts.triangles } +
+    4 * std::uint64_t{ shape.reach } + 4 * std::uint64_t{ shape.Carriers() } * shape.depths.stitch;
   for (const Attribute& attribute : piece.attributes)
   {
-    bytes +=
-      std::uint64_t{ attribute.TupleSize() } *
-      (attribute.association == AttributeAssociation::Point ? shape.Vertices() : shape.triangles);
+    bytes += std::uint64_t{ attribute.TupleSize() } *
+             (attribute.association == AttributeAssociation::Point ? shape.Vertices()
+                                                                   : shape.counts.triangles);
   }
   return bytes;
 }
@@ -38,11 +41,11 @@ void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
 {
   WriteBlobHead(writer, magic);
   writer.Byte(static_cast<std::uint8_t>(piece.primitive));
-  writer.Varint(shape.own);
-  writer.Varint(shape.ghosts);
-  writer.Varint(shape.triangles);
+  writer.Varint(shape.counts.own);
+  writer.Varint(shape.counts.ghosts);
+  writer.Varint(shape.counts.triangles);
   writer.Varint(shape.steps);
-  if (shape.BelowStitch())
+  if (shape.IsBelowStitch())
   {
     writer.Varint(shape.reach);
   }
@@ -90,12 +93,12 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   }
   piece.primitive = static_cast<PrimitiveType>(primitive);
   constexpr std::size_t most = noVertex / 64; // numbers of half-edges and sizes stay small
-  shape.own = reader.Count(most);
-  shape.ghosts = reader.Count(most);
-  shape.triangles = reader.Count(most);
-  shape.steps = reader.Count(3 * shape.triangles); // each edge once
-  shape.reach = shape.BelowStitch() ? reader.Count(most) : 0;
-  piece.ownVertices = static_cast<std::uint32_t>(shape.own);
+  shape.counts.own = reader.Count(most);
+  shape.counts.ghosts = reader.Count(most);
+  shape.counts.triangles = reader.Count(most);
+  shape.steps = reader.Count(3 * shape.counts.triangles); // each edge once
+  shape.reach = shape.IsBelowStitch() ? reader.Count(most) : 0;
+  piece.ownVertices = static_cast<std::uint32_t>(shape.counts.own);
   ReadAttributeHeads(reader, piece);
   if (!reader.Failed() && DecodedBytes(piece, shape) / mostExpansion > reader.Remaining())
   {
@@ -110,7 +113,7 @@ const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const
   SymbolReader symbols(bytes, { contexts::choices, contexts::attribute + piece.attributes.size() });
   if (!symbols.Failed())
   {
-    const char* wrong = PieceStreams<SymbolReader>(symbols, piece, shape, grid).Code();
+    const char* wrong = PieceReader(symbols, piece, shape, grid).Read();
     if (!symbols.Failed())
     {
       return wrong || symbols.AtEnd() ? wrong : "bytes beyond the end";
@@ -132,12 +135,12 @@ Error Named(Error error, PieceId id)
 std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent)
 {
-  PieceShape shape{ piece.id, context.depths, piece.ownVertices, piece.GhostCount(),
-    piece.triangles.size(), 0, piece.reachNodes.size() };
+  const WalkCounts counts{ piece.ownVertices, piece.GhostCount(), piece.triangles.size() };
+  PieceShape shape{ piece.id, context.depths, counts, 0, piece.reachNodes.size() };
   SymbolWriter symbols({ contexts::choices, contexts::attribute + piece.attributes.size() });
-  PieceStreams<SymbolWriter> streams(symbols, piece, shape, context.grid);
-  (void)streams.Code();
-  shape.steps = streams.StepCount();
+  PieceWriter content(symbols, piece, shape, context.grid);
+  content.Write();
+  shape.steps = content.StepCount();
   ByteWriter writer;
   WriteHead(writer, piece, shape);
   const std::uint64_t fewest = (DecodedBytes(piece, shape) + mostExpansion - 1) / mostExpansion;

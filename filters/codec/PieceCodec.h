@@ -2,9 +2,9 @@
 // doc/formats.md.
 //
 // Triangles are coded by a walk over the surface, positions by parallelograms along it, everything
-// as symbols of an entropy coder (PieceStreams.h). Compiles to WebAssembly. The blob ends with a
-// checksum of itself (Seal.h), which the decoder checks first and does not rely on: what follows is
-// as careful with bytes that are well sealed.
+// as symbols of an entropy coder (PieceReader.h, PieceWriter.h). Compiles to WebAssembly. The blob
+// ends with a checksum of itself (Seal.h), which the decoder checks first and does not rely on:
+// what follows is as careful with bytes that are well sealed.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"

@@ -141,24 +141,16 @@ double BitsOf(const CodedSymbols& symbols, unsigned bits)
 
 }
 
-std::uint64_t SymbolWriter::Number(std::size_t context, std::uint64_t value)
+void SymbolWriter::Number(std::size_t context, std::uint64_t value)
 {
   if (value < 2)
   {
     this->Symbol(context, static_cast<unsigned>(value));
-    return value;
+    return;
   }
   const unsigned low = static_cast<unsigned>(std::bit_width(value)) - 2;
   this->Symbol(context, 2 * (low + 1) + static_cast<unsigned>(value >> low & 1));
   this->RawBits(context, value & ((std::uint64_t{ 1 } << low) - 1), low);
-  return value;
-}
-
-std::int64_t SymbolWriter::Signed(std::size_t context, std::int64_t value)
-{
-  const auto bits = static_cast<std::uint64_t>(value);
-  this->Number(context, (bits << 1) ^ (std::uint64_t{ 0 } - (bits >> 63)));
-  return value;
 }
 
 void SymbolWriter::RawBits(std::size_t context, std::uint64_t value, unsigned count)

@@ -7,8 +7,8 @@
 // bytes: half an octave of frequency a symbol. A number is a symbol for its size and raw bits for
 // the rest. The first contexts are for choices among a few: their tables are smaller.
 //
-// SymbolWriter and SymbolReader have the same methods, each of which returns what was coded, so
-// that one template describes both directions: a writer is told the value, a reader ignores it.
+// What a SymbolWriter is told by a method of a name, a SymbolReader gives by the method of that
+// name, in the same order and under the same contexts.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -47,9 +47,6 @@ struct SymbolContexts
 class SymbolWriter
 {
 public:
-  static constexpr bool reading = false;
-  using Cursor = SymbolWriter&;
-
   explicit SymbolWriter(const SymbolContexts& contexts)
     : Contexts(contexts)
     , Raws(contexts.all, 0)
@@ -57,24 +54,16 @@ public:
   }
 
   // REQUIRES: context < choices, symbol < symbolCount.
-  unsigned Choice(std::size_t context, unsigned symbol) { return this->Symbol(context, symbol); }
+  void Choice(std::size_t context, unsigned symbol) { this->Symbol(context, symbol); }
   // The same under a context of numbers. These come before all else, whenever they are told.
-  unsigned Pair(std::size_t context, unsigned symbol)
+  void Pair(std::size_t context, unsigned symbol)
   {
     this->Pairs.push_back(static_cast<std::uint32_t>(context << 8 | symbol));
-    return symbol;
   }
   // Any number: smaller ones take fewer bits. REQUIRES: choices <= context < all.
-  std::uint64_t Number(std::size_t context, std::uint64_t value);
-  // REQUIRES: value < 2^48.
-  std::uint64_t Small(std::size_t context, std::uint64_t value)
-  {
-    return this->Number(context, value);
-  }
+  void Number(std::size_t context, std::uint64_t value);
   // Numbers near 0 of either sign, modulo 2^64.
-  std::int64_t Signed(std::size_t context, std::int64_t value);
-  bool Failed() const { return false; }
-  void Continue(const SymbolWriter&) {}
+  void Signed(std::size_t context, std::int64_t value) { this->Number(context, Zigzag(value)); }
 
   // Bytes: the tables and raw bits, zeros behind them until all is at least `fewestBytes`, then the
   // words. REQUIRES: called once. bitsOfContexts: gets the bits that each context took, its table
@@ -83,10 +72,9 @@ public:
     ByteWriter& writer, std::size_t fewestBytes, std::vector<double>* bitsOfContexts = nullptr);
 
 private:
-  unsigned Symbol(std::size_t context, unsigned symbol)
+  void Symbol(std::size_t context, unsigned symbol)
   {
     this->Symbols.push_back(static_cast<std::uint32_t>(context << 8 | symbol));
-    return symbol;
   }
   void RawBits(std::size_t context, std::uint64_t value, unsigned count);
 
@@ -98,33 +86,30 @@ private:
   std::vector<std::uint64_t> Raws;
 };
 
-// Where a reader is: a few numbers, which a loop copies to have them at hand (Cursor, Continue).
+// Where a reader is. A loop reads from a copy of its own, which compilers keep in registers, and
+// hands it back at the end (SymbolReader::Continue).
 class SymbolCursor
 {
 public:
-  static constexpr bool reading = true;
-
-  // What is past the end reads as anything, and the cursor is Failed.
+  // What is read past the end may be anything, and the cursor is Failed.
   bool Failed() const { return this->Failure; }
 
-  KDSTREAM_IN_LOOPS unsigned Choice(std::size_t context, unsigned = 0)
+  KDSTREAM_IN_LOOPS unsigned Choice(std::size_t context)
   {
     return this->Symbol(context, choiceBits);
   }
-  KDSTREAM_IN_LOOPS unsigned Pair(std::size_t context, unsigned = 0)
-  {
-    return this->Symbol(context, numberBits);
-  }
-  KDSTREAM_IN_LOOPS std::uint64_t Number(std::size_t context, std::uint64_t = 0)
+  KDSTREAM_IN_LOOPS unsigned Pair(std::size_t context) { return this->Symbol(context, numberBits); }
+  KDSTREAM_IN_LOOPS std::uint64_t Number(std::size_t context)
   {
     return this->NumberUnder(this->TableFor(context));
   }
-  // A number below 2^48; of a greater one the cursor is Failed. For loops: nothing is called, and
-  // they may look up tables themselves.
-  KDSTREAM_IN_LOOPS std::uint64_t Small(std::size_t context, std::uint64_t = 0)
+  // The same for a number below 2^48: faster, as nothing is called. If it is greater, the cursor is
+  // Failed.
+  KDSTREAM_IN_LOOPS std::uint64_t Small(std::size_t context)
   {
     return this->SmallUnder(this->TableFor(context));
   }
+  // A loop may look up a context's table once, and read under the table.
   KDSTREAM_IN_LOOPS const std::uint32_t* TableFor(std::size_t context) const
   {
     return this->Slots + this->TableOf[context];
@@ -148,10 +133,9 @@ public:
     }
     return high << low | this->FewRawBits(low);
   }
-  KDSTREAM_IN_LOOPS std::int64_t Signed(std::size_t context, std::int64_t = 0)
+  KDSTREAM_IN_LOOPS std::int64_t Signed(std::size_t context)
   {
-    const std::uint64_t value = this->Number(context);
-    return static_cast<std::int64_t>((value >> 1) ^ (std::uint64_t{ 0 } - (value & 1)));
+    return Unzigzag(this->Number(context));
   }
 
 protected:
@@ -184,7 +168,7 @@ protected:
     const std::uint32_t state = this->Now;
     const std::uint32_t entry = table[state & ((1U << bits) - 1)];
     std::uint32_t next = (entry >> 17) * (state >> bits) + (entry >> 7 & 1023);
-    // Without a branch, which would often be foretold wrongly.
+    // Without a branch, which processors would often predict wrongly.
     const std::uint32_t more = next < 1U << 16 ? 16 : 0;
     next = next << more | (Load16(this->Word) & ((0U - more) >> 16));
     this->Word += more / 8;
@@ -232,13 +216,11 @@ protected:
 class SymbolReader : public SymbolCursor
 {
 public:
-  using Cursor = SymbolCursor;
-
   // Reads the tables. Takes up to 4 KiB a table that is there: at most 256 bytes for a bit of the
   // input. REQUIRES: 8 bytes can be read behind `bytes`, whatever they are: a blob's checksum.
   SymbolReader(std::span<const std::uint8_t> bytes, const SymbolContexts& contexts);
 
-  // From where a copy has come to.
+  // Goes on from where a copy has come to.
   void Continue(const SymbolCursor& cursor) { static_cast<SymbolCursor&>(*this) = cursor; }
   // Whether all bytes were used and the coder is in the state that it starts from: REQUIRES that
   // everything was read.

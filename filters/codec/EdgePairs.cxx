@@ -1,10 +1,17 @@
+#include "filters/codec/EdgePairs.h"
+
 #include "filters/codec/TriangleWalk.h"
+
+#include <algorithm>
 
 namespace kdstream
 {
 
-// Edge by edge of the mesh, ordered by their lower vertex: the half-edges of one lie together then,
-// and which of them wait for a partner is kept at their higher vertex.
+// 1. Sort the half-edges by the lower vertex of each: those between the same two vertices are then
+//    near each other.
+// 2. Go through the half-edges of each lower vertex. One that finds no partner waits, in a list
+// that
+//    belongs to its higher vertex; one that runs the other way takes the first from that list.
 std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::size_t vertices)
 {
   constexpr std::uint32_t none = noVertex;
@@ -41,7 +48,8 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
       sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };
     });
 
-  // Of each higher vertex: those that wait, all in one direction, in the order of their numbers.
+  // For each higher vertex, the list of those that wait, in the order of their numbers. All of a
+  // list run in one direction.
   std::vector<std::uint32_t> first(vertices, none), last(vertices), next(sorted.size());
   for (std::size_t v = 0; v < vertices; ++v)
   {

@@ -1,5 +1,7 @@
-#include "filters/codec/PositionStream.h"
+#include "filters/codec/PositionWriter.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 
 namespace kdstream
@@ -7,18 +9,18 @@ namespace kdstream
 namespace
 {
 
-// Bits of the differences by table, in sixteenths of a bit: what is raw, and the symbols' entropy.
+// About how many bits the differences take, in sixteenths of a bit: the raw ones, and the entropy
+// of the symbols.
 class CostOfTables
 {
 public:
   void Add(std::size_t axis, std::int64_t difference)
   {
-    const auto bits = static_cast<std::uint64_t>(difference);
-    const std::uint64_t value = (bits << 1) ^ (std::uint64_t{ 0 } - (bits >> 63));
-    const auto size = static_cast<std::size_t>(std::bit_width(value));
+    const auto size = static_cast<std::size_t>(std::bit_width(Zigzag(difference)));
     this->Raw += 16 * (size > 1 ? size - 1 : 0);
     ++this->Sizes[axis][size];
   }
+  // All axes under one table.
   std::uint64_t Shared() const
   {
     std::array<std::uint64_t, 65> all{};
@@ -28,7 +30,7 @@ public:
     }
     return this->Raw + Entropy(all);
   }
-  // every: of so many differences one was added.
+  // Each axis under a table of its own. every: one of so many differences was added.
   std::uint64_t Apart(std::uint64_t every) const
   {
     const std::uint64_t twoTables = 16 * 2 * 80 / every;
@@ -37,7 +39,7 @@ public:
   }
 
 private:
-  // Sixteenths of log2, linear between powers of two: no two machines must differ.
+  // log2 in sixteenths, linear between powers of two: in integers, so that all machines agree.
   static std::uint64_t Log(std::uint64_t value)
   {
     const unsigned low = static_cast<unsigned>(std::bit_width(value)) - 1;
@@ -61,8 +63,7 @@ private:
   std::uint64_t Raw = 0;
 };
 
-}
-
+// Tries each reach on some of the vertices and takes the cheapest mode.
 template <class Predictor>
 PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const WalkVertex> vertices,
   const typename Predictor::Point* points)
@@ -80,10 +81,10 @@ PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const Walk
     {
       if (vertices[v].guided != 0)
       {
-        const auto foretold = Foretold(predictor, vertices, v, points);
+        const auto predicted = Predicted(predictor, vertices, v, points);
         for (std::size_t k = 0; k < 3; ++k)
         {
-          cost.Add(k, predictor.DifferenceOf(points[v], foretold, k));
+          cost.Add(k, predictor.DifferenceOf(points[v], predicted, k));
         }
       }
     }
@@ -97,9 +98,30 @@ PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const Walk
   return best;
 }
 
-template PositionMode ChoosePositionMode<GridPredictor>(
-  const CoordinateGrid&, std::span<const WalkVertex>, const GridPredictor::Point*);
-template PositionMode ChoosePositionMode<ExactPredictor>(
-  const CoordinateGrid&, std::span<const WalkVertex>, const ExactPredictor::Point*);
+}
+
+template <class Predictor>
+void WritePositions(SymbolWriter& symbols, const CoordinateGrid& grid,
+  std::span<const WalkVertex> vertices, const typename Predictor::Point* points)
+{
+  const PositionMode mode = ChoosePositionMode<Predictor>(grid, vertices, points);
+  symbols.Number(contexts::single, mode.reach);
+  symbols.Number(contexts::single, mode.tableAnAxis);
+  const Predictor predictor(grid, mode.reach);
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+  {
+    const auto predicted = Predicted(predictor, vertices, v, points);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      symbols.Signed(PositionContext(mode, vertices[v].guided != 0, k),
+        predictor.DifferenceOf(points[v], predicted, k));
+    }
+  }
+}
+
+template void WritePositions<GridPredictor>(
+  SymbolWriter&, const CoordinateGrid&, std::span<const WalkVertex>, const GridPredictor::Point*);
+template void WritePositions<ExactPredictor>(
+  SymbolWriter&, const CoordinateGrid&, std::span<const WalkVertex>, const ExactPredictor::Point*);
 
 }

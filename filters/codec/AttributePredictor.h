@@ -1,0 +1,96 @@
+// Predicts an attribute's values one after the other; what is coded is the difference. Layout:
+// doc/formats.md, "Attributes".
+#pragma once
+
+#include "filters/codec/TriangleWalk.h"
+#include "filters/core/Attribute.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// The components of one type as unsigned integers in the order of their values, and back: the sign
+// bit is turned over, or all bits of a negative float.
+class ComponentOrder
+{
+public:
+  explicit ComponentOrder(AttributeType type)
+    : IsFloat(type >= AttributeType::Float32)
+    , Sign(std::uint64_t{ 1 } << (8 * SizeOf(type) - 1))
+  {
+    const bool isUnsigned = !this->IsFloat && static_cast<unsigned>(type) % 2 == 1;
+    this->Turned = isUnsigned ? 0 : this->Sign;
+  }
+
+  std::uint64_t Ordered(std::uint64_t bits) const
+  {
+    const bool isNegativeFloat = this->IsFloat && (bits & this->Sign) != 0;
+    return bits ^ (isNegativeFloat ? this->AllBits() : this->Turned);
+  }
+  std::uint64_t BitsOf(std::uint64_t ordered) const
+  {
+    const bool isNegativeFloat = this->IsFloat && (ordered & this->Sign) == 0;
+    return ordered ^ (isNegativeFloat ? this->AllBits() : this->Turned);
+  }
+
+private:
+  std::uint64_t AllBits() const { return this->Sign | (this->Sign - 1); }
+
+  bool IsFloat;
+  std::uint64_t Sign, Turned;
+};
+
+// Predicts components, as ordered integers, from those before. Of vertices, in the order of the
+// walk: the mean of what the gate's start and end have. Of triangles, in the order of the piece:
+// what the triangle before has.
+class AttributePredictor
+{
+public:
+  // walk: of an attribute of vertices; else empty.
+  AttributePredictor(
+    const AttributeInfo& attribute, std::size_t tuples, std::span<const WalkVertex> walk)
+    : Components(attribute.components)
+    , UnusedBits(static_cast<unsigned>(64 - 8 * SizeOf(attribute.type)))
+    , Walk(walk)
+    , Known(tuples * attribute.components)
+  {
+  }
+
+  // REQUIRES: all tuples before are set.
+  std::uint64_t Predict(std::size_t tuple, std::size_t component) const
+  {
+    const std::size_t before = tuple > 0 ? tuple - 1 : 0;
+    const std::size_t first = this->Walk.empty() ? before : this->Walk[tuple].gate[0];
+    const std::size_t second = this->Walk.empty() ? before : this->Walk[tuple].gate[1];
+    const std::uint64_t a = this->Known[first * this->Components + component];
+    const std::uint64_t b = this->Known[second * this->Components + component];
+    return (a & b) + ((a ^ b) >> 1); // the mean, rounded down: a + b may have a bit too many
+  }
+  void Set(std::size_t tuple, std::size_t component, std::uint64_t value)
+  {
+    this->Known[tuple * this->Components + component] = value;
+  }
+
+  // The difference to a prediction within the type's width, sign and all; and back.
+  std::int64_t Difference(std::uint64_t value, std::uint64_t predicted) const
+  {
+    return static_cast<std::int64_t>((value - predicted) << this->UnusedBits) >> this->UnusedBits;
+  }
+  std::uint64_t Sum(std::uint64_t predicted, std::int64_t difference) const
+  {
+    const std::uint64_t sum = predicted + static_cast<std::uint64_t>(difference);
+    return sum << this->UnusedBits >> this->UnusedBits;
+  }
+
+private:
+  std::size_t Components;
+  unsigned UnusedBits; // of 64, those that the type does not have
+  std::span<const WalkVertex> Walk;
+  std::vector<std::uint64_t> Known;
+};
+
+}

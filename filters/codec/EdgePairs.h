@@ -1,0 +1,30 @@
+// Which edges of a piece's triangles lie on both sides of one edge of the mesh: what the walk
+// crosses (TriangleWalk.h).
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Half-edge k of triangle t runs from its corner k to the next one, and has the number 4 t + k.
+constexpr std::uint32_t NextHalfEdge(std::uint32_t halfEdge)
+{
+  return (halfEdge & 3) == 2 ? halfEdge - 2 : halfEdge + 1;
+}
+inline VertexId StartOfHalfEdge(std::span<const Triangle> triangles, std::uint32_t halfEdge)
+{
+  return triangles[halfEdge / 4][halfEdge & 3];
+}
+
+// Pairs each half-edge, in the order of their numbers, with the first unpaired one that runs the
+// other way. Gives that one's number for each, or noVertex. Degenerate triangles have no pairs.
+// O(triangles + vertices).
+std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::size_t vertices);
+
+}

@@ -1,0 +1,299 @@
+#include "filters/codec/PieceReader.h"
+
+#include "filters/codec/AttributePredictor.h"
+#include "filters/codec/ByteStream.h"
+#include "filters/codec/NumberingReader.h"
+#include "filters/codec/PackedTriangles.h"
+#include "filters/codec/PieceContexts.h"
+#include "filters/codec/PositionReader.h"
+#include "filters/codec/Sorting.h"
+#include "filters/core/SortTriangles.h"
+
+#include <array>
+#include <functional>
+#include <memory>
+
+namespace kdstream
+{
+
+const char* PieceReader::Read()
+{
+  if (!this->Walk.Read(this->Symbols, this->Shape.steps))
+  {
+    return "triangles out of range";
+  }
+  if (!(this->Grid.Lossless() ? this->ReadVertices<ExactPredictor>()
+                              : this->ReadVertices<GridPredictor>()))
+  {
+    return "vertices out of range";
+  }
+  this->PlaceTriangles();
+  if (!this->ReadOwnKeys() || !this->ReadDeviations() || !this->ReadAncestors() ||
+      !this->ReadReach())
+  {
+    return "keys out of range";
+  }
+  for (std::size_t i = 0; i < this->Content.attributes.size(); ++i)
+  {
+    this->ReadAttribute(i);
+  }
+  return nullptr;
+}
+
+// Where the vertices are, and which numbers they have.
+template <class Predictor>
+bool PieceReader::ReadVertices()
+{
+  const std::size_t count = this->Shape.Vertices();
+  const std::unique_ptr<typename Predictor::Point[]> points(new typename Predictor::Point[count]);
+  this->Numbers.resize(count);
+  this->Content.keys.resize(count);
+  if (!this->ReadPoints<Predictor>(points.get()) ||
+      !ReadGhosts(this->Symbols, this->Walk.Vertices(), this->Shape.counts.own, this->Content.keys,
+        this->Numbers))
+  {
+    return false;
+  }
+  this->Content.positions.resize(count);
+  for (std::size_t v = 0; v < count; ++v)
+  {
+    this->Content.positions[this->Numbers[v]] = Predictor::PositionOf(points[v], this->Grid);
+  }
+  return true;
+}
+
+// The points of all vertices, and the numbers of own ones. One loop adds a vertex's difference to
+// its prediction and reads its group: each of the two waits for what came before, but not for the
+// other.
+template <class Predictor>
+bool PieceReader::ReadPoints(typename Predictor::Point* points)
+{
+  using Point = typename Predictor::Point;
+  using Differences = typename Predictor::Differences;
+  const std::span<const WalkVertex> vertices = this->Walk.Vertices();
+  PositionMode mode;
+  if (!ReadPositionMode(this->Symbols, mode))
+  {
+    return false;
+  }
+  const std::unique_ptr<Differences[]> differences(new Differences[vertices.size()]);
+  if (!ReadDifferences<Predictor>(this->Symbols, mode, vertices, differences.get()))
+  {
+    return false;
+  }
+  const Predictor predictor(this->Grid, mode.reach);
+  GroupReader groups(this->Symbols, vertices, this->Shape.counts.own);
+  Point outside{};
+  bool good = true;
+  for (std::size_t v = 0; v < vertices.size() && good; ++v)
+  {
+    points[v] = predictor.At(Predicted(predictor, vertices, v, points), differences[v]);
+    predictor.Check(points[v], outside);
+    good = vertices[v].own == 0 || groups.Read(v);
+  }
+  this->Symbols.Continue(groups.Position());
+  if (!good || predictor.IsAny(outside))
+  {
+    return false;
+  }
+  NumberByGroup(
+    groups.All(), this->Shape.counts.own,
+    [=](std::uint32_t v) { return Predictor::SortKeyOf(points[v]); },
+    [=](std::uint32_t v, std::uint32_t w)
+    {
+      const auto at = [=](std::uint32_t u) {
+        return std::array{ points[u][0], points[u][1], points[u][2] };
+      };
+      return at(v) != at(w) ? at(v) < at(w) : v < w;
+    },
+    this->Numbers);
+  return true;
+}
+
+// The walk's triangles in the piece's numbers, sorted.
+void PieceReader::PlaceTriangles()
+{
+  auto& triangles = this->Content.triangles;
+  const std::span<const Triangle> walked = this->Walk.Triangles();
+  const VertexId* numbers = this->Numbers.data();
+  triangles.resize(walked.size());
+  if (this->Shape.Vertices() <= std::size_t{ 1 } << PackedTriangles::bits)
+  {
+    PackedTriangles packed(walked.size(), this->Shape.Vertices());
+    for (const auto& [a, b, c] : walked)
+    {
+      packed.Add(numbers[a], numbers[b], numbers[c]);
+    }
+    packed.Sort(triangles);
+    return;
+  }
+  for (std::size_t t = 0; t < walked.size(); ++t)
+  {
+    const auto& [a, b, c] = walked[t];
+    triangles[t] = RotateLowestFirst({ numbers[a], numbers[b], numbers[c] });
+  }
+  std::vector<Triangle> other;
+  SortByMerging(triangles, other, std::less<>());
+}
+
+// Numbers of 0 … most, each told as the difference to the one before. False: one is greater.
+bool PieceReader::ReadArray(
+  std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most)
+{
+  std::uint64_t last = 0;
+  for (std::uint64_t& value : values)
+  {
+    last += static_cast<std::uint64_t>(this->Symbols.Signed(context));
+    if (last > most)
+    {
+      return false;
+    }
+    value = last;
+  }
+  return true;
+}
+
+// Original: nothing is told, they are the partition's from 0 on. Below S: the first is told, the
+// others follow it. Else each: the first vertex of its cluster's interval.
+bool PieceReader::ReadOwnKeys()
+{
+  const std::size_t own = this->Shape.counts.own;
+  VertexKey* keys = this->Content.keys.data();
+  if (this->Shape.IsBelowStitch() || this->Shape.IsOriginal())
+  {
+    const VertexKey first =
+      this->Shape.IsOriginal()
+        ? MakeKey(this->Shape.id.node - (NodeId{ 1 } << this->Shape.depths.partition), 0)
+        : this->Symbols.Number(contexts::single);
+    for (std::size_t v = 0; v < own; ++v)
+    {
+      keys[v] = first + v;
+    }
+    return first >> 32 == 0 || this->Shape.IsOriginal();
+  }
+  std::vector<std::uint64_t> partitions(own), indices(own);
+  if (!this->ReadArray(contexts::ownPartition, partitions, noVertex) ||
+      !this->ReadArray(contexts::ownIndex, indices, noVertex))
+  {
+    return false;
+  }
+  for (std::size_t v = 0; v < own; ++v)
+  {
+    keys[v] =
+      MakeKey(static_cast<std::uint32_t>(partitions[v]), static_cast<std::uint32_t>(indices[v]));
+  }
+  return true;
+}
+
+bool PieceReader::ReadDeviations()
+{
+  if (this->Shape.IsOriginal())
+  {
+    return true;
+  }
+  const std::uint64_t shift = this->Symbols.Number(contexts::single);
+  if (shift > mostDeviationShift)
+  {
+    return false;
+  }
+  std::vector<std::uint64_t> bits(this->Shape.counts.own);
+  if (!this->ReadArray(contexts::deviation, bits, mostDeviationBits >> shift))
+  {
+    return false;
+  }
+  this->Content.deviations.resize(bits.size());
+  for (std::size_t v = 0; v < bits.size(); ++v)
+  {
+    const float deviation = FloatOfOrderedBits(static_cast<std::uint32_t>(bits[v] << shift));
+    if (!(deviation >= 0))
+    {
+      return false;
+    }
+    this->Content.deviations[v] = deviation;
+  }
+  return true;
+}
+
+// For each vertex that carries them a row of S ranks, coarse to fine: how many of the finest differ
+// from the row before, and by what.
+bool PieceReader::ReadAncestors()
+{
+  const std::size_t stitch = this->Shape.depths.stitch, rows = this->Shape.Carriers();
+  this->Content.ancestors.resize(rows * stitch);
+  std::vector<std::uint64_t> ranks(stitch);
+  for (std::size_t row = 0; stitch > 0 && row < rows; ++row)
+  {
+    const std::uint64_t differ = this->Symbols.Number(contexts::ancestorDepth);
+    if (differ > stitch)
+    {
+      return false;
+    }
+    for (std::size_t d = stitch - static_cast<std::size_t>(differ); d < stitch; ++d)
+    {
+      ranks[d] += static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
+      if (ranks[d] >= noVertex)
+      {
+        return false;
+      }
+    }
+    for (std::size_t d = 0; d < stitch; ++d)
+    {
+      this->Content.ancestors[row * stitch + d] = static_cast<std::uint32_t>(ranks[d]);
+    }
+  }
+  return true;
+}
+
+bool PieceReader::ReadReach()
+{
+  if (!this->Shape.IsBelowStitch())
+  {
+    return true;
+  }
+  std::vector<std::uint64_t> ends(this->Shape.counts.own), nodes(this->Shape.reach);
+  if (!this->ReadArray(contexts::reachEnd, ends, noVertex) ||
+      !this->ReadArray(contexts::reachNode, nodes, noVertex))
+  {
+    return false;
+  }
+  this->Content.reachBegin.resize(ends.size() + 1);
+  this->Content.reachNodes.resize(nodes.size());
+  for (std::size_t v = 0; v < ends.size(); ++v)
+  {
+    this->Content.reachBegin[v + 1] = static_cast<std::uint32_t>(ends[v]);
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+  {
+    this->Content.reachNodes[i] = static_cast<NodeId>(nodes[i]);
+  }
+  return true;
+}
+
+void PieceReader::ReadAttribute(std::size_t number)
+{
+  Attribute& attribute = this->Content.attributes[number];
+  const bool ofVertices = attribute.association == AttributeAssociation::Point;
+  const std::size_t tuples = ofVertices ? this->Shape.Vertices() : this->Shape.counts.triangles;
+  const std::size_t size = SizeOf(attribute.type), tupleSize = attribute.TupleSize();
+  const ComponentOrder order(attribute.type);
+  AttributePredictor predictor(
+    attribute, tuples, ofVertices ? this->Walk.Vertices() : std::span<const WalkVertex>());
+  attribute.values.resize(tuples * tupleSize);
+  for (std::size_t t = 0; t < tuples; ++t)
+  {
+    std::uint8_t* to = attribute.values.data() + (ofVertices ? this->Numbers[t] : t) * tupleSize;
+    for (std::size_t c = 0; c < attribute.components; ++c)
+    {
+      const std::int64_t difference = this->Symbols.Signed(contexts::attribute + number);
+      const std::uint64_t value = predictor.Sum(predictor.Predict(t, c), difference);
+      predictor.Set(t, c, value);
+      const std::uint64_t bits = order.BitsOf(value);
+      for (std::size_t i = 0; i < size; ++i)
+      {
+        *to++ = static_cast<std::uint8_t>(bits >> (8 * i));
+      }
+    }
+  }
+}
+
+}

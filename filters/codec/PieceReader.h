@@ -1,0 +1,56 @@
+// Reads a piece's content from symbols, in the order of the format: doc/formats.md, "A piece".
+#pragma once
+
+#include "filters/codec/CoordinateGrid.h"
+#include "filters/codec/PieceShape.h"
+#include "filters/codec/SymbolCoder.h"
+#include "filters/codec/WalkReader.h"
+#include "filters/core/pieces/Piece.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+class PieceReader
+{
+public:
+  // piece: has its id and primitive, and its attributes but for their values. All arguments must
+  // live as long as the reader.
+  PieceReader(
+    SymbolReader& symbols, Piece& piece, const PieceShape& shape, const CoordinateGrid& grid)
+    : Symbols(symbols)
+    , Content(piece)
+    , Shape(shape)
+    , Grid(grid)
+    , Walk(shape.counts)
+  {
+  }
+
+  // Once. Null, or what is wrong with the symbols: not all that CheckPiece looks for.
+  const char* Read();
+
+private:
+  template <class Predictor>
+  bool ReadVertices();
+  template <class Predictor>
+  bool ReadPoints(typename Predictor::Point* points);
+  void PlaceTriangles();
+  bool ReadArray(std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most);
+  bool ReadOwnKeys();
+  bool ReadDeviations();
+  bool ReadAncestors();
+  bool ReadReach();
+  void ReadAttribute(std::size_t number);
+
+  SymbolReader& Symbols;
+  Piece& Content;
+  const PieceShape& Shape;
+  const CoordinateGrid& Grid;
+  WalkReader Walk;
+  std::vector<VertexId> Numbers; // the piece's, of each vertex of the walk
+};
+
+}

@@ -1,0 +1,173 @@
+#include "filters/codec/PieceWriter.h"
+
+#include "filters/codec/AttributePredictor.h"
+#include "filters/codec/ByteStream.h"
+#include "filters/codec/NumberingWriter.h"
+#include "filters/codec/PieceContexts.h"
+#include "filters/codec/PositionWriter.h"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+namespace kdstream
+{
+
+void PieceWriter::Write()
+{
+  this->Walk.Write(this->Symbols);
+  if (this->Grid.Lossless())
+  {
+    this->WriteVertices<ExactPredictor>();
+  }
+  else
+  {
+    this->WriteVertices<GridPredictor>();
+  }
+  this->WriteOwnKeys();
+  this->WriteDeviations();
+  this->WriteAncestors();
+  this->WriteReach();
+  for (std::size_t i = 0; i < this->Content.attributes.size(); ++i)
+  {
+    this->WriteAttribute(i);
+  }
+}
+
+// Where the vertices are, and which numbers they have.
+template <class Predictor>
+void PieceWriter::WriteVertices()
+{
+  const std::span<const WalkVertex> vertices = this->Walk.Vertices();
+  const std::vector<VertexId>& numbers = this->Walk.Numbers();
+  const std::unique_ptr<typename Predictor::Point[]> points(
+    new typename Predictor::Point[vertices.size()]);
+  std::vector<Vec3> coordinates(vertices.size()); // of the points, as numbers that can be compared
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+  {
+    const auto point = Predictor::PointOf(this->Content.positions[numbers[v]], this->Grid);
+    points[v] = point;
+    coordinates[v] = { double(point[0]), double(point[1]), double(point[2]) };
+  }
+  WritePositions<Predictor>(this->Symbols, this->Grid, vertices, points.get());
+  WriteGroups(this->Symbols, vertices, coordinates, numbers, this->Shape.counts.own);
+  WriteGhosts(this->Symbols, vertices, this->Content.keys, numbers);
+}
+
+// Each as the difference to the one before.
+void PieceWriter::WriteArray(std::size_t context, const std::vector<std::uint64_t>& values)
+{
+  std::uint64_t last = 0;
+  for (const std::uint64_t value : values)
+  {
+    this->Symbols.Signed(context, static_cast<std::int64_t>(value - last));
+    last = value;
+  }
+}
+
+// Original: nothing, they are the partition's from 0 on. Below S: the first, the others follow it.
+// Else each: the first vertex of its cluster's interval.
+void PieceWriter::WriteOwnKeys()
+{
+  const std::size_t own = this->Shape.counts.own;
+  if (this->Shape.IsOriginal())
+  {
+    return;
+  }
+  if (this->Shape.IsBelowStitch())
+  {
+    this->Symbols.Number(contexts::single, own == 0 ? 0 : this->Content.keys[0]);
+    return;
+  }
+  std::vector<std::uint64_t> partitions(own), indices(own);
+  for (std::size_t v = 0; v < own; ++v)
+  {
+    partitions[v] = PartitionOfKey(this->Content.keys[v]);
+    indices[v] = IndexOfKey(this->Content.keys[v]);
+  }
+  this->WriteArray(contexts::ownPartition, partitions);
+  this->WriteArray(contexts::ownIndex, indices);
+}
+
+void PieceWriter::WriteDeviations()
+{
+  if (this->Shape.IsOriginal())
+  {
+    return;
+  }
+  unsigned shift = mostDeviationShift;
+  for (const float deviation : this->Content.deviations)
+  {
+    shift =
+      std::min(shift, static_cast<unsigned>(std::countr_zero(OrderedBits(deviation) | 1U << 31)));
+  }
+  this->Symbols.Number(contexts::single, shift);
+  std::vector<std::uint64_t> bits(this->Shape.counts.own);
+  for (std::size_t v = 0; v < bits.size(); ++v)
+  {
+    bits[v] = OrderedBits(this->Content.deviations[v]) >> shift;
+  }
+  this->WriteArray(contexts::deviation, bits);
+}
+
+// For each vertex that carries them a row of S ranks, coarse to fine: how many of the finest differ
+// from the row before, and by what.
+void PieceWriter::WriteAncestors()
+{
+  const std::size_t stitch = this->Shape.depths.stitch, rows = this->Shape.Carriers();
+  const std::vector<std::uint32_t> zeros(stitch);
+  const std::uint32_t* before = zeros.data();
+  for (std::size_t row = 0; stitch > 0 && row < rows; ++row)
+  {
+    const std::uint32_t* ranks = this->Content.ancestors.data() + row * stitch;
+    const auto same =
+      static_cast<std::size_t>(std::mismatch(ranks, ranks + stitch, before).first - ranks);
+    this->Symbols.Number(contexts::ancestorDepth, stitch - same);
+    for (std::size_t d = same; d < stitch; ++d)
+    {
+      this->Symbols.Signed(contexts::ancestor, std::int64_t{ ranks[d] } - before[d]);
+    }
+    before = ranks;
+  }
+}
+
+void PieceWriter::WriteReach()
+{
+  if (this->Shape.IsBelowStitch())
+  {
+    const auto& begin = this->Content.reachBegin;
+    const auto& nodes = this->Content.reachNodes;
+    this->WriteArray(contexts::reachEnd, { begin.begin() + 1, begin.end() });
+    this->WriteArray(contexts::reachNode, { nodes.begin(), nodes.end() });
+  }
+}
+
+void PieceWriter::WriteAttribute(std::size_t number)
+{
+  const Attribute& attribute = this->Content.attributes[number];
+  const bool ofVertices = attribute.association == AttributeAssociation::Point;
+  const std::size_t tuples = ofVertices ? this->Shape.Vertices() : this->Shape.counts.triangles;
+  const std::size_t size = SizeOf(attribute.type), tupleSize = attribute.TupleSize();
+  const ComponentOrder order(attribute.type);
+  AttributePredictor predictor(
+    attribute, tuples, ofVertices ? this->Walk.Vertices() : std::span<const WalkVertex>());
+  for (std::size_t t = 0; t < tuples; ++t)
+  {
+    const std::size_t tuple = ofVertices ? this->Walk.Numbers()[t] : t;
+    const std::uint8_t* from = attribute.values.data() + tuple * tupleSize;
+    for (std::size_t c = 0; c < attribute.components; ++c)
+    {
+      std::uint64_t bits = 0;
+      for (std::size_t i = 0; i < size; ++i)
+      {
+        bits |= std::uint64_t{ *from++ } << (8 * i);
+      }
+      const std::uint64_t value = order.Ordered(bits);
+      this->Symbols.Signed(
+        contexts::attribute + number, predictor.Difference(value, predictor.Predict(t, c)));
+      predictor.Set(t, c, value);
+    }
+  }
+}
+
+}

@@ -1,0 +1,57 @@
+// Reads the differences from which a predictor makes the positions of a piece's vertices.
+#pragma once
+
+#include "filters/codec/PieceContexts.h"
+#include "filters/codec/PositionPredictor.h"
+#include "filters/codec/SymbolCoder.h"
+#include "filters/codec/TriangleWalk.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+namespace kdstream
+{
+
+// False: what is read is no mode.
+inline bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
+{
+  mode.reach = static_cast<unsigned>(symbols.Number(contexts::single));
+  mode.tableAnAxis = symbols.Number(contexts::single) != 0;
+  return mode.reach <= mostReach;
+}
+
+// The differences of all vertices, before the first position is predicted: so the symbols of one
+// vertex do not wait for the position of another. False: one has too many bits.
+template <class Predictor>
+bool ReadDifferences(SymbolReader& symbols, const PositionMode& mode,
+  std::span<const WalkVertex> vertices, typename Predictor::Differences* differences)
+{
+  std::array<const std::uint32_t*, 6> tables; // three of a vertex that is not guided, three of one
+  for (std::size_t i = 0; i < tables.size(); ++i)
+  {
+    tables[i] = symbols.TableFor(PositionContext(mode, i > 2, i % 3));
+  }
+  SymbolCursor cursor = symbols;
+  std::uint64_t allBits = 0;
+  for (const WalkVertex& vertex : vertices)
+  {
+    typename Predictor::Differences difference{};
+    const std::uint32_t* const* table = tables.data() + 3 * vertex.guided;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const std::uint64_t number =
+        Predictor::differenceBits > 48 ? cursor.NumberUnder(table[k]) : cursor.SmallUnder(table[k]);
+      allBits |= number;
+      difference[k] =
+        static_cast<std::remove_reference_t<decltype(difference[k])>>(Unzigzag(number));
+    }
+    *differences++ = difference;
+  }
+  symbols.Continue(cursor);
+  return Predictor::differenceBits == 64 || allBits >> (Predictor::differenceBits % 64) == 0;
+}
+
+}

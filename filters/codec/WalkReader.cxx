@@ -1,0 +1,186 @@
+#include "filters/codec/WalkReader.h"
+
+#include "filters/codec/PieceContexts.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+// All steps, and None behind them. They come two to a symbol; behind an odd last one comes 0. Empty
+// if it is not so.
+std::vector<WalkStep> ReadSteps(SymbolReader& symbols, std::size_t count)
+{
+  std::vector<WalkStep> steps(count + 2);
+  SymbolCursor cursor = symbols;
+  for (std::size_t i = 0; i < count; i += 2)
+  {
+    const unsigned pair = cursor.Pair(contexts::steps);
+    steps[i] = static_cast<WalkStep>(pair / 8);
+    steps[i + 1] = static_cast<WalkStep>(pair % 8);
+  }
+  symbols.Continue(cursor);
+  if (count % 2 == 1 && steps[count] != WalkStep{})
+  {
+    return {};
+  }
+  steps[count] = WalkStep::None;
+  return steps;
+}
+
+// The loop over the steps. Everything that changes in it is a member, and everything is inlined
+// into WalkReader::Read: see WalkState.
+class WalkFollower : public WalkState
+{
+public:
+  WalkFollower(const WalkState& start, const SymbolCursor& symbols, const WalkStep* firstStep,
+    std::span<Triangle> triangles)
+    : WalkState(start)
+    , Symbols(symbols)
+    , Step(firstStep)
+    , Done(triangles.data())
+    , End(triangles.data() + triangles.size())
+  {
+  }
+
+  // False: what is read is no walk.
+  KDSTREAM_IN_LOOPS bool Follow()
+  {
+    while (this->Done != this->End)
+    {
+      if (!this->ReadStart())
+      {
+        return false;
+      }
+      while (this->TakeGate())
+      {
+        if (!this->CrossUntilEnd())
+        {
+          return false;
+        }
+      }
+    }
+    return *this->Step == WalkStep::None;
+  }
+  const SymbolCursor& Position() const { return this->Symbols; }
+
+private:
+  // A first triangle, anywhere.
+  KDSTREAM_IN_LOOPS bool ReadStart()
+  {
+    Corners corners{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const unsigned kind = this->Symbols.Choice(contexts::seed);
+      if (kind == 0)
+      {
+        corners[k] = this->ReadKnownVertex(contexts::seedVertex);
+        if (corners[k] == none)
+        {
+          return false;
+        }
+        continue;
+      }
+      const std::uint32_t before = k > 0 ? corners[k - 1] : std::max(this->vertexCount, 1U) - 1;
+      corners[k] = this->vertexCount;
+      if (kind > 2 || !this->AddVertex({ before, before, before }, kind == 1, false))
+      {
+        return false;
+      }
+    }
+    *this->Done++ = corners;
+    this->StartLoop(corners);
+    return true;
+  }
+
+  // A vertex that was found, named by how many were found since; none if there is no such.
+  KDSTREAM_IN_LOOPS std::uint32_t ReadKnownVertex(std::size_t context)
+  {
+    const std::uint64_t since = this->Symbols.Small(context);
+    return since < this->vertexCount ? static_cast<std::uint32_t>(this->vertexCount - 1 - since)
+                                     : none;
+  }
+
+  // Crosses the gate that was taken, and those where the walk goes on, until it ends.
+  KDSTREAM_IN_LOOPS bool CrossUntilEnd()
+  {
+    while (true)
+    {
+      const WalkStep step = *this->Step++;
+      if (step == WalkStep::Border)
+      {
+        this->EndAtBorder();
+        return true;
+      }
+      if (this->Done == this->End)
+      {
+        return false;
+      }
+      Triangle& triangle = *this->Done++;
+      triangle[0] = this->b;
+      triangle[1] = this->a;
+      const std::uint32_t x = this->Cross(step);
+      if (x == none)
+      {
+        return false;
+      }
+      triangle[2] = x;
+      if (step == WalkStep::Both)
+      {
+        return true;
+      }
+    }
+  }
+
+  // The new triangle's third corner, or none where there can be no such step.
+  KDSTREAM_IN_LOOPS std::uint32_t Cross(WalkStep step)
+  {
+    switch (step)
+    {
+      case WalkStep::NewOwn:
+        return this->CrossToNew(true);
+      case WalkStep::NewGhost:
+        return this->CrossToNew(false);
+      case WalkStep::Next:
+        return this->CrossToNext();
+      case WalkStep::Previous:
+        return this->CrossToPrevious();
+      case WalkStep::Both:
+        return this->CrossToBoth();
+      case WalkStep::Jump:
+      {
+        const std::uint32_t x = this->ReadKnownVertex(contexts::jumpVertex);
+        return x == none ? none : this->CrossToKnown(x);
+      }
+      default:
+        return none;
+    }
+  }
+
+  SymbolCursor Symbols;
+  const WalkStep* Step; // the next one
+  Triangle *Done, *End; // triangles: behind those that are done, behind all
+};
+
+}
+
+bool WalkReader::Read(SymbolReader& symbols, std::size_t stepCount)
+{
+  const std::vector<WalkStep> steps = ReadSteps(symbols, stepCount);
+  if (steps.empty())
+  {
+    return false;
+  }
+  WalkFollower walk(WalkState(this->Arrays, this->Counts), symbols, steps.data(),
+    { this->TriangleArray.get(), this->Counts.triangles });
+  const bool good = walk.Follow();
+  symbols.Continue(walk.Position());
+  walk.AddIsolatedVertices();
+  return good;
+}
+
+}

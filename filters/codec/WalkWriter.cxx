@@ -1,0 +1,208 @@
+#include "filters/codec/WalkWriter.h"
+
+#include "filters/codec/EdgePairs.h"
+#include "filters/codec/PieceContexts.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// Two to a symbol; behind an odd last one comes 0.
+void WriteSteps(SymbolWriter& symbols, const std::vector<WalkStep>& steps)
+{
+  for (std::size_t i = 0; i < steps.size(); i += 2)
+  {
+    const auto first = static_cast<unsigned>(steps[i]);
+    const auto second = i + 1 < steps.size() ? static_cast<unsigned>(steps[i + 1]) : 0;
+    symbols.Pair(contexts::steps, first * 8 + second);
+  }
+}
+
+// Finds the steps. It has a half-edge of the piece for each gate: that on the other side, which the
+// gate's triangle does not own. Everything is inlined into WalkWriter::Write: see WalkState.
+class StepFinder : public WalkState
+{
+public:
+  StepFinder(const WalkState& start, SymbolWriter& symbols, std::span<const Triangle> triangles,
+    const WalkCounts& counts)
+    : WalkState(start)
+    , Symbols(symbols)
+    , Triangles(triangles)
+    , Own(counts.own)
+    , Pairs(PairEdges(triangles, counts.Vertices()))
+    , TriangleDone(triangles.size(), 0)
+    , NumberOf(counts.Vertices(), none)
+    , Behind(triangles.size() + 2)
+  {
+  }
+
+  KDSTREAM_IN_LOOPS void Walk()
+  {
+    for (std::uint32_t t = 0; t < this->Triangles.size(); ++t)
+    {
+      if (this->TriangleDone[t] == 0)
+      {
+        this->WriteStart(t);
+        while (this->TakeGate())
+        {
+          this->BehindHere = this->Behind[this->here];
+          this->CrossUntilEnd();
+        }
+      }
+    }
+    this->AddIsolatedVertices();
+    for (VertexId v = 0; v < this->NumberOf.size(); ++v)
+    {
+      if (this->NumberOf[v] == none)
+      {
+        this->PieceNumbers.push_back(v);
+      }
+    }
+  }
+
+  std::vector<WalkStep> Steps;
+  std::vector<VertexId> PieceNumbers; // of each vertex of the walk
+
+private:
+  // A first triangle. Of each corner: 0, known, and its number; 1, new and own; 2, a new ghost.
+  KDSTREAM_IN_LOOPS void WriteStart(std::uint32_t triangle)
+  {
+    this->TriangleDone[triangle] = 1;
+    Corners corners{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId vertex = this->Triangles[triangle][k];
+      corners[k] = this->NumberOf[vertex];
+      if (corners[k] != none)
+      {
+        this->Symbols.Choice(contexts::seed, 0);
+        this->WriteKnownVertex(contexts::seedVertex, corners[k]);
+        continue;
+      }
+      const std::uint32_t before = k > 0 ? corners[k - 1] : std::max(this->vertexCount, 1U) - 1;
+      const bool own = vertex < this->Own;
+      this->Symbols.Choice(contexts::seed, own ? 1 : 2);
+      corners[k] = this->NoteNewVertex(vertex);
+      (void)this->AddVertex({ before, before, before }, own, false);
+    }
+    this->StartLoop(corners);
+    for (std::uint32_t k = 0; k < 3; ++k)
+    {
+      this->Behind[k] = this->Pairs[4 * triangle + k];
+    }
+  }
+
+  // Names a vertex that was found, by how many were found since.
+  KDSTREAM_IN_LOOPS void WriteKnownVertex(std::size_t context, std::uint32_t number)
+  {
+    this->Symbols.Number(context, this->vertexCount - 1 - number);
+  }
+
+  // Crosses the gate that was taken, and those where the walk goes on, until it ends.
+  KDSTREAM_IN_LOOPS void CrossUntilEnd()
+  {
+    while (true)
+    {
+      const WalkStep step = this->FindStep();
+      this->Steps.push_back(step);
+      if (step == WalkStep::Border)
+      {
+        this->EndAtBorder();
+        return;
+      }
+      this->TriangleDone[this->BehindHere / 4] = 1;
+      // The triangle's edges a -> x and x -> b, and what is behind them.
+      const std::uint32_t leaving = NextHalfEdge(this->BehindHere);
+      const std::uint32_t entering = NextHalfEdge(leaving);
+      this->Cross(step, StartOfHalfEdge(this->Triangles, entering));
+      if (step == WalkStep::Both)
+      {
+        return;
+      }
+      // The edge that was not crossed: of Next, a -> x, of Previous, x -> b, else both, of which a
+      // -> x was put on the stack.
+      this->BehindHere = this->Pairs[step == WalkStep::Next ? leaving : entering];
+      if (step != WalkStep::Next && step != WalkStep::Previous)
+      {
+        this->Behind[this->stacked - 1] = this->Pairs[leaving];
+      }
+    }
+  }
+
+  // What is on the other side of the gate.
+  KDSTREAM_IN_LOOPS WalkStep FindStep() const
+  {
+    if (this->BehindHere == none || this->TriangleDone[this->BehindHere / 4] != 0)
+    {
+      return WalkStep::Border;
+    }
+    const std::uint32_t leaving = NextHalfEdge(this->BehindHere);
+    const std::uint32_t entering = NextHalfEdge(leaving);
+    const VertexId x = StartOfHalfEdge(this->Triangles, entering);
+    if (this->NumberOf[x] == none)
+    {
+      return x < this->Own ? WalkStep::NewOwn : WalkStep::NewGhost;
+    }
+    const bool byNext = this->next != this->here && this->Behind[this->next] == entering;
+    const bool byPrevious = this->previous != this->here && this->Behind[this->previous] == leaving;
+    return byNext ? (byPrevious ? WalkStep::Both : WalkStep::Next)
+                  : (byPrevious ? WalkStep::Previous : WalkStep::Jump);
+  }
+
+  // vertex: the piece's number of the new triangle's third corner. What was found can be crossed.
+  KDSTREAM_IN_LOOPS void Cross(WalkStep step, VertexId vertex)
+  {
+    switch (step)
+    {
+      case WalkStep::NewOwn:
+      case WalkStep::NewGhost:
+        this->NoteNewVertex(vertex);
+        (void)this->CrossToNew(step == WalkStep::NewOwn);
+        break;
+      case WalkStep::Next:
+        (void)this->CrossToNext();
+        break;
+      case WalkStep::Previous:
+        (void)this->CrossToPrevious();
+        break;
+      case WalkStep::Both:
+        (void)this->CrossToBoth();
+        break;
+      default:
+        this->WriteKnownVertex(contexts::jumpVertex, this->NumberOf[vertex]);
+        (void)this->CrossToKnown(this->NumberOf[vertex]);
+    }
+  }
+
+  // The number that a vertex of the piece gets, which is the next.
+  KDSTREAM_IN_LOOPS std::uint32_t NoteNewVertex(VertexId vertex)
+  {
+    this->PieceNumbers.push_back(vertex);
+    return this->NumberOf[vertex] = this->vertexCount;
+  }
+
+  SymbolWriter& Symbols;
+  std::span<const Triangle> Triangles;
+  std::size_t Own;
+  std::vector<std::uint32_t> Pairs;       // of each half-edge (EdgePairs.h)
+  std::vector<std::uint8_t> TriangleDone; // of the piece
+  std::vector<std::uint32_t> NumberOf;    // each of the piece's vertices, in the walk; or none
+  std::vector<std::uint32_t> Behind; // each stacked gate: the half-edge on its other side, or none
+  std::uint32_t BehindHere = none;   // the gate that is crossed
+};
+
+}
+
+void WalkWriter::Write(SymbolWriter& symbols)
+{
+  StepFinder walk(WalkState(this->Arrays, this->Counts), symbols, this->Triangles, this->Counts);
+  walk.Walk();
+  WriteSteps(symbols, walk.Steps);
+  this->Steps = walk.Steps.size();
+  this->PieceNumbers = std::move(walk.PieceNumbers);
+}
+
+}

@@ -1,0 +1,49 @@
+// Walks over a piece's triangles (TriangleWalk.h) and writes the steps.
+#pragma once
+
+#include "filters/codec/SymbolCoder.h"
+#include "filters/codec/TriangleWalk.h"
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+class WalkWriter
+{
+public:
+  // The triangles' corners are the piece's vertices: 0 … counts.own - 1 are own ones, then come
+  // ghosts. REQUIRES: triangles.size() is counts.triangles.
+  WalkWriter(std::span<const Triangle> triangles, const WalkCounts& counts)
+    : Counts(counts)
+    , Arrays(counts)
+    , Triangles(triangles)
+  {
+  }
+
+  // Once.
+  void Write(SymbolWriter& symbols);
+
+  // After Write: how many steps it wrote, which a reader must be told.
+  std::size_t StepCount() const { return this->Steps; }
+  // After Write: all vertices in the order of the walk, those without triangles last.
+  std::span<const WalkVertex> Vertices() const
+  {
+    return { this->Arrays.vertices.get(), this->Counts.Vertices() };
+  }
+  // After Write: the piece's number of each of these.
+  const std::vector<VertexId>& Numbers() const { return this->PieceNumbers; }
+
+private:
+  WalkCounts Counts;
+  WalkArrays Arrays;
+  std::span<const Triangle> Triangles;
+  std::vector<VertexId> PieceNumbers;
+  std::size_t Steps = 0;
+};
+
+}
