@@ -9,16 +9,14 @@
 
 #include "filters/core/Execution.h"
 #include "filters/core/levels/LevelBlocks.h"
-#include "filters/core/levels/MergeSelection.h"
+#include "filters/core/levels/MergeThreshold.h"
 #include "filters/core/levels/Merging.h"
-#include "filters/core/levels/PartCollapse.h"
+#include "filters/core/levels/PartLists.h"
 #include "filters/core/tree/KdTree.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
-#include <span>
 #include <vector>
 
 namespace kdstream
@@ -46,50 +44,32 @@ public:
   Status Run();
 
 private:
-  // What is known of all lists while they are not in memory.
-  struct Summary
-  {
-    std::uint32_t clusters = 0; // of the part, those without triangles too
-    std::uint32_t own = 0, merges = 0;
-    bool made = false, stuck = false, whole = false;
-    double last = 0; // error
-    std::size_t taken = 0;
-  };
-  using PartFilter = std::function<bool(std::size_t part)>;
-
-  std::size_t PartsOfBlock() const { return this->Summaries.size() / this->Blocks.Count(); }
-  std::size_t Share() const;
-  Status Collapse(const PartFilter& wanted, double enough, double from, double to);
-  Status ForEachLoaded(
-    std::span<const std::size_t> blocks, const std::function<Status(std::size_t)>& use);
-  Status CollapseBlock(std::size_t block, const PartFilter& wanted, double enough);
-  void Summarize(std::size_t part, const MergeList& list);
-  std::size_t ToTake(std::size_t stride) const;
-  Result<CheapestErrors> CheapestOf(std::size_t stride, std::size_t count);
-  Status TakeUntil();
-  Status LeaveTies(CheapestErrors& cheapest);
-  Status ShareSummaries();
+  Status MakeLists();
   Status KeepTargets();
   bool MayOverflow() const;
-  Result<bool> TakeMore(std::size_t block, const std::vector<std::size_t>& excess);
   Status EmptyNodes();
+  Status TakeMoreWhereFull();
+  Result<bool> TakeMore(std::size_t block, const std::vector<std::size_t>& excess);
+  Status TakeMoreOfNode(std::size_t block, std::size_t begin, std::size_t end, std::size_t count);
+  Status GroupFullNodes();
   Result<Merging> MergingOf(std::size_t block);
   Status Finish();
   Status FinishBlock(std::size_t block);
+  std::size_t NodeCount() const;
+  std::function<Status(double)> ReportFrom(double from, double to) const;
 
   LevelBlocks& Blocks;
   const TreeDepths& Depths;
   unsigned Depth;
-  unsigned PartDepth;
   const CollapseSpace& Space;
   Representative How;
   bool Sheets;
   const Execution& Exec;
   const std::function<Status(double)>& Report;
-  std::vector<Summary> Summaries; // of all parts
-  std::vector<std::uint8_t> Full; // nodes to be grouped by cells; empty = none
-  std::size_t LoadedBlock = 0;
-  std::optional<PartCollapse> Engine; // of the block loaded last
+  PartLists Lists;
+  MergeThreshold Threshold;
+  std::vector<std::uint8_t>
+    Full; // nodes whose clusters are grouped by cells; empty if there is none
 };
 
 }

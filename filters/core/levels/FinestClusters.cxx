@@ -142,8 +142,8 @@ private:
     }
   }
 
-  // Coincident vertices form a chain in the order of the cells, so that those of any cell, of any
-  // depth, are a connected part of it.
+  // Links vertices in the same place into a chain, in the order of the cells. A cell of any depth is a
+  // run in that order, so the part of a chain that lies in it is connected.
   void JoinCoincident(std::vector<VertexId>& root, const std::vector<std::uint32_t>& cell)
   {
     const std::vector<VertexId> first =
@@ -209,14 +209,15 @@ private:
     return clusterBegin;
   }
 
-  // Adds up vertices (ascending id) and triangles (ascending number) of each cluster.
+  // Adds up the vertices and triangles of each cluster, in the order of their numbers: so the sums are
+  // the same however the work is spread.
   void SumClusters(
     const std::vector<VertexId>& clusterBegin, const std::vector<std::uint8_t>& surface)
   {
     this->Output.clusters.assign(clusterBegin.back(), {});
     const bool boundary = this->Options.representative == Representative::Quadric;
     this->Output.partitionBegin.assign(this->Buckets.begin.size(), 0);
-    // Of each vertex while its own partition is worked on: see FindUnbalanced.
+    // See FindUnbalanced. Each partition writes the sums of its own vertices only.
     std::vector<std::uint32_t> unbalanced(boundary ? this->Points.size() : 0, 0);
     this->ForEachPartition(
       [&](std::size_t partition)
@@ -299,10 +300,11 @@ private:
     return cluster >= firstCluster && cluster < endCluster;
   }
 
-  // Something other than 0 for those of the partition's own vertices that are an end of an edge
-  // which is not used as often in one direction as in the other, the boundary's among them. (0 for
-  // one end of 2^32 of these: it is then not kept in place.) Returns whether there are any. Needs
-  // nothing but the partition's triangles.
+  // Finds the partition's own vertices that boundary edges end at, without a list of edges. For each
+  // triangle, a vertex adds the scattered number of the corner after it and subtracts that of the
+  // corner before it. An edge that is used equally often in both directions adds up to 0 at both ends;
+  // a boundary edge does not. (Several may add up to 0 by chance, at one vertex of 2^32: its boundary
+  // is then not held in place.) Returns whether a sum is not 0. Needs only the partition's triangles.
   bool FindUnbalanced(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     std::vector<std::uint32_t>& sums) const
   {
@@ -326,8 +328,9 @@ private:
     return std::any_of(own.begin(), own.end(), [&](VertexId v) { return sums[v] != 0; });
   }
 
-  // Adds the boundary edges' planes to the partition's clusters, and their ends to the sums. All
-  // triangles of an edge with an own end are the partition's; edges without one do not matter.
+  // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges to
+  // their boundary sums. Looks only at edges with an own end: the partition has all triangles of
+  // these, so it sees whether an edge is on the boundary, which is to be in one triangle alone.
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)
   {

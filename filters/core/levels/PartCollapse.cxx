@@ -31,7 +31,7 @@ PartCollapse::PartCollapse(const CollapseState& block, const CollapseSpace& spac
   {
     this->Begin[p] = std::min(this->Begin[p], this->Begin[p + 1]);
   }
-  const std::size_t ghosts = parts.count; // a bucket of no use
+  const std::size_t ghosts = parts.count; // a bucket that nobody looks into
   this->Buckets = BucketTriangles(
     block.level.triangles, parts.count + 1,
     [&](VertexId c)

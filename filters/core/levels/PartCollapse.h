@@ -35,14 +35,15 @@ public:
   PartCollapse(const CollapseState& block, const CollapseSpace& space, const BlockParts& parts,
     std::size_t share, double areaPerVertex, const Execution& execution);
 
-  // Fills the lists of the parts named (from the block's first one). enough: merges that cost more
-  // need not all be found, if what is left is no more than the share. A list that is made again
-  // with another `enough` begins as it did. O(m log m) for m clusters and triangles.
-  // All of a part, those without triangles too.
+  // How many clusters a part has, those without triangles too. Parts are numbered from the block's
+  // first one.
   std::uint32_t ClustersOf(std::size_t part) const
   {
     return this->Begin[part + 1] - this->Begin[part];
   }
+  // Makes the lists of these parts anew. enough: merges that cost more need not all be found, once
+  // no more clusters are left than the share. A list that is made again with a greater `enough`
+  // begins with the same merges. O(m log m) for m clusters and triangles.
   void Collapse(
     std::span<const std::size_t> parts, double enough, std::span<MergeList> lists) const;
 

@@ -9,7 +9,7 @@ namespace kdstream
 namespace
 {
 
-// The arrays of a glued mesh. Every piece has the same, checked by Start.
+// The arrays of a glued mesh. Start checks that all pieces have the same.
 class GluedArrays
 {
 public:
@@ -59,96 +59,147 @@ private:
   std::vector<Attribute>& Arrays;
 };
 
-}
-
-Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType)
+// Glues pieces into one mesh, in two passes over them: AddOwnVertices of all, then AddTriangles of
+// all.
+class Gluing
 {
-  Mesh mesh;
-  mesh.scalarType = scalarType;
-  GluedArrays arrays(mesh.attributes);
-  KDSTREAM_TRY(arrays.Start(partitions));
-  struct Own
+public:
+  explicit Gluing(ScalarType scalarType)
+    : Arrays(this->Glued.attributes)
   {
-    VertexId first;
-    std::uint32_t count;
-  };
-  std::map<std::uint32_t, Own> given; // by partition
-  for (const Piece& piece : partitions)
+    this->Glued.scalarType = scalarType;
+  }
+  Gluing(const Gluing&) = delete;
+  Gluing& operator=(const Gluing&) = delete;
+
+  Status Start(std::span<const Piece> partitions) { return this->Arrays.Start(partitions); }
+
+  Status AddOwnVertices(const Piece& piece)
   {
     if (!piece.id.resolution.IsOriginal())
     {
       return Error{ ErrorCode::InvalidArgument, "only partitions of the original can be glued" };
     }
-    const auto partition = piece.ownVertices > 0 ? PartitionOfKey(piece.keys[0]) : noVertex;
-    const bool fresh =
-      given
-        .try_emplace(partition, Own{ static_cast<VertexId>(mesh.points.size()), piece.ownVertices })
-        .second;
-    if (!fresh && piece.ownVertices > 0)
+    if (piece.ownVertices == 0)
+    {
+      return {};
+    }
+    const std::uint32_t partition = PartitionOfKey(piece.keys[0]);
+    const auto first = static_cast<VertexId>(this->Glued.points.size());
+    if (!this->Given.try_emplace(partition, OwnVertices{ first, piece.ownVertices }).second)
     {
       return Error{ ErrorCode::InvalidArgument,
         "partition " + std::to_string(partition) + " is given twice" };
     }
-    mesh.points.insert(
-      mesh.points.end(), piece.positions.data(), piece.positions.data() + piece.ownVertices);
     for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
     {
-      arrays.Append(piece, AttributeAssociation::Point, v);
+      this->AddVertex(piece, v);
     }
+    return {};
   }
 
-  std::map<VertexKey, VertexId> outside; // ghosts of partitions that are not given
-  std::vector<VertexId> place;
-  for (const Piece& piece : partitions)
+  // The piece's triangles, and the ghosts that no given partition owns.
+  Status AddTriangles(const Piece& piece)
   {
     if (piece.ownVertices == 0)
     {
-      continue;
+      return {};
     }
-    const std::uint32_t partition = PartitionOfKey(piece.keys[0]);
-    place.resize(piece.VertexCount());
-    for (std::uint32_t v = 0; v < piece.VertexCount(); ++v)
-    {
-      const auto owner = given.find(PartitionOfKey(piece.keys[v]));
-      if (owner == given.end())
-      {
-        const auto [entry, fresh] =
-          outside.try_emplace(piece.keys[v], static_cast<VertexId>(mesh.points.size()));
-        if (fresh)
-        {
-          mesh.points.push_back(piece.positions[v]);
-          arrays.Append(piece, AttributeAssociation::Point, v);
-        }
-        place[v] = entry->second;
-        continue;
-      }
-      if (IndexOfKey(piece.keys[v]) >= owner->second.count)
-      {
-        return Error{ ErrorCode::InvalidInput,
-          "partition " + std::to_string(partition) + " names vertex " +
-            std::to_string(IndexOfKey(piece.keys[v])) + " of partition " +
-            std::to_string(PartitionOfKey(piece.keys[v])) + ", which has " +
-            std::to_string(owner->second.count) };
-      }
-      place[v] = owner->second.first + IndexOfKey(piece.keys[v]);
-    }
+    const Result<std::vector<VertexId>> vertices = this->FindVertices(piece);
+    KDSTREAM_TRY(vertices);
     for (std::size_t i = 0; i < piece.triangles.size(); ++i)
     {
       const Triangle& t = piece.triangles[i];
-      const bool fromLower = std::any_of(t.begin(), t.end(),
-        [&](VertexId v)
-        {
-          const std::uint32_t other = PartitionOfKey(piece.keys[v]);
-          return other < partition && given.contains(other);
-        });
-      if (!fromLower)
+      if (!this->IsOfLowerPartition(piece, t))
       {
-        mesh.triangles.push_back({ place[t[0]], place[t[1]], place[t[2]] });
-        arrays.Append(piece, AttributeAssociation::Cell, i);
+        this->Glued.triangles.push_back(
+          { (*vertices)[t[0]], (*vertices)[t[1]], (*vertices)[t[2]] });
+        this->Arrays.Append(piece, AttributeAssociation::Cell, i);
       }
     }
+    return {};
   }
-  return mesh;
+
+  Mesh Take() { return std::move(this->Glued); }
+
+private:
+  // A given partition's own vertices in the glued mesh.
+  struct OwnVertices
+  {
+    VertexId first;
+    std::uint32_t count;
+  };
+
+  VertexId AddVertex(const Piece& piece, std::uint32_t v)
+  {
+    this->Glued.points.push_back(piece.positions[v]);
+    this->Arrays.Append(piece, AttributeAssociation::Point, v);
+    return static_cast<VertexId>(this->Glued.points.size() - 1);
+  }
+
+  // The glued mesh's vertex for each vertex of the piece; adds those that are not there yet.
+  Result<std::vector<VertexId>> FindVertices(const Piece& piece)
+  {
+    std::vector<VertexId> vertices(piece.VertexCount());
+    for (std::uint32_t v = 0; v < piece.VertexCount(); ++v)
+    {
+      const VertexKey key = piece.keys[v];
+      const auto owner = this->Given.find(PartitionOfKey(key));
+      if (owner == this->Given.end())
+      {
+        const auto [ghost, isNew] = this->Outside.try_emplace(key, noVertex);
+        if (isNew)
+        {
+          ghost->second = this->AddVertex(piece, v);
+        }
+        vertices[v] = ghost->second;
+        continue;
+      }
+      const auto [first, count] = owner->second;
+      if (IndexOfKey(key) >= count)
+      {
+        return Error{ ErrorCode::InvalidInput,
+          "partition " + std::to_string(PartitionOfKey(piece.keys[0])) + " names vertex " +
+            std::to_string(IndexOfKey(key)) + " of partition " +
+            std::to_string(PartitionOfKey(key)) + ", which has " + std::to_string(count) };
+      }
+      vertices[v] = first + IndexOfKey(key);
+    }
+    return vertices;
+  }
+
+  // Whether a given partition of a lower number has the triangle too, and gives it.
+  bool IsOfLowerPartition(const Piece& piece, const Triangle& triangle) const
+  {
+    return std::any_of(triangle.begin(), triangle.end(),
+      [&](VertexId v)
+      {
+        const std::uint32_t owner = PartitionOfKey(piece.keys[v]);
+        return owner < PartitionOfKey(piece.keys[0]) && this->Given.contains(owner);
+      });
+  }
+
+  Mesh Glued;
+  GluedArrays Arrays;
+  std::map<std::uint32_t, OwnVertices> Given; // by partition
+  std::map<VertexKey, VertexId> Outside;      // ghosts of partitions that are not given
+};
+
+}
+
+Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType)
+{
+  Gluing gluing(scalarType);
+  KDSTREAM_TRY(gluing.Start(partitions));
+  for (const Piece& piece : partitions)
+  {
+    KDSTREAM_TRY(gluing.AddOwnVertices(piece));
+  }
+  for (const Piece& piece : partitions)
+  {
+    KDSTREAM_TRY(gluing.AddTriangles(piece));
+  }
+  return gluing.Take();
 }
 
 }

@@ -202,6 +202,49 @@ Mesh WithoutTriangles(Mesh mesh)
   return mesh;
 }
 
+// A plane of 128 x 128 vertices, half as wide a rough one of 64 x 128, and a soup of as many
+// vertices, side by side along x: the first half of a tree's vertices are the plane's.
+Mesh PlaneAndRoughAndBodies()
+{
+  std::mt19937 random(9);
+  const auto unit = [&] { return double(random() % 65536) / 65536; };
+  Mesh mesh;
+  const auto addGrid = [&](std::size_t columns, double begin, double roughness)
+  {
+    constexpr std::size_t rows = 128;
+    const auto first = static_cast<VertexId>(mesh.points.size());
+    for (std::size_t i = 0; i < columns * rows; ++i)
+    {
+      mesh.points.push_back(
+        { begin + double(i / rows) / 64, double(i % rows) / 128, roughness * unit() });
+    }
+    for (std::size_t i = 0; i + rows < columns * rows; ++i)
+    {
+      if (i % rows + 1 < rows)
+      {
+        const VertexId a = first + static_cast<VertexId>(i), c = a + VertexId{ rows };
+        mesh.triangles.push_back({ a, c, a + 1 });
+        mesh.triangles.push_back({ a + 1, c, c + 1 });
+      }
+    }
+  };
+  addGrid(128, 0, 0);
+  addGrid(64, 2, 0.005);
+  for (std::size_t i = 0; i < 2048; ++i)
+  {
+    const auto a = static_cast<VertexId>(mesh.points.size());
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      mesh.points.push_back({ 3.01 + unit(), unit(), unit() });
+    }
+    for (const Triangle& t : { Triangle{ 0, 1, 2 }, { 0, 2, 3 }, { 0, 3, 1 }, { 1, 3, 2 } })
+    {
+      mesh.triangles.push_back({ a + t[0], a + t[1], a + t[2] });
+    }
+  }
+  return mesh;
+}
+
 std::vector<PointRecord<double>> RecordsOnGrid(std::size_t count, int side)
 {
   std::mt19937 random(side);
@@ -315,6 +358,13 @@ TEST(ExternalLevels, RoundsByBlocks)
   CheckLevels({ "sphere", DisplacedSphere(7) }, 1000, 8, { 0, 1, 3, 5 });
   CheckLevels({ "shuffled", Painted(Shuffled(Torus(400, 200), 4), 3) }, 500, 4, { 2, 4 });
   CheckLevels({ "soup", Soup(30000, 5) }, 1000, 8, { 3 });
+}
+
+// A node that would hold too many clusters, since the bodies in it cannot collapse, takes more
+// merges: in a block that is not the first one, of some of the block's parts.
+TEST(ExternalLevels, AFullNodeOfALaterBlockTakesMore)
+{
+  CheckLevels({ "plane, rough and bodies", PlaneAndRoughAndBodies() }, 4096, 4, { 0, 1, 2 });
 }
 
 // Levels below S that are made in parts.

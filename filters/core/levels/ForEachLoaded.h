@@ -1,0 +1,19 @@
+// A pass over blocks of a level. For the makers of levels alone.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/levels/LevelBlocks.h"
+
+#include <cstddef>
+#include <functional>
+#include <span>
+
+namespace kdstream
+{
+
+// use(block) for each of these blocks, one after the other, each loaded before; the next one is got
+// while one is used. Errors: those of the blocks and of use.
+Status ForEachLoaded(LevelBlocks& blocks, std::span<const std::size_t> which,
+  const std::function<Status(std::size_t)>& use, const Execution& execution);
+
+}

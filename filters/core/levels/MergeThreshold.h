@@ -1,0 +1,51 @@
+// One threshold for the merge lists of all parts: which merges a round of collapses makes. For
+// CollapseRound alone.
+#pragma once
+
+#include "filters/core/levels/LevelBlocks.h"
+#include "filters/core/levels/MergeSelection.h"
+#include "filters/core/levels/PartLists.h"
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+
+namespace kdstream
+{
+
+// Above the error of all merges.
+inline constexpr double everyError = std::numeric_limits<double>::infinity();
+
+inline double ErrorOf(const Merge& merge)
+{
+  return merge.error;
+}
+
+class MergeThreshold
+{
+public:
+  // surface: clusters with triangles that the coarser level is to have. Keeps references.
+  MergeThreshold(LevelBlocks& blocks, PartLists& lists, std::size_t surface)
+    : Blocks(blocks)
+    , Lists(lists)
+    , Surface(surface)
+  {
+  }
+
+  // The error of the last merge that is needed if the parts 0, stride, 2 stride … stand for all.
+  Result<double> Estimate(std::size_t stride);
+  // Takes the cheapest merges of all parts until as many clusters with triangles are left as are
+  // wanted. Makes lists longer where they end before the threshold; report: progress of that.
+  Status Take(const std::function<Status(double)>& report);
+
+private:
+  std::size_t CountToTake(std::size_t stride) const;
+  Result<CheapestErrors> FindCheapestOf(std::size_t stride, std::size_t count);
+  Status LeaveTies(CheapestErrors& cheapest);
+
+  LevelBlocks& Blocks;
+  PartLists& Lists;
+  std::size_t Surface;
+};
+
+}
