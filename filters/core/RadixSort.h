@@ -11,9 +11,9 @@
 namespace kdstream
 {
 
-// Sorts entries by their upper 32 bits and keeps the order of those where these are equal: the same
-// as sorting by all 64 where the lower halves ascend, or the upper ones are unlike. O(entries);
-// memory once more the entries.
+// Sorts entries by their upper 32 bits; entries in which these are equal keep their order. So it
+// sorts by all 64 bits if the upper halves are all different or the lower halves ascend beforehand.
+// O(entries); memory for the entries once more.
 inline void SortByUpperHalf(std::vector<std::uint64_t>& entries)
 {
   constexpr std::size_t fewest = 256;

@@ -48,8 +48,8 @@ TriangleBuckets BucketTriangles(std::span<const Triangle> triangles, std::size_t
       add(c);
     }
   };
-  // Each chunk of triangles counts for itself; where it puts its own then follows from the counts
-  // of those before it.
+  // Each chunk of triangles is counted on its own. The counts of all chunks before it then say
+  // where it puts its triangles.
   const std::size_t chunk = std::max(std::size_t{ 1 } << 17, 4 * buckets);
   const std::size_t chunks = (triangles.size() + chunk - 1) / chunk;
   std::vector<std::uint32_t> counts(chunks * buckets, 0);

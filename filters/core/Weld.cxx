@@ -40,8 +40,8 @@ struct Hashed
   VertexId id;
 };
 
-// Things sorted into blocks by their hashes, ids ascending within a block: equal things are in one
-// block, and a block is small enough for the cache. The same for any number of threads.
+// Things sorted into blocks by their hashes, so that equal things are in one block, and a block
+// fits the cache. Ids ascend within a block. The same for any number of threads.
 struct HashBlocks
 {
   std::vector<std::size_t> begin; // one entry a block, and the end
@@ -95,9 +95,9 @@ struct HashBlocks
   }
 };
 
-// Calls visit(block, id, lowest equal id) for each of `count` things, on any threads. Open
-// addressing block by block; half of a table stays empty. Ids are inserted in ascending order, so
-// the one that is found is the lowest.
+// Calls visit(block, id, lowest equal id) for each of `count` things, on any threads. Each block
+// has a hash table with open addressing, half empty. Ids are inserted in ascending order, so that
+// the first of equal things is the lowest.
 template <class Equal, class Visit>
 void ForEachEqual(
   const HashBlocks& blocks, const Equal& equal, const Visit& visit, const Execution& execution)

@@ -30,11 +30,12 @@ struct EdgeCandidate
   }
 };
 
-// A queue that most candidates never reach the front of: collapses near them make them out of date,
-// or there are enough vertices gone before their turn. So candidates wait unsorted in buckets of
-// half an octave of cost each; only what is still current of the cheapest bucket goes into a heap,
-// and what comes later but costs no more than that bucket's. Candidates leave in their full order.
-// Push O(1), or O(log h) for a heap of h; memory 24 bytes for each candidate in the queue at once.
+// A queue of candidates, cheapest first. Most of them never reach the front: a collapse nearby
+// makes them out of date, or enough vertices are gone before their turn. So they wait unsorted, in
+// buckets of half an octave of cost each. Only the cheapest bucket is sorted, by a heap: it gets
+// what is still current of the bucket, and candidates that come later and cost no more than the
+// bucket's. They leave the queue in their full order. Push O(1), or O(log h) for a heap of h;
+// memory 24 bytes for each candidate in the queue at once.
 class EdgeCandidates
 {
 public:
@@ -46,8 +47,8 @@ public:
   // Memory for so many at once.
   void Reserve(std::size_t candidates) { this->Slots.reserve(candidates); }
   void Push(const EdgeCandidate& candidate);
-  // Takes out the first one for which isCurrent(candidate) is true, and all before it. False: there
-  // is none. What is not current once must not become so again.
+  // Takes out the first candidate for which isCurrent(candidate) is true, and drops all before it.
+  // False: no candidate is current. REQUIRES: one that is out of date stays so.
   template <class IsCurrent>
   bool Pop(EdgeCandidate& first, const IsCurrent& isCurrent);
 

@@ -18,8 +18,9 @@ namespace
 
 constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
-// Of the edges that a vertex could not collapse: not so many times all of them, or in a mesh that
-// is all knots, where every vertex has hundreds, most of the time goes into what never collapses.
+// How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
+// that is all knots, whose vertices have hundreds of edges each, would take most of its time for
+// edges that never collapse.
 constexpr std::size_t mostRetries = 256;
 // Nor once the part has taken so many steps for each vertex and triangle. Surfaces take up to 10
 // for large parts, and up to 70 for noisy ones of a few hundred vertices: hence the constant. In
@@ -326,8 +327,8 @@ bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
   return !this->ShareAnEdgeOpposite(facing);
 }
 
-// Whether some edge makes a triangle with u and one with v, neither of which holds both. Both its
-// ends are vertices that face the edge, marked so: few edges, mostly none.
+// Whether some edge is in a triangle with u and in another with v, none of which holds both u and
+// v. Both ends of such an edge face the edge u v and are marked so. There are few, mostly none.
 bool EdgeCollapse::ShareAnEdgeOpposite(std::uint32_t facing) const
 {
   const auto& sides = this->Star.sides;
@@ -399,8 +400,8 @@ void EdgeCollapse::MergeAttributes(VertexId u, VertexId v)
   }
 }
 
-// Candidates for the edges of a vertex that has just been merged, and for what its neighbours had
-// left.
+// Adds candidates for the edges of a vertex that has just been merged, and for those edges of its
+// neighbours that could not collapse before.
 void EdgeCollapse::PushAround(VertexId u)
 {
   const std::uint32_t mark = ++this->LastMark;

@@ -60,9 +60,9 @@ PlacedVertex<Real> PlaceOnEdge(const EdgeToPlace<Real>& edge, const std::array<R
     Select(between, least, Select(first, atA, atB)) };
 }
 
-// The best place on the edge, or the one beside it where the quadric is least, inside `bounds` and
-// at most two lengths of the edge from its middle. No branches, so that lanes do not wait for each
-// other.
+// Where to put the merged vertex: the best place on the edge, or the place beside it where the
+// quadric is least, if that is better; inside `bounds`, and at most two lengths of the edge from
+// its middle. Without branches, since lanes would take them differently.
 template <class Real>
 PlacedVertex<Real> PlaceVertex(const EdgeToPlace<Real>& edge, const Box& bounds)
 {

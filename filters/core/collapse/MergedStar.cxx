@@ -74,8 +74,8 @@ void MergedStar::Set(std::span<const Vec3> positions, const EdgeStar& star, Vert
   }
 }
 
-// Of the triangles over whose inside p lies the squared distance to the nearest plane, in each
-// lane; infinity where there is none.
+// Looks at the triangles that have p above their inside: gives, in each lane, the squared distance
+// to the plane of the nearest one, or infinity if there is no such triangle.
 Lanes MergedStar::SquaredToInsides(const Vec3& p) const
 {
   const LanePoint w = Both(kdstream::Minus(p, this->Position));

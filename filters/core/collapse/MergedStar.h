@@ -20,11 +20,11 @@ public:
     const Vec3& position);
   // Whether no triangle's normal turns by more than about 80°.
   bool KeepsNormals() const { return !this->Turns; }
-  // The squared distance by which the surface goes back: how far the ends of the edge, and the
-  // vertices that face it, are from the new triangles; what planes do not see when the tip of a
-  // limb goes back along it. Where no triangle is left it is the longest side of those that go.
-  // `scale` × the result need not be exact where it is no more than `enough`. The arguments are
-  // those of Set.
+  // How far the surface retreats, as a squared distance: the largest from an end of the edge, or
+  // from a vertex that faces it, to the new triangles. Quadrics do not see this: the tip of a limb
+  // may go back along it without leaving the planes. If no triangle is left, the longest side of
+  // those that go. The result need not be exact if `scale` times it is at most `enough`. The other
+  // arguments are those of Set.
   double SquaredRetreat(std::span<const Vec3> positions, const EdgeStar& star, VertexId u,
     VertexId v, double scale, double enough) const;
 

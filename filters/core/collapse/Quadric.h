@@ -126,7 +126,7 @@ inline std::array<Real, 3> QuadraticForm<Real>::Minimum(
   const std::array<Real, 3> x{ start[0] + (c00 * r[0] + c01 * r[1] + c02 * r[2]) / determinant,
     start[1] + (c01 * r[0] + c11 * r[1] + c12 * r[2]) / determinant,
     start[2] + (c02 * r[0] + c12 * r[1] + c22 * r[2]) / determinant };
-  // x - x is 0 for every number, NaN for what is none.
+  // x - x is 0 for every finite number, and else NaN.
   const auto solved = And(
     And(e > Real(0), x[0] - x[0] == Real(0)), And(x[1] - x[1] == Real(0), x[2] - x[2] == Real(0)));
   return { Select(solved, x[0], start[0]), Select(solved, x[1], start[1]),

@@ -52,16 +52,17 @@ public:
   void ForEachSide(VertexId v, const Visit& visit) const;
   // O(triangles of both).
   void Gather(VertexId u, VertexId v, EdgeStar& star) const;
-  // Hands v's triangles to u, but for those with both, which go. star: what Gather found. Calls
-  // loose(vertex) for each vertex but v that has lost its last triangle. O(triangles of both, and
-  // of the vertices that face the edge, at most manyTriangles of each).
+  // Hands v's triangles to u; those that have both u and v are removed. star: what Gather found.
+  // Calls loose(vertex) for each vertex other than v that has lost its last triangle. O(triangles
+  // of u, of v, and of the vertices that face the edge, at most manyTriangles of each).
   template <class Loose>
   void Merge(VertexId u, VertexId v, const EdgeStar& star, const Loose& loose);
 
 private:
   static constexpr Corner none = std::numeric_limits<Corner>::max();
-  // The list of a vertex with more keeps triangles that have gone, or the hub of a fan would walk
-  // through all that it has for each that it loses. They are three times the same vertex.
+  // The list of a vertex with more triangles than this keeps those that are gone, as three times
+  // the same vertex: to take each out, the hub of a large fan would go through its whole list each
+  // time.
   static constexpr std::uint32_t manyTriangles = 1024;
 
   VertexId VertexAt(Corner corner) const { return this->Triangles[corner / 3][corner % 3]; }

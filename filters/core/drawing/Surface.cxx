@@ -119,8 +119,8 @@ private:
     const unsigned below = this->C.depths.partition - depth;
     for (NodeId i = 0; i < NodeId{ 1 } << depth; ++i)
     {
-      // A piece all of whose partitions are refined shows nothing of the base. Below S clusters may
-      // be shared.
+      // A piece whose partitions are all refined shows nothing of the base, unless the base is
+      // below S, where a cluster may belong to other partitions too.
       bool shown = this->C.refined.empty() || this->C.base < this->Stitch();
       for (std::uint32_t p = i << below; !shown && p < (i + 1) << below; ++p)
       {
@@ -200,9 +200,9 @@ private:
   std::vector<VertexKey> Split;
 };
 
-// The triangles in ascending order, each once. Few share their lowest index, which comes first: put
-// into a bucket for each, what is left to sort is two or three of them. O(triangles + points), but
-// for points with many triangles.
+// The triangles in ascending order, each once. The lowest index of a triangle comes first, and few
+// triangles share it: so they go into a bucket for each lowest index, and two or three are left to
+// sort in a bucket. O(triangles + points), unless some points have very many triangles.
 std::vector<Triangle> SortedWithoutRepeats(
   const std::vector<Triangle>& triangles, std::size_t points)
 {

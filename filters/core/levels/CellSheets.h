@@ -24,10 +24,11 @@ struct Sheet
   std::size_t joined = 0; // the sheet that it becomes part of
 };
 
-// Decides the sheets of one cell: components without triangles join first; then, while there are
-// more than four, of the smallest the one that is nearest to another joins it (distance of means;
-// of equals the one with the lowest vertex). Beyond 16 the smallest join the nearest of the 16
-// largest. `sheets` are ordered by lowest vertex.
+// Decides which components of one cell become sheets, at most four. Components without triangles
+// are joined first. If there are more than 16 then, each of the smaller ones joins the nearest of
+// the 16 largest. Then, until four are left: of the smallest ones, the one that is nearest to
+// another joins that. Distances are those of means; of equals the one with the lowest vertex
+// counts. `sheets` are ordered by lowest vertex.
 void LimitSheets(std::vector<Sheet>& sheets);
 
 // Groups the members of one cell into clusters.

@@ -13,8 +13,9 @@ namespace kdstream
 // Two clusters that are linked, the lower first.
 using Link = std::pair<VertexId, VertexId>;
 
-// A cluster beside its place in the level. A finest one adds up vertices, a coarser one clusters.
-// Sums are relative to an origin: the centre of the model's box.
+// What is known of a cluster beside its place in the level. For a finest cluster it is added up
+// over vertices, for a coarser one over clusters. Sums are relative to the centre of the model's
+// box.
 struct ClusterSum
 {
   std::uint64_t count = 0; // original vertices

@@ -29,9 +29,9 @@ inline constexpr double normalScale = 1.0 / 4096;
 // Of a box.
 double DiagonalOf(const Box& box);
 
-// The means of the mesh's colours and normals over the original vertices of each finest cluster.
-// clusterOf: noVertex for vertices that do not count. NaN counts as 0, a normal's component beyond
-// 1 as 1. Arrays of any other role have no part. O(n).
+// The means of the mesh's colours and normals over the original vertices of each finest cluster;
+// other arrays are left out. clusterOf: noVertex for vertices that are left out too. NaN counts as
+// 0, a normal's component beyond 1 as 1. O(n).
 CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,
   std::span<const ClusterSum> clusters, double diagonal);
 

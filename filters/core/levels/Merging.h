@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// Applies merges that were made one after the other to where clusters go. into: of each cluster one
-// that stands for itself; merges are numbered from its first one.
+// Applies merges, which were made one after the other, to where clusters go. into: for each cluster
+// the one that it goes to, at first itself. The merges' numbers are places in this list.
 void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into);
 
 // For each node whether it has any excess; empty if none has.

@@ -132,7 +132,7 @@ Status CheckTriangles(const Piece& piece)
       return Bad("triangle ", i, " touches no own vertex");
     }
     const bool first = (t[0] < t[1] && t[0] < t[2]) || t == RotateLowestFirst(t); // fast, or sure
-    // Two corners as one number: a processor would seldom foretell which of them decides.
+    // Two corners as one number: a processor can hardly predict which of them decides.
     const std::uint64_t edge = std::uint64_t{ t[0] } << 32 | t[1];
     const std::uint64_t lastEdge = std::uint64_t{ last[0] } << 32 | last[1];
     const bool ascends = edge > lastEdge || (edge == lastEdge && t[2] >= last[2]);

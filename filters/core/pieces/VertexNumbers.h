@@ -32,11 +32,10 @@ struct ClusterParents
   std::span<const VertexId> lowest;  // lowest original vertex
 };
 
-// The position of each cluster in depth-first order, siblings being in order of their lowest
-// vertices.
+// The position of each cluster in depth-first order; siblings are ordered by their lowest vertices.
 // level: a whole level, or all children of some clusters. ofParents: the positions of the clusters
-// that level.parents tells, all unlike, from 0 on or not; none at level 0. O(c log c), 20 bytes a
-// cluster.
+// that level.parents names, all different; they need not begin at 0; empty at level 0. O(c log c),
+// 20 bytes a cluster.
 std::vector<VertexId> PositionsDepthFirst(
   const ClusterParents& level, std::span<const VertexId> ofParents);
 
@@ -48,8 +47,8 @@ std::vector<VertexId> PositionsDepthFirst(
 std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
 
-// What clusters of a level <= S say of their parents' lowest numbered vertices, which begin as
-// noVertex.
+// Lowers the lowest numbered vertices of clusters to those of their children, which are of a level
+// <= S. Before the first child, a parent's is noVertex.
 void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> first,
   std::span<VertexId> firstOfParents);
 
@@ -68,8 +67,9 @@ std::vector<ReachedNode> ReachOfParents(
 std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
 
-// The lowest numbered vertex of each cluster of a level finer than S: its parent's, and behind it
-// the siblings' vertices, by lowest original vertex.
+// The lowest numbered vertex of each cluster of a level finer than S. The vertices of a cluster's
+// children follow each other from its own first one on; children are ordered by lowest original
+// vertex.
 // level: clusters and all their siblings, in any order. counts: original vertices of each.
 // firstOfParents: of the clusters that level.parents are places in.
 // O(c log(siblings)); 12 bytes a cluster. Parents in parallel.
@@ -93,9 +93,10 @@ struct OrderedLevel
   std::vector<VertexId> places; // of each cluster before: where it is now
 };
 
-// Moves a level, or what is at hand of it, into the order of its clusters' lowest numbers.
-// first: of each cluster, all unlike. placesAbove: `places` of the next coarser level, for the
-// parents; empty: the result has none. O(c log c + t log t), 28 bytes a cluster beside the result.
+// Orders the clusters of a level, or those of it that are at hand, by their lowest numbers.
+// first: the lowest number of each cluster, all different. placesAbove: `places` of the next
+// coarser level, by which parents are named; if it is empty, the result names none. O(c log c + t
+// log t), 28 bytes a cluster beside the result.
 OrderedLevel OrderLevel(ClusterLevel level, std::span<const VertexId> first,
   std::span<const VertexId> placesAbove, const Execution& execution = {});
 
@@ -103,7 +104,7 @@ OrderedLevel OrderLevel(ClusterLevel level, std::span<const VertexId> first,
 std::vector<VertexId> OrderByKey(std::span<const VertexId> keys);
 
 // Says which original vertices are at hand: fills tree.numbers and tree.original.
-// numbers: of each vertex of the mesh at hand, all unlike, own and ghosts. O(n log n).
+// numbers: of each vertex of the mesh at hand, own and ghosts, all different. O(n log n).
 void NumberPart(VertexTree& tree, std::span<const VertexId> numbers);
 
 }

@@ -99,14 +99,18 @@ public:
   // mesh: the (welded) original; its triangles and attributes are needed for the original only.
   // Pieces of the original get all arrays, point arrays first; those of a level the level's.
   //
-  // part: the pieces to be cut; none: all of a tree and mesh that are whole. For a part these must
-  // be at hand: of a level every cluster of the part's pieces, every triangle that touches one of
-  // them, and the triangles' other clusters (ghosts); of the original the same with tree.numbers,
-  // and a mesh of these vertices and triangles, the triangles in the order that they have in the
-  // whole (NumberPart, OrderLevel in VertexNumbers.h). Of a level coarser than S ranks and reach
-  // come with it. Otherwise the levels 0 … S have, with parents and ranks, what lies above the
-  // vertices of level S, or the ghosts of something finer; `first` at level S. Clusters and
-  // triangles beyond that do no harm. The pieces are the same, bit for bit, as those of the whole.
+  // part: the pieces to be cut; without it, all pieces, and tree and mesh must be whole. The pieces
+  // of a part are the same, bit for bit, as those of the whole. A part needs (more does no harm):
+  // - of a level: all clusters of its pieces, every triangle that touches one of them, and the
+  // other
+  //   clusters of these triangles (ghosts);
+  // - of the original: the same vertices and triangles as a mesh, in which the triangles have the
+  // order
+  //   of the whole, and their numbers in tree.numbers (NumberPart, OrderLevel in VertexNumbers.h);
+  // - for a resolution coarser than S: the ranks and reach of its clusters;
+  // - for S and finer: the ancestors, with parents and ranks, on the levels 0 … S of the clusters
+  // of
+  //   level S, or of the ghosts of a finer resolution; and `first` of level S.
   // O(at hand + pieces).
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
     const Execution& execution = {}, const std::optional<ModelPart>& part = {});

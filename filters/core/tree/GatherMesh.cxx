@@ -142,8 +142,8 @@ private:
     }
   }
 
-  // Step 2. Returns of each triangle where it was. Each chunk counts for itself; where it puts its
-  // own then follows from the counts of those before it.
+  // Step 2. Returns where each triangle was. Each chunk is counted on its own; the counts of all
+  // chunks before it then say where it puts its triangles.
   std::vector<std::uint32_t> SortTriangles()
   {
     std::vector<Triangle>& triangles = this->Input.triangles;

@@ -79,8 +79,8 @@ private:
   static constexpr std::ptrdiff_t fewRecords = 32;
   static constexpr std::ptrdiff_t manyRecords = 600;
 
-  // Puts each of a few records where as many lie before it as come before it in the order. Without
-  // a branch, and several comparisons at a time, that is faster than to compare fewer pairs.
+  // Sorts a few records: counts for each how many come before it, and puts it there. That compares
+  // more pairs than needed, but without branches and several at a time, which is faster.
   static void Sort(Record* first, Record* last)
   {
     constexpr std::size_t most = fewRecords;
@@ -158,8 +158,8 @@ private:
     return pivot;
   }
 
-  // Moves the records before *first in the order to the front and *first behind them; returns where
-  // it is. Every record is moved, whether it must or not: cheaper than asking.
+  // Moves all records that come before *first in the order to the front, and *first behind them;
+  // returns where that is. Moves every record, needed or not: asking would cost more.
   static Record* Partition(Record* first, Record* last)
   {
     const Before before(*first);
