@@ -46,7 +46,7 @@ protected:
                                ("kdstream-dragon-" + std::to_string(::getpid()) + ".kds");
   ~DragonStore() override { std::filesystem::remove(this->File); }
 
-  StoreInfo Build(const BuildOptions& options, unsigned threads)
+  ModelDescription Build(const BuildOptions& options, unsigned threads)
   {
     const auto report =
       BuildStore(Dragon(), "dragon.ply", this->File, options, MakeTbbExecution(threads));
@@ -64,7 +64,7 @@ TEST_F(DragonStore, IsUniformAndTheSameOnAnyNumberOfThreads)
   std::set<std::string> digests;
   for (const unsigned threads : { 1U, 2U, 8U, 1U })
   {
-    const StoreInfo info = this->Build({}, threads);
+    const ModelDescription info = this->Build({}, threads);
     EXPECT_LE(info.largestPartition - info.smallestPartition, 1U);
     EXPECT_EQ(info.partitions, 256U);
     EXPECT_EQ(info.depths, (TreeDepths{ 8, 12, 16 }));

@@ -13,7 +13,7 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/HubCheck.h"
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/core/CaughtError.h"
@@ -206,7 +206,7 @@ private:
     return {};
   }
 
-  StoreInfo Describe()
+  ModelDescription Describe()
   {
     ModelFacts& facts = this->Facts;
     facts.vertices = this->Mesh.vertexCount;
@@ -226,7 +226,7 @@ private:
 
   Status WriteStore()
   {
-    const StoreInfo description = this->Describe();
+    const ModelDescription description = this->Describe();
     std::unique_ptr<StoreWriter> writer;
     if (this->Team.IsFirst())
     {

@@ -1,7 +1,7 @@
 #include "filters/app/BuildCommand.h"
 
-#include "filters/app/StoreJson.h"
 #include "filters/build/BuildMemory.h"
+#include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
@@ -16,8 +16,6 @@ namespace kdstream
 {
 namespace
 {
-
-using Json = nlohmann::json;
 
 // A --memory below this was meant with a unit.
 constexpr std::uint64_t leastMeant = std::uint64_t{ 1 } << 20;
@@ -180,26 +178,32 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
 namespace
 {
 
-Json StatsOf(const BuildCommand& line, const BuildReport& report)
+std::string StatsOf(const BuildCommand& line, const BuildReport& report)
 {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(line.output, status);
-  Json stats = StoreToJson(report.info, status ? 0 : bytes);
-  stats["input"] = line.input;
-  stats["merged_by_grid"] = report.mergedByGrid;
-  stats["passes"] = report.passes;
-  stats["temp_bytes"] = report.temporaryBytes;
-  stats["temp_bytes_read"] = report.bytesRead;
-  stats["temp_bytes_written"] = report.bytesWritten;
-  stats["resumed_phases"] = report.resumedPhases;
-  stats["peak_rss_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  ModelDescription model = report.info;
+  model.input = line.input; // with its folder
+  JsonWriter json({ 2 });
+  json.BeginObject();
+  PutStatistics(json, model, status ? 0 : bytes);
+  json.Member("merged_by_grid", report.mergedByGrid)
+    .Member("passes", report.passes)
+    .Member("temp_bytes", report.temporaryBytes)
+    .Member("temp_bytes_read", report.bytesRead)
+    .Member("temp_bytes_written", report.bytesWritten)
+    .Member("resumed_phases", report.resumedPhases)
+    .Member("peak_rss_bytes", static_cast<std::uint64_t>(usage.ru_maxrss) * 1024)
+    .Key("seconds")
+    .BeginObject();
   for (const auto& [step, time] : report.seconds)
   {
-    stats["seconds"][step] = time;
+    json.Member(step, time);
   }
-  return stats;
+  json.EndObject().EndObject();
+  return json.Text();
 }
 
 // Of a model without colours that viewers show, why those that it has are none; empty if there are
@@ -291,7 +295,7 @@ int WriteStats(std::string_view program, const BuildCommand& line, const BuildRe
   if (!line.stats.empty())
   {
     std::ofstream file(line.stats);
-    file << StatsOf(line, report).dump(2) << "\n";
+    file << StatsOf(line, report) << "\n";
     file.close();
     if (!file)
     {

@@ -2,10 +2,11 @@
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
 #include "filters/app/ReadAnyMesh.h"
-#include "filters/app/StoreJson.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/tree/Region.h"
 #include "filters/meshio/MeshWriter.h"
+#include "filters/model/JsonReader.h"
+#include "filters/model/ModelJson.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreMesh.h"
@@ -22,17 +23,18 @@ namespace
 {
 
 using namespace kdstream;
-using Json = nlohmann::json;
 
 constexpr const char* description =
-  "Tells what a store holds, checks it, and writes meshes out of it.\n\n"
-  "Examples:\n"
-  "  kdstream-store info dragon.kds\n"
-  "  kdstream-store verify dragon.kds\n"
-  "  kdstream-store extract dragon.kds --level 12 -o dragon12.ply\n"
-  "  kdstream-store extract dragon.kds --region 300 --rings 1 --in-context 12 -o "
-  "region.vtp\n"
-  "  kdstream-store distance dragon.kds --level 13 --against dragon.ply";
+  "Tells what a store holds, checks it, and writes meshes out of it.";
+
+constexpr const char* examples = "Examples:\n"
+                                 "  kdstream-store info dragon.kds\n"
+                                 "  kdstream-store verify dragon.kds\n"
+                                 "  kdstream-store extract dragon.kds --level 12 -o dragon12.ply\n"
+                                 "  kdstream-store extract dragon.kds --region 300 --rings 1 "
+                                 "--in-context 12 -o region.vtp\n"
+                                 "  kdstream-store distance dragon.kds --level 13 --against "
+                                 "dragon.ply";
 
 struct CommandLine
 {
@@ -44,7 +46,27 @@ struct CommandLine
   unsigned rings = 1;
 };
 
-void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
+// A line a level, and what its last two columns mean.
+void PrintLevels(const ModelDescription& info)
+{
+  std::printf("\n%5s %10s %10s %7s %11s %12s %12s\n", "level", "vertices", "triangles", "pieces",
+    "bytes", "deviation", "of 99 %");
+  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
+  {
+    const ResolutionDescription& level = info.levels[depth];
+    std::printf("%5u %10llu %10llu %7llu %11llu %12.6g %12.6g\n", depth,
+      static_cast<unsigned long long>(level.vertices),
+      static_cast<unsigned long long>(level.triangles),
+      static_cast<unsigned long long>(level.pieces), static_cast<unsigned long long>(level.bytes),
+      level.deviation, level.deviation99);
+  }
+  const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
+  std::cout << "\ndeviation  how far vertices of the level lie from the original surface, " << unit
+            << ":\n           the largest, and what 99 of 100 vertices do not exceed.\n"
+               "           It is estimated; kdstream-store distance measures the level.\n";
+}
+
+void PrintInfo(const ModelDescription& info, std::uintmax_t bytes)
 {
   const auto line = [](const char* name, const auto& value) { std::cout << name << value << "\n"; };
   line("input                ", info.input);
@@ -81,16 +103,7 @@ void PrintInfo(const StoreInfo& info, std::uintmax_t bytes)
   {
     return;
   }
-  std::printf("\n%5s %10s %10s %7s %11s %12s\n", "level", "vertices", "triangles", "pieces",
-    "bytes", "deviation");
-  for (const ResolutionInfo& level : info.levels)
-  {
-    std::printf("%5u %10llu %10llu %7llu %11llu %12.6g\n", level.resolution.Depth(),
-      static_cast<unsigned long long>(level.vertices),
-      static_cast<unsigned long long>(level.triangles),
-      static_cast<unsigned long long>(level.pieces), static_cast<unsigned long long>(level.bytes),
-      level.deviation);
-  }
+  PrintLevels(info);
 }
 
 Error BadArgument(const std::string& what)
@@ -98,43 +111,52 @@ Error BadArgument(const std::string& what)
   return { ErrorCode::InvalidArgument, what };
 }
 
-// --resolutions: a list, one entry a partition, each a depth from S to L or "original".
+// An entry of --resolutions: a depth from S to L, or "original".
+std::optional<Resolution> ReadResolution(const JsonValue& entry, const TreeDepths& depths)
+{
+  if (entry.IsString() && TextOf(entry) == "original")
+  {
+    return Resolution::Original();
+  }
+  if (entry.IsUint() && entry.GetUint() <= depths.finest)
+  {
+    return Resolution::Level(entry.GetUint());
+  }
+  return {};
+}
+
+// --resolutions: a list, one entry a partition.
 Result<Cut> ReadResolutions(const Store& store, const std::string& file)
 {
-  std::ifstream stream(file);
+  const auto bad = [&file](const std::string& what)
+  { return BadArgument("--resolutions: " + file + what); };
+  std::ifstream stream(file, std::ios::binary);
   if (!stream)
   {
-    return BadArgument("--resolutions: " + file + " cannot be read: " + std::strerror(errno));
+    return bad(std::string(" cannot be read: ") + std::strerror(errno));
   }
-  const Json json = Json::parse(stream, nullptr, false);
-  if (!json.is_array())
+  const auto json = ParseJson(std::string{ std::istreambuf_iterator<char>(stream), {} });
+  if (!json || !json->IsArray())
   {
-    return BadArgument("--resolutions: " + file + " is no JSON list");
+    return bad(" is no JSON list");
   }
   const TreeDepths& depths = store.Info().depths;
   Cut cut{ depths, Resolution::Level(depths.stitch), {} };
-  for (const Json& entry : json)
+  for (const JsonValue& entry : json->GetArray())
   {
-    if (entry.is_string() && entry.get<std::string>() == "original")
+    const std::optional<Resolution> resolution = ReadResolution(entry, depths);
+    if (!resolution)
     {
-      cut.refined.emplace_back(Resolution::Original());
+      return bad(": entry " + std::to_string(cut.refined.size()) + " is " + Show(entry) +
+                 "; a depth from " + std::to_string(depths.stitch) + " to " +
+                 std::to_string(depths.finest) + " or \"original\" is needed");
     }
-    else if (entry.is_number_unsigned() && entry.get<std::uint64_t>() <= depths.finest)
-    {
-      cut.refined.emplace_back(Resolution::Level(entry.get<unsigned>()));
-    }
-    else
-    {
-      return BadArgument("--resolutions: " + file + ": entry " +
-                         std::to_string(cut.refined.size()) + " is " + entry.dump() +
-                         "; a depth from " + std::to_string(depths.stitch) + " to " +
-                         std::to_string(depths.finest) + " or \"original\" is needed");
-    }
+    cut.refined.push_back(resolution);
   }
   if (cut.refined.size() != store.Info().partitions)
   {
-    return BadArgument("--resolutions: " + file + " has " + std::to_string(cut.refined.size()) +
-                       " entries for " + std::to_string(store.Info().partitions) + " partitions");
+    return bad(" has " + std::to_string(cut.refined.size()) + " entries for " +
+               std::to_string(store.Info().partitions) + " partitions");
   }
   return cut;
 }
@@ -161,7 +183,7 @@ Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
 
 Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
 {
-  const StoreInfo& info = store.Info();
+  const ModelDescription& info = store.Info();
   if (!info.HasLevels() && (line.level || line.inContext || !line.resolutions.empty()))
   {
     return BadArgument("a store by --partitioner " + info.partitioner +
@@ -225,7 +247,11 @@ public:
         const std::uintmax_t bytes = std::filesystem::file_size(this->Line.store, status);
         if (this->Line.json)
         {
-          std::cout << StoreToJson(store.Info(), status ? 0 : bytes).dump(2) << "\n";
+          JsonWriter json({ 2 });
+          json.BeginObject();
+          PutStatistics(json, store.Info(), status ? 0 : bytes);
+          json.EndObject();
+          std::cout << json.Text() << "\n";
         }
         else
         {
@@ -321,10 +347,14 @@ private:
   {
     if (this->Line.json)
     {
-      const Json json{ { "rms_forward", distance.rmsForward },
-        { "rms_backward", distance.rmsBackward }, { "hausdorff", distance.hausdorff },
-        { "diagonal", distance.diagonal } };
-      std::cout << json.dump(2) << "\n";
+      JsonWriter json({ 2 });
+      json.BeginObject()
+        .Member("rms_forward", distance.rmsForward)
+        .Member("rms_backward", distance.rmsBackward)
+        .Member("hausdorff", distance.hausdorff)
+        .Member("diagonal", distance.diagonal)
+        .EndObject();
+      std::cout << json.Text() << "\n";
       return;
     }
     const auto line = [&](const char* name, double value)
@@ -352,51 +382,57 @@ private:
 void AddExtract(CLI::App& extract, CommandLine& line)
 {
   extract.add_option("STORE", line.store, "the store")->required();
-  auto* what = extract.add_option_group("what", "exactly one of");
-  what->add_option("--level", line.level, "the mesh of level D")->type_name("D");
-  what
-    ->add_option(
-      "--partition", line.partition, "partition I of the original, its boundary triangles whole")
-    ->type_name("I");
+  auto* what = extract.add_option_group("what", "Which mesh (exactly one of these)");
+  what->add_option("--level", line.level, "level D, whole")->type_name("D");
+  what->add_option("--partition", line.partition, "partition I of the original")->type_name("I");
   auto* region =
     what->add_option("--region", line.region, "the partitions around a node of the tree")
       ->type_name("CELL");
   what->add_flag("--all", line.all, "all partitions: the original, if the store is lossless");
   what
     ->add_option("--resolutions", line.resolutions,
-      "one surface of any mix: a JSON list, one entry a partition, each a depth from the stitch "
-      "depth on or "
-      "\"original\"")
+      "one surface of any mix: a JSON list with an entry for each partition, a depth from the "
+      "stitch depth on or \"original\"")
     ->type_name("FILE");
   what->require_option(1);
-  auto* rings =
-    extract
-      .add_option("--rings", line.rings, "of the region: average side lengths around the cell")
-      ->check(CLI::Range(0U, 1000U))
-      ->capture_default_str();
+  const char* const regions = "Region";
+  auto* rings = extract.add_option("--rings", line.rings, "its size, in side lengths of a cell")
+                  ->check(CLI::Range(0U, 1000U))
+                  ->capture_default_str()
+                  ->group(regions);
   auto* context =
-    extract.add_option("--in-context", line.inContext, "one surface of the region and level D")
-      ->type_name("D");
+    extract.add_option("--in-context", line.inContext, "with level D around it, as one surface")
+      ->type_name("D")
+      ->group(regions);
   rings->needs(region);
   context->needs(region);
-  extract.add_option("-o,--output", line.output, "OUT.ply, .vtp, .stl, .obj or .wrl")->required();
+  extract
+    .add_option("-o,--output", line.output, "the mesh to write: .ply, .vtp, .stl, .obj or .wrl")
+    ->type_name("FILE")
+    ->required()
+    ->group("Output");
 }
 
 void AddDistance(CLI::App& distance, CommandLine& line)
 {
   distance.add_option("STORE", line.store, "the store")->required();
-  distance.add_option("--level", line.level, "the level D that is measured")
+  const char* const compared = "What is compared";
+  distance.add_option("--level", line.level, "level D of the store")
     ->type_name("D")
-    ->required();
+    ->required()
+    ->group(compared);
   distance
-    .add_option("--against", line.against,
-      "the mesh it is measured against, of any format that kdstream-build takes")
+    .add_option(
+      "--against", line.against, "with this mesh, of any format that kdstream-build takes")
     ->type_name("MESH")
-    ->required();
-  distance.add_flag("--json", line.json,
-    "as JSON: rms_forward (from the mesh to the level), rms_backward, hausdorff and diagonal, in "
-    "the model's unit");
-  distance.add_flag("--quiet", line.quiet, "no progress");
+    ->required()
+    ->group(compared);
+  const char* const output = "Output";
+  distance
+    .add_flag("--json", line.json,
+      "as JSON: rms_forward (from the mesh to the level), rms_backward, hausdorff, diagonal")
+    ->group(output);
+  distance.add_flag("--quiet", line.quiet, "no progress")->group(output);
 }
 
 }
@@ -407,16 +443,17 @@ int main(int argc, char** argv)
   CLI::App app(description, "kdstream-store");
   app.set_version_flag("--version", KDSTREAM_VERSION);
   app.require_subcommand(1);
-  CLI::App* info = app.add_subcommand("info", "prints the metadata");
+  app.footer(examples);
+  CLI::App* info = app.add_subcommand("info", "tells what the store holds");
   info->add_option("STORE", line.store, "the store")->required();
-  info->add_flag("--json", line.json, "as JSON");
+  info->add_flag("--json", line.json, "as JSON")->group("Output");
   CLI::App* verify =
-    app.add_subcommand("verify", "reads and checks every blob, names each damaged one");
+    app.add_subcommand("verify", "reads and checks everything, and names what is damaged");
   verify->add_option("STORE", line.store, "the store")->required();
   CLI::App* extract = app.add_subcommand("extract", "writes a mesh out of the store");
   AddExtract(*extract, line);
   CLI::App* distance = app.add_subcommand(
-    "distance", "measures how far a level is from a mesh, by 100,000 samples each way");
+    "distance", "measures how far a level and a mesh are apart, by 100,000 samples each way");
   AddDistance(*distance, line);
   return RunProgram(app, argc, argv,
     [&]()

@@ -5,7 +5,7 @@
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuilder.h"
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/core/EdgeCount.h"
@@ -42,11 +42,11 @@ public:
     Result<VertexTree> numbered = this->BuildTree();
     KDSTREAM_TRY(numbered);
     this->Clock.Finish("levels");
-    const StoreInfo description = DescribeModel(this->Options, this->Facts, name);
+    const ModelDescription description = DescribeModel(this->Options, this->Facts, name);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
-    Result<StoreInfo> info = (*writer)->Finish();
+    Result<ModelDescription> info = (*writer)->Finish();
     KDSTREAM_TRY(info);
     this->Clock.Finish("write");
     BuildReport report;

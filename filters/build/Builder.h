@@ -43,7 +43,7 @@ struct BuildOptions
 
 struct BuildReport
 {
-  StoreInfo info;
+  ModelDescription info;
   // Vertices in different places that fall together on the grid: what its bits lose.
   std::uint64_t mergedByGrid = 0;
   std::vector<std::string> ignoredAttributes; // of the input: MeshFileInfo

@@ -13,7 +13,7 @@
 #include "filters/build/ExternalBuildState.h"
 #include "filters/build/FacesPhase.h"
 #include "filters/build/MeshPhase.h"
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 #include "filters/build/PhaseValues.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
@@ -230,7 +230,7 @@ private:
       KDSTREAM_TRY(this->LoadNumbers(numbers));
     }
     this->Report.ignoredAttributes = facts.ignored;
-    const StoreInfo description = this->Describe(facts, mesh, inconsistent);
+    const ModelDescription description = this->Describe(facts, mesh, inconsistent);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
@@ -246,7 +246,8 @@ private:
                             : std::uint64_t{ 1 } << mesh.depths.partition;
   }
 
-  StoreInfo Describe(const MeshFacts& facts, const MeshBlocks& mesh, std::uint64_t inconsistent)
+  ModelDescription Describe(
+    const MeshFacts& facts, const MeshBlocks& mesh, std::uint64_t inconsistent)
   {
     ModelFacts model;
     model.vertices = facts.vertices;

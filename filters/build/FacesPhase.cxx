@@ -2,7 +2,7 @@
 #include "filters/build/FacesPhase.h"
 
 #include "filters/build/HubCheck.h"
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/build/TreePhase.h"
 #include "filters/core/TakeResult.h"

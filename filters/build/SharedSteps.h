@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/build/Builder.h"
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 #include "filters/build/StepClock.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"

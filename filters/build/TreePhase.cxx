@@ -4,7 +4,7 @@
 
 #include "filters/build/BuildMemory.h"
 #include "filters/build/MeshPhase.h"
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/BatchPass.h"

@@ -17,6 +17,7 @@ struct CoordinateGrid
   Vec3 origin{}; // of grid point (0, 0, 0), model units; (0, 0, 0) in lossless
   double step = 1;
 
+  bool operator==(const CoordinateGrid&) const = default;
   bool Lossless() const { return this->bits == 0; }
   // The grid over `box`: origin at its lower corner, step = longest side / (2^bits - 1), 1 for zero
   // extent.

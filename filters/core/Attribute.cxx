@@ -1,5 +1,7 @@
 #include "filters/core/Attribute.h"
 
+#include "filters/core/Texts.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -193,38 +195,19 @@ Status CheckAttributes(std::span<const Attribute> attributes, std::size_t points
 
 bool IsAttributeName(std::string_view name)
 {
-  if (name.empty() || name.size() > longestAttributeName)
+  if (name.empty() || name.size() > longestAttributeName || !IsUtf8(name))
   {
     return false;
   }
-  for (std::size_t i = 0; i < name.size();)
+  for (std::size_t i = 0; i < name.size(); ++i)
   {
-    const auto lead = static_cast<unsigned char>(name[i]);
-    const std::size_t length = lead < 0x80 ? 1 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
-    if (lead < 0x20 || lead == 0x7F || (lead >= 0x80 && lead < 0xC2) || lead > 0xF4 ||
-        length > name.size() - i)
+    const auto byte = static_cast<unsigned char>(name[i]);
+    // The control characters of Latin-1 (U+0080 to U+009F) are no text either.
+    const bool latinControl = byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
+    if (byte < 0x20 || byte == 0x7F || latinControl)
     {
       return false;
     }
-    std::uint32_t character = lead & (0xFFU >> (length == 1 ? 0 : length + 1));
-    for (std::size_t k = 1; k < length; ++k)
-    {
-      const auto next = static_cast<unsigned char>(name[i + k]);
-      if (next >> 6 != 2)
-      {
-        return false;
-      }
-      character = character << 6 | (next & 0x3FU);
-    }
-    constexpr std::uint32_t least[] = { 0, 0, 0x80, 0x800, 0x10000 };
-    const bool surrogate = character >= 0xD800 && character < 0xE000;
-    // The control characters of Latin-1 (0x80-0x9F) are no text either.
-    if (character < least[length] || surrogate || character > 0x10FFFF ||
-        (character >= 0x80 && character < 0xA0))
-    {
-      return false;
-    }
-    i += length;
   }
   return true;
 }

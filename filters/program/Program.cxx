@@ -1,8 +1,8 @@
 #include "filters/program/Program.h"
 
 #include "filters/core/CaughtError.h"
+#include "filters/core/Texts.h"
 
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include <algorithm>
@@ -191,16 +191,7 @@ CLI::Option* CheckText(CLI::Option* option)
           return "has control characters";
         }
       }
-      // A string that is no UTF-8 is an error to the JSON library.
-      try
-      {
-        (void)nlohmann::json(text).dump();
-      }
-      catch (const nlohmann::json::type_error&)
-      {
-        return "is not UTF-8";
-      }
-      return "";
+      return IsUtf8(text) ? "" : "is not UTF-8";
     },
     "TEXT");
 }

@@ -1,5 +1,6 @@
 #include "filters/store/Store.h"
 
+#include "filters/model/ModelJson.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/StoreSchema.h"
 
@@ -56,9 +57,13 @@ Error Damaged(const std::string& blob, const std::string& what)
   return { ErrorCode::Damaged, blob + ": " + what };
 }
 
-Result<StoreInfo> ReadInfo(sqlite3* database)
+Result<ModelDescription> ReadInfo(sqlite3* database)
 {
   const Result<std::int64_t> application = QueryInteger(database, "PRAGMA application_id");
+  if (!application && application.GetError().code != ErrorCode::Damaged)
+  {
+    return application.GetError();
+  }
   if (!application)
   {
     return Damaged("header", application.GetError().message);
@@ -94,7 +99,7 @@ Result<StoreInfo> ReadInfo(sqlite3* database)
     return Damaged(
       "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
   }
-  return StoreInfoFromJson(json);
+  return ParseStoredModel(json);
 }
 
 }
@@ -122,10 +127,8 @@ struct Store::Connection
     KDSTREAM_TRY(database);
     Result<Statement> piece = Statement::Prepare(database->get(), selectPiece);
     Result<Statement> treePage = Statement::Prepare(database->get(), selectTreePage);
-    if (!piece || !treePage)
-    {
-      return Damaged("tables", (piece ? treePage : piece).GetError().message);
-    }
+    KDSTREAM_TRY(piece);
+    KDSTREAM_TRY(treePage);
     if (FileIdentity::Of(this->file) != this->identity)
     {
       // Its blobs must not pass for those of the digest that this store was opened with.
@@ -186,17 +189,6 @@ struct Store::Connection
   }
 };
 
-bool StoreInfo::HasPiece(PieceId id) const
-{
-  if (id.node == 0 || DepthOfNode(id.node) != PieceDepth(id.resolution, this->depths))
-  {
-    return false;
-  }
-  return id.resolution.IsOriginal()
-           ? id.node - (NodeId{ 1 } << this->depths.partition) < this->partitions
-           : id.resolution.Depth() < this->levels.size();
-}
-
 Store::Store() = default;
 Store::~Store() = default;
 
@@ -210,7 +202,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   const FileIdentity identity = FileIdentity::Of(file);
   Result<kdstream::Database> database = OpenForReading(file);
   KDSTREAM_TRY(database);
-  Result<StoreInfo> info = ReadInfo(database->get());
+  Result<ModelDescription> info = ReadInfo(database->get());
   KDSTREAM_TRY(info);
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
@@ -315,7 +307,7 @@ Result<std::vector<Box>> Store::ReadTree() const
 std::vector<PieceId> Store::PieceIds() const
 {
   std::vector<PieceId> ids;
-  const StoreInfo& info = this->Information;
+  const ModelDescription& info = this->Information;
   const auto add = [&](Resolution resolution, std::uint64_t count)
   {
     const unsigned depth = PieceDepth(resolution, info.depths);
@@ -324,9 +316,10 @@ std::vector<PieceId> Store::PieceIds() const
       ids.push_back({ resolution, (NodeId{ 1 } << depth) + i });
     }
   };
-  for (const ResolutionInfo& level : info.levels)
+  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
   {
-    add(level.resolution, std::uint64_t{ 1 } << PieceDepth(level.resolution, info.depths));
+    const Resolution level = Resolution::Level(depth);
+    add(level, std::uint64_t{ 1 } << PieceDepth(level, info.depths));
   }
   add(Resolution::Original(), info.partitions);
   return ids;

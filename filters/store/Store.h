@@ -2,9 +2,9 @@
 // doc/formats.md.
 #pragma once
 
-#include "filters/codec/PieceCodec.h"
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -16,45 +16,6 @@
 namespace kdstream
 {
 
-// What a store says of one resolution.
-struct ResolutionInfo
-{
-  Resolution resolution;
-  std::uint64_t vertices = 0;  // own vertices of all pieces
-  std::uint64_t triangles = 0; // each once
-  std::uint64_t pieces = 0;
-  std::uint64_t bytes = 0;
-  double deviation = 0; // largest of its vertices, model units; 0 for the original
-  double deviation99 =
-    0; // that 99 of 100 of its vertices do not exceed: a single spike does not decide it
-};
-
-// The metadata of a store.
-struct StoreInfo
-{
-  std::string digest; // 32 hexadecimal digits over tree, levels and partitions
-  std::string input;  // name of the file it was built from, without its folder
-  TreeDepths depths;
-  CoordinateGrid grid;
-  PrimitiveType primitive = PrimitiveType::Triangles;
-  Box box; // of the original vertices
-  std::uint64_t vertices = 0, triangles = 0, partitions = 1;
-  std::uint64_t welded = 0, inconsistentEdges = 0;
-  std::uint64_t smallestPartition = 0, largestPartition = 0; // own vertices
-  std::vector<ResolutionInfo> levels;                        // 0 … L
-  ResolutionInfo original;
-  std::vector<AttributeInfo> attributes;
-  std::string title, credit, license, unit;
-  std::string partitioner = "kdtree";     // as the options of kdstream-build name them; the others
-                                          // have no levels, P = S = L, and any number of partitions
-  std::string levelMaker, representative; // likewise; empty where there are no levels
-  bool sheets = true, weld = true;
-
-  bool HasLevels() const { return this->partitioner == "kdtree"; }
-  bool HasPiece(PieceId id) const;
-  CodecContext Codec() const { return { this->depths, this->grid }; }
-};
-
 // Reads one store. Any number of threads may read at once. The file must not change while it is
 // open: it is opened read-only and immutable.
 class Store
@@ -65,7 +26,7 @@ public:
   static Result<std::shared_ptr<Store>> Open(const std::filesystem::path& file);
   ~Store();
 
-  const StoreInfo& Info() const { return this->Information; }
+  const ModelDescription& Info() const { return this->Information; }
 
   // The encoded piece / tree page, its checksum verified.
   // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where
@@ -96,7 +57,7 @@ private:
   bool AttributesFit(const Piece& piece) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;
-  StoreInfo Information;
+  ModelDescription Information;
 };
 
 }

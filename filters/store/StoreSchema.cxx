@@ -116,16 +116,16 @@ struct ContentDigest::State
   XXH3_state_t* Xxh;
 };
 
-ContentDigest::ContentDigest(const StoreInfo& info)
+ContentDigest::ContentDigest(const ModelDescription& model)
   : Hash(std::make_unique<State>())
 {
-  this->Hash->Number(info.depths.partition);
-  this->Hash->Number(info.depths.stitch);
-  this->Hash->Number(info.depths.finest);
-  this->Hash->Number(info.grid.bits);
-  this->Hash->Number(static_cast<std::uint64_t>(info.grid.scalarType));
+  this->Hash->Number(model.depths.partition);
+  this->Hash->Number(model.depths.stitch);
+  this->Hash->Number(model.depths.finest);
+  this->Hash->Number(model.grid.bits);
+  this->Hash->Number(static_cast<std::uint64_t>(model.grid.scalarType));
   for (const double value :
-    { info.grid.origin[0], info.grid.origin[1], info.grid.origin[2], info.grid.step })
+    { model.grid.origin[0], model.grid.origin[1], model.grid.origin[2], model.grid.step })
   {
     this->Hash->Number(std::bit_cast<std::uint64_t>(value));
   }

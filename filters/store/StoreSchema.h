@@ -43,7 +43,7 @@ std::int64_t PieceChecksum(
 class ContentDigest
 {
 public:
-  explicit ContentDigest(const StoreInfo& info);
+  explicit ContentDigest(const ModelDescription& model);
   ~ContentDigest();
   void AddTreePage(NodeId page, std::span<const std::uint8_t> data);
   void AddPiece(PieceId id, std::span<const std::uint8_t> data);
@@ -55,8 +55,7 @@ private:
   std::unique_ptr<State> Hash;
 };
 
-// Metadata as the value of the row "model" and back.
-std::string StoreInfoToJson(const StoreInfo& info);
-Result<StoreInfo> StoreInfoFromJson(std::string_view json);
+// The value of the row "model"; ParseStoredModel (ModelJson.h) is the way back.
+std::string MetadataOf(const ModelDescription& model);
 
 }

@@ -82,7 +82,7 @@ struct StoreWriter::State
 {
   std::filesystem::path target, temporary;
   int lock = -1; // of the temporary file, as long as this process writes it
-  StoreInfo info;
+  ModelDescription info;
   Database database;
   Statement page, piece;
   std::unique_ptr<ContentDigest> digest;
@@ -142,7 +142,7 @@ StoreWriter::StoreWriter(std::unique_ptr<State> state)
 StoreWriter::~StoreWriter() = default;
 
 Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
-  const std::filesystem::path& store, StoreInfo info)
+  const std::filesystem::path& store, ModelDescription info)
 {
   auto state = std::make_unique<State>();
   state->target = store;
@@ -188,8 +188,8 @@ Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
 {
-  StoreInfo& info = this->S->info;
-  ResolutionInfo& resolution =
+  ModelDescription& info = this->S->info;
+  ResolutionDescription& resolution =
     piece.id.resolution.IsOriginal() ? info.original : info.levels[piece.id.resolution.Depth()];
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
@@ -212,8 +212,8 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
 
 Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
 {
-  StoreInfo& info = this->S->info;
-  ResolutionInfo& finished =
+  ModelDescription& info = this->S->info;
+  ResolutionDescription& finished =
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
   const Result<DeviationList::Summary> deviations = this->S->deviations->Finish();
@@ -223,11 +223,11 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
   return {};
 }
 
-Result<StoreInfo> StoreWriter::Finish()
+Result<ModelDescription> StoreWriter::Finish()
 {
   State& state = *this->S;
   state.info.digest = state.digest->Hexadecimal();
-  const std::string json = StoreInfoToJson(state.info);
+  const std::string json = MetadataOf(state.info);
   {
     Result<Statement> insert =
       Statement::Prepare(state.database.get(), "INSERT INTO metadata VALUES ('model', ?, ?)");

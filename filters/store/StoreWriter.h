@@ -19,7 +19,7 @@ class StoreWriter
 public:
   // info: everything but the digest and the counts of bytes and pieces, which the writer adds.
   static Result<std::unique_ptr<StoreWriter>> Create(
-    const std::filesystem::path& store, StoreInfo info);
+    const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();
 
   // All tree pages first, ascending; then the pieces, coarse to fine, nodes ascending: the order of
@@ -32,7 +32,7 @@ public:
   Status FinishResolution(Resolution resolution, std::uint64_t triangles);
 
   // Returns the metadata as stored.
-  Result<StoreInfo> Finish();
+  Result<ModelDescription> Finish();
 
 private:
   struct State;

@@ -1,11 +1,10 @@
 #include "server/http/Routes.h"
 
+#include "filters/model/ModelJson.h"
 #include "server/http/ConditionalRequest.h"
-#include "server/protocol/ModelDescription.h"
 #include "server/protocol/ResourcePath.h"
 
 #define XXH_INLINE_ALL
-#include <nlohmann/json.hpp>
 #include <xxhash.h>
 
 #include <cstdio>
@@ -161,9 +160,9 @@ HttpResponse Routes::Answer(const HttpRequest& request) const
 
 HttpResponse Routes::Failure(unsigned status, std::string_view message) const
 {
-  const nlohmann::json json{ { "error", message } };
-  auto response = Whole(status, "application/json",
-    Bytes(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+  JsonWriter json;
+  json.BeginObject().Member("error", message).EndObject();
+  auto response = Whole(status, "application/json", Bytes(json.Text() + "\n"));
   response.fields.emplace_back("Cache-Control", "no-store");
   return response;
 }
@@ -225,7 +224,7 @@ HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path
   }
   if (resource->kind == protocol::ResourcePath::Kind::Model)
   {
-    auto body = Bytes(protocol::WriteModel(model->Description()));
+    auto body = Bytes(WriteModel(model->Description()));
     auto tag = TagOf(*body);
     return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
   }
@@ -251,12 +250,12 @@ HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path
 
 HttpResponse Routes::AnswerModelList(const HttpRequest& request) const
 {
-  std::vector<protocol::ModelSummary> summaries;
+  std::vector<ModelSummary> summaries;
   for (const auto& model : this->Models.Models())
   {
-    summaries.push_back(protocol::Summarize(model->Description()));
+    summaries.push_back(Summarize(model->Description()));
   }
-  auto body = Bytes(protocol::WriteModelList(summaries));
+  auto body = Bytes(WriteModelList(summaries));
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }

@@ -1,5 +1,7 @@
 #include "server/protocol/BlobId.h"
 
+#include "filters/core/Texts.h"
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/TextParts.h"
 
 namespace kdstream::protocol

@@ -14,9 +14,6 @@
 namespace kdstream::protocol
 {
 
-// The deepest tree that a model may have; nodes have numbers below 2^31.
-inline constexpr unsigned maximumDepth = 30;
-
 // The largest blob that a server sends and a client takes.
 inline constexpr std::uint32_t maximumBlobBytes = 64u << 20;
 

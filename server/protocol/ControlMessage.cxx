@@ -1,7 +1,8 @@
 #include "server/protocol/ControlMessage.h"
 
-#include "server/protocol/JsonReader.h"
-#include "server/protocol/ModelJson.h"
+#include "filters/core/Texts.h"
+#include "filters/model/JsonReader.h"
+#include "filters/model/ServedModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/protocol/TextParts.h"
 
@@ -120,7 +121,7 @@ std::string Write(const Message& message)
   return writer.Text();
 }
 
-OpenRequest ReadOpen(JsonReader& reader, const Json& json)
+OpenRequest ReadOpen(JsonReader& reader, const JsonValue& json)
 {
   OpenRequest body{ reader.Text(json, "model", maximumClientMessageBytes) };
   if (!IsModelId(body.model))
@@ -130,20 +131,20 @@ OpenRequest ReadOpen(JsonReader& reader, const Json& json)
   return body;
 }
 
-LevelRequest ReadLevel(JsonReader& reader, const Json& json)
+LevelRequest ReadLevel(JsonReader& reader, const JsonValue& json)
 {
   return { reader.Small<std::uint8_t>(json, "level", 0, maximumDepth),
     reader.Integers(json, "nodes", 1, highestNode, mostListed, false) };
 }
 
-RegionRequest ReadRegion(JsonReader& reader, const Json& json)
+RegionRequest ReadRegion(JsonReader& reader, const JsonValue& json)
 {
   return { reader.Small<std::uint32_t>(json, "cell", 1, highestNode),
     reader.Small<std::uint8_t>(json, "rings", 0, maximumRings),
     reader.Integers(json, "except", 0, highestPartition, mostListed, false) };
 }
 
-BeginAnswer ReadBegin(JsonReader& reader, const Json& json)
+BeginAnswer ReadBegin(JsonReader& reader, const JsonValue& json)
 {
   BeginAnswer body;
   body.blobs = reader.Integer(json, "blobs", 0, mostCount);
@@ -156,7 +157,7 @@ BeginAnswer ReadBegin(JsonReader& reader, const Json& json)
   return body;
 }
 
-EndAnswer ReadEnd(JsonReader& reader, const Json& json)
+EndAnswer ReadEnd(JsonReader& reader, const JsonValue& json)
 {
   EndAnswer body;
   body.blobs = reader.Integer(json, "blobs", 0, mostCount);
@@ -166,7 +167,7 @@ EndAnswer ReadEnd(JsonReader& reader, const Json& json)
   return body;
 }
 
-ErrorAnswer ReadError(JsonReader& reader, const Json& json)
+ErrorAnswer ReadError(JsonReader& reader, const JsonValue& json)
 {
   ErrorAnswer body;
   body.code = reader.Small<std::uint16_t>(json, "code", 400, 599);
@@ -186,10 +187,10 @@ ErrorAnswer ReadError(JsonReader& reader, const Json& json)
   return body;
 }
 
-OpenedAnswer ReadOpened(JsonReader& reader, const Json& json)
+OpenedAnswer ReadOpened(JsonReader& reader, const JsonValue& json)
 {
   OpenedAnswer body;
-  if (const Json* object = reader.Find(json, "model"))
+  if (const JsonValue* object = reader.Find(json, "model"))
   {
     auto model = ModelFromJson(*object);
     if (model)
@@ -204,7 +205,7 @@ OpenedAnswer ReadOpened(JsonReader& reader, const Json& json)
   return body;
 }
 
-void ReadClientBody(JsonReader& reader, const Json& json, ClientMessage& message)
+void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& message)
 {
   const auto type = reader.Text(json, "type", 32);
   if (type == "open")
@@ -242,7 +243,7 @@ void ReadClientBody(JsonReader& reader, const Json& json, ClientMessage& message
   }
 }
 
-void ReadServerBody(JsonReader& reader, const Json& json, ServerMessage& message)
+void ReadServerBody(JsonReader& reader, const JsonValue& json, ServerMessage& message)
 {
   const auto type = reader.Text(json, "type", 32);
   if (type == "opened")

@@ -7,8 +7,8 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/model/ModelJson.h"
 #include "server/protocol/BlobId.h"
-#include "server/protocol/ModelDescription.h"
 
 #include <cstddef>
 #include <cstdint>

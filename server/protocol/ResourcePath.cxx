@@ -1,39 +1,15 @@
 #include "server/protocol/ResourcePath.h"
 
+#include "filters/core/Texts.h"
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/TextParts.h"
-
-#include <algorithm>
 
 namespace kdstream::protocol
 {
 
 namespace
 {
-
 constexpr std::string_view modelsPrefix = "/api/models/";
-
-bool IsIdCharacter(char c)
-{
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' ||
-         c == '_' || c == '-';
-}
-
-bool IsHexDigit(char c)
-{
-  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-}
-
-}
-
-bool IsModelId(std::string_view id)
-{
-  return !id.empty() && id.size() <= 128 && id != "." && id != ".." &&
-         std::all_of(id.begin(), id.end(), IsIdCharacter);
-}
-
-bool IsDigest(std::string_view digest)
-{
-  return digest.size() == 32 && std::all_of(digest.begin(), digest.end(), IsHexDigit);
 }
 
 std::string ModelPath(std::string_view model)

@@ -36,12 +36,6 @@ struct ResourcePath
   BlobId blob;        // of Blob
 };
 
-// [A-Za-z0-9._-]{1,128}, but neither "." nor "..".
-bool IsModelId(std::string_view id);
-
-// 32 hexadecimal digits in lower case.
-bool IsDigest(std::string_view digest);
-
 inline constexpr std::string_view modelListPath = "/api/models.json";
 // REQUIRES: IsModelId(model), IsDigest(digest), IsValid(blob).
 std::string ModelPath(std::string_view model);

@@ -42,16 +42,4 @@ std::optional<std::uint32_t> ParseDecimal(
   return static_cast<std::uint32_t>(value);
 }
 
-std::string Quoted(std::string_view text)
-{
-  constexpr std::size_t most = 64;
-  std::string quoted = "\"";
-  for (const char c : text.substr(0, most))
-  {
-    quoted += c >= ' ' && c <= '~' ? c : '?';
-  }
-  quoted += text.size() > most ? "…\"" : "\"";
-  return quoted;
-}
-
 }

@@ -17,8 +17,4 @@ std::vector<std::string_view> SplitPath(std::string_view path);
 std::optional<std::uint32_t> ParseDecimal(
   std::string_view text, std::uint32_t lowest, std::uint32_t highest);
 
-// The text in quotes for a message: at most 64 characters of it, anything but printable ASCII as
-// '?'.
-std::string Quoted(std::string_view text);
-
 }

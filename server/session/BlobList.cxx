@@ -16,7 +16,6 @@ namespace
 
 using protocol::BlobId;
 using protocol::BlobKind;
-using protocol::ModelDescription;
 
 constexpr unsigned treePageDepths = 11;
 
@@ -26,7 +25,7 @@ Error NoBlob(const ModelDescription& model, const BlobId& blob)
 }
 
 // About the bytes of `count` pieces of a resolution.
-std::uint64_t Estimate(const protocol::ResolutionDescription& resolution, std::uint64_t count)
+std::uint64_t Estimate(const ResolutionDescription& resolution, std::uint64_t count)
 {
   if (resolution.pieces == 0)
   {
@@ -41,7 +40,7 @@ std::uint64_t Estimate(const protocol::ResolutionDescription& resolution, std::u
 Result<BlobList> ListLevel(
   const ModelDescription& model, unsigned level, const std::vector<std::uint32_t>& nodes)
 {
-  const unsigned depth = protocol::PieceDepth(model, level);
+  const unsigned depth = PieceDepth(Resolution::Level(level), model.depths);
   BlobList list;
   list.kind = BlobKind::Level;
   list.level = static_cast<std::uint8_t>(level);
@@ -83,7 +82,7 @@ Result<BlobList> ListPartitions(
 
 Result<BlobList> ListTree(const ModelDescription& model, const std::vector<std::uint32_t>& nodes)
 {
-  const std::uint64_t bytesOfBox = model.doublePrecision ? 48 : 24;
+  const std::uint64_t bytesOfBox = model.grid.scalarType == ScalarType::Float64 ? 48 : 24;
   BlobList list;
   list.kind = BlobKind::Tree;
   list.numbers = nodes;
@@ -91,11 +90,11 @@ Result<BlobList> ListTree(const ModelDescription& model, const std::vector<std::
   for (const auto node : nodes)
   {
     const unsigned depth = DepthOfNode(node);
-    if (depth % treePageDepths != 0 || (depth > 0 && depth >= model.partitionDepth))
+    if (depth % treePageDepths != 0 || (depth > 0 && depth >= model.depths.partition))
     {
       return NoBlob(model, BlobId::TreePage(node));
     }
-    const unsigned below = std::min(treePageDepths, model.partitionDepth - depth);
+    const unsigned below = std::min(treePageDepths, model.depths.partition - depth);
     list.estimatedBytes += bytesOfBox << (below + 1);
   }
   return list;
@@ -104,7 +103,7 @@ Result<BlobList> ListTree(const ModelDescription& model, const std::vector<std::
 Result<BlobList> ListRegion(const ServedModel& model, const protocol::RegionRequest& request)
 {
   const ModelDescription& description = model.Description();
-  if (DepthOfNode(request.cell) > description.partitionDepth)
+  if (DepthOfNode(request.cell) > description.depths.partition)
   {
     return Error{ ErrorCode::InvalidArgument, "cell " + std::to_string(request.cell) +
                                                 " is deeper than the partitions of " +
@@ -112,9 +111,7 @@ Result<BlobList> ListRegion(const ServedModel& model, const protocol::RegionRequ
   }
   const auto boxes = model.Boxes();
   KDSTREAM_TRY(boxes);
-  const TreeDepths depths{ description.partitionDepth, description.stitchDepth,
-    description.finestDepth };
-  auto region = FindRegion(*boxes, depths, request.cell, request.rings);
+  auto region = FindRegion(*boxes, description.depths, request.cell, request.rings);
   KDSTREAM_TRY(region);
 
   auto held = request.except;
@@ -160,7 +157,7 @@ Result<BlobList> ListBlobs(const ServedModel& model, const protocol::ClientMessa
   {
     return ListPartitions(description, partitions->partitions);
   }
-  return ListLevel(description, protocol::PreviewLevel(description), {});
+  return ListLevel(description, PreviewLevel(description), {});
 }
 
 }

@@ -7,8 +7,8 @@
 
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
-#include "server/protocol/ModelDescription.h"
 
 #include <cstdint>
 #include <memory>
@@ -28,7 +28,7 @@ class ServedModel
 public:
   virtual ~ServedModel() = default;
 
-  virtual const protocol::ModelDescription& Description() const = 0;
+  virtual const ModelDescription& Description() const = 0;
 
   // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model.
   // Errors: Damaged.

@@ -1,5 +1,6 @@
 #include "server/session/StoreModel.h"
 
+#include "filters/model/ModelJson.h"
 #include "filters/store/Store.h"
 
 #include <mutex>
@@ -12,53 +13,10 @@ namespace kdstream
 namespace
 {
 
-protocol::ResolutionDescription Describe(const ResolutionInfo& info)
-{
-  return { info.vertices, info.triangles, info.pieces, info.bytes, info.deviation,
-    info.deviation99 };
-}
-
-protocol::ModelDescription Describe(const StoreInfo& info, const std::string& id)
-{
-  protocol::ModelDescription model;
-  model.id = id;
-  model.digest = info.digest;
-  model.vertices = info.vertices;
-  model.triangles = info.triangles;
-  model.partitions = info.partitions;
-  model.boxLo = info.box.lo;
-  model.boxHi = info.box.hi;
-  model.partitionDepth = static_cast<std::uint8_t>(info.depths.partition);
-  model.stitchDepth = static_cast<std::uint8_t>(info.depths.stitch);
-  model.finestDepth = static_cast<std::uint8_t>(info.depths.finest);
-  model.bits = info.grid.bits;
-  model.doublePrecision = info.grid.scalarType == ScalarType::Float64;
-  model.gridOrigin = info.grid.origin;
-  model.gridStep = info.grid.step;
-  model.hasTriangles = info.primitive == PrimitiveType::Triangles;
-  for (const auto& level : info.levels)
-  {
-    model.levels.push_back(Describe(level));
-  }
-  model.original = Describe(info.original);
-  model.title = info.title;
-  model.credit = info.credit;
-  model.license = info.license;
-  model.unit = info.unit;
-  for (const auto& attribute : info.attributes)
-  {
-    model.attributes.push_back({ attribute.name, std::string(NameOf(attribute.type)),
-      attribute.association == AttributeAssociation::Point ? "point" : "cell",
-      attribute.components });
-  }
-  return model;
-}
-
 class StoreModel : public ServedModel
 {
 public:
-  StoreModel(
-    std::shared_ptr<Store> store, protocol::ModelDescription description, DamageReport report)
+  StoreModel(std::shared_ptr<Store> store, ModelDescription description, DamageReport report)
     : Source(std::move(store))
     , Told(std::move(description))
     , Report(std::move(report))
@@ -70,7 +28,7 @@ public:
     }
   }
 
-  const protocol::ModelDescription& Description() const override { return this->Told; }
+  const ModelDescription& Description() const override { return this->Told; }
 
   Result<std::span<const Box>> Boxes() const override
   {
@@ -116,7 +74,7 @@ private:
   }
 
   std::shared_ptr<Store> Source;
-  protocol::ModelDescription Told;
+  ModelDescription Told;
   DamageReport Report;
   Result<std::vector<Box>> Tree;
   mutable std::mutex Mutex;
@@ -131,7 +89,9 @@ Result<std::shared_ptr<const ServedModel>> OpenStoreModel(
   auto store = Store::Open(file);
   KDSTREAM_TRY(store);
   // A description that clients would reject is rejected here, where the operator sees it.
-  auto description = protocol::ParseModel(protocol::WriteModel(Describe((*store)->Info(), id)));
+  ModelDescription told = (*store)->Info();
+  told.id = id;
+  auto description = ParseModel(WriteModel(told));
   KDSTREAM_TRY(description);
   return std::shared_ptr<const ServedModel>(
     std::make_shared<StoreModel>(std::move(*store), std::move(*description), std::move(report)));

@@ -2,8 +2,8 @@
 // picture.
 #pragma once
 
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
-#include "server/protocol/ModelDescription.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct ClientEvent
   };
   Kind kind = Kind::RequestFailed;
   std::uint32_t request = 0; // the session's
-  protocol::ModelDescription model;
+  ModelDescription model;
   protocol::BlobId blob;
   std::vector<std::uint8_t> bytes;
   // Of a Blob: seconds since it was asked for, or since the blob before it had come, whichever is

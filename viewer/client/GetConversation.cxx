@@ -1,7 +1,8 @@
 // A session's requests as plain GETs, one blob after the other, for servers without a stream.
 #include "viewer/client/GetConversation.h"
 
-#include "server/protocol/Json.h"
+#include "filters/model/Json.h"
+#include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <algorithm>
@@ -13,11 +14,11 @@ namespace kdstream
 std::string DescribeRefusal(const HttpReply& reply)
 {
   std::string text = "the server says " + std::to_string(reply.status);
-  const auto json = protocol::ParseJson(reply.body);
-  const auto* error = json && json->IsObject() ? protocol::FindMember(*json, "error") : nullptr;
+  const auto json = ParseJson(reply.body);
+  const auto* error = json && json->IsObject() ? FindMember(*json, "error") : nullptr;
   if (error && error->IsString())
   {
-    text += ": " + std::string(protocol::TextOf(*error).substr(0, 500));
+    text += ": " + std::string(TextOf(*error).substr(0, 500));
   }
   return text;
 }
@@ -52,7 +53,7 @@ std::optional<HttpFetch> GetConversation::Next()
   this->Cancelled = false;
   if (!this->Current->model.empty())
   {
-    return HttpFetch{ protocol::ModelPath(this->Current->model), protocol::maximumModelBytes };
+    return HttpFetch{ protocol::ModelPath(this->Current->model), maximumModelBytes };
   }
   return HttpFetch{ protocol::BlobPath(this->Model, this->Digest, this->Current->blob),
     protocol::maximumBlobBytes };
@@ -87,7 +88,7 @@ void GetConversation::Receive(const Result<HttpReply>& reply, double now)
   }
   else
   {
-    auto model = protocol::ParseModel(reply->body);
+    auto model = ParseModel(reply->body);
     if (model && model->id == item.model)
     {
       event.kind = ClientEvent::Kind::Opened;

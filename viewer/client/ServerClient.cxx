@@ -1,6 +1,7 @@
 // A session's line to a server: requests out, blobs in, on a thread of its own.
 #include "viewer/client/ServerClient.h"
 
+#include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetcher.h"
 #include "viewer/client/ServerLine.h"
@@ -226,15 +227,15 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
   KDSTREAM_TRY(server);
   const std::string authority = server->Authority();
   std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server)));
-  auto reply = client->Kept->FetchAndWait(
-    { std::string(protocol::modelListPath), protocol::maximumModelListBytes });
+  auto reply =
+    client->Kept->FetchAndWait({ std::string(protocol::modelListPath), maximumModelListBytes });
   KDSTREAM_TRY(reply);
   if (reply->status != 200)
   {
     return Error{ ErrorCode::InvalidInput,
       authority + " has no list of models: " + DescribeRefusal(*reply) };
   }
-  auto models = protocol::ParseModelList(reply->body);
+  auto models = ParseModelList(reply->body);
   if (!models)
   {
     return Error{ ErrorCode::InvalidInput,

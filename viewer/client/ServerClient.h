@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/protocol/ModelDescription.h"
+#include "filters/model/ModelDescription.h"
 #include "viewer/client/ClientEvent.h"
 
 #include <chrono>
@@ -31,7 +31,7 @@ public:
   // Ends the connection and the thread.
   ~ServerClient();
 
-  const std::vector<protocol::ModelSummary>& Models() const { return this->ModelList; }
+  const std::vector<ModelSummary>& Models() const { return this->ModelList; }
 
   void Send(const SessionRequest& request);
   // What has come since the last call, in order.
@@ -44,7 +44,7 @@ private:
   explicit ServerClient(std::unique_ptr<Line> line);
 
   std::unique_ptr<Line> Kept;
-  std::vector<protocol::ModelSummary> ModelList;
+  std::vector<ModelSummary> ModelList;
 };
 
 }

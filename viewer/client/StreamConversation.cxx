@@ -178,7 +178,7 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
   return {};
 }
 
-void StreamConversation::Opened(std::uint32_t request, const protocol::ModelDescription& model)
+void StreamConversation::Opened(std::uint32_t request, const ModelDescription& model)
 {
   const auto debt = this->Outstanding.find(request);
   if (request == 0 && model.digest != this->Digest)

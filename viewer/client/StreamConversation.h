@@ -70,7 +70,7 @@ private:
   void Cancel(std::uint32_t request);
   void Flush(double now);
   void FinishMessage(std::uint32_t wire, double now);
-  void Opened(std::uint32_t request, const protocol::ModelDescription& model);
+  void Opened(std::uint32_t request, const ModelDescription& model);
   void RefuseModel(const std::string& message);
   void Fail(std::uint32_t request, const std::string& message);
   void Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now);

@@ -2,9 +2,12 @@
 #include "filters/program/Program.h"
 #include "viewer/desktop/Player.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -18,25 +21,21 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Looks at a model of a KdStream server, without a screen: this version has no interactive window "
-  "yet, so --offscreen "
-  "is required.\n"
-  "With --replay it plays a recorded session and ends; otherwise it shows the model in the level "
-  "of detail that fits "
-  "the window. --screenshot writes what is shown at the end.\n\n"
+  "Looks at a model of a KdStream server without a screen: this version opens no window yet, so "
+  "--offscreen is required.\n"
+  "It shows the model in the level of detail that fits the window, or plays a recorded session "
+  "(--replay), writes what is asked for, and ends.";
+
+constexpr const char* examples =
   "A session file has one JSON object a line:\n"
-  "  {\"select\":\"MODEL\"}          browse the model: its preview is shown; again, or a tap: full "
-  "screen\n"
+  "  {\"select\":\"MODEL\"}          show its preview; again, or a tap: full screen\n"
   "  {\"wait\":\"idle\"}             until everything that was asked for has come\n"
   "  {\"screenshot\":\"NAME.png\"}   write what is shown\n"
-  "  {\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360}]}   all fingers on the screen at that "
-  "time (seconds, "
-  "pixels)\n"
-  "One finger turns, two move and zoom (and pick the level of detail), a double tap streams the "
-  "region under it as the "
-  "original.\n\n"
-  "Example: kdstream-view http://localhost:8700 --model dragon --offscreen auto --screenshot "
-  "dragon.png";
+  "  {\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360}]}\n"
+  "                               the fingers on the screen at that time (seconds, pixels)\n"
+  "One finger turns, two move and zoom, a double tap streams the original under it.\n\n"
+  "Example:\n"
+  "  kdstream-view http://localhost:8700 --model dragon --offscreen auto --screenshot dragon.png";
 
 struct CommandLine
 {
@@ -58,14 +57,22 @@ std::string ParseWindowSize(const std::string& text, int& width, int& height)
                                std::to_string(largestWindowSide) + " pixels";
 }
 
-void AddOptions(CLI::App& app, CommandLine& line)
+// Why no picture can be written there; empty if it can.
+std::string CheckPicture(const std::string& file)
 {
-  app.add_option("URL", line.url, "the server: http://HOST:PORT")->required();
-  app.add_option("--model", line.model, "id of the model [the server's only one]");
-  app
-    .add_option("--offscreen", line.offscreen,
-      "draw into memory by auto, egl, osmesa or x11; auto takes the first that works")
-    ->check(CLI::IsMember({ "auto", "egl", "osmesa", "x11" }));
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".png" ? ""
+                          : "'" + file + "' does not end in .png, and pictures are written as PNG";
+}
+
+void AddPictureOptions(CLI::App& app, CommandLine& line)
+{
+  const char* const group = "Picture";
+  app.add_option("--offscreen", line.offscreen, "how to draw; auto: the first that works")
+    ->check(CLI::IsMember({ "auto", "egl", "osmesa", "x11" }))
+    ->group(group);
   app
     .add_option_function<std::string>(
       "--size",
@@ -77,20 +84,10 @@ void AddOptions(CLI::App& app, CommandLine& line)
           throw CLI::ValidationError("--size", wrong);
         }
       },
-      "size of the window, pixels")
+      "its size in pixels")
     ->type_name("WxH")
-    ->default_str("1280x720");
-  app
-    .add_option("--rings", line.rings,
-      "how far around a picked cell the original is streamed: 1, 2 or 3 times its size")
-    ->check(CLI::Range(1u, 3u))
-    ->capture_default_str();
-  app.add_option("--replay", line.replay, "session file to play");
-  app.add_option(
-    "--record", line.record, "session file to write: what is done, to be played again");
-  app.add_option("--screenshot", line.screenshot, "PNG file to write at the end");
-  app.add_option("--stats", line.statistics,
-    "JSON file to write at the end: vertices, triangles, bytes and seconds of every blob");
+    ->default_str("1280x720")
+    ->group(group);
   const std::map<std::string, SurfaceColoring> colorings{ { "own", SurfaceColoring::Own },
     { "none", SurfaceColoring::Stone }, { "partition", SurfaceColoring::Partition },
     { "resolution", SurfaceColoring::Resolution } };
@@ -99,7 +96,40 @@ void AddOptions(CLI::App& app, CommandLine& line)
       "colours of the surface: own (the model's, where it has some), none, partition or "
       "resolution")
     ->transform(CLI::CheckedTransformer(colorings).description(""))
-    ->default_str("own");
+    ->default_str("own")
+    ->group(group);
+  app.add_option("--screenshot", line.screenshot, "write what is shown at the end (NAME.png)")
+    ->check(CLI::Validator(CheckPicture, ""))
+    ->type_name("FILE")
+    ->group(group);
+}
+
+void AddOptions(CLI::App& app, CommandLine& line)
+{
+  app.add_option("URL", line.url, "the server: http://HOST:PORT")->required();
+  const char* const model = "Model";
+  app.add_option("--model", line.model, "its name [default: the server's only one]")
+    ->type_name("NAME")
+    ->group(model);
+  app
+    .add_option(
+      "--rings", line.rings, "how far around a double tap the original is streamed, in cells")
+    ->check(CLI::Range(1u, 3u))
+    ->capture_default_str()
+    ->group(model);
+  AddPictureOptions(app, line);
+  const char* const session = "Session";
+  app.add_option("--replay", line.replay, "play this session file")
+    ->type_name("FILE")
+    ->group(session);
+  app.add_option("--record", line.record, "write a session file of what is done")
+    ->type_name("FILE")
+    ->group(session);
+  app
+    .add_option("--stats", line.statistics,
+      "write JSON at the end: vertices, triangles, bytes and seconds of every blob")
+    ->type_name("FILE")
+    ->group(session);
 }
 
 // The steps of a session file; none if no file is named.
@@ -139,7 +169,7 @@ Status WriteOutput(const std::string& file, const std::string& text)
 // The model to begin with: the one that is named, or the only one; empty if the replay selects one
 // itself.
 Result<std::string> FirstModel(const CommandLine& line, const std::vector<SessionStep>& steps,
-  const std::vector<protocol::ModelSummary>& models)
+  const std::vector<ModelSummary>& models)
 {
   if (!line.model.empty())
   {
@@ -165,7 +195,7 @@ Result<std::string> FirstModel(const CommandLine& line, const std::vector<Sessio
     return Error{ ErrorCode::NotFound, "the server has no models" };
   }
   std::string names;
-  for (const protocol::ModelSummary& model : models)
+  for (const ModelSummary& model : models)
   {
     names += (names.empty() ? "" : ", ") + model.id;
   }
@@ -293,6 +323,7 @@ int main(int argc, char** argv)
   ParseWindowSize(line.size, line.width, line.height);
   CLI::App app(description, "kdstream-view");
   app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.footer(examples);
   AddOptions(app, line);
   return RunProgram(app, argc, argv,
     [&]()

@@ -1,8 +1,8 @@
 // What every renderer decides alike about a scene: see SceneRules.h.
 #include "viewer/session/SceneRules.h"
 
+#include "filters/model/JsonWriter.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/JsonText.h"
 #include "viewer/session/VertexNormals.h"
 
 #include <algorithm>

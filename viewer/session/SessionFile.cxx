@@ -2,8 +2,8 @@
 // README's picture.
 #include "viewer/session/SessionFile.h"
 
-#include "server/protocol/Json.h"
-#include "viewer/session/JsonText.h"
+#include "filters/model/Json.h"
+#include "filters/model/JsonWriter.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -14,17 +14,14 @@ namespace kdstream
 namespace
 {
 
-using protocol::FindMember;
-using protocol::Json;
-using protocol::TextOf;
-
 Error Wrong(std::size_t line, const std::string& what)
 {
   return { ErrorCode::InvalidInput, "line " + std::to_string(line) + ": " + what };
 }
 
 // What is wrong with the keys of `object`: it must have exactly `keys`.
-std::optional<std::string> CheckKeys(const Json& object, std::initializer_list<const char*> keys)
+std::optional<std::string> CheckKeys(
+  const JsonValue& object, std::initializer_list<const char*> keys)
 {
   if (!object.IsObject())
   {
@@ -48,14 +45,14 @@ std::optional<std::string> CheckKeys(const Json& object, std::initializer_list<c
   return std::nullopt;
 }
 
-Result<Touch> ParseTouch(const Json& object, std::size_t line)
+Result<Touch> ParseTouch(const JsonValue& object, std::size_t line)
 {
   if (const auto wrong = CheckKeys(object, { "id", "x", "y" }))
   {
     return Wrong(line, "a touch: " + *wrong);
   }
-  const Json &id = *FindMember(object, "id"), &x = *FindMember(object, "x"),
-             &y = *FindMember(object, "y");
+  const JsonValue &id = *FindMember(object, "id"), &x = *FindMember(object, "x"),
+                  &y = *FindMember(object, "y");
   if (!id.IsInt64() || !x.IsNumber() || !y.IsNumber())
   {
     return Wrong(line, "a touch: id is an integer, x and y are numbers");
@@ -63,19 +60,19 @@ Result<Touch> ParseTouch(const Json& object, std::size_t line)
   return Touch{ id.GetInt64(), x.GetDouble(), y.GetDouble() };
 }
 
-Result<SessionStep> ParseTouches(const Json& object, std::size_t line)
+Result<SessionStep> ParseTouches(const JsonValue& object, std::size_t line)
 {
   if (const auto wrong = CheckKeys(object, { "t", "touches" }))
   {
     return Wrong(line, *wrong);
   }
-  const Json &time = *FindMember(object, "t"), &touches = *FindMember(object, "touches");
+  const JsonValue &time = *FindMember(object, "t"), &touches = *FindMember(object, "touches");
   if (!time.IsNumber() || !touches.IsArray())
   {
     return Wrong(line, "'t' is a number of seconds, 'touches' a list");
   }
   SessionStep step{ SessionStep::Kind::Touches, { time.GetDouble(), {} }, {} };
-  for (const Json& entry : touches.GetArray())
+  for (const JsonValue& entry : touches.GetArray())
   {
     const auto touch = ParseTouch(entry, line);
     KDSTREAM_TRY(touch);
@@ -85,13 +82,13 @@ Result<SessionStep> ParseTouches(const Json& object, std::size_t line)
 }
 
 Result<SessionStep> ParseNamed(
-  const Json& object, std::size_t line, const char* key, SessionStep::Kind kind)
+  const JsonValue& object, std::size_t line, const char* key, SessionStep::Kind kind)
 {
   if (const auto wrong = CheckKeys(object, { key }))
   {
     return Wrong(line, *wrong);
   }
-  const Json& text = *FindMember(object, key);
+  const JsonValue& text = *FindMember(object, key);
   if (!text.IsString() || text.GetStringLength() == 0)
   {
     return Wrong(line, std::string("'") + key + "' is a text that is not empty");
@@ -101,12 +98,12 @@ Result<SessionStep> ParseNamed(
 
 Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
 {
-  const auto parsed = protocol::ParseJson(text);
+  const auto parsed = ParseJson(text);
   if (!parsed || !parsed->IsObject())
   {
     return Wrong(line, "not a JSON object");
   }
-  const Json& object = *parsed;
+  const JsonValue& object = *parsed;
   if (FindMember(object, "touches"))
   {
     return ParseTouches(object, line);
@@ -160,25 +157,34 @@ Result<std::vector<SessionStep>> ParseSession(std::string_view text)
 
 std::string FormatSessionStep(const SessionStep& step)
 {
+  JsonWriter json;
+  json.BeginObject();
   switch (step.kind)
   {
     case SessionStep::Kind::Touches:
-    {
-      const auto touch = [](const Touch& t)
-      { return JsonObject().Add("id", t.id).Add("x", t.x).Add("y", t.y).Text(); };
-      return JsonObject()
-        .Add("t", step.frame.time)
-        .AddRaw("touches", JsonArray(step.frame.touches, touch))
-        .Text();
-    }
+      json.Member("t", step.frame.time).Key("touches").BeginArray();
+      for (const Touch& touch : step.frame.touches)
+      {
+        json.BeginObject()
+          .Member("id", touch.id)
+          .Member("x", touch.x)
+          .Member("y", touch.y)
+          .EndObject();
+      }
+      json.EndArray();
+      break;
     case SessionStep::Kind::Screenshot:
-      return JsonObject().Add("screenshot", step.name).Text();
+      json.Member("screenshot", step.name);
+      break;
     case SessionStep::Kind::Select:
-      return JsonObject().Add("select", step.name).Text();
+      json.Member("select", step.name);
+      break;
     case SessionStep::Kind::WaitForIdle:
+      json.Member("wait", "idle");
       break;
   }
-  return JsonObject().Add("wait", "idle").Text();
+  json.EndObject();
+  return json.Text();
 }
 
 }

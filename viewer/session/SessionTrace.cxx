@@ -1,8 +1,9 @@
 // A session's trace: one line of JSON after every input, with the state and what there is to send.
 // Tests compare whole traces, so nothing in it depends on clocks, threads or pointers.
-#include "viewer/session/JsonText.h"
+#include "filters/model/JsonWriter.h"
 #include "viewer/session/ViewerSession.h"
 
+#include <array>
 #include <utility>
 
 namespace kdstream
@@ -10,21 +11,15 @@ namespace kdstream
 namespace
 {
 
-std::string Triple(const Vec3& v)
-{
-  return JsonArray(v, [](double x) { return JsonNumber(x); });
-}
-
-std::string CameraJson(const Camera& camera)
+void PutCamera(JsonWriter& json, const Camera& camera)
 {
   const Quaternion& turn = camera.Orientation();
-  const std::array<double, 4> orientation{ turn.w, turn.x, turn.y, turn.z };
-  return JsonObject()
-    .AddRaw("focal", Triple(camera.Focal()))
-    .AddRaw("eye", Triple(camera.Eye()))
-    .Add("distance", camera.Distance())
-    .AddRaw("orientation", JsonArray(orientation, [](double x) { return JsonNumber(x); }))
-    .Text();
+  json.BeginObject()
+    .Member("focal", camera.Focal())
+    .Member("eye", camera.Eye())
+    .Member("distance", camera.Distance())
+    .Member("orientation", std::array<double, 4>{ turn.w, turn.x, turn.y, turn.z })
+    .EndObject();
 }
 
 }
@@ -35,33 +30,39 @@ std::string FormatRegion(const std::optional<ViewerStatus::Region>& region)
   {
     return "null";
   }
-  return JsonObject()
-    .Add("cell", region->cell)
-    .Add("rings", region->rings)
-    .Add("partitions", region->partitions)
-    .Add("shown", region->shown)
-    .Text();
+  JsonWriter json;
+  json.BeginObject()
+    .Member("cell", region->cell)
+    .Member("rings", region->rings)
+    .Member("partitions", region->partitions)
+    .Member("shown", region->shown)
+    .EndObject();
+  return json.Text();
 }
 
 std::string FormatRequest(const SessionRequest& request)
 {
-  JsonObject json;
-  json.Add("request", request.id).Add("kind", NameOf(request.kind));
+  JsonWriter json;
+  json.BeginObject().Member("request", request.id).Member("kind", NameOf(request.kind));
   switch (request.kind)
   {
     case SessionRequest::Kind::Open:
-      json.Add("model", request.model);
+      json.Member("model", request.model);
       break;
     case SessionRequest::Kind::Region:
-      json.Add("cell", request.cell).Add("rings", static_cast<unsigned>(request.rings));
-      json.AddRaw(
-        "except", JsonArray(request.except, [](std::uint32_t p) { return JsonNumber(p); }));
+      json.Member("cell", request.cell)
+        .Member("rings", request.rings)
+        .Member("except", request.except);
       break;
     default:
       break;
   }
-  json.AddRaw("blobs", JsonArray(request.blobs, [](const protocol::BlobId& blob)
-                         { return JsonString(protocol::BlobName(blob)); }));
+  json.Key("blobs").BeginArray();
+  for (const protocol::BlobId& blob : request.blobs)
+  {
+    json.Put(protocol::BlobName(blob));
+  }
+  json.EndArray().EndObject();
   return json.Text();
 }
 
@@ -74,23 +75,30 @@ void SessionOptions::TraceTo(std::function<void(std::string_view)> sink)
 std::string ViewerSession::FormatTrace(std::string_view input, std::string_view detail) const
 {
   const ViewerStatus status = this->GetStatus();
-  JsonObject line;
-  line.Add("input", input)
-    .Add("detail", detail)
-    .Add("mode", NameOf(status.mode))
-    .Add("model", status.model)
-    .AddRaw("shown", JsonNumber(status.shownLevel))
-    .AddRaw("target", JsonNumber(status.targetLevel))
-    .AddRaw("region", FormatRegion(status.region))
-    .AddRaw("camera", CameraJson(this->Eye))
-    .Add("surface", this->Shown.Version())
-    .Add("vertices", status.vertices)
-    .Add("triangles", status.triangles)
-    .Add("blobs_loaded", status.blobsLoaded)
-    .Add("blobs_wanted", status.blobsWanted)
-    .Add("idle", this->IsIdle())
-    .Add("error", status.error)
-    .AddRaw("outgoing", JsonArray(this->Book.Outgoing(), FormatRequest));
+  JsonWriter line;
+  line.BeginObject()
+    .Member("input", input)
+    .Member("detail", detail)
+    .Member("mode", NameOf(status.mode))
+    .Member("model", status.model)
+    .Member("shown", status.shownLevel)
+    .Member("target", status.targetLevel);
+  line.Key("region").PutJson(FormatRegion(status.region)).Key("camera");
+  PutCamera(line, this->Eye);
+  line.Member("surface", this->Shown.Version())
+    .Member("vertices", status.vertices)
+    .Member("triangles", status.triangles)
+    .Member("blobs_loaded", status.blobsLoaded)
+    .Member("blobs_wanted", status.blobsWanted)
+    .Member("idle", this->IsIdle())
+    .Member("error", status.error)
+    .Key("outgoing")
+    .BeginArray();
+  for (const SessionRequest& request : this->Book.Outgoing())
+  {
+    line.PutJson(FormatRequest(request));
+  }
+  line.EndArray().EndObject();
   return line.Text();
 }
 

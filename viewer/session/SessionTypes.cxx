@@ -1,7 +1,7 @@
 // What goes in and out of a viewer's session: names and texts.
 #include "viewer/session/SessionTypes.h"
 
-#include "viewer/session/JsonText.h"
+#include "filters/model/JsonWriter.h"
 
 namespace kdstream
 {
@@ -67,17 +67,19 @@ std::string StatisticsJson(const std::deque<BlobStatistics>& statistics)
   for (const BlobStatistics& blob : statistics)
   {
     text += text.size() > 1 ? ",\n " : "\n ";
-    text += JsonObject()
-              .Add("what", blob.what)
-              .Add("id", blob.id)
-              .Add("vertices", blob.vertices)
-              .Add("triangles", blob.triangles)
-              .Add("bytes", blob.bytes)
-              .Add("transmission_s", blob.transmissionSeconds)
-              .Add("parsing_s", blob.parsingSeconds)
-              .Add("rendering_s", blob.renderingSeconds)
-              .Add("from_cache", blob.fromCache)
-              .Text();
+    JsonWriter json;
+    json.BeginObject()
+      .Member("what", blob.what)
+      .Member("id", blob.id)
+      .Member("vertices", blob.vertices)
+      .Member("triangles", blob.triangles)
+      .Member("bytes", blob.bytes)
+      .Member("transmission_s", blob.transmissionSeconds)
+      .Member("parsing_s", blob.parsingSeconds)
+      .Member("rendering_s", blob.renderingSeconds)
+      .Member("from_cache", blob.fromCache)
+      .EndObject();
+    text += json.Text();
   }
   return text + "\n]\n";
 }

@@ -17,24 +17,19 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-bool HasColors(const protocol::ModelDescription& model)
+bool HasColors(const ModelDescription& model)
 {
   return std::any_of(model.attributes.begin(), model.attributes.end(),
-    [](const protocol::AttributeDescription& array)
-    {
-      return array.association == "point" && array.type == "uint8" &&
-             (array.name == "RGB" || array.name == "RGBA");
-    });
+    [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
 }
 
 // Light and paint suffer before the shape does, because both are interpolated between vertices. So
 // the deviation of a level counts as at least a part of the distance between its vertices: a sixth,
 // for the normals; a third if there are colours. We assume the vertices to be spread over half the
 // surface of the box.
-std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
+std::vector<LevelFacts> FactsOf(const ModelDescription& model)
 {
-  const Vec3 s{ model.boxHi[0] - model.boxLo[0], model.boxHi[1] - model.boxLo[1],
-    model.boxHi[2] - model.boxLo[2] };
+  const Vec3 s = model.box.hi - model.box.lo;
   const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
   const double part = HasColors(model) ? 1.0 / 3 : 1.0 / 6;
   std::vector<LevelFacts> facts;
@@ -47,27 +42,16 @@ std::vector<LevelFacts> FactsOf(const protocol::ModelDescription& model)
   return facts;
 }
 
-CodecContext CodecOf(const protocol::ModelDescription& model)
-{
-  CodecContext codec;
-  codec.depths = { model.partitionDepth, model.stitchDepth, model.finestDepth };
-  codec.grid.bits = model.bits;
-  codec.grid.scalarType = model.doublePrecision ? ScalarType::Float64 : ScalarType::Float32;
-  codec.grid.origin = model.gridOrigin;
-  codec.grid.step = model.gridStep;
-  return codec;
-}
-
 // Why this viewer cannot show the model; empty if it can.
-std::string Objection(const protocol::ModelDescription& model)
+std::string Objection(const ModelDescription& model)
 {
-  if (model.levels.size() != std::size_t{ model.finestDepth } + 1)
+  if (model.levels.size() != model.depths.finest + std::size_t{ 1 })
   {
     return "it has no levels of detail, only partitions";
   }
-  if (model.partitionDepth > ViewerSession::deepestPartitions)
+  if (model.depths.partition > ViewerSession::deepestPartitions)
   {
-    return "its tree of depth " + std::to_string(model.partitionDepth) +
+    return "its tree of depth " + std::to_string(model.depths.partition) +
            " is deeper than this viewer takes (" +
            std::to_string(ViewerSession::deepestPartitions) + ")";
   }
@@ -103,7 +87,7 @@ void ViewerSession::Resize(const Viewport& viewport)
 Status ViewerSession::SelectModel(const std::string& model)
 {
   const auto listed = std::any_of(this->ModelList.begin(), this->ModelList.end(),
-    [&model](const protocol::ModelSummary& summary) { return summary.id == model; });
+    [&model](const ModelSummary& summary) { return summary.id == model; });
   if (this->HasModelList && !listed)
   {
     return Error{ ErrorCode::NotFound, "the server has no model '" + model + "'" };
@@ -360,14 +344,14 @@ void ViewerSession::FollowZoom()
 
 // ---- what the server sends
 
-void ViewerSession::SetModels(std::vector<protocol::ModelSummary> models)
+void ViewerSession::SetModels(std::vector<ModelSummary> models)
 {
   this->ModelList = std::move(models);
   this->HasModelList = true;
   this->Trace("models");
 }
 
-void ViewerSession::Opened(std::uint32_t request, const protocol::ModelDescription& model)
+void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
 {
   if (!this->Book.SettleOpen(request))
   {
@@ -381,10 +365,9 @@ void ViewerSession::Opened(std::uint32_t request, const protocol::ModelDescripti
     return;
   }
   this->Current.emplace(
-    Model{ model, CodecOf(model), LevelPolicy(FactsOf(model), this->Options.policy), {}, {}, {} });
+    Model{ model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), {}, {}, {} });
   const TreeDepths& depths = this->Current->codec.depths;
-  this->Current->box.lo = model.boxLo;
-  this->Current->box.hi = model.boxHi;
+  this->Current->box = model.box;
   this->Current->tree.resize(std::size_t{ 2 } << depths.partition);
   const auto pages = TreePages(depths);
   this->Current->missingPages.insert(pages.begin(), pages.end());

@@ -5,7 +5,7 @@
 
 #include "filters/codec/PieceCodec.h"
 #include "filters/core/Result.h"
-#include "server/protocol/ModelDescription.h"
+#include "filters/model/ModelDescription.h"
 #include "viewer/session/BlobHistory.h"
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/LevelPolicy.h"
@@ -105,8 +105,8 @@ public:
   void SetRings(unsigned rings);
 
   // ---- what the server sends. Answers to requests that were cancelled are ignored.
-  void SetModels(std::vector<protocol::ModelSummary> models);
-  void Opened(std::uint32_t request, const protocol::ModelDescription& model);
+  void SetModels(std::vector<ModelSummary> models);
+  void Opened(std::uint32_t request, const ModelDescription& model);
   // Bytes of any content may be given. transmissionSeconds: from the request, or from the blob
   // before it.
   void BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
@@ -128,7 +128,7 @@ public:
   std::vector<SessionRequest> TakeRequests();
   ViewerScene Scene() const;
   ViewerStatus GetStatus() const;
-  const std::vector<protocol::ModelSummary>& Models() const { return this->ModelList; }
+  const std::vector<ModelSummary>& Models() const { return this->ModelList; }
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const { return this->History.Entries(); }
   // Whether nothing is outstanding and all that came has been drawn.
@@ -141,7 +141,7 @@ public:
 private:
   struct Model
   {
-    protocol::ModelDescription description;
+    ModelDescription description;
     CodecContext codec;
     LevelPolicy policy;
     Box box;
@@ -199,7 +199,7 @@ private:
   GestureRecognizer Gestures;
   Camera Eye;
   bool EyeMoved = false; // by a pinch or a wheel since it was fitted
-  std::vector<protocol::ModelSummary> ModelList;
+  std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
 
   ViewerMode Mode = ViewerMode::NoModel;

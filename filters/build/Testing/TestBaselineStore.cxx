@@ -50,7 +50,7 @@ TEST_P(BaselineStore, HoldsPartitionsAndNoLevels)
     const auto opened = Store::Open(this->File);
     ASSERT_TRUE(opened) << opened.GetError().message;
     const Store& store = **opened;
-    const StoreInfo& info = store.Info();
+    const ModelDescription& info = store.Info();
     EXPECT_TRUE(store.Verify().empty());
     EXPECT_FALSE(info.HasLevels());
     EXPECT_TRUE(info.levels.empty());
@@ -94,7 +94,7 @@ TEST_P(BaselineStore, AnswersRegionsByItsPartitionsBoxes)
   const Mesh mesh = Torus(120, 60);
   ASSERT_TRUE(BuildStore(mesh, "mesh", this->File, Lossless()));
   const auto store = *Store::Open(this->File);
-  const StoreInfo& info = store->Info();
+  const ModelDescription& info = store->Info();
   const std::vector<Box> boxes = *store->ReadTree();
   const NodeId cell = NodeOfPartition(3, info.depths);
   double grow = 0;

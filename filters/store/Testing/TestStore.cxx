@@ -163,17 +163,17 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
   const Mesh mesh = Torus(96, 48);
   this->Build(mesh, options);
   const auto store = *Store::Open(this->File());
-  const StoreInfo& info = store->Info();
+  const ModelDescription& info = store->Info();
   EXPECT_EQ(info.title + info.credit + info.license + info.unit + info.input, "TCLmmmesh.ply");
   EXPECT_EQ(info.vertices, mesh.points.size());
   EXPECT_EQ(info.triangles, mesh.triangles.size());
   EXPECT_EQ(info.original.triangles, mesh.triangles.size());
   EXPECT_EQ(info.box, BoxOfPoints(mesh.points));
-  std::map<Resolution, ResolutionInfo> found;
+  std::map<Resolution, ResolutionDescription> found;
   for (const PieceId id : store->PieceIds())
   {
     const Piece piece = *store->ReadPiece(id);
-    ResolutionInfo& resolution = found[id.resolution];
+    ResolutionDescription& resolution = found[id.resolution];
     ++resolution.pieces;
     resolution.vertices += piece.ownVertices;
     resolution.bytes += store->ReadPieceBlob(id)->size();
@@ -182,9 +182,10 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
       resolution.deviation = std::max(resolution.deviation, double(deviation));
     }
   }
-  for (const ResolutionInfo& level : info.levels)
+  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
   {
-    const ResolutionInfo& expected = found[level.resolution];
+    const ResolutionDescription &level = info.levels[depth],
+                                &expected = found[Resolution::Level(depth)];
     EXPECT_EQ(level.pieces, expected.pieces);
     EXPECT_EQ(level.vertices, expected.vertices);
     EXPECT_EQ(level.bytes, expected.bytes);

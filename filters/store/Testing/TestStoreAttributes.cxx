@@ -292,9 +292,9 @@ TEST_F(StoreAttributes, PiecesWithOtherArraysThanTheMetadataSaysAreDamaged)
   Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
   colors.values.resize(mesh.points.size() * 3, 7);
   mesh.attributes.push_back(colors);
-  StoreInfo info = this->Build(mesh, Options(20, true))->Info();
+  ModelDescription info = this->Build(mesh, Options(20, true))->Info();
   info.attributes[0].type = AttributeType::Int8;
-  const std::string json = StoreInfoToJson(info);
+  const std::string json = MetadataOf(info);
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
   const std::string statement = "UPDATE metadata SET value = '" + json +

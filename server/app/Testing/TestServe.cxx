@@ -1,5 +1,6 @@
 // kdstream-serve as a process: its line, its signals, its exit codes. Argument: the program.
 #include "filters/build/Builder.h"
+#include "filters/model/ModelJson.h"
 #include "server/http/Testing/HttpTestClient.h"
 
 #include <gtest/gtest.h>
@@ -132,12 +133,12 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   Process serve({ this->stores, "--port", "0", "--access-log", log, "--web", this->folder });
   const auto port = serve.Port();
   const auto warning = serve.ErrorLine();
-  EXPECT_EQ(warning.substr(0, 23), "kdstream-serve: error: ");
-  EXPECT_NE(warning.find("broken.kds: "), std::string::npos);
+  EXPECT_EQ(warning, "kdstream-serve: warning: " + (this->stores / "broken.kds").string() +
+                       ": not a KdStream store; it is left out, the other stores are served");
 
   const auto models = HttpTestClient(port).Get("/api/models.json");
   ASSERT_TRUE(models);
-  EXPECT_EQ(protocol::ParseModelList(models->body)->size(), 1u);
+  EXPECT_EQ(ParseModelList(models->body)->size(), 1u);
   EXPECT_EQ(HttpTestClient(port).Get("/")->body, "home");
 
   this->Build("two.kds");
@@ -145,7 +146,7 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   std::size_t count = 1;
   while (count == 1) // until it has read the folder again
   {
-    count = protocol::ParseModelList(HttpTestClient(port).Get("/api/models.json")->body)->size();
+    count = ParseModelList(HttpTestClient(port).Get("/api/models.json")->body)->size();
   }
   EXPECT_EQ(count, 2u);
 
@@ -162,6 +163,9 @@ TEST_F(Serve, AnEmptyFolderIsServed)
   Process serve({ this->stores, "--port", "0" });
   const auto port = serve.Port();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models")->body, "{\"models\":[]}");
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
+                                 ": there is no store (NAME.kds) to serve in this folder; SIGHUP "
+                                 "makes the server look again");
   serve.Signal(SIGINT);
   EXPECT_EQ(serve.Wait(), 0);
 }

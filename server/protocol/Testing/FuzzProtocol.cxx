@@ -1,8 +1,8 @@
 // libFuzzer's entry to the protocol's parsers: the first byte chooses the parser. Frames are cut
 // out of the rest, each behind a byte with its length, and go through one assembler.
+#include "filters/model/ModelJson.h"
 #include "server/protocol/BinaryFrame.h"
 #include "server/protocol/ControlMessage.h"
-#include "server/protocol/ModelDescription.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <algorithm>

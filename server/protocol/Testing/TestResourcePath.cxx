@@ -20,21 +20,6 @@ ErrorCode CodeOf(const std::string& path)
 }
 }
 
-TEST(TestResourcePath, ModelIds)
-{
-  for (const auto& id : { std::string("a"), std::string("A.b_c-9"), std::string("..."),
-         std::string("-"), std::string(128, 'x') })
-  {
-    EXPECT_TRUE(IsModelId(id)) << id;
-  }
-  for (const auto& id : { std::string(""), std::string("."), std::string(".."), std::string("a/b"),
-         std::string("a b"), std::string("a%20b"), std::string("é"), std::string(129, 'x'),
-         std::string("a\0b", 3), std::string("a\\b") })
-  {
-    EXPECT_FALSE(IsModelId(id)) << id;
-  }
-}
-
 TEST(TestResourcePath, ParsesEveryPathThatIsMade)
 {
   EXPECT_EQ(ParseResourcePath(modelListPath)->kind, Kind::ModelList);

@@ -37,7 +37,7 @@ public:
     this->MakeBlobs(blobBytes);
   }
 
-  const protocol::ModelDescription& Description() const override { return this->Told; }
+  const ModelDescription& Description() const override { return this->Told; }
   Result<std::span<const Box>> Boxes() const override
   {
     if (this->treeDamaged)
@@ -80,11 +80,8 @@ private:
     this->Told.vertices = vertices;
     this->Told.triangles = 2 * vertices;
     this->Told.partitions = std::uint64_t{ 1 } << this->Depths.partition;
-    this->Told.partitionDepth = static_cast<std::uint8_t>(this->Depths.partition);
-    this->Told.stitchDepth = static_cast<std::uint8_t>(this->Depths.stitch);
-    this->Told.finestDepth = static_cast<std::uint8_t>(this->Depths.finest);
-    this->Told.boxLo = this->Tree[1].lo;
-    this->Told.boxHi = this->Tree[1].hi;
+    this->Told.depths = this->Depths;
+    this->Told.box = this->Tree[1];
     this->Told.title = "made up";
     this->Told.levels.resize(this->Depths.finest + 1u);
   }
@@ -105,7 +102,7 @@ private:
     this->Put(protocol::BlobId::TreePage(1), 500);
     for (std::uint8_t level = 0; level <= this->Depths.finest; ++level)
     {
-      const auto depth = protocol::PieceDepth(this->Told, level);
+      const auto depth = PieceDepth(Resolution::Level(level), this->Depths);
       auto& told = this->Told.levels[level];
       told.pieces = std::uint64_t{ 1 } << depth;
       for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)
@@ -124,7 +121,7 @@ private:
   std::mt19937_64 Random;
   std::vector<Box> Tree;
   TreeDepths Depths;
-  protocol::ModelDescription Told;
+  ModelDescription Told;
 };
 
 class MemoryCatalog : public Catalog

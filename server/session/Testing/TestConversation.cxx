@@ -137,8 +137,8 @@ TEST_F(Talk, PreviewIsOnePieceOfLevelEleven)
 TEST_F(Talk, LevelsComeWholeOrByNode)
 {
   this->OpenModel();
-  const auto finest = this->model->Description().finestDepth;
-  const auto depth = PieceDepth(this->model->Description(), finest);
+  const auto finest = this->model->Description().depths.finest;
+  const auto depth = PieceDepth(Resolution::Level(finest), this->model->GetDepths());
   std::vector<BlobId> all;
   for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)
   {
@@ -201,7 +201,7 @@ TEST_F(Talk, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
   this->ExpectError({ 1, OpenRequest{ "lucy" } }, 404);
   this->answers.clear();
   this->OpenModel();
-  const auto finest = this->model->Description().finestDepth;
+  const auto finest = this->model->Description().depths.finest;
   this->ExpectError({ 2, LevelRequest{ static_cast<std::uint8_t>(finest + 1), {} } }, 404);
   this->ExpectError({ 3, LevelRequest{ 3, { 2 } } }, 404);
   this->ExpectError({ 4, TreeRequest{ { 2 } } }, 404);

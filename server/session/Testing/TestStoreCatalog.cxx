@@ -48,7 +48,7 @@ protected:
   void SetUp() override { fs::create_directories(this->folder); }
   void TearDown() override { fs::remove_all(this->folder); }
 
-  StoreInfo Build(const std::string& name, std::uint32_t side, const std::string& title = "")
+  ModelDescription Build(const std::string& name, std::uint32_t side, const std::string& title = "")
   {
     BuildOptions options;
     options.tree.verticesPerPartition = 200;
@@ -99,9 +99,9 @@ TEST_F(Folder, DescribesAndReadsAStore)
   EXPECT_EQ(told.title, "A sheet");
   EXPECT_EQ(told.vertices, 3600u);
   EXPECT_EQ(told.partitions, info.partitions);
-  EXPECT_EQ(told.partitionDepth, info.depths.partition);
-  EXPECT_EQ(told.boxHi, info.box.hi);
-  EXPECT_EQ(told.gridStep, info.grid.step);
+  EXPECT_EQ(told.depths, info.depths);
+  EXPECT_EQ(told.box, info.box);
+  EXPECT_EQ(told.grid, info.grid);
   ASSERT_EQ(told.levels.size(), info.levels.size());
   EXPECT_EQ(told.levels[9].vertices, info.levels[9].vertices);
   EXPECT_EQ(told.original.bytes, info.original.bytes);

@@ -2,6 +2,7 @@
 // server of plain files.
 #include "viewer/client/ServerClient.h"
 
+#include "filters/model/ModelJson.h"
 #include "server/http/HttpServer.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/Testing/TorusCatalog.h"
@@ -144,11 +145,11 @@ void ServeFiles(tcp::socket& socket)
       using Kind = protocol::ResourcePath::Kind;
       if (path->kind == Kind::ModelList)
       {
-        response.body() = protocol::WriteModelList({ Summarize(model) });
+        response.body() = WriteModelList({ Summarize(model) });
       }
       else if (path->kind == Kind::Model)
       {
-        response.body() = protocol::WriteModel(model);
+        response.body() = WriteModel(model);
       }
       else
       {

@@ -1,6 +1,8 @@
 // When a line connects, sends, fetches, waits and gives up, without sockets and clocks.
 #include "viewer/client/ServerLine.h"
 
+#include "filters/model/ModelJson.h"
+
 #include <gtest/gtest.h>
 
 using namespace kdstream;
@@ -29,12 +31,13 @@ SessionRequest Partitions(std::uint32_t id, std::vector<BlobId> blobs)
   return request;
 }
 
-protocol::ModelDescription Model()
+ModelDescription Model()
 {
-  protocol::ModelDescription model;
+  ModelDescription model;
   model.id = "m";
   model.digest = std::string(32, 'a');
   model.vertices = 1;
+  model.box = { { 0, 0, 0 }, { 1, 1, 1 } };
   model.levels.resize(1);
   return model;
 }
@@ -285,7 +288,7 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
   line.SocketEnded(true, "404", 0);
   EXPECT_EQ(line.GetState(), State::Getting);
   EXPECT_EQ(Actions(line), Names{ "fetch /api/models/m/model.json" });
-  line.Fetched(HttpReply{ 200, protocol::WriteModel(Model()) }, 0);
+  line.Fetched(HttpReply{ 200, WriteModel(Model()) }, 0);
   ASSERT_EQ(line.TakeEvents().size(), 1u);
   line.Send(Partitions(2, { BlobId::Partition(1), BlobId::Partition(2) }), 0);
   const std::string path = "fetch /api/models/m/" + std::string(32, 'a') + "/partitions/";

@@ -35,12 +35,13 @@ SessionRequest OpenModel(std::uint32_t id, const std::string& model)
   return request;
 }
 
-protocol::ModelDescription Model(char digest)
+ModelDescription Model(char digest)
 {
-  protocol::ModelDescription model;
+  ModelDescription model;
   model.id = "m";
   model.digest = std::string(32, digest);
   model.vertices = 1;
+  model.box = { { 0, 0, 0 }, { 1, 1, 1 } };
   model.levels.resize(1);
   return model;
 }

@@ -22,7 +22,7 @@ inline MemoryServer& Torus()
 class TorusModel : public ServedModel
 {
 public:
-  const protocol::ModelDescription& Description() const override
+  const ModelDescription& Description() const override
   {
     return this->described ? *this->described : Torus().Description();
   }
@@ -47,7 +47,7 @@ public:
     return std::make_shared<const std::vector<std::uint8_t>>(Torus().Blob(blob));
   }
   std::optional<protocol::BlobId> damaged;
-  std::optional<protocol::ModelDescription> described; // instead of the torus's own
+  std::optional<ModelDescription> described; // instead of the torus's own
 
   // The names of the blobs that were read since the last call, in order.
   std::vector<std::string> TakeRead() const

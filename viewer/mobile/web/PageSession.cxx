@@ -1,10 +1,11 @@
 // A session and its line to the server, as a page drives them: see PageSession.h.
 #include "viewer/mobile/web/PageSession.h"
 
+#include "filters/model/ModelJson.h"
+#include "viewer/session/Geometry.h"
 #include "viewer/session/SceneRules.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace kdstream
@@ -55,17 +56,6 @@ const char* NameOf(ServerLine::State state)
   return "connecting";
 }
 
-// [x, y, z]: the lengths of the model's box, in its unit.
-std::string SidesOf(const protocol::ModelDescription& model)
-{
-  std::array<double, 3> sides{};
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    sides[k] = model.boxHi[k] - model.boxLo[k];
-  }
-  return JsonArray(sides, [](double side) { return JsonNumber(side); });
-}
-
 }
 
 PageSession::PageSession(std::function<double()> clock)
@@ -76,7 +66,7 @@ PageSession::PageSession(std::function<double()> clock)
 
 Status PageSession::SetModels(std::string_view json)
 {
-  auto models = protocol::ParseModelList(json);
+  auto models = ParseModelList(json);
   KDSTREAM_TRY(models);
   this->Viewer.SetModels(std::move(*models));
   this->Listed = true;
@@ -131,50 +121,51 @@ std::string PageSession::Staleness() const
 
 std::string PageSession::ModelsJson() const
 {
-  return JsonArray(this->Viewer.Models(),
-    [](const protocol::ModelSummary& model)
-    {
-      return JsonObject()
-        .Add("id", model.id)
-        .Add("title", model.title)
-        .Add("vertices", model.vertices)
-        .Add("triangles", model.triangles)
-        .Text();
-    });
+  JsonWriter json;
+  json.BeginArray();
+  for (const ModelSummary& model : this->Viewer.Models())
+  {
+    json.BeginObject()
+      .Member("id", model.id)
+      .Member("title", model.title)
+      .Member("vertices", model.vertices)
+      .Member("triangles", model.triangles)
+      .EndObject();
+  }
+  json.EndArray();
+  return json.Text();
 }
 
-JsonObject PageSession::Describe() const
+void PageSession::Describe(JsonWriter& json) const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
   const ViewerScene scene = this->Viewer.Scene();
-  JsonObject json;
-  json.Add("mode", kdstream::NameOf(status.mode))
-    .Add("model", status.model)
-    .Add("title", status.title)
-    .AddRaw("shownLevel", JsonNumber(status.shownLevel))
-    .AddRaw("targetLevel", JsonNumber(status.targetLevel))
-    .AddRaw("region", FormatRegion(status.region))
-    .Add("vertices", status.vertices)
-    .Add("triangles", status.triangles)
-    .Add("blobsLoaded", status.blobsLoaded)
-    .Add("blobsWanted", status.blobsWanted)
-    .Add("bytesLoaded", status.bytesLoaded)
-    .Add("error", status.error.empty() ? this->Refusal : status.error)
-    .Add("idle", this->Viewer.IsIdle())
-    .Add("surface", scene.surfaceVersion)
-    .Add("colored", OwnColors(*scene.surface) != nullptr)
-    .Add("connection", NameOf(this->Talk.GetState()))
-    .Add("trouble", this->Talk.Trouble())
-    .Add("stale", this->Staleness());
+  json.Member("mode", kdstream::NameOf(status.mode))
+    .Member("model", status.model)
+    .Member("title", status.title)
+    .Member("shownLevel", status.shownLevel)
+    .Member("targetLevel", status.targetLevel);
+  json.Key("region").PutJson(FormatRegion(status.region));
+  json.Member("vertices", status.vertices)
+    .Member("triangles", status.triangles)
+    .Member("blobsLoaded", status.blobsLoaded)
+    .Member("blobsWanted", status.blobsWanted)
+    .Member("bytesLoaded", status.bytesLoaded)
+    .Member("error", status.error.empty() ? this->Refusal : status.error)
+    .Member("idle", this->Viewer.IsIdle())
+    .Member("surface", scene.surfaceVersion)
+    .Member("colored", OwnColors(*scene.surface) != nullptr)
+    .Member("connection", NameOf(this->Talk.GetState()))
+    .Member("trouble", this->Talk.Trouble())
+    .Member("stale", this->Staleness());
   if (status.targetLevel) // the model is open
   {
-    json.Add("finestLevel", this->Open.finestDepth)
-      .Add("credit", this->Open.credit)
-      .Add("license", this->Open.license)
-      .Add("unit", this->Open.unit)
-      .AddRaw("sides", SidesOf(this->Open));
+    json.Member("finestLevel", this->Open.depths.finest)
+      .Member("credit", this->Open.credit)
+      .Member("license", this->Open.license)
+      .Member("unit", this->Open.unit)
+      .Member("sides", this->Open.box.hi - this->Open.box.lo);
   }
-  return json;
 }
 
 }

@@ -4,8 +4,8 @@
 // No browser and no OpenGL here: WebViewer.cxx adds these, page.js the sockets and the clock.
 #pragma once
 
+#include "filters/model/JsonWriter.h"
 #include "viewer/client/ServerLine.h"
-#include "viewer/session/JsonText.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <functional>
@@ -35,8 +35,8 @@ public:
 
   // [{"id","title","vertices","triangles"}], the models of the list.
   std::string ModelsJson() const;
-  // What to tell the person; page.js tells the members.
-  JsonObject Describe() const;
+  // What to tell the person, into an object; page.js tells the members.
+  void Describe(JsonWriter& json) const;
 
 private:
   void Send(double now);
@@ -46,7 +46,7 @@ private:
   ServerLine Talk;
   std::string Refusal; // of the last selection
   bool Listed = false; // there is a list of models
-  protocol::ModelDescription Open;
+  ModelDescription Open;
 };
 
 }

@@ -362,9 +362,10 @@ extern "C"
   }
   EMSCRIPTEN_KEEPALIVE void ViewerStatus(WebViewer* viewer)
   {
-    viewer->outbox = viewer->page.Describe()
-                       .Add("frames", viewer->frames)
-                       .Add("drawingError", viewer->drawingError)
-                       .Text();
+    kdstream::JsonWriter json;
+    json.BeginObject();
+    viewer->page.Describe(json);
+    json.Member("frames", viewer->frames).Member("drawingError", viewer->drawingError).EndObject();
+    viewer->outbox = json.Text();
   }
 }

@@ -100,17 +100,12 @@ MemoryServer::MemoryServer(
   this->Model.vertices = mesh.points.size();
   this->Model.triangles = mesh.triangles.size();
   this->Model.partitions = std::uint64_t{ 1 } << tree.depths.partition;
-  this->Model.boxLo = tree.boxes[1].lo;
-  this->Model.boxHi = tree.boxes[1].hi;
-  this->Model.partitionDepth = static_cast<std::uint8_t>(tree.depths.partition);
-  this->Model.stitchDepth = static_cast<std::uint8_t>(tree.depths.stitch);
-  this->Model.finestDepth = static_cast<std::uint8_t>(tree.depths.finest);
-  this->Model.gridOrigin = this->Context.grid.origin;
-  this->Model.gridStep = this->Context.grid.step;
+  this->Model.box = tree.boxes[1];
+  this->Model.depths = tree.depths;
+  this->Model.grid = this->Context.grid;
   for (const Attribute& array : mesh.attributes)
   {
-    this->Model.attributes.push_back({ array.name, std::string(NameOf(array.type)),
-      array.association == AttributeAssociation::Point ? "point" : "cell", array.components });
+    this->Model.attributes.push_back(array.Info());
   }
 
   for (unsigned d = 0; d <= tree.depths.finest + 1; ++d)
@@ -118,8 +113,8 @@ MemoryServer::MemoryServer(
     const bool level = d <= tree.depths.finest;
     const Resolution resolution = level ? Resolution::Level(d) : Resolution::Original();
     const PieceCutter cutter(vertices, mesh, resolution);
-    protocol::ResolutionDescription counts{ cutter.VertexCount(), cutter.TriangleCount(),
-      cutter.PieceCount(), 0, 0, 0 };
+    ResolutionDescription counts{ cutter.VertexCount(), cutter.TriangleCount(), cutter.PieceCount(),
+      0, 0, 0 };
     std::vector<float> deviations;
     for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
     {

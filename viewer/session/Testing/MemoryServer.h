@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
-#include "server/protocol/ModelDescription.h"
+#include "filters/model/ModelDescription.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <functional>
@@ -28,7 +28,7 @@ class MemoryServer
 public:
   MemoryServer(const Mesh& mesh, std::uint32_t verticesPerPartition, std::uint32_t cellVertices);
 
-  const protocol::ModelDescription& Description() const { return this->Model; }
+  const ModelDescription& Description() const { return this->Model; }
   const std::vector<Box>& Tree() const { return this->Boxes; }
   const CodecContext& Codec() const { return this->Context; }
   std::vector<std::uint8_t>& Blob(const protocol::BlobId& id) { return this->Blobs.at(id); }
@@ -59,7 +59,7 @@ private:
     protocol::BlobId blob;
   };
 
-  protocol::ModelDescription Model;
+  ModelDescription Model;
   CodecContext Context;
   std::vector<Box> Boxes;
   std::map<protocol::BlobId, std::vector<std::uint8_t>> Blobs;

@@ -721,7 +721,7 @@ TEST(TestViewerSession, ADoubleTapBeforeTheTreeWaitsForIt)
 TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
 {
   ViewerSession session;
-  protocol::ModelDescription model = MemoryServer(Torus()).Description();
+  ModelDescription model = MemoryServer(Torus()).Description();
   model.levels.clear();
   Open(session);
   session.Opened(session.TakeRequests()[0].id, model);
@@ -746,7 +746,7 @@ TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
   EXPECT_TRUE(session.IsIdle());
   ViewerSession deep;
   model = MemoryServer(Torus()).Description();
-  model.partitionDepth = model.stitchDepth = model.finestDepth = 30;
+  model.depths = { 30, 30, 30 };
   model.levels.resize(31);
   Open(deep);
   deep.Opened(deep.TakeRequests()[0].id, model);

@@ -77,7 +77,7 @@ public:
     // Levels follow the shape alone: a painted model would be shown in the finest at once.
     this->Facts.attributes.clear();
   }
-  const protocol::ModelDescription& Description() const override { return this->Facts; }
+  const ModelDescription& Description() const override { return this->Facts; }
   Result<std::span<const Box>> Boxes() const override
   {
     return std::span<const Box>(this->Server.Tree());
@@ -93,7 +93,7 @@ public:
 
 private:
   mutable MemoryServer Server;
-  protocol::ModelDescription Facts;
+  ModelDescription Facts;
 };
 
 class MemoryCatalog : public Catalog

@@ -1,6 +1,7 @@
 // Makes a recording: see Recorder.h.
 #include "viewer/client/Testing/Replay/Recorder.h"
 
+#include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <cmath>
@@ -18,10 +19,7 @@ public:
     , Unreadable(unreadable)
   {
   }
-  const protocol::ModelDescription& Description() const override
-  {
-    return this->Whole->Description();
-  }
+  const ModelDescription& Description() const override { return this->Whole->Description(); }
   Result<std::span<const Box>> Boxes() const override { return this->Whole->Boxes(); }
   Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
   {
@@ -55,12 +53,12 @@ Recorder::Recorder(const Catalog& models, bool hasStream, const std::string& fil
   , Trace(file + ".trace", std::ios::binary)
   , Session([this](std::string_view line) { this->Trace << line << '\n'; })
 {
-  std::vector<protocol::ModelSummary> list;
+  std::vector<ModelSummary> list;
   for (const auto& model : models.Models())
   {
-    list.push_back(protocol::Summarize(model->Description()));
+    list.push_back(Summarize(model->Description()));
   }
-  this->Do(Kind::Models, {}, protocol::WriteModelList(list));
+  this->Do(Kind::Models, {}, WriteModelList(list));
 }
 
 void Recorder::Do(Kind kind, std::vector<double> numbers, std::string payload)
@@ -212,7 +210,7 @@ HttpReply Recorder::Fetch(const std::string& target)
   }
   if (path->kind == protocol::ResourcePath::Kind::Model)
   {
-    return { 200, protocol::WriteModel(model->Description()) };
+    return { 200, WriteModel(model->Description()) };
   }
   const auto blob = model->ReadBlob(path->blob);
   return blob ? HttpReply{ 200, { (*blob)->begin(), (*blob)->end() } }

@@ -1,8 +1,8 @@
 // Recordings: see Recording.h.
 #include "viewer/client/Testing/Replay/Recording.h"
 
-#include "server/protocol/Json.h"
-#include "viewer/session/JsonText.h"
+#include "filters/model/Json.h"
+#include "filters/model/JsonWriter.h"
 
 #include <array>
 #include <utility>
@@ -13,8 +13,6 @@ namespace
 {
 
 using Kind = RecordedInput::Kind;
-using protocol::FindMember;
-using protocol::Json;
 
 struct KindFacts
 {
@@ -39,13 +37,13 @@ Error Wrong(const std::string& what)
 // The line before a payload.
 Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
 {
-  const auto json = protocol::ParseJson(line);
+  const auto json = ParseJson(line);
   if (!json || !json->IsObject())
   {
     return Wrong("no JSON object: " + std::string(line.substr(0, 100)));
   }
-  const Json *time = FindMember(*json, "t"), *name = FindMember(*json, "input"),
-             *numbers = FindMember(*json, "numbers"), *bytes = FindMember(*json, "bytes");
+  const JsonValue *time = FindMember(*json, "t"), *name = FindMember(*json, "input"),
+                  *numbers = FindMember(*json, "numbers"), *bytes = FindMember(*json, "bytes");
   if (!time || !time->IsNumber() || !name || !name->IsString() || !numbers || !numbers->IsArray() ||
       !bytes || !bytes->IsUint())
   {
@@ -53,7 +51,7 @@ Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
   }
   RecordedInput input;
   input.time = time->GetDouble();
-  for (const Json& number : numbers->GetArray())
+  for (const JsonValue& number : numbers->GetArray())
   {
     if (!number.IsNumber())
     {
@@ -63,7 +61,7 @@ Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
   }
   for (const KindFacts& facts : kinds)
   {
-    if (protocol::TextOf(*name) == facts.name)
+    if (TextOf(*name) == facts.name)
     {
       input.kind = facts.kind;
       const std::size_t count = input.numbers.size();
@@ -74,7 +72,7 @@ Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
       return std::pair(std::move(input), std::size_t{ bytes->GetUint() });
     }
   }
-  return Wrong("no input is called " + std::string(protocol::TextOf(*name)));
+  return Wrong("no input is called " + std::string(TextOf(*name)));
 }
 
 }
@@ -93,15 +91,14 @@ const char* NameOf(Kind kind)
 
 std::string FormatInput(const RecordedInput& input)
 {
-  std::string text =
-    JsonObject()
-      .Add("t", input.time)
-      .Add("input", NameOf(input.kind))
-      .AddRaw("numbers", JsonArray(input.numbers, [](double number) { return JsonNumber(number); }))
-      .Add("bytes", input.payload.size())
-      .Text() +
-    "\n";
-  return input.payload.empty() ? text : text + input.payload + "\n";
+  JsonWriter json;
+  json.BeginObject()
+    .Member("t", input.time)
+    .Member("input", NameOf(input.kind))
+    .Member("numbers", input.numbers)
+    .Member("bytes", input.payload.size())
+    .EndObject();
+  return json.Text() + "\n" + (input.payload.empty() ? "" : input.payload + "\n");
 }
 
 Result<RecordedInput> TakeInput(std::string_view& text)

@@ -2,11 +2,11 @@
 #include "viewer/client/Testing/Replay/TracedSession.h"
 
 #include "filters/core/BitCast.h"
-#include "server/protocol/ModelDescription.h"
-#include "viewer/session/JsonText.h"
+#include "filters/model/ModelJson.h"
 #include "viewer/session/SceneRules.h"
 #include "viewer/session/SplatRadii.h"
 
+#include <initializer_list>
 #include <utility>
 
 namespace kdstream::testing
@@ -25,14 +25,14 @@ public:
   }
   void Add(double value) { this->Add(BitCast<std::uint64_t>(value)); }
   void Add(float value) { this->Add(std::uint64_t{ BitCast<std::uint32_t>(value) }); }
-  std::string Text() const { return JsonNumber(this->Value); }
+  std::uint64_t Sum() const { return this->Value; }
 
 private:
   std::uint64_t Value = 14695981039346656037u;
 };
 
 template <class Range>
-std::string DigestOfNumbers(const Range& range)
+std::uint64_t DigestOfNumbers(const Range& range)
 {
   Digest digest;
   for (const auto& entry : range)
@@ -42,10 +42,10 @@ std::string DigestOfNumbers(const Range& range)
       digest.Add(number);
     }
   }
-  return digest.Text();
+  return digest.Sum();
 }
 
-std::string DigestOfSources(const std::vector<Surface::Source>& sources)
+std::uint64_t DigestOfSources(const std::vector<Surface::Source>& sources)
 {
   Digest digest;
   for (const Surface::Source& source : sources)
@@ -53,11 +53,11 @@ std::string DigestOfSources(const std::vector<Surface::Source>& sources)
     digest.Add(std::uint64_t{ source.resolution.IsOriginal() ? 255u : source.resolution.Depth() });
     digest.Add(std::uint64_t{ source.key });
   }
-  return digest.Text();
+  return digest.Sum();
 }
 
 // All arrays, with their names.
-std::string DigestOfAttributes(const std::vector<Attribute>& attributes)
+std::uint64_t DigestOfAttributes(const std::vector<Attribute>& attributes)
 {
   Digest digest;
   for (const Attribute& array : attributes)
@@ -71,20 +71,20 @@ std::string DigestOfAttributes(const std::vector<Attribute>& attributes)
       digest.Add(std::uint64_t{ byte });
     }
   }
-  return digest.Text();
+  return digest.Sum();
 }
 
-std::string DigestOfNumbers(const std::vector<float>& numbers)
+std::uint64_t DigestOfNumbers(const std::vector<float>& numbers)
 {
   Digest digest;
   for (const float number : numbers)
   {
     digest.Add(number);
   }
-  return digest.Text();
+  return digest.Sum();
 }
 
-std::string SurfaceJson(const Surface& surface)
+void PutSurface(JsonWriter& json, const Surface& surface)
 {
   Digest triangles;
   for (const Triangle& triangle : surface.triangles)
@@ -94,18 +94,31 @@ std::string SurfaceJson(const Surface& surface)
       triangles.Add(std::uint64_t{ corner });
     }
   }
-  return JsonObject()
-    .Add("points", surface.points.size())
-    .Add("triangles", surface.triangles.size())
-    .AddRaw("points_digest", DigestOfNumbers(surface.points))
-    .AddRaw("sources_digest", DigestOfSources(surface.sources))
-    .AddRaw("triangles_digest", triangles.Text())
-    .AddRaw("normals_digest", DigestOfNumbers(NormalsOf(surface)))
-    .Add("attributes", surface.attributes.size())
-    .AddRaw("attributes_digest", DigestOfAttributes(surface.attributes))
-    .AddRaw("radii_digest",
+  json.BeginObject()
+    .Member("points", surface.points.size())
+    .Member("triangles", surface.triangles.size())
+    .Member("points_digest", DigestOfNumbers(surface.points))
+    .Member("sources_digest", DigestOfSources(surface.sources))
+    .Member("triangles_digest", triangles.Sum())
+    .Member("normals_digest", DigestOfNumbers(NormalsOf(surface)))
+    .Member("attributes", surface.attributes.size())
+    .Member("attributes_digest", DigestOfAttributes(surface.attributes))
+    .Member("radii_digest",
       DigestOfNumbers(surface.triangles.empty() ? SplatRadii(surface) : std::vector<float>()))
-    .Text();
+    .EndObject();
+}
+
+// {"key":"text","key":"text"…}
+std::string TextsJson(std::initializer_list<std::pair<const char*, std::string_view>> members)
+{
+  JsonWriter json;
+  json.BeginObject();
+  for (const auto& [key, text] : members)
+  {
+    json.Member(key, text);
+  }
+  json.EndObject();
+  return json.Text();
 }
 
 SessionOptions TracedOptions(const std::function<void(std::string_view)>& trace)
@@ -146,7 +159,9 @@ TracedSession::TracedSession(std::function<void(std::string_view)> trace)
 
 std::vector<ServerLine::Action> TracedSession::Apply(const RecordedInput& input)
 {
-  this->Trace(JsonObject().Add("t", input.time).Add("recorded", NameOf(input.kind)).Text());
+  JsonWriter line;
+  line.BeginObject().Member("t", input.time).Member("recorded", NameOf(input.kind)).EndObject();
+  this->Trace(line.Text());
   this->Dispatch(input);
   for (bool busy = true; busy;)
   {
@@ -190,13 +205,13 @@ void TracedSession::Dispatch(const RecordedInput& input)
     case Kind::Select:
       if (const Status status = this->Viewer.SelectModel(input.payload); !status)
       {
-        this->Trace(JsonObject().Add("not_selected", status.GetError().message).Text());
+        this->Trace(TextsJson({ { "not_selected", status.GetError().message } }));
       }
       return;
     case Kind::Back:
       return this->Viewer.LeaveFullScreen();
     case Kind::Models:
-      if (auto models = protocol::ParseModelList(input.payload))
+      if (auto models = ParseModelList(input.payload))
       {
         this->Viewer.SetModels(std::move(*models));
       }
@@ -229,8 +244,8 @@ void TracedSession::Draw()
 {
   this->Viewer.BeginFrame();
   const ViewerScene scene = this->Viewer.Scene();
-  JsonObject line;
-  line.Add("surface", scene.surfaceVersion);
+  JsonWriter line;
+  line.BeginObject().Member("surface", scene.surfaceVersion);
   Digest view;
   for (const Vec3& vector : { scene.eye, scene.focal, scene.up, scene.box.lo, scene.box.hi })
   {
@@ -239,11 +254,13 @@ void TracedSession::Draw()
       view.Add(coordinate);
     }
   }
-  line.AddRaw("view_digest", view.Text());
+  line.Member("view_digest", view.Sum());
   if (std::exchange(this->DrawnVersion, scene.surfaceVersion) != scene.surfaceVersion)
   {
-    line.AddRaw("drawn", SurfaceJson(*scene.surface));
+    line.Key("drawn");
+    PutSurface(line, *scene.surface);
   }
+  line.EndObject();
   this->Trace(line.Text());
   this->Viewer.EndFrame(0.01);
 }
@@ -256,12 +273,11 @@ void TracedSession::TraceAction(const ServerLine::Action& action)
     case Kind::Connect:
       return this->Trace(R"({"action":"connect"})");
     case Kind::Send:
-      return this->Trace(JsonObject().Add("action", "send").Add("text", action.text).Text());
+      return this->Trace(TextsJson({ { "action", "send" }, { "text", action.text } }));
     case Kind::Close:
       return this->Trace(R"({"action":"close"})");
     case Kind::Fetch:
-      return this->Trace(
-        JsonObject().Add("action", "fetch").Add("target", action.fetch.target).Text());
+      return this->Trace(TextsJson({ { "action", "fetch" }, { "target", action.fetch.target } }));
   }
 }
 

@@ -1,25 +1,31 @@
-#include "server/protocol/JsonReader.h"
+#include "filters/model/JsonReader.h"
 
-#include "server/protocol/TextParts.h"
+#include "filters/core/Texts.h"
+#include "filters/model/JsonWriter.h"
 
 #include <cmath>
 #include <limits>
 
-namespace kdstream::protocol
+namespace kdstream
 {
 
 namespace
 {
 
-std::string NumberText(double value)
+bool IsIntegerIn(const JsonValue& value, std::uint64_t lowest, std::uint64_t highest)
 {
-  JsonWriter writer;
-  writer.Put(value);
-  return writer.Text();
+  return value.IsUint64() && value.GetUint64() >= lowest && value.GetUint64() <= highest;
 }
 
-// A value for a message. Only scalars are written out: a nested value may be of any depth.
-std::string Show(const Json& value)
+// NaN where the value is no number.
+double NumberOf(const JsonValue& value)
+{
+  return value.IsNumber() ? value.GetDouble() : std::numeric_limits<double>::quiet_NaN();
+}
+
+}
+
+std::string Show(const JsonValue& value)
 {
   switch (value.GetType())
   {
@@ -32,7 +38,7 @@ std::string Show(const Json& value)
     case rapidjson::kNumberType:
       return Quoted(value.IsUint64()  ? std::to_string(value.GetUint64())
                     : value.IsInt64() ? std::to_string(value.GetInt64())
-                                      : NumberText(value.GetDouble()));
+                                      : JsonNumber(value.GetDouble()));
     case rapidjson::kTrueType:
       return "true";
     case rapidjson::kFalseType:
@@ -43,19 +49,6 @@ std::string Show(const Json& value)
   return "null";
 }
 
-bool IsIntegerIn(const Json& value, std::uint64_t lowest, std::uint64_t highest)
-{
-  return value.IsUint64() && value.GetUint64() >= lowest && value.GetUint64() <= highest;
-}
-
-// NaN where the value is no number.
-double NumberOf(const Json& value)
-{
-  return value.IsNumber() ? value.GetDouble() : std::numeric_limits<double>::quiet_NaN();
-}
-
-}
-
 void JsonReader::Fail(const std::string& what)
 {
   if (this->FirstFault.empty())
@@ -64,14 +57,14 @@ void JsonReader::Fail(const std::string& what)
   }
 }
 
-const Json* JsonReader::Find(const Json& object, const char* key, bool required)
+const JsonValue* JsonReader::Find(const JsonValue& object, const char* key, bool required)
 {
   if (!object.IsObject())
   {
     this->Fail("an object was expected, not " + Show(object));
     return nullptr;
   }
-  const Json* member = FindMember(object, key);
+  const JsonValue* member = FindMember(object, key);
   if (!member && required)
   {
     this->Fail(std::string("\"") + key + "\" is missing");
@@ -80,9 +73,9 @@ const Json* JsonReader::Find(const Json& object, const char* key, bool required)
 }
 
 std::uint64_t JsonReader::Integer(
-  const Json& object, const char* key, std::uint64_t lowest, std::uint64_t highest)
+  const JsonValue& object, const char* key, std::uint64_t lowest, std::uint64_t highest)
 {
-  const Json* value = this->Find(object, key);
+  const JsonValue* value = this->Find(object, key);
   if (!value)
   {
     return lowest;
@@ -96,9 +89,9 @@ std::uint64_t JsonReader::Integer(
   return value->GetUint64();
 }
 
-double JsonReader::Number(const Json& object, const char* key, double lowest)
+double JsonReader::Number(const JsonValue& object, const char* key, double lowest)
 {
-  const Json* value = this->Find(object, key);
+  const JsonValue* value = this->Find(object, key);
   if (!value)
   {
     return lowest;
@@ -107,16 +100,16 @@ double JsonReader::Number(const Json& object, const char* key, double lowest)
   if (!std::isfinite(number) || number < lowest)
   {
     this->Fail(std::string("\"") + key + "\" is " + Show(*value) +
-               ", not a finite number of at least " + NumberText(lowest));
+               ", not a finite number of at least " + JsonNumber(lowest));
     return lowest;
   }
   return number;
 }
 
-std::array<double, 3> JsonReader::Vector(const Json& object, const char* key)
+std::array<double, 3> JsonReader::Vector(const JsonValue& object, const char* key)
 {
   std::array<double, 3> vector{};
-  const Json* value = this->Array(object, key, 3);
+  const JsonValue* value = this->Array(object, key, 3);
   if (!value)
   {
     return vector;
@@ -128,7 +121,7 @@ std::array<double, 3> JsonReader::Vector(const Json& object, const char* key)
   }
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const Json& number = (*value)[static_cast<rapidjson::SizeType>(k)];
+    const JsonValue& number = (*value)[static_cast<rapidjson::SizeType>(k)];
     if (!std::isfinite(NumberOf(number)))
     {
       this->Fail(std::string("\"") + key + "\" holds " + Show(number) + ", not a finite number");
@@ -139,9 +132,9 @@ std::array<double, 3> JsonReader::Vector(const Json& object, const char* key)
   return vector;
 }
 
-bool JsonReader::Boolean(const Json& object, const char* key)
+bool JsonReader::Boolean(const JsonValue& object, const char* key)
 {
-  const Json* value = this->Find(object, key);
+  const JsonValue* value = this->Find(object, key);
   if (value && !value->IsBool())
   {
     this->Fail(std::string("\"") + key + "\" is " + Show(*value) + ", not true or false");
@@ -151,9 +144,9 @@ bool JsonReader::Boolean(const Json& object, const char* key)
 }
 
 std::string JsonReader::Text(
-  const Json& object, const char* key, std::size_t mostBytes, bool required)
+  const JsonValue& object, const char* key, std::size_t mostBytes, bool required)
 {
-  const Json* value = this->Find(object, key, required);
+  const JsonValue* value = this->Find(object, key, required);
   if (!value)
   {
     return {};
@@ -178,7 +171,7 @@ std::string JsonReader::Text(
   return std::string(text);
 }
 
-std::vector<std::uint32_t> JsonReader::Integers(const Json& object, const char* key,
+std::vector<std::uint32_t> JsonReader::Integers(const JsonValue& object, const char* key,
   std::uint32_t lowest, std::uint32_t highest, std::size_t most, bool required)
 {
   std::vector<std::uint32_t> integers;
@@ -186,13 +179,13 @@ std::vector<std::uint32_t> JsonReader::Integers(const Json& object, const char* 
   {
     return integers;
   }
-  const Json* values = this->Array(object, key, most);
+  const JsonValue* values = this->Array(object, key, most);
   if (!values)
   {
     return integers;
   }
   integers.reserve(values->Size());
-  for (const Json& value : values->GetArray())
+  for (const JsonValue& value : values->GetArray())
   {
     if (!IsIntegerIn(value, lowest, highest))
     {
@@ -205,9 +198,9 @@ std::vector<std::uint32_t> JsonReader::Integers(const Json& object, const char* 
   return integers;
 }
 
-const Json* JsonReader::Array(const Json& object, const char* key, std::size_t most)
+const JsonValue* JsonReader::Array(const JsonValue& object, const char* key, std::size_t most)
 {
-  const Json* value = this->Find(object, key);
+  const JsonValue* value = this->Find(object, key);
   if (!value)
   {
     return nullptr;

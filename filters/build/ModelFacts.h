@@ -26,7 +26,7 @@ struct ModelFacts
 CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType scalarType);
 
 // All metadata but what the writer adds: digest, counts and bytes of the resolutions.
-StoreInfo DescribeModel(
+ModelDescription DescribeModel(
   const BuildOptions& options, const ModelFacts& facts, const std::string& inputName);
 
 // Whether it is known that no two vertices are in the same place, -0.0 and 0.0 being unlike: what

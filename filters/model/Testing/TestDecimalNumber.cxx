@@ -1,5 +1,5 @@
 // Decimal numbers to doubles, against strtod.
-#include "server/protocol/DecimalNumber.h"
+#include "filters/model/DecimalNumber.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-using kdstream::protocol::NearestDouble;
+using kdstream::NearestDouble;
 
 namespace
 {

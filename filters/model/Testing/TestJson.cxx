@@ -1,5 +1,7 @@
 // JSON texts in and out, against strtod and nlohmann's library.
-#include "server/protocol/Json.h"
+#include "filters/core/Texts.h"
+#include "filters/model/Json.h"
+#include "filters/model/JsonWriter.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -10,7 +12,7 @@
 #include <limits>
 #include <random>
 
-using namespace kdstream::protocol;
+using namespace kdstream;
 
 namespace
 {
@@ -148,4 +150,17 @@ TEST(TestJson, TextIsEscapedAndRepaired)
     ASSERT_EQ(IsUtf8(text), whole);
     ASSERT_EQ(back == text, whole) << writer.Text();
   }
+}
+
+TEST(TestJson, IndentedTextIsWhatNlohmannWrites)
+{
+  const nlohmann::json expected{ { "a", { 1, 2.5, "x" } }, { "b", nlohmann::json::object() },
+    { "c", nlohmann::json::array() }, { "d", { { "e", nullptr }, { "f", true } } } };
+  JsonWriter writer({ 2 });
+  writer.BeginObject().Key("a").BeginArray().Put(1).Put(2.5).Put("x").EndArray();
+  writer.Key("b").BeginObject().EndObject().Key("c").BeginArray().EndArray();
+  writer.Member("d", [](JsonWriter& d)
+    { d.BeginObject().Member("e", std::optional<int>()).Member("f", true).EndObject(); });
+  writer.EndObject();
+  EXPECT_EQ(writer.Text(), expected.dump(2));
 }

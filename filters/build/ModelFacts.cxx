@@ -1,4 +1,4 @@
-#include "filters/build/ModelDescription.h"
+#include "filters/build/ModelFacts.h"
 
 #include <algorithm>
 
@@ -11,10 +11,10 @@ CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType sc
                            : CoordinateGrid::Over(box, options.bits, scalarType);
 }
 
-StoreInfo DescribeModel(
+ModelDescription DescribeModel(
   const BuildOptions& options, const ModelFacts& facts, const std::string& inputName)
 {
-  StoreInfo info;
+  ModelDescription info;
   info.input = inputName;
   info.depths = facts.depths;
   info.grid = GridOf(options, facts.box, facts.scalarType);
@@ -30,19 +30,15 @@ StoreInfo DescribeModel(
   info.attributes = facts.attributes;
   info.partitioner = NameOf(options.partitioner);
   info.weld = options.weld;
-  info.original.resolution = Resolution::Original();
   info.title = options.title;
   info.credit = options.credit;
   info.license = options.license;
   info.unit = options.unit;
-  if (!info.HasLevels())
+  if (options.partitioner != Partitioner::KdTree)
   {
     return info;
   }
-  for (unsigned d = 0; d <= facts.depths.finest; ++d)
-  {
-    info.levels.push_back({ Resolution::Level(d) });
-  }
+  info.levels.resize(facts.depths.finest + std::size_t{ 1 });
   info.levelMaker = options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
   info.representative =
     options.levels.representative == Representative::Quadric ? "quadric" : "mean";

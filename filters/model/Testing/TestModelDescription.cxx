@@ -1,13 +1,12 @@
-#include "server/protocol/ModelDescription.h"
-
-#include "server/protocol/Testing/RandomMessages.h"
+// The description as servers tell it.
+#include "filters/model/ModelJson.h"
+#include "filters/model/Testing/RandomModels.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 using namespace kdstream;
-using namespace kdstream::protocol;
 using Json = nlohmann::json;
 
 namespace
@@ -15,14 +14,12 @@ namespace
 
 ModelDescription Small()
 {
-  ModelDescription model = RandomMessages(7).Model();
-  model.partitionDepth = 2;
-  model.stitchDepth = 6;
-  model.finestDepth = 7;
+  ModelDescription model = RandomModels(7).Model();
+  model.depths = { 2, 6, 7 };
   model.partitions = 4;
-  model.bits = 20;
+  model.grid.bits = 20;
   model.levels.assign(8, ResolutionDescription{ 1, 2, 3, 4, 0.5 });
-  model.attributes = { { "Normals", "float32", "point", 3 } };
+  model.attributes = { { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 } };
   return model;
 }
 
@@ -35,7 +32,7 @@ bool Parses(const Json& json)
 
 TEST(TestModelDescription, ComesBackBitForBit)
 {
-  RandomMessages random(6);
+  RandomModels random(6);
   for (int i = 0; i < 500; ++i)
   {
     const auto model = random.Model();
@@ -44,8 +41,8 @@ TEST(TestModelDescription, ComesBackBitForBit)
     EXPECT_EQ(*parsed, model);
     for (std::size_t k = 0; k < 3; ++k) // == takes -0 for 0
     {
-      EXPECT_EQ(std::bit_cast<std::uint64_t>(parsed->boxLo[k]),
-        std::bit_cast<std::uint64_t>(model.boxLo[k]));
+      EXPECT_EQ(std::bit_cast<std::uint64_t>(parsed->box.lo[k]),
+        std::bit_cast<std::uint64_t>(model.box.lo[k]));
     }
   }
 }
@@ -66,7 +63,7 @@ TEST(TestModelDescription, UsesTheDocumentedKeys)
 TEST(TestModelDescription, LosslessIsAWord)
 {
   auto model = Small();
-  model.bits = 0;
+  model.grid.bits = 0;
   EXPECT_EQ(Json::parse(WriteModel(model))["precision"]["bits"], "lossless");
 }
 
@@ -154,7 +151,7 @@ TEST(TestModelDescription, HostileTextIsRefusedNotObeyed)
   std::string nested = "{\"id\":" + std::string(200000, '[') + std::string(200000, ']') + "}";
   EXPECT_FALSE(ParseModel(nested));
 
-  RandomMessages random(8);
+  RandomModels random(8);
   const auto text = WriteModel(Small());
   int whole = 0;
   for (int i = 0; i < 5000; ++i)
@@ -192,7 +189,7 @@ TEST(TestModelDescription, HalfASurrogatePairIsRefused)
 TEST(TestModelDescription, ListComesBack)
 {
   std::vector<ModelSummary> models;
-  RandomMessages random(9);
+  RandomModels random(9);
   EXPECT_TRUE(ParseModelList(WriteModelList(models))->empty());
   for (int i = 0; i < 20; ++i)
   {
@@ -206,16 +203,36 @@ TEST(TestModelDescription, ListComesBack)
   EXPECT_FALSE(ParseModelList("x"));
 }
 
-TEST(TestModelDescription, PieceDepthsAndPreview)
+TEST(TestModelDescription, ThePreviewIsLevel11OrTheFinest)
 {
   ModelDescription model;
-  model.partitionDepth = 3;
-  model.finestDepth = 20;
-  EXPECT_EQ(PieceDepth(model, 5), 0u);
-  EXPECT_EQ(PieceDepth(model, 11), 0u);
-  EXPECT_EQ(PieceDepth(model, 13), 2u);
-  EXPECT_EQ(PieceDepth(model, 20), 3u);
+  model.depths.finest = 20;
   EXPECT_EQ(PreviewLevel(model), 11u);
-  model.finestDepth = 4;
+  model.depths.finest = 4;
   EXPECT_EQ(PreviewLevel(model), 4u);
+}
+
+TEST(TestModelDescription, WhatServersDoNotTellStaysWithTheStore)
+{
+  ModelDescription model = Small();
+  const std::string told = WriteModel(model);
+  model.input = "secret.ply";
+  model.partitioner = "octree";
+  model.welded = 7;
+  EXPECT_EQ(WriteModel(model), told);
+}
+
+TEST(TestModelDescription, ModelIds)
+{
+  for (const auto& id : { std::string("a"), std::string("A.b_c-9"), std::string("..."),
+         std::string("-"), std::string(128, 'x') })
+  {
+    EXPECT_TRUE(IsModelId(id)) << id;
+  }
+  for (const auto& id : { std::string(""), std::string("."), std::string(".."), std::string("a/b"),
+         std::string("a b"), std::string("a%20b"), std::string("é"), std::string(129, 'x'),
+         std::string("a\0b", 3), std::string("a\\b") })
+  {
+    EXPECT_FALSE(IsModelId(id)) << id;
+  }
 }

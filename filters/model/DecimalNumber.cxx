@@ -5,7 +5,7 @@
 //   3. else write it as a fraction of two natural numbers of any length, find the power of two
 //      between 1 and 2 times which it lies, and divide bit by bit; the remainder tells how to
 //      round.
-#include "server/protocol/DecimalNumber.h"
+#include "filters/model/DecimalNumber.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-namespace kdstream::protocol
+namespace kdstream
 {
 
 namespace

@@ -1,4 +1,4 @@
-// A decimal number as the double that is nearest to it. Internal to the protocol.
+// A decimal number as the double that is nearest to it. Internal: not installed.
 //
 // std::from_chars does this, but emscripten's C++ library has none for doubles; strtod drags in
 // arithmetic of long doubles, 128 bits wide on WebAssembly; RapidJSON 1.1 is wrong near 0.
@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-namespace kdstream::protocol
+namespace kdstream
 {
 
 // Correctly rounded, ties to even; infinite where it is too large. O(digits²), for any number of

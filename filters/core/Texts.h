@@ -1,0 +1,24 @@
+// Texts that come from elsewhere: whether they are UTF-8, made UTF-8, and in a message.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// The bytes at the front of the text that are UTF-8 (Unicode, table 3-7).
+std::size_t Utf8Prefix(std::string_view text);
+inline bool IsUtf8(std::string_view text)
+{
+  return Utf8Prefix(text) == text.size();
+}
+// The text with U+FFFD for every byte that belongs to no character.
+std::string RepairUtf8(std::string_view text);
+
+// The text in quotes for a message: at most 64 characters of it, anything but printable ASCII as
+// '?'.
+std::string Quoted(std::string_view text);
+
+}

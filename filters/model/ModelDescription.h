@@ -1,0 +1,96 @@
+// What is known of a model before any of its pieces: one description from the builder to the page.
+//
+// A builder fills it in, a store keeps it (row "model"), kdstream-store and kdstream-build print it
+// as statistics, a server tells it (model.json, the `opened` answer), and a viewer draws by it.
+// ModelJson.h writes and reads it in each of these forms.
+#pragma once
+
+#include "filters/codec/CoordinateGrid.h"
+#include "filters/codec/PieceCodec.h"
+#include "filters/core/Attribute.h"
+#include "filters/core/Types.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/core/tree/KdTree.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// The deepest tree that a model may have; nodes have numbers below 2^31.
+inline constexpr unsigned maximumDepth = 30;
+
+// Counts of one resolution.
+struct ResolutionDescription
+{
+  std::uint64_t vertices = 0;  // own vertices of all pieces
+  std::uint64_t triangles = 0; // each once
+  std::uint64_t pieces = 0;
+  std::uint64_t bytes = 0;
+  // Of a level's vertices, model units; 0 for the original: the largest, and what 99 of 100 do not
+  // exceed. A single spike keeps the largest up through all levels; viewers steer by the other.
+  double deviation = 0;
+  double deviation99 = 0;
+  bool operator==(const ResolutionDescription&) const = default;
+};
+
+struct ModelDescription
+{
+  std::string id;     // IsModelId: what a server calls it; empty in a store
+  std::string digest; // IsDigest: of the content, tree, levels and partitions
+
+  std::uint64_t vertices = 0, triangles = 0;
+  std::uint64_t partitions = 1; // 1 … 2^depths.partition
+  Box box;                      // of the original vertices
+  TreeDepths depths;            // P <= S <= L, at most maximumDepth
+  CoordinateGrid grid;
+  PrimitiveType primitive = PrimitiveType::Triangles;
+
+  std::vector<ResolutionDescription> levels; // 0 … L, or none at all
+  ResolutionDescription original;
+
+  std::string title, credit, license, unit; // UTF-8, shown by viewers; may be empty
+  std::vector<AttributeInfo> attributes;    // point arrays first
+
+  // How it was built. Stores keep it and statistics tell it; servers do not.
+  std::string input; // name of the file it was built from, without its folder
+  std::uint64_t welded = 0, inconsistentEdges = 0;
+  std::uint64_t smallestPartition = 0, largestPartition = 0; // own vertices
+  // As the options of kdstream-build name them. Partitioners other than kdtree make no levels,
+  // P = S = L, and any number of partitions; levelMaker and representative are empty then.
+  std::string partitioner = "kdtree";
+  std::string levelMaker, representative;
+  bool sheets = true, weld = true;
+
+  bool HasLevels() const { return !this->levels.empty(); }
+  bool HasPiece(PieceId piece) const;
+  CodecContext Codec() const { return { this->depths, this->grid }; }
+  bool operator==(const ModelDescription&) const = default;
+};
+
+// An entry of a server's list of models.
+struct ModelSummary
+{
+  std::string id;
+  std::string digest;
+  std::string title;
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  bool operator==(const ModelSummary&) const = default;
+};
+
+ModelSummary Summarize(const ModelDescription& model);
+
+// The level of the preview: min(L, 11).
+unsigned PreviewLevel(const ModelDescription& model);
+
+// Whether servers can serve a model by this name: [A-Za-z0-9._-]{1,128}, but neither "." nor "..".
+bool IsModelId(std::string_view id);
+
+// 32 hexadecimal digits in lower case.
+bool IsDigest(std::string_view digest);
+
+}

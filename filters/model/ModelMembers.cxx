@@ -1,0 +1,143 @@
+#include "filters/model/ModelMembers.h"
+
+namespace kdstream
+{
+namespace
+{
+
+ResolutionDescription ReadResolution(JsonReader& reader, const JsonValue& object)
+{
+  ResolutionDescription resolution;
+  resolution.vertices = reader.Integer(object, "vertices", 0, mostCount);
+  resolution.triangles = reader.Integer(object, "triangles", 0, mostCount);
+  resolution.pieces = reader.Integer(object, "pieces", 0, std::uint64_t{ 1 } << maximumDepth);
+  resolution.bytes = reader.Integer(object, "bytes", 0, mostCount);
+  resolution.deviation = reader.Number(object, "deviation", 0);
+  resolution.deviation99 = reader.Number(object, "deviation_99", 0);
+  return resolution;
+}
+
+void ReadDepths(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  TreeDepths& depths = model.depths;
+  depths.partition = reader.Small<unsigned>(object, "partition_depth", 0, maximumDepth);
+  depths.finest = reader.Small<unsigned>(object, "finest_depth", depths.partition, maximumDepth);
+  depths.stitch = reader.Small<unsigned>(object, "stitch_depth", depths.partition, depths.finest);
+  model.partitions =
+    reader.Integer(object, "partitions", 1, std::uint64_t{ 1 } << depths.partition);
+}
+
+void ReadBox(JsonReader& reader, const JsonValue& object, Box& box)
+{
+  const JsonValue* corners = reader.Find(object, "box");
+  if (!corners)
+  {
+    return;
+  }
+  box.lo = reader.Vector(*corners, "lo");
+  box.hi = reader.Vector(*corners, "hi");
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (box.lo[k] > box.hi[k])
+    {
+      reader.Fail("\"box\" is inside out");
+    }
+  }
+}
+
+void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  const JsonValue* levels = reader.Array(object, "levels", maximumDepth + 1);
+  if (!levels)
+  {
+    return;
+  }
+  const rapidjson::SizeType count = levels->Size();
+  if (count != 0 && count != model.depths.finest + std::size_t{ 1 })
+  {
+    reader.Fail("\"levels\" has " + std::to_string(count) + " entries, not 0 or " +
+                std::to_string(model.depths.finest + 1));
+    return;
+  }
+  for (rapidjson::SizeType depth = 0; depth < count; ++depth)
+  {
+    reader.Integer((*levels)[depth], "depth", depth, depth);
+    model.levels.push_back(ReadResolution(reader, (*levels)[depth]));
+  }
+}
+
+}
+
+std::string_view NameOf(ScalarType type)
+{
+  return type == ScalarType::Float64 ? "float64" : "float32";
+}
+
+std::string_view NameOf(PrimitiveType type)
+{
+  return type == PrimitiveType::Points ? "points" : "triangles";
+}
+
+std::string_view NameOf(AttributeAssociation association)
+{
+  return association == AttributeAssociation::Point ? "point" : "cell";
+}
+
+void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attributes)
+{
+  json.BeginArray();
+  for (const AttributeInfo& attribute : attributes)
+  {
+    json.BeginObject()
+      .Member("name", attribute.name)
+      .Member("type", NameOf(attribute.type))
+      .Member("association", NameOf(attribute.association))
+      .Member("components", attribute.components)
+      .EndObject();
+  }
+  json.EndArray();
+}
+
+void PutTexts(JsonWriter& json, const ModelDescription& model)
+{
+  json.Member("title", model.title)
+    .Member("credit", model.credit)
+    .Member("license", model.license)
+    .Member("unit", model.unit);
+}
+
+void PutBits(JsonWriter& json, const CoordinateGrid& grid)
+{
+  if (grid.Lossless())
+  {
+    json.Put("lossless");
+  }
+  else
+  {
+    json.Put(grid.bits);
+  }
+}
+
+void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  model.vertices = reader.Integer(object, "vertices", 1, mostCount);
+  model.triangles = reader.Integer(object, "triangles", 0, mostCount);
+  ReadDepths(reader, object, model);
+  ReadBox(reader, object, model.box);
+  ReadLevels(reader, object, model);
+  if (const JsonValue* original = reader.Find(object, "original"))
+  {
+    model.original = ReadResolution(reader, *original);
+  }
+}
+
+void ReadTexts(
+  JsonReader& reader, const JsonValue& object, std::size_t mostBytes, ModelDescription& model)
+{
+  model.title = reader.Text(object, "title", mostBytes, false);
+  model.credit = reader.Text(object, "credit", mostBytes, false);
+  model.license = reader.Text(object, "license", mostBytes, false);
+  model.unit = reader.Text(object, "unit", mostBytes, false);
+}
+
+}

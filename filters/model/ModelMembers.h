@@ -1,0 +1,34 @@
+// The members that a description's forms as JSON share. Internal: not installed.
+#pragma once
+
+#include "filters/model/JsonReader.h"
+#include "filters/model/JsonWriter.h"
+#include "filters/model/ModelDescription.h"
+
+#include <cstdint>
+#include <string_view>
+
+namespace kdstream
+{
+
+// Every integer up to here is exact in a client whose numbers are doubles.
+inline constexpr std::uint64_t mostCount = std::uint64_t{ 1 } << 53;
+
+// "float32", "float64"; "triangles", "points"; "point", "cell".
+std::string_view NameOf(ScalarType type);
+std::string_view NameOf(PrimitiveType type);
+std::string_view NameOf(AttributeAssociation association);
+
+// {"name","type","association","components"}, in words.
+void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attributes);
+// "title", "credit", "license", "unit".
+void PutTexts(JsonWriter& json, const ModelDescription& model);
+// The bits of an axis, or "lossless".
+void PutBits(JsonWriter& json, const CoordinateGrid& grid);
+
+// Counts, depths, box, levels and original: whatever all forms that are read have alike.
+void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
+void ReadTexts(
+  JsonReader& reader, const JsonValue& object, std::size_t mostBytes, ModelDescription& model);
+
+}

@@ -1,0 +1,231 @@
+// The form that servers tell, and their list of models.
+#include "filters/model/ServedModelJson.h"
+
+#include "filters/core/Texts.h"
+#include "filters/model/ModelJson.h"
+#include "filters/model/ModelMembers.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t mostTextBytes = 4096;
+constexpr std::size_t mostModels = 65536;
+
+// The members of a resolution, without the object around them.
+void PutResolution(JsonWriter& json, const ResolutionDescription& resolution)
+{
+  json.Member("vertices", resolution.vertices)
+    .Member("triangles", resolution.triangles)
+    .Member("pieces", resolution.pieces)
+    .Member("bytes", resolution.bytes)
+    .Member("deviation", resolution.deviation)
+    .Member("deviation_99", resolution.deviation99);
+}
+
+void PutPrecision(JsonWriter& json, const CoordinateGrid& grid)
+{
+  json.BeginObject()
+    .Member("scalar_type", NameOf(grid.scalarType))
+    .Member("origin", grid.origin)
+    .Member("step", grid.step)
+    .Key("bits");
+  PutBits(json, grid);
+  json.EndObject();
+}
+
+void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
+{
+  json.BeginArray();
+  for (std::size_t depth = 0; depth < levels.size(); ++depth)
+  {
+    json.BeginObject().Member("depth", depth);
+    PutResolution(json, levels[depth]);
+    json.EndObject();
+  }
+  json.EndArray();
+}
+
+// The one of two or more values that has the name in member `key`.
+template <class T>
+T ReadName(
+  JsonReader& reader, const JsonValue& object, const char* key, T first, T last, const char* fault)
+{
+  const std::string name = reader.Text(object, key, 16);
+  for (auto i = static_cast<int>(first); i <= static_cast<int>(last); ++i)
+  {
+    if (name == NameOf(static_cast<T>(i)))
+    {
+      return static_cast<T>(i);
+    }
+  }
+  reader.Fail(fault);
+  return first;
+}
+
+void ReadPrecision(JsonReader& reader, const JsonValue& object, CoordinateGrid& grid)
+{
+  const JsonValue* bits = reader.Find(object, "bits");
+  const bool lossless = bits && bits->IsString() && TextOf(*bits) == "lossless";
+  grid.bits = lossless ? std::uint8_t{ 0 } : reader.Small<std::uint8_t>(object, "bits", 8, 24);
+  grid.scalarType = ReadName(reader, object, "scalar_type", ScalarType::Float32,
+    ScalarType::Float64, "\"scalar_type\" is neither float32 nor float64");
+  grid.origin = reader.Vector(object, "origin");
+  grid.step = reader.Number(object, "step", std::numeric_limits<double>::denorm_min());
+}
+
+AttributeInfo ReadAttribute(JsonReader& reader, const JsonValue& object)
+{
+  AttributeInfo attribute;
+  attribute.name = reader.Text(object, "name", longestAttributeName);
+  attribute.type = ReadName(reader, object, "type", AttributeType::Int8, AttributeType::Float64,
+    "\"type\" of an attribute is no type of numbers");
+  attribute.association = ReadName(reader, object, "association", AttributeAssociation::Point,
+    AttributeAssociation::Cell, "\"association\" is neither point nor cell");
+  attribute.components = reader.Small<std::uint8_t>(object, "components", 1, 255);
+  return attribute;
+}
+
+void ReadIdentity(JsonReader& reader, const JsonValue& object, std::string& id, std::string& digest)
+{
+  id = reader.Text(object, "id", 128);
+  if (!IsModelId(id))
+  {
+    reader.Fail("\"id\" is no model id");
+  }
+  digest = reader.Text(object, "digest", 32);
+  if (!IsDigest(digest))
+  {
+    reader.Fail("\"digest\" has not 32 hexadecimal digits");
+  }
+}
+
+Error TooLarge(std::size_t bytes, std::size_t most)
+{
+  return Error{ ErrorCode::LimitExceeded, std::to_string(bytes) + " bytes of JSON, where at most " +
+                                            std::to_string(most) + " are taken" };
+}
+
+}
+
+void PutModel(JsonWriter& json, const ModelDescription& model)
+{
+  json.BeginObject()
+    .Member("id", model.id)
+    .Member("digest", model.digest)
+    .Member("vertices", model.vertices)
+    .Member("triangles", model.triangles)
+    .Member("partitions", model.partitions);
+  json.Key("box").BeginObject().Member("lo", model.box.lo).Member("hi", model.box.hi).EndObject();
+  json.Member("partition_depth", model.depths.partition)
+    .Member("stitch_depth", model.depths.stitch)
+    .Member("finest_depth", model.depths.finest);
+  json.Key("precision");
+  PutPrecision(json, model.grid);
+  json.Member("primitive", NameOf(model.primitive)).Key("levels");
+  PutLevels(json, model.levels);
+  json.Key("original").BeginObject();
+  PutResolution(json, model.original);
+  json.EndObject();
+  PutTexts(json, model);
+  json.Key("attributes");
+  PutAttributes(json, model.attributes);
+  json.EndObject();
+}
+
+std::string WriteModel(const ModelDescription& model)
+{
+  JsonWriter json;
+  PutModel(json, model);
+  return json.Text();
+}
+
+std::string WriteModelList(const std::vector<ModelSummary>& models)
+{
+  JsonWriter json;
+  json.BeginObject().Key("models").BeginArray();
+  for (const ModelSummary& model : models)
+  {
+    json.BeginObject()
+      .Member("id", model.id)
+      .Member("digest", model.digest)
+      .Member("title", model.title)
+      .Member("vertices", model.vertices)
+      .Member("triangles", model.triangles)
+      .EndObject();
+  }
+  json.EndArray().EndObject();
+  return json.Text();
+}
+
+Result<ModelDescription> ParseModel(std::string_view text)
+{
+  if (text.size() > maximumModelBytes)
+  {
+    return TooLarge(text.size(), maximumModelBytes);
+  }
+  const auto json = ParseJson(text);
+  KDSTREAM_TRY(json);
+  return ModelFromJson(*json);
+}
+
+Result<ModelDescription> ModelFromJson(const JsonValue& json)
+{
+  JsonReader reader("model");
+  ModelDescription model;
+  ReadIdentity(reader, json, model.id, model.digest);
+  ReadShared(reader, json, model);
+  if (const JsonValue* precision = reader.Find(json, "precision"))
+  {
+    ReadPrecision(reader, *precision, model.grid);
+  }
+  model.primitive = ReadName(reader, json, "primitive", PrimitiveType::Points,
+    PrimitiveType::Triangles, "\"primitive\" is neither triangles nor points");
+  ReadTexts(reader, json, mostTextBytes, model);
+  if (const JsonValue* attributes = reader.Array(json, "attributes", mostAttributes))
+  {
+    for (const JsonValue& attribute : attributes->GetArray())
+    {
+      model.attributes.push_back(ReadAttribute(reader, attribute));
+    }
+  }
+  if (!reader.Good())
+  {
+    return Error{ ErrorCode::InvalidInput, reader.Fault() };
+  }
+  return model;
+}
+
+Result<std::vector<ModelSummary>> ParseModelList(std::string_view text)
+{
+  if (text.size() > maximumModelListBytes)
+  {
+    return TooLarge(text.size(), maximumModelListBytes);
+  }
+  const auto json = ParseJson(text);
+  KDSTREAM_TRY(json);
+  JsonReader reader("models");
+  std::vector<ModelSummary> models;
+  if (const JsonValue* list = reader.Array(*json, "models", mostModels))
+  {
+    for (const JsonValue& entry : list->GetArray())
+    {
+      ModelSummary& model = models.emplace_back();
+      ReadIdentity(reader, entry, model.id, model.digest);
+      model.title = reader.Text(entry, "title", mostTextBytes, false);
+      model.vertices = reader.Integer(entry, "vertices", 1, mostCount);
+      model.triangles = reader.Integer(entry, "triangles", 0, mostCount);
+    }
+  }
+  if (!reader.Good())
+  {
+    return Error{ ErrorCode::InvalidInput, reader.Fault() };
+  }
+  return models;
+}
+
+}
