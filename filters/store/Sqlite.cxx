@@ -84,7 +84,31 @@ Result<Database> OpenForWriting(const std::filesystem::path& file)
 
 Error SqliteError(sqlite3* database, ErrorCode code)
 {
-  return { code, database ? sqlite3_errmsg(database) : "out of memory" };
+  const auto refused = [database](const std::string& what)
+  {
+    const int system = sqlite3_system_errno(database);
+    return Error{ ErrorCode::InputOutput,
+      what + (system == 0 ? "" : ": " + std::generic_category().message(system)) };
+  };
+  switch (database ? sqlite3_errcode(database) & 0xFF : SQLITE_NOMEM)
+  {
+    case SQLITE_NOTADB:
+      return { ErrorCode::InvalidInput, "not a KdStream store" };
+    case SQLITE_CANTOPEN:
+      return refused("cannot be opened");
+    case SQLITE_IOERR:
+      return refused("cannot be read or written");
+    case SQLITE_FULL:
+      return refused("the disk is full");
+    case SQLITE_NOMEM:
+      return { ErrorCode::LimitExceeded, "out of memory" };
+    case SQLITE_CORRUPT:
+      return { code, "its pages are damaged" };
+    case SQLITE_ERROR: // our own statements, on tables that are not there
+      return { code, "its tables are not those of a store" };
+    default:
+      return { code, std::string("SQLite says: ") + sqlite3_errmsg(database) };
+  }
 }
 
 Status Execute(sqlite3* database, const std::string& sql)

@@ -27,7 +27,8 @@ using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 Result<Database> OpenForReading(const std::filesystem::path& file);
 Result<Database> OpenForWriting(const std::filesystem::path& file);
 
-// What SQLite says of the last call on `database`, as an error of code `code`.
+// What went wrong in the last call on `database`, in our words: SQLite's are about databases, and
+// to people a store is a file. Of code `code` unless another one says it better.
 Error SqliteError(sqlite3* database, ErrorCode code);
 
 Status Execute(sqlite3* database, const std::string& sql);

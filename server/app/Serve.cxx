@@ -16,10 +16,12 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Serves every store (*.kds) in a folder over HTTP and WebSocket: the model NAME is NAME.kds.\n"
+  "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
   "When it is ready it prints one line: listening on http://HOST:PORT\n"
-  "SIGHUP reads the folder again; SIGTERM and SIGINT finish what is under way and end.\n\n"
-  "Example: kdstream-serve stores --port 8700 --access-log -";
+  "SIGHUP makes it read the folder again; SIGTERM and SIGINT end it, what is under way first.";
+
+constexpr const char* examples = "Example:\n"
+                                 "  kdstream-serve stores --port 8700 --access-log -";
 
 struct CommandLine
 {
@@ -33,30 +35,52 @@ void AddOptions(CLI::App& app, CommandLine& line)
   server.port = 8700;
   server.threads = std::max(2U, std::thread::hardware_concurrency());
   app.add_option("DIR", line.folder, "the folder of the stores")->required();
-  app.add_option("--host", server.host, "address to listen at")->capture_default_str();
-  app.add_option("--port", server.port, "port to listen at, 0 = any that is free")
-    ->capture_default_str();
-  app.add_option("--threads", server.threads, "threads that answer")
-    ->check(CLI::Range(1U, 1024U))
-    ->capture_default_str();
+  const char* const address = "Address";
+  app.add_option("--host", server.host, "name or address to listen at; 0.0.0.0: the whole network")
+    ->type_name("HOST")
+    ->capture_default_str()
+    ->group(address);
+  app.add_option("--port", server.port, "port to listen at; 0: any that is free")
+    ->check(CLI::Range(0, 65535))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(address);
+  auto* certificate =
+    app.add_option("--tls-cert", server.tlsCertificate, "serve HTTPS with this certificate (PEM)")
+      ->type_name("FILE")
+      ->group(address);
+  auto* key = app.add_option("--tls-key", server.tlsKey, "its private key (PEM, no passphrase)")
+                ->type_name("FILE")
+                ->group(address);
+  certificate->needs(key);
+  key->needs(certificate);
+
+  const char* const pages = "Pages";
+  app
+    .add_option("--web", line.web,
+      "serve the files of this folder at / [default: the web viewer installed with this program]")
+    ->type_name("DIR")
+    ->group(pages);
+  app
+    .add_option("--allow-origin", server.allowOrigin,
+      "let pages of this origin read from here (CORS); *: of any")
+    ->type_name("ORIGIN")
+    ->group(pages);
+
+  const char* const load = "Load";
   app
     .add_option(
       "--max-connections", server.maximumConnections, "clients at once; more are answered 503")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1000000 }))
-    ->capture_default_str();
-  app.add_option("--allow-origin", server.allowOrigin,
-    "origin whose pages may read from here (CORS), * = any [none]");
-  app.add_option("--web", line.web,
-    "folder whose files are served at / [the web viewer that is installed with this program, else "
-    "a "
-    "page of text]");
-  app.add_option(
-    "--access-log", line.accessLog, "file that gets a line a request, - = stderr [none]");
-  auto* certificate = app.add_option(
-    "--tls-cert", server.tlsCertificate, "PEM file of the certificate chain: serve HTTPS");
-  auto* key = app.add_option("--tls-key", server.tlsKey, "PEM file of its private key");
-  certificate->needs(key);
-  key->needs(certificate);
+    ->capture_default_str()
+    ->group(load);
+  app.add_option("--threads", server.threads, "threads that answer")
+    ->check(CLI::Range(1U, 1024U))
+    ->capture_default_str()
+    ->group(load);
+  app.add_option("--access-log", line.accessLog, "write a line for every request; -: on stderr")
+    ->type_name("FILE")
+    ->group(load);
 }
 
 // The folder of the web viewer that is installed with this program; empty if there is none.
@@ -84,6 +108,22 @@ sigset_t BlockSignals()
   return signals;
 }
 
+// What is wrong, though the server goes on.
+void PrintWarning(const std::string& program, const std::string& file, const std::string& what)
+{
+  std::cerr << program << ": warning: " << file << ": " << what << std::endl;
+}
+
+void WarnOfEmptyFolder(
+  const std::string& program, const std::string& folder, const StoreCatalog& catalog)
+{
+  if (catalog.Models().empty())
+  {
+    PrintWarning(program, folder,
+      "there is no store (NAME.kds) to serve in this folder; SIGHUP makes the server look again");
+  }
+}
+
 void WaitForEnd(const sigset_t& signals, const std::string& program, const std::string& folder,
   StoreCatalog& catalog)
 {
@@ -94,8 +134,10 @@ void WaitForEnd(const sigset_t& signals, const std::string& program, const std::
     {
       if (const auto status = catalog.Reload(); !status)
       {
-        PrintError(program, folder, status.GetError());
+        PrintWarning(
+          program, folder, status.GetError().message + "; the models of before are served");
       }
+      WarnOfEmptyFolder(program, folder, catalog);
     }
   }
 }
@@ -104,9 +146,8 @@ int Serve(const std::string& program, CommandLine& line)
 {
   const sigset_t signals = BlockSignals();
   StoreCatalog catalog(line.folder,
-    [&program](const std::filesystem::path& file, const std::string& what) {
-      PrintError(program, file.string(), { ErrorCode::Damaged, what });
-    });
+    [&program](const std::filesystem::path& file, const std::string& what)
+    { PrintWarning(program, file.string(), what); });
   if (const auto status = catalog.Reload(); !status)
   {
     return PrintError(program, line.folder, status.GetError());
@@ -149,6 +190,7 @@ int Serve(const std::string& program, CommandLine& line)
     return PrintError(program, "", server.GetError());
   }
   std::cout << "listening on " << (*server)->Url() << std::endl;
+  WarnOfEmptyFolder(program, line.folder, catalog);
   WaitForEnd(signals, program, line.folder, catalog);
   (*server)->Stop();
   return exitDone;
@@ -161,6 +203,7 @@ int main(int argc, char** argv)
   CommandLine line;
   CLI::App app(description, "kdstream-serve");
   app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.footer(examples);
   AddOptions(app, line);
   return RunProgram(app, argc, argv, [&]() { return Serve(app.get_name(), line); });
 }

@@ -2,9 +2,15 @@
 
 #include "server/http/HttpConnection.h"
 
+#include <openssl/err.h>
+#include <openssl/x509.h>
+
 #include <array>
+#include <cerrno>
+#include <fstream>
 #include <memory>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -12,6 +18,21 @@ namespace kdstream
 {
 
 using asio::ip::tcp;
+
+namespace
+{
+
+Status CheckReadable(const std::string& file)
+{
+  if (!std::ifstream(file))
+  {
+    return Error{ ErrorCode::InputOutput,
+      file + ": cannot be read: " + std::generic_category().message(errno) };
+  }
+  return {};
+}
+
+}
 
 // One acceptor; each connection runs on a strand of its own; a few threads run all of them.
 struct HttpServer::Implementation
@@ -69,18 +90,25 @@ Status HttpServer::Implementation::PrepareTls()
                           asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 |
                           asio::ssl::context::no_tlsv1_1,
     error);
-  this->Tls.use_certificate_chain_file(options.tlsCertificate.string(), error);
+  const std::string certificate = options.tlsCertificate.string(), key = options.tlsKey.string();
+  KDSTREAM_TRY(CheckReadable(certificate));
+  this->Tls.use_certificate_chain_file(certificate, error);
   if (error)
   {
-    return Error{ ErrorCode::InvalidInput,
-      options.tlsCertificate.string() + ": no certificates in PEM: " + error.message() };
+    return Error{ ErrorCode::InvalidInput, certificate + ": holds no certificate in PEM" };
   }
-  this->Tls.use_private_key_file(options.tlsKey.string(), asio::ssl::context::pem, error);
+  KDSTREAM_TRY(CheckReadable(key));
+  // Without this OpenSSL asks the terminal for the passphrase.
+  this->Tls.set_password_callback(
+    [](std::size_t, asio::ssl::context::password_purpose) { return std::string(); }, error);
+  this->Tls.use_private_key_file(key, asio::ssl::context::pem, error);
   if (error)
   {
+    const bool another =
+      ERR_GET_REASON(static_cast<unsigned long>(error.value())) == X509_R_KEY_VALUES_MISMATCH;
     return Error{ ErrorCode::InvalidInput,
-      options.tlsKey.string() +
-        ": no private key in PEM that fits the certificate: " + error.message() };
+      key + (another ? ": holds the key of another certificate than " + certificate
+                     : ": holds no private key in PEM without a passphrase") };
   }
   return {};
 }

@@ -32,6 +32,11 @@ private:
 namespace
 {
 
+std::string LeftOut(const std::string& why)
+{
+  return why + "; it is left out, the other stores are served";
+}
+
 // The stores of a folder, by name.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
@@ -73,9 +78,9 @@ Status StoreCatalog::Reload()
   for (const auto& file : *files)
   {
     const auto id = file.stem().string();
-    if (!protocol::IsModelId(id))
+    if (!IsModelId(id))
     {
-      this->Reports->Tell(file, "its name is not a model id (1-128 of A-Z a-z 0-9 . _ -)");
+      this->Reports->Tell(file, LeftOut("a model's name has 1 to 128 of A-Z a-z 0-9 . _ -"));
       continue;
     }
     auto model = OpenStoreModel(file, id,
@@ -86,7 +91,7 @@ Status StoreCatalog::Reload()
     }
     else
     {
-      this->Reports->Tell(file, model.GetError().message);
+      this->Reports->Tell(file, LeftOut(model.GetError().message));
     }
   }
   const std::lock_guard lock(this->Mutex);

@@ -146,8 +146,43 @@ TEST_F(Tls, NeedsACertificateAndItsKey)
   options.tlsKey = this->key;
   const auto swapped = HttpServer::Start(this->catalog, options);
   ASSERT_FALSE(swapped);
-  EXPECT_NE(swapped.GetError().message.find("key.pem"), std::string::npos);
+  EXPECT_EQ(swapped.GetError().message, this->key.string() + ": holds no certificate in PEM");
   options.tlsCertificate = this->certificate;
   options.tlsKey = this->certificate;
-  EXPECT_FALSE(HttpServer::Start(this->catalog, options));
+  const auto none = HttpServer::Start(this->catalog, options);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.GetError().message,
+    this->certificate.string() + ": holds no private key in PEM without a passphrase");
+}
+
+TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
+{
+  HttpServerOptions options;
+  options.tlsCertificate = this->folder / "none.pem";
+  options.tlsKey = this->key;
+  const auto missing = HttpServer::Start(this->catalog, options);
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.GetError().message,
+    (this->folder / "none.pem").string() + ": cannot be read: No such file or directory");
+  options.tlsCertificate = this->certificate;
+  options.tlsKey = this->folder / "other.pem";
+  EVP_PKEY* other = EVP_RSA_gen(2048);
+  std::FILE* file = std::fopen(options.tlsKey.c_str(), "w");
+  PEM_write_PrivateKey(file, other, nullptr, nullptr, 0, nullptr, nullptr);
+  std::fclose(file);
+  const auto another = HttpServer::Start(this->catalog, options);
+  ASSERT_FALSE(another);
+  EXPECT_EQ(another.GetError().message, options.tlsKey.string() +
+                                          ": holds the key of another certificate than " +
+                                          this->certificate.string());
+  file = std::fopen(options.tlsKey.c_str(), "w");
+  std::string word = "secret"; // which the server must not ask the terminal for
+  PEM_write_PrivateKey(file, other, EVP_aes_128_cbc(),
+    reinterpret_cast<unsigned char*>(word.data()), static_cast<int>(word.size()), nullptr, nullptr);
+  std::fclose(file);
+  EVP_PKEY_free(other);
+  const auto locked = HttpServer::Start(this->catalog, options);
+  ASSERT_FALSE(locked);
+  EXPECT_EQ(locked.GetError().message,
+    options.tlsKey.string() + ": holds no private key in PEM without a passphrase");
 }

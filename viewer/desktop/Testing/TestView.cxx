@@ -153,7 +153,7 @@ TEST_F(TestView, MoreRingsStreamMore)
 TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
 {
   this->Models.model->damaged = protocol::BlobId::LevelPiece(12, 2);
-  this->Models.model->damaged->level = kdstream::testing::Torus().Description().finestDepth;
+  this->Models.model->damaged->level = kdstream::testing::Torus().Description().depths.finest;
   ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
   this->Write("zoom.jsonl", walk);
   EXPECT_EQ(this->View("--offscreen auto --size 400x300 --replay zoom.jsonl"), 1);
@@ -188,6 +188,8 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
     { offscreen + "--replay bad.jsonl", 1, "bad.jsonl: line 2: " },
     { offscreen + "--screenshot no/such/folder.png", 1, "no/such/folder.png" },
+    { offscreen + "--screenshot v.jpg", 2, "'v.jpg' does not end in .png" },
+    { offscreen + "--screenshot png", 2, "'png' does not end in .png" },
     { offscreen + "--stats no/such/file", 1, "no/such/file" },
   };
   for (const auto& [options, code, what] : cases)
