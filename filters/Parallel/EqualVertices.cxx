@@ -3,12 +3,10 @@
 //   2. Bucket by bucket: the lowest vertex of each place, and then those that equal it.
 #include "filters/Parallel/EqualVertices.h"
 
+#include "filters/core/SeededHash.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/KeyTable.h"
 #include "filters/outofcore/files/RecordFile.h"
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -25,15 +23,6 @@ namespace
 // Tables are faster where the caches hold them; buckets are read faster where they are few.
 constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
 constexpr std::uint64_t mostBucketsForCache = 256;
-
-std::uint64_t Mix(std::uint64_t x)
-{
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  return x ^ x >> 32;
-}
 
 // An entry is what a vertex is known by on its way: its place, its tuples, and behind them its
 // number. The first two are its key.
@@ -80,7 +69,7 @@ private:
   {
     const std::size_t ranks = this->Team.Count(), bytes = this->EntryBytes;
     const auto hashOf = [&](const std::byte* entry)
-    { return Mix(this->HashOf(std::span(entry, this->KeyBytes))); };
+    { return HashOfBytes(std::span(entry, this->KeyBytes), agreedSeed); };
     const auto make = [&](std::uint64_t round, RankLists<std::byte>& out) -> Status
     {
       std::vector<std::byte> entries;
@@ -136,9 +125,10 @@ private:
     return {};
   }
 
-  static std::uint64_t HashOf(std::span<const std::byte> key)
+  // In this rank's tables.
+  std::uint64_t HashOf(std::span<const std::byte> key) const
   {
-    return XXH3_64bits(key.data(), key.size());
+    return HashOfBytes(key, this->Seed);
   }
 
   // visit(key, number) for each vertex of a bucket.
@@ -200,6 +190,7 @@ private:
   const std::uint64_t AllVertices;
   const std::uint64_t Memory;
   const Execution& Exec;
+  const std::uint64_t Seed = RandomSeed();
   const std::size_t KeyBytes, EntryBytes;
   const std::size_t OfRound;
   std::optional<BucketFile> Entries;

@@ -72,7 +72,7 @@ private:
       for (std::size_t i = 0; i < records.size(); ++i)
       {
         const Record place = RankedPlace(records[i], static_cast<VertexId>(from + i));
-        out[HashOfPlace()(place.p) % processes].push_back(place);
+        out[HashOfPlace(place.p, agreedSeed) % processes].push_back(place);
       }
       return {};
     };
@@ -80,7 +80,7 @@ private:
     {
       for (const Record& place : places)
       {
-        const std::uint64_t hash = HashOfPlace()(place.p) / processes % this->Hashes;
+        const std::uint64_t hash = HashOfPlace(place.p, agreedSeed) / processes % this->Hashes;
         KDSTREAM_TRY(this->Places->Add(static_cast<std::size_t>(hash) * processes + from, place));
       }
       return {};

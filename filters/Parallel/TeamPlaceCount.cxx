@@ -1,7 +1,7 @@
 #include "filters/Parallel/TeamPlaceCount.h"
 
 #include "filters/Parallel/NumberSet.h"
-#include "filters/core/BitCast.h"
+#include "filters/core/SeededHash.h"
 #include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/RecordFile.h"
@@ -16,23 +16,9 @@ namespace kdstream
 namespace
 {
 
-std::uint64_t Mix(std::uint64_t x)
-{
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  return x ^ x >> 32;
-}
-
 std::uint64_t HashOf(const Vec3& place)
 {
-  std::uint64_t hash = 0;
-  for (const double x : WithPositiveZeros(place))
-  {
-    hash = Mix(hash + 0x9e3779b97f4a7c15U + BitCast<std::uint64_t>(x));
-  }
-  return hash;
+  return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
 // Every place's hash to the rank that it tells, and there into a bucket.

@@ -1,6 +1,7 @@
 // Counting of edges: see EdgeCount.h.
 #include "filters/core/EdgeCount.h"
 
+#include "filters/core/MixBits.h"
 #include "filters/core/TriangleBuckets.h"
 
 #include <algorithm>
@@ -18,9 +19,7 @@ using Counts = std::function<bool(VertexId)>;
 // end's number, scattered. 0 where every edge is used as often in one direction as in the other.
 std::uint64_t Scatter(VertexId v)
 {
-  std::uint64_t x = (v + std::uint64_t{ 1 }) * 0x9E3779B97F4A7C15U;
-  x = (x ^ (x >> 32)) * 0xD6E8FEB86659FD93U;
-  return x ^ (x >> 32);
+  return MixBits(v + std::uint64_t{ 1 }); // 0 would count as no edge
 }
 
 struct DirectedEdge

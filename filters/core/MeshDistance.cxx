@@ -5,6 +5,7 @@
 //   place.
 #include "filters/core/MeshDistance.h"
 
+#include "filters/core/MixBits.h"
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/VectorMath.h"
 
@@ -55,10 +56,8 @@ public:
   // Uniform in [0, 1).
   double Next()
   {
-    std::uint64_t x = this->State += 0x9e3779b97f4a7c15U;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
-    return double((x ^ (x >> 31)) >> 11) / double(std::uint64_t{ 1 } << 53);
+    this->State += 0x9E3779B97F4A7C15U;
+    return double(MixBits(this->State) >> 11) / double(std::uint64_t{ 1 } << 53);
   }
 
 private:

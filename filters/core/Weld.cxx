@@ -1,6 +1,8 @@
 #include "filters/core/Weld.h"
 
 #include "filters/core/BitCast.h"
+#include "filters/core/SeededHash.h"
+#include "filters/core/VectorMath.h"
 
 #include <algorithm>
 #include <bit>
@@ -12,25 +14,15 @@ namespace kdstream
 namespace
 {
 
-std::array<std::uint64_t, 3> Bits(const Vec3& p, Coincidence coincidence)
+// Coordinates whose bits are equal where the places are.
+Vec3 KeyOf(const Vec3& p, Coincidence coincidence)
 {
-  std::array<std::uint64_t, 3> bits;
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    bits[k] = BitCast<std::uint64_t>(coincidence == Coincidence::ValueEqual ? p[k] + 0.0 : p[k]);
-  }
-  return bits;
+  return coincidence == Coincidence::ValueEqual ? WithPositiveZeros(p) : p;
 }
 
-std::uint64_t Hash(const std::array<std::uint64_t, 3>& bits)
+bool HaveEqualBits(const Vec3& p, const Vec3& q)
 {
-  std::uint64_t hash = 0x9E3779B97F4A7C15U;
-  for (const std::uint64_t word : bits)
-  {
-    hash = (hash ^ word) * 0xFF51AFD7ED558CCDU;
-    hash ^= hash >> 32;
-  }
-  return hash;
+  return BitCast<std::array<std::uint64_t, 3>>(p) == BitCast<std::array<std::uint64_t, 3>>(q);
 }
 
 // A thing, and the half of its hash that did not choose its block.
@@ -179,23 +171,19 @@ void MoveTuples(Mesh& mesh, VertexId from, VertexId to)
 std::vector<VertexId> FirstEqualVertex(const Mesh& mesh, const Execution& execution)
 {
   const std::vector<const Attribute*> arrays = PointArrays(mesh);
+  const std::uint64_t seed = RandomSeed();
   const auto hashOf = [&](VertexId v)
   {
-    std::uint64_t hash = Hash(Bits(mesh.points[v], Coincidence::BitEqual));
+    std::uint64_t hash = HashOfPlace(mesh.points[v], seed);
     for (const Attribute* array : arrays)
     {
-      for (const std::uint8_t byte : TupleOf(*array, v))
-      {
-        hash = (hash ^ byte) * 0x100000001B3U;
-      }
-      hash ^= hash >> 32;
+      hash = HashOfBytes(std::as_bytes(TupleOf(*array, v)), hash);
     }
     return hash;
   };
   const auto equal = [&](VertexId a, VertexId b)
   {
-    return Bits(mesh.points[a], Coincidence::BitEqual) ==
-             Bits(mesh.points[b], Coincidence::BitEqual) &&
+    return HaveEqualBits(mesh.points[a], mesh.points[b]) &&
            std::all_of(arrays.begin(), arrays.end(),
              [a, b](const Attribute* array)
              {
@@ -211,22 +199,21 @@ std::vector<VertexId> FirstEqualVertex(const Mesh& mesh, const Execution& execut
 std::vector<VertexId> FirstCoincident(
   std::span<const Vec3> points, Coincidence coincidence, const Execution& execution)
 {
+  const auto keyOf = [&](VertexId v) { return KeyOf(points[v], coincidence); };
   return FirstEqual(
-    points.size(), [&](VertexId v) { return Hash(Bits(points[v], coincidence)); },
-    [&](VertexId a, VertexId b)
-    { return Bits(points[a], coincidence) == Bits(points[b], coincidence); },
-    execution);
+    points.size(), [&, seed = RandomSeed()](VertexId v) { return HashOfPlace(keyOf(v), seed); },
+    [&](VertexId a, VertexId b) { return HaveEqualBits(keyOf(a), keyOf(b)); }, execution);
 }
 
 std::size_t CountPlaces(
   std::size_t count, const std::function<Vec3(VertexId)>& placeOf, const Execution& execution)
 {
-  const auto bitsOf = [&](VertexId v) { return Bits(placeOf(v), Coincidence::ValueEqual); };
+  const auto keyOf = [&](VertexId v) { return KeyOf(placeOf(v), Coincidence::ValueEqual); };
   const HashBlocks blocks(
-    count, [&](VertexId v) { return Hash(bitsOf(v)); }, execution);
+    count, [&, seed = RandomSeed()](VertexId v) { return HashOfPlace(keyOf(v), seed); }, execution);
   std::vector<std::size_t> places(blocks.begin.size(), 0);
   ForEachEqual(
-    blocks, [&](VertexId a, VertexId b) { return bitsOf(a) == bitsOf(b); },
+    blocks, [&](VertexId a, VertexId b) { return HaveEqualBits(keyOf(a), keyOf(b)); },
     [&](std::size_t block, VertexId id, VertexId lowest) { places[block] += id == lowest; },
     execution);
   return std::accumulate(places.begin(), places.end(), std::size_t{ 0 });

@@ -1,11 +1,16 @@
 // Coincident points: found, counted and welded.
+#include "filters/core/BitCast.h"
+#include "filters/core/SeededHash.h"
 #include "filters/core/Weld.h"
 #include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <cmath>
 #include <map>
 #include <random>
+#include <set>
 
 namespace kdstream
 {
@@ -62,6 +67,68 @@ TEST(Weld, FindsTheFirstOfEachPlace)
         places);
     }
     EXPECT_TRUE(count < 1000 || places < count / 2);
+  }
+}
+
+// Different places that an older version, whose hash anybody could run backwards, hashed to one
+// number: of any x and y it gives the z.
+std::vector<Vec3> PreparedPoints(std::size_t count)
+{
+  constexpr std::uint64_t factor = 0xFF51AFD7ED558CCDU, wanted = 12345;
+  std::uint64_t inverse = factor; // of the factor, modulo 2^64: each round doubles the right bits
+  for (int i = 0; i < 6; ++i)
+  {
+    inverse *= 2 - factor * inverse;
+  }
+  const auto mixed = [](std::uint64_t hash, double x)
+  {
+    hash = (hash ^ BitCast<std::uint64_t>(x)) * factor;
+    return hash ^ (hash >> 32);
+  };
+  std::mt19937_64 generator(4);
+  std::vector<Vec3> points;
+  while (points.size() < count)
+  {
+    const double x = double(generator() % 1000), y = double(generator() % 1000) / 8;
+    const std::uint64_t before = mixed(mixed(0x9E3779B97F4A7C15U, x), y);
+    const double z = BitCast<double>(((wanted ^ (wanted >> 32)) * inverse) ^ before);
+    if (std::isfinite(z))
+    {
+      EXPECT_EQ(mixed(before, z), wanted);
+      points.push_back({ x, y, z });
+    }
+  }
+  return points;
+}
+
+// What is compared is counted, not how long it takes: places are asked for twice to be hashed, and
+// two more times whenever two of the same hash are compared.
+TEST(Weld, PlacesThatSomebodyPreparedAreNotComparedWithEachOther)
+{
+  constexpr std::size_t count = 3000;
+  const std::vector<Vec3> points = PreparedPoints(count);
+  const std::size_t different = std::set<Vec3>(points.begin(), points.end()).size();
+  std::atomic<std::size_t> asked{ 0 };
+  EXPECT_EQ(CountPlaces(count,
+              [&](VertexId v)
+              {
+                ++asked;
+                return points[v];
+              }),
+    different);
+  EXPECT_LE(asked, 4 * count);
+}
+
+TEST(Weld, EverySeedGivesOtherHashes)
+{
+  const std::vector<Vec3> points = PreparedPoints(100);
+  std::set<std::uint64_t> hashes;
+  for (const std::uint64_t seed : { RandomSeed(), RandomSeed(), agreedSeed })
+  {
+    for (const Vec3& p : std::set<Vec3>(points.begin(), points.end()))
+    {
+      EXPECT_TRUE(hashes.insert(HashOfPlace(p, seed)).second);
+    }
   }
 }
 

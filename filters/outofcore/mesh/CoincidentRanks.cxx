@@ -53,7 +53,7 @@ Status ForEachCoincidentPair(SpillFolder& folder, const SpillFile& records, std:
   KDSTREAM_TRY(ForEachRank<Scalar>(records, count,
     [&](const PointRecord<Scalar>& vertex)
     {
-      const std::uint64_t hash = HashOfPlace()(vertex.p);
+      const std::uint64_t hash = HashOfPlace(vertex.p, agreedSeed);
       return sorted->Add(static_cast<std::size_t>(((hash >> 32) * buckets) >> 32), vertex);
     }));
   KDSTREAM_TRY(sorted->Finish());

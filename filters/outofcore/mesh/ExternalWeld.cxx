@@ -7,21 +7,18 @@
 //   4. What stays is moved together.
 #include "filters/outofcore/mesh/ExternalWeld.h"
 
+#include "filters/core/SeededHash.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/KeyTable.h"
 #include "filters/outofcore/files/MemoryPlan.h"
 #include "filters/outofcore/files/RepeatedHashes.h"
 #include "filters/outofcore/files/ScatteredRead.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstring>
 #include <numeric>
 #include <optional>
-#include <random>
 #include <vector>
 
 namespace kdstream
@@ -48,8 +45,7 @@ public:
     , Memory(memory)
     , Exec(execution)
     , Sections(MapSections::Over(this->Input.count, memory / 2, sizeof(VertexId)))
-    // The result does not depend on it, and nobody can prepare keys that meet.
-    , Seed(std::random_device{}())
+    , Seed(RandomSeed())
   {
   }
 
@@ -121,7 +117,7 @@ private:
 
   std::uint64_t HashOf(std::span<const std::byte> key) const
   {
-    return XXH3_64bits_withSeed(key.data(), key.size(), this->Seed);
+    return HashOfBytes(key, this->Seed);
   }
 
   // How many buckets of that many keys there must be for one to fit.
@@ -181,11 +177,6 @@ private:
     return {};
   }
 
-  std::uint64_t HashOfPlace(const Vec3& p) const
-  {
-    return XXH3_64bits_withSeed(p.data(), sizeof(p), this->Seed);
-  }
-
   // Step 1: where a vertex may have an equal. Returns how many such vertices there are at most.
   Result<std::uint64_t> FindRepeated()
   {
@@ -201,7 +192,7 @@ private:
       {
         hashes[slot].resize(points.size());
         std::transform(points.begin(), points.end(), hashes[slot].begin(),
-          [&](const Vec3& p) { return this->HashOfPlace(p); });
+          [&](const Vec3& p) { return HashOfPlace(p, this->Seed); });
         repeats[slot] += repeated.Add(hashes[slot]);
         return {};
       },
@@ -235,7 +226,7 @@ private:
         those.points.clear();
         for (std::size_t i = 0; i < points.size(); ++i)
         {
-          if (this->Repeated->MayRepeat(this->HashOfPlace(points[i])))
+          if (this->Repeated->MayRepeat(HashOfPlace(points[i], this->Seed)))
           {
             those.ids.push_back(static_cast<VertexId>(first + i));
             those.points.push_back(points[i]);

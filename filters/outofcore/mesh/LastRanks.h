@@ -3,11 +3,9 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/core/SeededHash.h"
 #include "filters/core/Types.h"
 #include "filters/core/tree/PointRecord.h"
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <array>
 #include <cstdint>
@@ -17,15 +15,6 @@
 
 namespace kdstream
 {
-
-struct HashOfPlace
-{
-  template <class Scalar>
-  std::size_t operator()(const std::array<Scalar, 3>& place) const
-  {
-    return XXH3_64bits(place.data(), sizeof(place));
-  }
-};
 
 // A vertex whose id is its rank, and no zero is negative.
 template <class Scalar>
@@ -57,8 +46,17 @@ public:
   void Clear() { this->Last.clear(); }
 
 private:
+  struct Hash
+  {
+    std::uint64_t seed = RandomSeed();
+    std::size_t operator()(const std::array<Scalar, 3>& place) const
+    {
+      return HashOfPlace(place, this->seed);
+    }
+  };
+
   const std::function<Status(VertexId, VertexId)>& Visit;
-  std::unordered_map<std::array<Scalar, 3>, VertexId, HashOfPlace> Last;
+  std::unordered_map<std::array<Scalar, 3>, VertexId, Hash> Last;
 };
 
 }

@@ -4,14 +4,12 @@
 //   3. Bucket by bucket: how many different ones.
 #include "filters/outofcore/mesh/PlaceCount.h"
 
+#include "filters/core/SeededHash.h"
 #include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/BatchPass.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/MemoryPlan.h"
 #include "filters/outofcore/files/RepeatedHashes.h"
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
 #include <numeric>
@@ -30,8 +28,7 @@ using PlaceOf = std::function<Vec3(const Vec3&)>;
 
 std::uint64_t HashOf(const Vec3& place)
 {
-  const Vec3 positive = WithPositiveZeros(place);
-  return XXH3_64bits(positive.data(), sizeof(positive));
+  return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
 // Different numbers. Equal ones are dropped whenever there are too many, so that they take no more

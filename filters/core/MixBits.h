@@ -1,0 +1,20 @@
+// A number scattered over 64 bits: the one mixer of the project.
+#pragma once
+
+#include <cstdint>
+
+namespace kdstream
+{
+
+// The finalizer of splitmix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number
+// generators", 2014): each bit of `x` changes each bit of the result about every other time. 0
+// stays 0. It can be undone, so it keeps nothing secret: keys of a table that come from a file are
+// hashed by SeededHash.h.
+constexpr std::uint64_t MixBits(std::uint64_t x)
+{
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;
+  return x ^ (x >> 31);
+}
+
+}

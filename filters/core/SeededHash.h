@@ -1,0 +1,29 @@
+// Hashes for tables whose keys come from a file. Whoever made the file may have chosen keys that
+// meet in one place of a table, where each is compared with all before it. Under a seed that nobody
+// knows before the build such keys cannot be prepared.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace kdstream
+{
+
+// Another one for each call and each process. No result may depend on it.
+std::uint64_t RandomSeed();
+
+// Of hashes that several passes or all ranks of a job must agree on: they say in which bucket a key
+// is looked at, and no table is made by them.
+inline constexpr std::uint64_t agreedSeed = 0;
+
+// XXH3 with a seed.
+std::uint64_t HashOfBytes(std::span<const std::byte> bytes, std::uint64_t seed);
+
+// Of the coordinates' bits: -0.0 and 0.0 differ.
+std::uint64_t HashOfPlace(const Vec3& place, std::uint64_t seed);
+std::uint64_t HashOfPlace(const std::array<float, 3>& place, std::uint64_t seed);
+
+}
