@@ -2,6 +2,7 @@
 // it ends: progress, warnings, the error  4. how it ended.
 #include "filters/app/ConvertedInput.h"
 
+#include "filters/core/SystemReason.h"
 #include "filters/meshio/FileEnding.h"
 
 #include <fcntl.h>
@@ -16,7 +17,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
 #include <thread>
 
@@ -31,11 +31,6 @@ constexpr auto patience = 2s;         // between asking the process to end and e
 constexpr int pollMilliseconds = 100; // between two looks for an interrupt
 constexpr std::size_t longestLine = 4096;
 const std::string programName = "kdstream-convert";
-
-std::string SystemReason()
-{
-  return std::strerror(errno);
-}
 
 Result<std::filesystem::path> FindProgram()
 {
@@ -63,7 +58,8 @@ Result<Child> Start(const std::filesystem::path& program, const std::vector<std:
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
   {
-    return Error{ ErrorCode::LimitExceeded, "cannot start " + programName + ": " + SystemReason() };
+    return Error{ ErrorCode::LimitExceeded,
+      "cannot start " + programName + ": " + SystemReason(errno) };
   }
   std::vector<char*> argv{ const_cast<char*>(program.c_str()) };
   for (const std::string& argument : arguments)
@@ -88,7 +84,7 @@ Result<Child> Start(const std::filesystem::path& program, const std::vector<std:
     ::_exit(127);
   }
   const Error failed{ ErrorCode::LimitExceeded,
-    "cannot start " + programName + ": " + SystemReason() };
+    "cannot start " + programName + ": " + SystemReason(errno) };
   ::close(ends[1]);
   if (process < 0)
   {
@@ -242,7 +238,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   if (!::mkdtemp(name.data()))
   {
     return Error{ ErrorCode::InputOutput,
-      "cannot create a folder in " + folder.string() + ": " + SystemReason() };
+      "cannot create a folder in " + folder.string() + ": " + SystemReason(errno) };
   }
   ConvertedInput converted{ std::filesystem::path(name) };
   std::vector<std::string> all = arguments;

@@ -3,6 +3,7 @@
 #include "filters/store/Store.h"
 #include "filters/app/ReadAnyMesh.h"
 #include "filters/core/MeshDistance.h"
+#include "filters/core/SystemReason.h"
 #include "filters/core/tree/Region.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/model/JsonReader.h"
@@ -13,7 +14,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -133,7 +133,7 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
   {
-    return bad(std::string(" cannot be read: ") + std::strerror(errno));
+    return bad(" cannot be read: " + SystemReason(errno));
   }
   const auto json = ParseJson(std::string{ std::istreambuf_iterator<char>(stream), {} });
   if (!json || !json->IsArray())

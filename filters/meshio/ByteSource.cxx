@@ -1,12 +1,13 @@
 // A file read from front to back in large blocks: the lowest layer of step "read".
 #include "filters/meshio/ByteSource.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
@@ -15,16 +16,6 @@
 
 namespace kdstream
 {
-
-namespace
-{
-
-std::string SystemReason(int code)
-{
-  return std::generic_category().message(code);
-}
-
-}
 
 Result<ByteSource> ByteSource::Open(const std::filesystem::path& file)
 {

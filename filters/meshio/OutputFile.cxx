@@ -2,9 +2,10 @@
 // For the writers.
 #include "filters/meshio/OutputFile.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <cassert>
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
@@ -30,8 +31,7 @@ void OutputFile::Fail(std::string_view what, int reason)
 {
   if (this->FirstError)
   {
-    this->FirstError = Error{ ErrorCode::InputOutput,
-      std::string(what) + ": " + std::generic_category().message(reason) };
+    this->FirstError = SystemError(std::string(what), reason);
   }
 }
 

@@ -1,6 +1,8 @@
 // A table of records on disk, in a file without a name: see ScratchTable.h.
 #include "filters/meshio/ScratchTable.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
@@ -34,8 +36,7 @@ Error ScratchFile::Failure(const char* what) const
 {
   return Error{ ErrorCode::InputOutput,
     "a temporary file in " + this->Folder.string() + " cannot be " + what + ": " +
-      std::generic_category().message(errno) + " (" + std::to_string(this->Blocks * blockSize) +
-      " bytes are in it)" };
+      SystemReason(errno) + " (" + std::to_string(this->Blocks * blockSize) + " bytes are in it)" };
 }
 
 // Only once a block must leave memory: small tables need no file.

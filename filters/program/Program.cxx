@@ -1,6 +1,7 @@
 #include "filters/program/Program.h"
 
 #include "filters/core/CaughtError.h"
+#include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
 
 #include <unistd.h>
@@ -11,7 +12,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 
@@ -169,8 +169,7 @@ Result<std::filesystem::path> CheckOutput(
   const fs::path folder = target.has_parent_path() ? target.parent_path() : ".";
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
   {
-    return Error{ ErrorCode::InputOutput,
-      "cannot create a file in " + folder.string() + ": " + std::strerror(errno) };
+    return SystemError("cannot create a file in " + folder.string(), errno);
   }
   return target;
 }

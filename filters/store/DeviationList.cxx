@@ -1,13 +1,13 @@
 #include "filters/store/DeviationList.h"
 
 #include "filters/core/BitCast.h"
+#include "filters/core/SystemReason.h"
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <string>
 #include <utility>
 
@@ -18,10 +18,9 @@ namespace
 
 constexpr unsigned digits = 16; // bits of a float that a pass tells apart
 
-Error SystemError(const std::filesystem::path& folder)
+Error CannotPutAside(const std::filesystem::path& folder)
 {
-  return { ErrorCode::InputOutput,
-    "deviations cannot be put aside in " + folder.string() + ": " + std::strerror(errno) };
+  return SystemError("deviations cannot be put aside in " + folder.string(), errno);
 }
 
 // The bits of what is not negative are in the order of the numbers.
@@ -78,7 +77,7 @@ Status DeviationList::Flush()
 {
   if (this->File < 0 && (this->File = MakeFile(this->Folder)) < 0)
   {
-    return SystemError(this->Folder);
+    return CannotPutAside(this->Folder);
   }
   std::span<const std::byte> bytes = std::as_bytes(std::span(this->Last));
   std::uint64_t at = this->InFile * sizeof(float);
@@ -88,7 +87,7 @@ Status DeviationList::Flush()
       ::pwrite(this->File, bytes.data(), bytes.size(), static_cast<off_t>(at));
     if (written <= 0 && errno != EINTR)
     {
-      return SystemError(this->Folder);
+      return CannotPutAside(this->Folder);
     }
     const auto done = static_cast<std::size_t>(std::max<ssize_t>(0, written));
     bytes = bytes.subspan(done);
@@ -116,7 +115,7 @@ Status DeviationList::ForEach(const Visit& visit) const
     const std::size_t count = read < 0 ? 0 : static_cast<std::size_t>(read) / sizeof(float);
     if (count == 0)
     {
-      return SystemError(this->Folder);
+      return CannotPutAside(this->Folder);
     }
     for (std::size_t i = 0; i < count; ++i)
     {

@@ -1,7 +1,8 @@
 #include "server/app/AccessLog.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 
 namespace kdstream
@@ -37,8 +38,7 @@ Result<std::shared_ptr<AccessLog>> AccessLog::Open(const std::string& file)
   std::FILE* stream = file == "-" ? stderr : std::fopen(file.c_str(), "a");
   if (!stream)
   {
-    return Error{ ErrorCode::InputOutput,
-      std::string("cannot be written: ") + std::strerror(errno) };
+    return SystemError("cannot be written", errno);
   }
   return std::shared_ptr<AccessLog>(new AccessLog(stream));
 }

@@ -1,4 +1,5 @@
 // kdstream-view: looks at the models of a server. The contract is doc/cli.md#kdstream-view.
+#include "filters/core/SystemReason.h"
 #include "filters/program/Program.h"
 #include "viewer/desktop/Player.h"
 
@@ -6,7 +7,6 @@
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -142,7 +142,7 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   std::ifstream input(file, std::ios::binary);
   if (!input)
   {
-    return Error{ ErrorCode::NotFound, std::string("cannot be read: ") + std::strerror(errno) };
+    return Error{ ErrorCode::NotFound, "cannot be read: " + SystemReason(errno) };
   }
   const std::string text{ std::istreambuf_iterator<char>(input), {} };
   return ParseSession(text);
@@ -160,8 +160,7 @@ Status WriteOutput(const std::string& file, const std::string& text)
   output.close();
   if (!output)
   {
-    return Error{ ErrorCode::InputOutput,
-      std::string("cannot be written: ") + std::strerror(errno) };
+    return SystemError("cannot be written", errno);
   }
   return {};
 }

@@ -1,6 +1,8 @@
 // What a window shows, as bytes and as a PNG file: see Picture.h.
 #include "viewer/rendering/Picture.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -11,7 +13,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <memory>
 
 namespace kdstream
@@ -35,7 +36,7 @@ Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
 
 Error FileError(const std::string& file, const char* what)
 {
-  return Error{ ErrorCode::InputOutput, file + ": " + what + ": " + std::strerror(errno) };
+  return SystemError(file + ": " + what, errno);
 }
 
 Status WriteFile(const std::string& file, const unsigned char* bytes, std::size_t size)

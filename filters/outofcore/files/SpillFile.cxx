@@ -1,6 +1,8 @@
 // Files for what does not fit the memory: see SpillFile.h.
 #include "filters/outofcore/files/SpillFile.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
@@ -17,16 +19,6 @@ namespace
 
 // The kernel moves at most 2 GiB at once.
 constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 30;
-
-bool IsFull(int reason)
-{
-  return reason == ENOSPC || reason == EDQUOT || reason == EFBIG;
-}
-
-std::string ReasonText(int reason)
-{
-  return std::generic_category().message(reason);
-}
 
 // " of which 123 are free", as far as the system tells.
 std::uint64_t FreeBytes(const std::filesystem::path& folder)
@@ -55,7 +47,7 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
       " are there; " + std::to_string(FreeBytes(ledger.folder)) +
       " bytes are free on its disk, and other temporary files take " +
       std::to_string(ledger.onDisk.load() - std::min(ledger.onDisk.load(), present)) + " (" +
-      ReasonText(reason) + ")" };
+      SystemReason(reason) + ")" };
 }
 
 }
@@ -132,7 +124,7 @@ Status SpillFile::Read(std::uint64_t offset, std::span<std::byte> bytes) const
       return Error{ ErrorCode::InputOutput,
         this->Describe() + ": " + std::to_string(bytes.size()) + " bytes at offset " +
           std::to_string(offset) +
-          " cannot be read: " + (count < 0 ? ReasonText(errno) : "the file ends before them") };
+          " cannot be read: " + (count < 0 ? SystemReason(errno) : "the file ends before them") };
     }
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     offset += static_cast<std::uint64_t>(count);
@@ -159,14 +151,14 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
       {
         continue;
       }
-      if (IsFull(reason))
+      if (IsDiskFull(reason))
       {
         return FullDisk(*this->Ledger, this->Purpose,
           std::max(this->Expected, offset + bytes.size()), this->Size(), reason);
       }
       return Error{ ErrorCode::InputOutput, this->Describe() + ": " + std::to_string(bytes.size()) +
                                               " bytes at offset " + std::to_string(offset) +
-                                              " cannot be written: " + ReasonText(reason) };
+                                              " cannot be written: " + SystemReason(reason) };
     }
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     offset += static_cast<std::uint64_t>(count);
@@ -189,10 +181,10 @@ Status SpillFile::Sync() const
   if (fsync(this->Descriptor) != 0)
   {
     const int reason = errno;
-    return IsFull(reason)
+    return IsDiskFull(reason)
              ? FullDisk(*this->Ledger, this->Purpose, this->Expected, this->Size(), reason)
              : Error{ ErrorCode::InputOutput,
-                 this->Describe() + " cannot be written: " + ReasonText(reason) };
+                 this->Describe() + " cannot be written: " + SystemReason(reason) };
   }
   return {};
 }
@@ -203,7 +195,7 @@ Result<SpillFolder> SpillFolder::Create(const std::filesystem::path& parent)
   if (mkdtemp(name.data()) == nullptr)
   {
     return Error{ ErrorCode::InputOutput, "no folder for temporary files can be made in " +
-                                            parent.string() + ": " + ReasonText(errno) };
+                                            parent.string() + ": " + SystemReason(errno) };
   }
   auto ledger = std::make_shared<detail::SpillLedger>();
   ledger->folder = name;
@@ -239,14 +231,14 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
   if (file.Descriptor < 0)
   {
     return Error{ ErrorCode::InputOutput,
-      file.Describe() + " cannot be made: " + ReasonText(errno) };
+      file.Describe() + " cannot be made: " + SystemReason(errno) };
   }
   int reason = 0;
   if (bytes > 0 &&
       fallocate(file.Descriptor, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) != 0)
   {
     reason = errno;
-    if (!IsFull(reason))
+    if (!IsDiskFull(reason))
     {
       // The file system cannot do it; its word on what is free is the next best.
       reason = FreeBytes(this->Ledger->folder) < bytes ? ENOSPC : 0;

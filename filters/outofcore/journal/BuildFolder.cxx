@@ -3,6 +3,8 @@
 //   NAME.lock    locked by the process that builds; removed by it, and only by it
 #include "filters/outofcore/journal/BuildFolder.h"
 
+#include "filters/core/SystemReason.h"
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -27,11 +29,6 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr const char* journalName = "journal";
-
-Error SystemError(const std::string& what, int reason)
-{
-  return { ErrorCode::InputOutput, what + ": " + std::generic_category().message(reason) };
-}
 
 // One path for a file, however it is written.
 fs::path Canonical(const fs::path& path)
