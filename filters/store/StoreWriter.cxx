@@ -1,138 +1,75 @@
 #include "filters/store/StoreWriter.h"
 
+#include "filters/core/SystemReason.h"
 #include "filters/store/DeviationList.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/UnfinishedStore.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <string_view>
+#include <algorithm>
 #include <utility>
 
 namespace kdstream
 {
-namespace
-{
-
-Error SystemError(const std::string& what)
-{
-  return { ErrorCode::InputOutput, what + ": " + std::strerror(errno) };
-}
-
-// What a store is called until it is whole: ".NAME.XXXXXX" and this.
-constexpr std::string_view unfinished = ".unfinished";
-constexpr std::size_t randomLetters = 6;
-
-// Removes what writers of this store that were killed have left: theirs are locked by nobody.
-void RemoveLeftovers(const std::filesystem::path& folder, const std::string& prefix)
-{
-  std::error_code ignored;
-  std::vector<std::filesystem::path> left;
-  for (std::filesystem::directory_iterator entry(folder, ignored), end; entry != end;
-       entry.increment(ignored))
-  {
-    const std::string name = entry->path().filename().string();
-    if (name.size() == prefix.size() + randomLetters + unfinished.size() &&
-        name.starts_with(prefix) && name.ends_with(unfinished))
-    {
-      left.push_back(entry->path());
-    }
-  }
-  for (const std::filesystem::path& path : left)
-  {
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-    if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0)
-    {
-      ::unlink(path.c_str());
-    }
-    if (descriptor >= 0)
-    {
-      ::close(descriptor);
-    }
-  }
-}
-
-bool IsLinked(int descriptor)
-{
-  struct stat state = {};
-  return ::fstat(descriptor, &state) == 0 && state.st_nlink > 0;
-}
-
-Status Sync(const std::filesystem::path& path, int flags)
-{
-  const int descriptor = ::open(path.c_str(), flags);
-  if (descriptor < 0)
-  {
-    return SystemError("cannot open to make durable");
-  }
-  const bool synced = ::fsync(descriptor) == 0;
-  const Error error = SystemError("cannot make durable");
-  ::close(descriptor);
-  return synced ? Status{} : Status{ error };
-}
-
-}
 
 struct StoreWriter::State
 {
-  std::filesystem::path target, temporary;
-  int lock = -1; // of the temporary file, as long as this process writes it
+  UnfinishedStore file;
   ModelDescription info;
-  Database database;
-  Statement page, piece;
-  std::unique_ptr<ContentDigest> digest;
-  std::unique_ptr<DeviationList> deviations; // of the resolution that is being written
+  Database database{}; // closed before the file goes
+  Statement page{}, piece{};
+  std::unique_ptr<ContentDigest> digest{};
+  std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
 
-  ~State()
-  {
-    this->page = {};
-    this->piece = {};
-    this->database.reset();
-    if (!this->temporary.empty())
-    {
-      ::unlink(this->temporary.c_str());
-    }
-    if (this->lock >= 0)
-    {
-      ::close(this->lock);
-    }
-  }
+  // Why something could not be written: of a full disk, how much it lacks.
+  Error Explain(const Error& error) const;
 
-  // A new file beside the store, open for SQLite.
-  Status MakeTemporary()
-  {
-    const std::filesystem::path folder =
-      this->target.has_parent_path() ? this->target.parent_path() : ".";
-    const std::string prefix = "." + this->target.filename().string() + ".";
-    RemoveLeftovers(folder, prefix);
-    while (this->lock < 0)
-    {
-      std::string name =
-        (folder / (prefix + std::string(randomLetters, 'X') + std::string(unfinished))).string();
-      this->lock = ::mkostemps(name.data(), static_cast<int>(unfinished.size()), O_CLOEXEC);
-      if (this->lock < 0)
-      {
-        return SystemError("cannot create a file in " + folder.string());
-      }
-      ::fchmod(this->lock, 0644);
-      // Before it was locked another writer may have taken it for a leftover.
-      const bool taken = ::flock(this->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-      if (!taken && IsLinked(this->lock))
-      {
-        this->temporary = name;
-        return {};
-      }
-      ::unlink(name.c_str());
-      ::close(std::exchange(this->lock, -1));
-    }
-    return {};
-  }
+  // How many bytes the store takes, as far as what is written tells.
+  std::uint64_t BytesInAll(std::uint64_t written) const;
 };
+
+Error StoreWriter::State::Explain(const Error& error) const
+{
+  const int full = this->file.WhyFull();
+  if (full == 0)
+  {
+    return error;
+  }
+  std::uint64_t written = this->info.original.bytes;
+  for (const ResolutionDescription& level : this->info.levels)
+  {
+    written += level.bytes;
+  }
+  const auto mebibytes = [](std::uint64_t bytes)
+  { return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB"; };
+  std::error_code unknown;
+  const std::filesystem::space_info space = std::filesystem::space(this->file.Folder(), unknown);
+  return { ErrorCode::InputOutput,
+    "the disk is too small: the store takes about " + mebibytes(this->BytesInAll(written)) +
+      ", of which about " + mebibytes(written) + " are made; " +
+      (unknown ? std::string("too few") : std::to_string(space.available)) + " bytes are free in " +
+      this->file.Folder().string() + " (" + SystemReason(full) + ")" };
+}
+
+// A vertex takes as much as those so far: of the original, if some of its are made; they carry
+// more. Of a level that is still to come there is a vertex for each cell at least.
+std::uint64_t StoreWriter::State::BytesInAll(std::uint64_t written) const
+{
+  constexpr double expected = 16; // of a vertex with its triangles, before anything is made
+  std::uint64_t made = 0, left = 0;
+  for (const ResolutionDescription& level : this->info.levels)
+  {
+    const std::uint64_t cells = std::uint64_t{ 1 } << level.resolution.Depth();
+    made += level.vertices;
+    left += cells - std::min(cells, level.vertices);
+  }
+  const ResolutionDescription& original = this->info.original;
+  left += this->info.vertices - std::min(this->info.vertices, original.vertices);
+  const double ofVertex = original.vertices > 0 ? double(original.bytes) / double(original.vertices)
+                          : made > 0            ? double(written) / double(made)
+                                                : expected;
+  return written + static_cast<std::uint64_t>(ofVertex * double(left));
+}
 
 StoreWriter::StoreWriter(std::unique_ptr<State> state)
   : S(std::move(state))
@@ -144,14 +81,12 @@ StoreWriter::~StoreWriter() = default;
 Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
   const std::filesystem::path& store, ModelDescription info)
 {
-  auto state = std::make_unique<State>();
-  state->target = store;
-  state->deviations =
-    std::make_unique<DeviationList>(store.has_parent_path() ? store.parent_path() : ".");
-  state->digest = std::make_unique<ContentDigest>(info);
-  state->info = std::move(info);
-  KDSTREAM_TRY(state->MakeTemporary());
-  Result<Database> database = OpenForWriting(state->temporary);
+  Result<UnfinishedStore> file = UnfinishedStore::Create(store);
+  KDSTREAM_TRY(file);
+  auto state = std::make_unique<State>(State{ std::move(*file), std::move(info) });
+  state->deviations = std::make_unique<DeviationList>(state->file.Folder());
+  state->digest = std::make_unique<ContentDigest>(state->info);
+  Result<Database> database = OpenForWriting(state->file.Path());
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
   // The file is thrown away unless it is finished: no journal, and one fsync at the end.
@@ -160,7 +95,10 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
     "PRAGMA application_id = " +
     std::to_string(storeApplicationId) + "; PRAGMA user_version = " + std::to_string(storeVersion) +
     ";" + storeSchema + "BEGIN;";
-  KDSTREAM_TRY(Execute(state->database.get(), setUp));
+  if (Status status = Execute(state->database.get(), setUp); !status)
+  {
+    return state->Explain(status.GetError());
+  }
   Result<Statement> page =
     Statement::Prepare(state->database.get(), "INSERT INTO tree VALUES (?, ?, ?)");
   Result<Statement> piece =
@@ -182,8 +120,9 @@ Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
   insert.Bind(2, data);
   insert.Bind(3, TreePageChecksum(page, data));
   const Result<bool> done = insert.Step();
+  const Status status = done ? Status{} : Status{ this->S->Explain(done.GetError()) };
   insert.Reset();
-  return done ? Status{} : Status{ done.GetError() };
+  return status;
 }
 
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
@@ -194,7 +133,10 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
   ++resolution.pieces;
-  KDSTREAM_TRY(this->S->deviations->Add(piece.deviations));
+  if (Status status = this->S->deviations->Add(piece.deviations); !status)
+  {
+    return this->S->Explain(status.GetError());
+  }
   this->S->digest->AddPiece(piece.id, data);
   const std::int64_t row = PieceRow(piece.id);
   Statement& insert = this->S->piece;
@@ -206,8 +148,9 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   insert.Bind(6, data);
   insert.Bind(7, PieceChecksum(piece.id, piece.ownVertices, piece.triangles.size(), data));
   const Result<bool> done = insert.Step();
+  const Status status = done ? Status{} : Status{ this->S->Explain(done.GetError()) };
   insert.Reset();
-  return done ? Status{} : Status{ done.GetError() };
+  return status;
 }
 
 Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
@@ -236,22 +179,17 @@ Result<ModelDescription> StoreWriter::Finish()
     insert->Bind(2, MetadataChecksum("model", json));
     if (const Result<bool> done = insert->Step(); !done)
     {
-      return done.GetError();
+      return state.Explain(done.GetError());
     }
   }
-  KDSTREAM_TRY(Execute(state.database.get(), "COMMIT"));
+  if (Status status = Execute(state.database.get(), "COMMIT"); !status)
+  {
+    return state.Explain(status.GetError());
+  }
   state.page = {};
   state.piece = {};
   state.database.reset();
-  KDSTREAM_TRY(Sync(state.temporary, O_RDWR));
-  if (::rename(state.temporary.c_str(), state.target.c_str()) != 0)
-  {
-    return SystemError("cannot be put in place");
-  }
-  state.temporary.clear();
-  const std::filesystem::path folder =
-    state.target.has_parent_path() ? state.target.parent_path() : ".";
-  KDSTREAM_TRY(Sync(folder, O_RDONLY | O_DIRECTORY));
+  KDSTREAM_TRY(state.file.Finish());
   return state.info;
 }
 

@@ -7,13 +7,19 @@
 #include "filters/core/pieces/Glue.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/program/TbbExecution.h"
+#include "filters/store/StoreEdit.h"
 #include "filters/store/StoreSchema.h"
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <fstream>
 #include <random>
 #include <set>
@@ -76,6 +82,13 @@ Mesh GlueAll(const Store& store)
     }
   }
   return *GluePartitions(pieces, store.Info().grid.scalarType);
+}
+
+mode_t PermissionsOf(const fs::path& file)
+{
+  struct stat state = {};
+  EXPECT_EQ(::lstat(file.c_str(), &state), 0);
+  return state.st_mode & 0777;
 }
 
 void Sql(const fs::path& file, const std::string& statement)
@@ -377,6 +390,189 @@ TEST_F(StoreTest, AFailedBuildLeavesNothingAndKeepsTheOldStore)
     EXPECT_EQ((*Store::Open(this->File()))->Info().digest, digest);
   }
   EXPECT_GT(calls, 10U);
+}
+
+// The umask of this process until it goes.
+struct Umask
+{
+  mode_t before;
+  explicit Umask(mode_t mask)
+    : before(::umask(mask))
+  {
+  }
+  ~Umask() { ::umask(this->before); }
+};
+
+TEST_F(StoreTest, ANewStoreHasThePermissionsOfNewFiles)
+{
+  for (const auto& [mask, expected] :
+    { std::pair<mode_t, mode_t>{ 022, 0644 }, { 077, 0600 }, { 027, 0640 }, { 0, 0666 } })
+  {
+    const Umask umask(mask);
+    this->Build(Torus(20, 20), {});
+    EXPECT_EQ(PermissionsOf(this->File()), expected);
+    fs::remove(this->File());
+  }
+}
+
+TEST_F(StoreTest, AStoreThatIsReplacedKeepsItsPermissions)
+{
+  const Umask umask(022);
+  for (const mode_t mode : { 0600, 0640, 0664, 0444 })
+  {
+    this->Build(Torus(20, 20), {});
+    ASSERT_EQ(::chmod(this->File().c_str(), mode), 0);
+    this->Build(Torus(21, 20), {});
+    EXPECT_EQ(PermissionsOf(this->File()), mode);
+    ASSERT_TRUE(EditStore(this->File(), { "other", {}, {}, {} }));
+    EXPECT_EQ(PermissionsOf(this->File()), mode);
+  }
+}
+
+// At every report of progress: nobody can open what he could not read in the store.
+TEST_F(StoreTest, WhatIsUnfinishedIsNoMoreReadableThanTheStore)
+{
+  const auto readable = [&](const BuildOptions& options)
+  {
+    mode_t most = 0;
+    unsigned seen = 0;
+    Execution execution;
+    execution.progress = [&](std::string_view, double)
+    {
+      for (const fs::directory_entry& entry : fs::directory_iterator(this->Folder))
+      {
+        if (entry.path() != this->File())
+        {
+          ++seen;
+          most |= PermissionsOf(entry.path());
+        }
+      }
+      return true;
+    };
+    this->Build(Torus(60, 40), options, execution);
+    EXPECT_GT(seen, 0U);
+    return most;
+  };
+  const Umask umask(022);
+  EXPECT_EQ(readable({}), mode_t{ 0644 });
+  ASSERT_EQ(::chmod(this->File().c_str(), 0600), 0);
+  EXPECT_EQ(readable({}), mode_t{ 0600 }) << "the store that is replaced is private";
+}
+
+// In a process of its own, since the limit stays: files of at most so many bytes.
+TEST_F(StoreTest, AFullDiskSaysHowMuchTheStoreTakes)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 100;
+  Mesh mesh = Torus(96, 48);
+  // Most of the store is in the original: SQLite holds back 2 MB before it writes.
+  std::mt19937 random(1);
+  mesh.attributes.push_back(
+    { { "bytes", AttributeType::UInt8, AttributeAssociation::Point, 255 }, {} });
+  mesh.attributes.push_back(
+    { { "more", AttributeType::Float64, AttributeAssociation::Point, 100 }, {} });
+  for (Attribute& attribute : mesh.attributes)
+  {
+    attribute.values.resize(attribute.TupleSize() * mesh.points.size());
+    std::generate(attribute.values.begin(), attribute.values.end(),
+      [&] { return static_cast<std::uint8_t>(random() & 127); });
+  }
+  this->Build(mesh, options);
+  const auto whole = static_cast<double>(fs::file_size(this->File()));
+  ASSERT_GT(whole, 4 << 20);
+  fs::remove(this->File());
+  for (const double part : { 0.6, 0.8, 0.99 })
+  {
+    SCOPED_TRACE(part);
+    const fs::path said = this->File("said");
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+      std::ofstream report(said);
+      ::signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{ static_cast<rlim_t>(part * whole), static_cast<rlim_t>(part * whole) };
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      const auto built = BuildStore(mesh, "x", this->File(), options);
+      report << (built ? "built" : built.GetError().message) << std::flush;
+      ::_exit(built || built.GetError().code != ErrorCode::InputOutput ? 1 : 0);
+    }
+    int state = 0;
+    ::waitpid(child, &state, 0);
+    EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 0);
+    std::ifstream stream(said);
+    const std::string text{ std::istreambuf_iterator<char>(stream), {} };
+    const std::string begin = "the disk is too small: the store takes about ";
+    ASSERT_EQ(text.rfind(begin, 0), 0U) << text;
+    const double needed = std::stod(text.substr(begin.size())) * (1 << 20);
+    EXPECT_GT(needed, 0.8 * whole) << text;
+    EXPECT_LT(needed, 1.3 * whole) << text;
+    EXPECT_NE(text.find(" bytes are free in " + this->Folder.string()), text.npos) << text;
+    fs::remove(said);
+    EXPECT_EQ(this->FilesInFolder(), 0U);
+  }
+}
+
+TEST_F(StoreTest, TextsAreChangedAndTheContentStays)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  options.title = "Statu";
+  options.credit = "somebody";
+  const ModelDescription before = this->Build(Torus(96, 48), options).info;
+  const auto open = *Store::Open(this->File()); // as a server has it
+  const PieceId id{ Resolution::Original(), 32 };
+  const auto piece = open->ReadPieceBlob(id);
+  const auto edited = EditStore(this->File(), { "Statue", "", {}, std::string(9000, 'u') });
+  ASSERT_TRUE(edited) << edited.GetError().message;
+  EXPECT_EQ(*open->ReadPieceBlob(id), *piece) << "a file that is open has changed";
+  const auto store = *Store::Open(this->File());
+  EXPECT_TRUE(store->Verify().empty());
+  ModelDescription expected = before;
+  expected.title = "Statue";
+  expected.credit = "";
+  expected.unit = std::string(9000, 'u');
+  EXPECT_EQ(MetadataOf(store->Info()), MetadataOf(expected));
+  EXPECT_EQ(MetadataOf(*edited), MetadataOf(expected));
+  EXPECT_EQ(store->Info().digest, before.digest);
+  // And back: nothing is left of it.
+  ASSERT_TRUE(EditStore(this->File(), { "Statu", "somebody", {}, "" }));
+  EXPECT_EQ(MetadataOf((*Store::Open(this->File()))->Info()), MetadataOf(before));
+  EXPECT_EQ(this->FilesInFolder(), 1U);
+}
+
+TEST_F(StoreTest, AnEditThatFailsChangesNothing)
+{
+  this->Build(Torus(96, 48), {});
+  const auto bytes = [&]
+  {
+    std::ifstream stream(this->File(), std::ios::binary);
+    return std::string{ std::istreambuf_iterator<char>(stream), {} };
+  };
+  const std::string whole = bytes();
+  Execution cancelled;
+  cancelled.progress = [](std::string_view, double) { return false; };
+  EXPECT_EQ(
+    EditStore(this->File(), { "t", {}, {}, {} }, cancelled).GetError().code, ErrorCode::Cancelled);
+  EXPECT_TRUE(bytes() == whole);
+  EXPECT_EQ(EditStore(this->File("no.kds"), {}).GetError().code, ErrorCode::NotFound);
+  // Another build puts its store in place while this one is copied.
+  std::string other;
+  Execution replacing;
+  replacing.progress = [&](std::string_view, double)
+  {
+    BuildOptions options;
+    options.title = "other";
+    EXPECT_TRUE(BuildStore(Torus(20, 20), "x", this->File(), options));
+    other = bytes();
+    return true;
+  };
+  const auto edited = EditStore(this->File(), { "t", {}, {}, {} }, replacing);
+  ASSERT_FALSE(edited);
+  EXPECT_NE(edited.GetError().message.find("was replaced"), std::string::npos);
+  EXPECT_TRUE(bytes() == other);
+  std::ofstream(this->File("text.kds")) << "no store";
+  EXPECT_FALSE(EditStore(this->File("text.kds"), { "t", {}, {}, {} }));
+  EXPECT_EQ(this->FilesInFolder(), 2U) << "a temporary file is left";
 }
 
 TEST_F(StoreTest, SaysWhatIsWrong)

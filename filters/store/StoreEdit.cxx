@@ -1,0 +1,148 @@
+// Steps: 1. a copy beside the store  2. its row of metadata is replaced  3. it becomes the store.
+#include "filters/store/StoreEdit.h"
+
+#include "filters/core/SystemReason.h"
+#include "filters/store/Sqlite.h"
+#include "filters/store/StoreSchema.h"
+#include "filters/store/UnfinishedStore.h"
+
+#include <fcntl.h>
+#include <sys/sendfile.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// A file that is closed when this goes.
+struct OpenFile
+{
+  int descriptor = -1;
+  explicit OpenFile(const std::filesystem::path& path)
+    : descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC))
+  {
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile()
+  {
+    if (this->descriptor >= 0)
+    {
+      ::close(this->descriptor);
+    }
+  }
+};
+
+// Copies on from where both files stand, at most `bytes`; returns how many, as read does.
+ssize_t CopySome(int from, int to, std::size_t bytes)
+{
+  // Shares the blocks of both files where the file system can do that; some cannot do it at all.
+  const ssize_t shared = ::copy_file_range(from, nullptr, to, nullptr, bytes, 0);
+  const bool cannot =
+    shared < 0 && (errno == EXDEV || errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP);
+  return cannot ? ::sendfile(to, from, nullptr, bytes) : shared;
+}
+
+Status CopyFile(int from, int to, std::uint64_t size, const Execution& execution)
+{
+  constexpr std::uint64_t atOnce = std::uint64_t{ 64 } << 20;
+  for (std::uint64_t done = 0; done < size;)
+  {
+    const ssize_t copied =
+      CopySome(from, to, static_cast<std::size_t>(std::min(atOnce, size - done)));
+    if (copied < 0 && errno == EINTR)
+    {
+      continue;
+    }
+    if (copied < 0 && IsDiskFull(errno))
+    {
+      return SystemError("the disk is too small: the store is copied to be changed, and takes " +
+                           std::to_string(size) + " bytes",
+        errno);
+    }
+    if (copied <= 0)
+    {
+      return copied == 0
+               ? Error{ ErrorCode::InputOutput, "the store became shorter while it was copied" }
+               : SystemError("cannot be copied", errno);
+    }
+    done += static_cast<std::uint64_t>(copied);
+    KDSTREAM_TRY(execution.Report("copy", double(done) / double(size)));
+  }
+  return {};
+}
+
+void Change(const std::optional<std::string>& to, std::string& text)
+{
+  text = to.value_or(text);
+}
+
+// The copy is thrown away unless all goes well: it needs no journal.
+Status ReplaceMetadata(const std::filesystem::path& file, const ModelDescription& info)
+{
+  const Result<Database> database = OpenForWriting(file);
+  KDSTREAM_TRY(database);
+  if (Status status =
+        Execute(database->get(), "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
+      !status)
+  {
+    return status;
+  }
+  Result<Statement> update = Statement::Prepare(
+    database->get(), "UPDATE metadata SET value = ?, checksum = ? WHERE key = 'model'");
+  KDSTREAM_TRY(update);
+  const std::string json = MetadataOf(info);
+  update->Bind(1, json);
+  update->Bind(2, MetadataChecksum("model", json));
+  KDSTREAM_TRY(update->Step());
+  return {};
+}
+
+bool IsStill(const struct stat& opened, const std::filesystem::path& store)
+{
+  struct stat now = {};
+  return ::stat(store.c_str(), &now) == 0 && now.st_dev == opened.st_dev &&
+         now.st_ino == opened.st_ino;
+}
+
+}
+
+Result<ModelDescription> EditStore(
+  const std::filesystem::path& store, const StoreTexts& texts, const Execution& execution)
+{
+  const OpenFile source(store);
+  struct stat opened = {};
+  if (source.descriptor < 0 || ::fstat(source.descriptor, &opened) != 0)
+  {
+    const int reason = errno;
+    return Error{ reason == ENOENT ? ErrorCode::NotFound : ErrorCode::InputOutput,
+      SystemReason(reason) };
+  }
+  ModelDescription info;
+  {
+    const Result<std::shared_ptr<Store>> old = Store::Open(store);
+    KDSTREAM_TRY(old);
+    info = (*old)->Info();
+  }
+  Change(texts.title, info.title);
+  Change(texts.credit, info.credit);
+  Change(texts.license, info.license);
+  Change(texts.unit, info.unit);
+  Result<UnfinishedStore> copy = UnfinishedStore::Create(store);
+  KDSTREAM_TRY(copy);
+  KDSTREAM_TRY(CopyFile(
+    source.descriptor, copy->Descriptor(), static_cast<std::uint64_t>(opened.st_size), execution));
+  KDSTREAM_TRY(ReplaceMetadata(copy->Path(), info));
+  if (!IsStill(opened, store))
+  {
+    return Error{ ErrorCode::InputOutput, "was replaced while it was copied: nothing is changed" };
+  }
+  KDSTREAM_TRY(copy->Finish());
+  return info;
+}
+
+}

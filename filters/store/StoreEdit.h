@@ -1,0 +1,30 @@
+// Changing what a store says of its model, without building it again.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/store/Store.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+// Each that is given takes the place of the store's; an empty one removes it.
+struct StoreTexts
+{
+  std::optional<std::string> title, credit, license, unit;
+};
+
+// Tree, levels and partitions stay as they are, and so does the digest. The store is copied, the
+// copy is changed and takes the store's place as a whole, with its permissions: a server that has
+// the store open takes it for immutable, so its file must never change, and whatever ends this
+// leaves the old store or the new one. Needs room for the copy. O(bytes of the store); where the
+// file system shares blocks between files, next to nothing. Errors: those of Store::Open;
+// InputOutput, also where another process has replaced the store meanwhile; Cancelled.
+Result<ModelDescription> EditStore(
+  const std::filesystem::path& store, const StoreTexts& texts, const Execution& execution = {});
+
+}
