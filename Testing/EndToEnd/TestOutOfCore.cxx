@@ -61,7 +61,7 @@ protected:
     return stats;
   }
 
-  void ExpectNothingLeft()
+  void ExpectNothingLeft(const std::set<std::string>& but = { "in.ply", "spill" })
   {
     EXPECT_TRUE(fs::is_empty(this->Folder / "spill"));
     std::set<std::string> names;
@@ -69,7 +69,7 @@ protected:
     {
       names.insert(entry.path().filename().string());
     }
-    EXPECT_EQ(names, (std::set<std::string>{ "in.ply", "spill" }));
+    EXPECT_EQ(names, but);
   }
 
   // The same store by all of them; the last is built in memory.
@@ -413,15 +413,27 @@ TEST_F(OutOfCore, ResumeTellsWhatItFound)
   expect(
     resume({}), "nothing to resume: no earlier build in spill (was another --temp-dir given?)");
   killed();
-  expect(resume({}), "going on after the phase ");
+  expect(resume({}), "going on with the step ");
   killed();
   EXPECT_EQ(resume({ "--quiet" }), "");
   killed();
-  expect(resume({ "--title", "x" }), "nothing to resume: the earlier build had other options");
-  killed();
-  fs::last_write_time(this->Folder / "in.ply", fs::file_time_type::clock::now());
-  expect(resume({}),
-    "nothing to resume: the earlier build had another input, or this one was changed since");
+  const std::string startOver =
+    "; its files are left as they are: build without --resume to start over";
+  expect(resume({ "--title", "x" }),
+    "error: in.ply: --resume: the interrupted build had other options, which are needed to go on "
+    "with it: --title none (now x)" +
+      startOver);
+  const auto time = fs::last_write_time(this->Folder / "in.ply");
+  fs::last_write_time(this->Folder / "in.ply", time + std::chrono::seconds(1));
+  expect(resume({}), "error: in.ply: --resume: the interrupted build had another input, or this "
+                     "one has been changed "
+                     "since" +
+                       startOver);
+  fs::last_write_time(this->Folder / "in.ply", time);
+  // A plain build says what it throws away.
+  expect(RunTool(this->Folder, "build", build).err,
+    "a killed build of this store has left files: with --resume it would go on with the step ");
+  this->ExpectNothingLeft({ "in.ply", "spill", "m.kds" });
 }
 
 TEST_F(OutOfCore, ErrorsNameTheTemporaryFolder)

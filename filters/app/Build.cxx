@@ -99,7 +99,7 @@ int Build(const CLI::App& app, BuildCommand& line)
     execution.progress = std::ref(progress);
     if (!line.quiet)
     {
-      line.build.tellResumed = [&](const std::string& found)
+      line.build.tellEarlierBuild = [&](const std::string& found)
       { std::cerr << program << ": " << found << "\n"; };
     }
     report = BuildFrom(line, *store, execution, warnings);

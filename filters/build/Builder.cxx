@@ -252,19 +252,25 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const Status external = CheckExternalBuild(wanted);
   const std::filesystem::path folder = BuildFolder::PathFor(store, wanted.temporaryFolder);
   std::error_code ignored;
+  const bool left = std::filesystem::exists(folder, ignored);
   BuildOptions options = wanted;
+  if (options.resume && left)
+  {
+    // A build in memory, which would throw away what is there, is not what was asked for.
+    return external ? BuildStoreExternally(input, store, options, execution)
+                    : Error{ external.GetError().code, "--resume: " + external.GetError().message +
+                                                         "; build without --resume to start over" };
+  }
   if (options.resume)
   {
-    const bool left = std::filesystem::exists(folder, ignored);
-    if (left && external)
-    {
-      return BuildStoreExternally(input, store, options, execution);
-    }
     options.resume = false; // that is told once
-    options.tellResumed(left
-                          ? "nothing to resume: " + external.GetError().message
-                          : "nothing to resume: no earlier build in " +
-                              folder.parent_path().string() + " (was another --temp-dir given?)");
+    options.tellEarlierBuild("nothing to resume: no earlier build in " +
+                             folder.parent_path().string() + " (was another --temp-dir given?)");
+  }
+  else if (const std::string resumable = left ? DescribeResumable(input, store, options) : "";
+           !resumable.empty())
+  {
+    options.tellEarlierBuild(resumable);
   }
   Result<BuildReport> report = BuildInMemory(input, store, options, execution);
   if (report)

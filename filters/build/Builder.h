@@ -30,9 +30,12 @@ struct BuildOptions
   std::uint64_t memory = 0;
   MedianMethod median = MedianMethod::Automatic; // out of core
   std::filesystem::path temporaryFolder;         // for what is out of core; empty: beside the store
-  bool resume = false; // go on with an interrupted build of the same input and options
-  // Where it is to be resumed: called once, early, with what was found, a sentence for the user.
-  std::function<void(const std::string& found)> tellResumed = [](const std::string&) {};
+  // Go on with an interrupted build of the same input and options. What one of others has left
+  // stays as it is, and the build is refused.
+  bool resume = false;
+  // Called at most once, early, with a sentence for the user: with `resume` on what the build goes
+  // on from, without it where it could have gone on from something.
+  std::function<void(const std::string& found)> tellEarlierBuild = [](const std::string&) {};
   std::string title, credit, license, unit;
   std::string inputName; // stored as the input's name; empty: that of the file
   // Of an input that is made anew for each build from another file, that file, and all else that it
@@ -61,7 +64,8 @@ struct BuildReport
 // (BuildMemory.h). The content depends on input
 // and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices
 // or with attributes that no store can hold (PrepareMesh);
-// LimitExceeded; InputOutput; Cancelled. The message does not name the file.
+// LimitExceeded; InputOutput; Cancelled; with options.resume those of BuildFolder::Open. The
+// message does not name the file.
 Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 

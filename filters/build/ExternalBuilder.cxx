@@ -31,12 +31,23 @@ namespace kdstream
 namespace
 {
 
+// The step, as progress calls it, with which a build goes on after a phase.
+std::string StepAfter(std::string_view phase, const BuildOptions& options)
+{
+  const bool byOctree = options.partitioner == Partitioner::Octree;
+  return phase == "mesh"     ? "tree"
+         : phase == "tree"   ? "faces"
+         : phase == "faces"  ? (byOctree ? "faces" : "levels")
+         : phase == "levels" ? "levels" // its last part
+                             : "encode";
+}
+
 // What --resume has found, for the user.
-std::string DescribeResumed(const BuildFolder& folder)
+std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& options)
 {
   if (folder.FinishedPhases() > 0)
   {
-    return "going on after the phase " + folder.LastPhase();
+    return "going on with the step " + StepAfter(folder.LastPhase(), options);
   }
   const std::string nothing = "nothing to resume: ";
   switch (folder.WhatWasFound())
@@ -45,16 +56,17 @@ std::string DescribeResumed(const BuildFolder& folder)
       return nothing + "the earlier build ended before its first phase was finished";
     case BuildFolder::Found::Damaged:
       return nothing + "what the earlier build left cannot be read";
-    case BuildFolder::Found::OtherProgram:
-      return nothing + "the earlier build was by another version";
-    case BuildFolder::Found::OtherInput:
-      return nothing + "the earlier build had another input, or this one was changed since";
-    case BuildFolder::Found::OtherOptions:
-      return nothing + "the earlier build had other options";
     case BuildFolder::Found::SameBuild:
       break;
   }
   return nothing + "files of the earlier build are missing or were changed";
+}
+
+Result<std::string> FingerprintOfBuild(
+  const std::filesystem::path& input, const BuildOptions& options)
+{
+  return FingerprintOf({ "kdstream-build " + std::string(KDSTREAM_VERSION),
+    options.convertedFrom.empty() ? input : options.convertedFrom, DescribeOptions(options) });
 }
 
 class ExternalBuilder : private ExternalBuildState
@@ -117,10 +129,7 @@ private:
 
   Status OpenFolder()
   {
-    const Result<std::string> fingerprint =
-      FingerprintOf({ "kdstream-build " + std::string(KDSTREAM_VERSION),
-        this->Options.convertedFrom.empty() ? this->Input : this->Options.convertedFrom,
-        DescribeOptions(this->Options) });
+    const Result<std::string> fingerprint = FingerprintOfBuild(this->Input, this->Options);
     KDSTREAM_TRY(fingerprint);
     Result<BuildFolder> folder =
       BuildFolder::Open(BuildFolder::PathFor(this->Store, this->Options.temporaryFolder),
@@ -129,7 +138,7 @@ private:
     this->Folder.emplace(std::move(*folder));
     if (this->Options.resume)
     {
-      this->Options.tellResumed(DescribeResumed(*this->Folder));
+      this->Options.tellEarlierBuild(DescribeResumed(*this->Folder, this->Options));
     }
     return {};
   }
@@ -318,6 +327,20 @@ Status CheckExternalBuild(const BuildOptions& options)
       "building out of core takes at least " + Mebibytes(leastMemory) };
   }
   return {};
+}
+
+std::string DescribeResumable(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options)
+{
+  const Result<std::string> fingerprint = FingerprintOfBuild(input, options);
+  const std::string last =
+    fingerprint
+      ? BuildFolder::LastPhaseIn(BuildFolder::PathFor(store, options.temporaryFolder), *fingerprint)
+      : std::string();
+  return last.empty() ? std::string()
+                      : "a killed build of this store has left files: with --resume it would go on "
+                        "with the step " +
+                          StepAfter(last, options) + "; this build starts over";
 }
 
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,

@@ -6,6 +6,7 @@
 #include "filters/outofcore/files/SpillFile.h"
 
 #include <filesystem>
+#include <string>
 
 namespace kdstream
 {
@@ -27,6 +28,11 @@ struct ExternalBuildProbe
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
   const ExternalBuildProbe& probe = {});
+
+// What a build with options.resume would find, for the user; empty where it could not go on from
+// anything.
+std::string DescribeResumable(const std::filesystem::path& input,
+  const std::filesystem::path& store, const BuildOptions& options);
 
 // Whether such a store can be built out of core. Errors: LimitExceeded for a limit below
 // leastMemory, and for what is built in memory alone (the baseline kmeans).

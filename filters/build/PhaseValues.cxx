@@ -1,6 +1,7 @@
 #include "filters/build/PhaseValues.h"
 
 #include <array>
+#include <optional>
 #include <utility>
 
 namespace kdstream
@@ -245,28 +246,22 @@ Result<ExternalNumbers> LoadExternalNumbers(
   return numbers;
 }
 
-std::string DescribeOptions(const BuildOptions& options)
+std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOptions& options)
 {
-  std::string text;
-  const auto add = [&](std::string_view name, const std::string& value)
-  { text += std::string(name) + "=" + std::to_string(value.size()) + ":" + value + ";"; };
-  add("vertices", std::to_string(options.tree.verticesPerPartition));
-  add("partitions", std::to_string(options.tree.partitions.value_or(0)));
-  add("cells", std::to_string(options.tree.cellVertices));
-  add("partitioner", std::string(NameOf(options.partitioner)));
-  add("levels", options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster");
-  add("representative",
-    options.levels.representative == Representative::Quadric ? "quadric" : "mean");
-  add("sheets", options.levels.sheets ? "on" : "off");
-  add("weld", options.weld ? "on" : "off");
-  add("bits", std::to_string(options.bits));
-  add("title", options.title);
-  add("credit", options.credit);
-  add("license", options.license);
-  add("unit", options.unit);
-  add("name", options.inputName);
-  add("converted", options.convertedFrom.empty() ? "no" : "by " + options.convertedBy);
-  return text;
+  const auto onOff = [](bool on) { return std::string(on ? "on" : "off"); };
+  const std::optional<std::uint32_t> partitions = options.tree.partitions;
+  return { { "--vertices-per-partition", std::to_string(options.tree.verticesPerPartition) },
+    { "--partitions", partitions ? std::to_string(*partitions) : "" },
+    { "--cell-vertices", std::to_string(options.tree.cellVertices) },
+    { "--partitioner", std::string(NameOf(options.partitioner)) },
+    { "--levels", options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster" },
+    { "--representative",
+      options.levels.representative == Representative::Quadric ? "quadric" : "mean" },
+    { "--sheets", onOff(options.levels.sheets) }, { "--weld", onOff(options.weld) },
+    { "--precision", options.bits == 0 ? "lossless" : std::to_string(options.bits) },
+    { "--title", options.title }, { "--credit", options.credit }, { "--license", options.license },
+    { "--unit", options.unit }, { "the name of the input", options.inputName },
+    { "kdstream-convert", options.convertedBy } };
 }
 
 }

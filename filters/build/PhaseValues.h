@@ -8,6 +8,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -41,7 +42,8 @@ void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& num
 Result<ExternalNumbers> LoadExternalNumbers(
   BlobReader& blob, const BuildFolder& folder, std::string_view phase);
 
-// All options that decide what is in the files or the store, as text.
-std::string DescribeOptions(const BuildOptions& options);
+// All options that decide what is in the files or the store, as a user calls them, with their
+// values; empty for one that is not given.
+std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOptions& options);
 
 }

@@ -351,7 +351,6 @@ TEST_F(ExternalBuilderTest, WhatDoesNotFitIsNotTakenUp)
         fs::create_directory(this->Left() / "folder");
       },
       5 },
-    { "another input", [&] { this->Write(Shuffled(Torus(96, 48), 2)); }, 0 },
     { "a file of the same size", [&] { flip(someFile(), 500); }, 4 },
   };
   for (const Case& it : cases)
@@ -369,15 +368,109 @@ TEST_F(ExternalBuilderTest, WhatDoesNotFitIsNotTakenUp)
     fs::remove(this->Folder / "moved");
     this->ExpectNothingLeft();
   }
-  // Another option; the same with another title is another store.
-  this->Options.resume = false;
-  ASSERT_TRUE(this->BuildAndKill(last));
+}
+
+// And nothing of what was done is lost by the attempt.
+TEST_F(ExternalBuilderTest, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
+{
+  this->Write(Shuffled(Torus(96, 48), 2));
+  std::vector<std::size_t> publishing;
+  this->CountSteps(publishing);
+  const std::string expected = this->Take();
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2)); // all phases are finished
   this->Options.resume = true;
-  this->Options.title = "other";
-  const auto report = this->External();
+  const BuildOptions same = this->Options;
+  const auto refused = [&](const BuildOptions& options)
+  {
+    // As the program builds: with enough memory for all.
+    const auto report = BuildStore(this->Input(), this->Store(), options);
+    EXPECT_FALSE(report);
+    EXPECT_FALSE(fs::exists(this->Store()));
+    return report ? Error{} : report.GetError();
+  };
+  BuildOptions other = same;
+  other.title = "other";
+  other.bits = 0;
+  EXPECT_EQ(refused(other).code, ErrorCode::InvalidArgument);
+  EXPECT_NE(refused(other).message.find("--precision 20 (now lossless), --title none (now other);"),
+    std::string::npos)
+    << refused(other).message;
+  other = same;
+  other.tree.partitions = 32;
+  other.weld = false;
+  EXPECT_NE(refused(other).message.find("--partitions none (now 32), --weld on (now off);"),
+    std::string::npos)
+    << refused(other).message;
+  other = same;
+  other.partitioner = Partitioner::KMeans; // in memory alone
+  EXPECT_NE(refused(other).message.find("--resume: stores by k-means"), std::string::npos);
+  other = same;
+  other.memory = leastMemory - 1;
+  EXPECT_EQ(refused(other).message,
+    "--resume: building out of core takes at least 64 MiB; build without --resume to start over");
+  const auto time = fs::last_write_time(this->Input());
+  fs::last_write_time(this->Input(), time + std::chrono::seconds(1));
+  EXPECT_EQ(refused(same).code, ErrorCode::InvalidInput);
+  fs::last_write_time(this->Input(), time);
+  const auto report = BuildStore(this->Input(), this->Store(), same);
   ASSERT_TRUE(report) << report.GetError().message;
-  EXPECT_EQ(report->resumedPhases, 0U);
-  EXPECT_EQ(report->info.title, "other");
+  EXPECT_EQ(report->resumedPhases, 5U);
+  EXPECT_TRUE(this->Take() == expected);
+  this->ExpectNothingLeft();
+}
+
+TEST_F(ExternalBuilderTest, WhatIsLeftIsToldInTheWordsOfTheProgress)
+{
+  this->Write(Shuffled(Torus(96, 48), 2));
+  for (const Partitioner partitioner : { Partitioner::KdTree, Partitioner::Octree })
+  {
+    this->Options.partitioner = partitioner;
+    this->Options.resume = false;
+    std::vector<std::size_t> publishing;
+    this->CountSteps(publishing);
+    const std::string expected = this->Take();
+    for (const std::size_t published : publishing)
+    {
+      std::string told;
+      this->Options.resume = false;
+      this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
+      ASSERT_TRUE(this->BuildAndKill(published + 2));
+      // A plain build hints at it, once, and ends all the same.
+      ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
+      EXPECT_TRUE(this->Take() == expected);
+      const std::string before = "with --resume it would go on with the step ";
+      ASSERT_NE(told.find(before), std::string::npos) << told;
+      const std::string rest = told.substr(told.find(before) + before.size());
+      const std::string step = rest.substr(0, rest.find(';'));
+      EXPECT_EQ(rest, step + "; this build starts over");
+      told.clear();
+      ASSERT_TRUE(this->BuildAndKill(published + 2));
+      this->Options.resume = true;
+      std::string first;
+      Execution resumed;
+      resumed.progress = [&](std::string_view name, double)
+      {
+        first = first.empty() ? std::string(name) : first;
+        return true;
+      };
+      ASSERT_TRUE(this->External(resumed));
+      EXPECT_TRUE(this->Take() == expected);
+      EXPECT_EQ(told, "going on with the step " + step);
+      EXPECT_EQ(first, step);
+    }
+  }
+  this->ExpectNothingLeft();
+  // Nothing is hinted at where nothing is left, or where --resume would be refused.
+  std::string told;
+  this->Options.resume = false;
+  this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
+  ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
+  std::vector<std::size_t> publishing;
+  this->CountSteps(publishing);
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
+  this->Options.title = "other";
+  ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
+  EXPECT_EQ(told, "");
 }
 
 TEST_F(ExternalBuilderTest, AConvertedInputIsKnownByWhatItWasMadeFrom)
@@ -390,30 +483,25 @@ TEST_F(ExternalBuilderTest, AConvertedInputIsKnownByWhatItWasMadeFrom)
   std::vector<std::size_t> publishing;
   this->CountSteps(publishing);
   const std::string expected = this->Take();
-  const auto kill = [&]
-  {
-    this->Options.resume = false;
-    EXPECT_TRUE(this->BuildAndKill(publishing.back() + 2)); // all phases are finished
-    this->Options.resume = true;
-  };
-  const auto goOn = [&]() -> std::uint64_t
-  {
-    const auto report = this->External();
-    EXPECT_TRUE(report) << (report ? "" : report.GetError().message);
-    EXPECT_TRUE(this->Take() == expected);
-    this->ExpectNothingLeft({ "in.ply", "scan.vtp", "spill" });
-    return report ? report->resumedPhases : 9;
-  };
-  kill();
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2)); // all phases are finished
+  this->Options.resume = true;
+  this->Options.convertedBy = "--reconstruct poisson";
+  EXPECT_NE(this->External().GetError().message.find(
+              "kdstream-convert none (now \"--reconstruct poisson\")"),
+    std::string::npos);
+  this->Options.convertedBy = "";
+  const auto time = fs::last_write_time(from);
+  std::ofstream(from) << "something else";
+  EXPECT_EQ(this->External().GetError().code, ErrorCode::InvalidInput);
+  std::ofstream(from) << "anything";
+  fs::last_write_time(from, time);
   fs::remove(this->Input());
   this->Write(mesh); // converted again: another time of change
-  EXPECT_EQ(goOn(), 5U);
-  kill();
-  this->Options.convertedBy = "--reconstruct poisson ";
-  EXPECT_EQ(goOn(), 0U);
-  kill();
-  std::ofstream(from) << "something else";
-  EXPECT_EQ(goOn(), 0U);
+  const auto report = this->External();
+  ASSERT_TRUE(report) << report.GetError().message;
+  EXPECT_EQ(report->resumedPhases, 5U);
+  EXPECT_TRUE(this->Take() == expected);
+  this->ExpectNothingLeft({ "in.ply", "scan.vtp", "spill" });
 }
 
 TEST_F(ExternalBuilderTest, GoesOnWithMoreMemoryAndSaysThatItHasTooLittle)
@@ -628,6 +716,7 @@ TEST_F(ExternalBuilderTest, ARealDiskThatIsFullIsAnErrorAndNothingStays)
       const std::string& text = built.GetError().message;
       EXPECT_EQ(text.find("the temporary folder is too small") != text.npos, spill) << text;
       EXPECT_TRUE(!spill || text.find(" bytes") != text.npos) << text;
+      EXPECT_EQ(text.find("the store takes about ") != text.npos, !spill) << text;
       this->ExpectNothingLeft({ "in.ply", "spill", "disk" });
     }
   }

@@ -229,19 +229,79 @@ TEST_F(BuildFolderTest, MayBeKilledAgainAndAgain)
   }
 }
 
-TEST_F(BuildFolderTest, AnotherBuildThrowsAwayWhatIsThere)
+TEST_F(BuildFolderTest, ABuildThatDoesNotResumeThrowsAwayWhatIsThere)
 {
   this->Leave(2);
-  EXPECT_EQ(this->Open(false).FinishedPhases(), 0U);
-  this->Leave(2);
-  EXPECT_EQ(this->FinishedPhases("other"), 0U);
-  this->Leave(2);
   {
-    BuildFolder folder = this->Open(true, "other");
+    BuildFolder folder = this->Open(false, "other");
+    EXPECT_EQ(folder.FinishedPhases(), 0U);
     EXPECT_TRUE(EntriesOf(this->Path()).empty());
     folder.Keep(true);
   }
   EXPECT_EQ(this->FinishedPhases(), 0U) << "the journal went too";
+}
+
+TEST_F(BuildFolderTest, AnotherBuildIsNotResumedAndLosesNothing)
+{
+  const fs::path input = this->Parent.Path() / "input";
+  std::ofstream(input) << "some mesh";
+  BuildIdentity identity{ "program 1", input,
+    { { "--weld", "on" }, { "--title", "" }, { "--unit", "mm" } } };
+  const std::string fingerprint = *FingerprintOf(identity);
+  {
+    BuildFolder folder = this->Open(false, fingerprint);
+    ASSERT_TRUE(MakeNumbers(folder));
+    folder.Keep(true);
+  }
+  const auto refusal = [&](const BuildIdentity& other)
+  {
+    const std::vector<fs::path> before = EntriesOf(this->Path());
+    const auto refused = BuildFolder::Open(this->Path(), *FingerprintOf(other), true);
+    EXPECT_FALSE(refused);
+    EXPECT_EQ(EntriesOf(this->Path()), before);
+    return refused ? Error{} : refused.GetError();
+  };
+  BuildIdentity other = identity;
+  other.options = { { "--weld", "off" }, { "--title", "A statue" }, { "--unit", "mm" } };
+  EXPECT_EQ(refusal(other).code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(refusal(other).message,
+    "--resume: the interrupted build had other options, which are needed to go on with it: --weld "
+    "on (now off), --title none (now \"A statue\"); its files are left as they are: build without "
+    "--resume to start over");
+  other = identity;
+  other.program = "program 2";
+  EXPECT_EQ(refusal(other).code, ErrorCode::Unsupported);
+  EXPECT_NE(refusal(other).message.find("another version"), std::string::npos);
+  other = identity;
+  other.options.pop_back();
+  EXPECT_EQ(refusal(other).code, ErrorCode::Unsupported) << "this version knows fewer options";
+  const auto time = fs::last_write_time(input);
+  fs::last_write_time(input, time + std::chrono::seconds(1));
+  EXPECT_EQ(refusal(identity).code, ErrorCode::InvalidInput);
+  EXPECT_NE(refusal(identity).message.find("another input, or this one"), std::string::npos);
+  fs::last_write_time(input, time);
+  EXPECT_EQ(this->Open(true, fingerprint).FinishedPhases(), 1U);
+}
+
+TEST_F(BuildFolderTest, TellsWhatCouldBeResumedAndTouchesNothing)
+{
+  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "") << "there is no folder";
+  EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
+  this->Leave(2);
+  const std::vector<fs::path> before = EntriesOf(this->Path());
+  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "squares");
+  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "other"), "");
+  EXPECT_EQ(EntriesOf(this->Path()), before);
+  {
+    BuildFolder running = this->Open(true);
+    EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "") << "a build is running";
+    running.Keep(true);
+  }
+  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "squares");
+  fs::permissions(this->Path(), fs::perms::others_write, fs::perm_options::add);
+  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "") << "others may write there";
+  fs::permissions(this->Path(), fs::perms::others_write, fs::perm_options::remove);
+  EXPECT_EQ(this->FinishedPhases(), 2U);
 }
 
 TEST_F(BuildFolderTest, GoesUnlessItIsKept)
@@ -407,14 +467,19 @@ TEST(BuildFolder, FingerprintsTellBuildsApart)
   const SpillFolder folder = MakeSpillFolder();
   const fs::path input = folder.Path() / "mesh.ply";
   std::ofstream(input) << "ply";
-  const BuildIdentity identity{ "kdstream-build 1", input, "bits=20" };
+  const BuildIdentity identity{ "kdstream-build 1", input, { { "--precision", "20" } } };
   const std::string fingerprint = *FingerprintOf(identity);
   EXPECT_EQ(fingerprint, *FingerprintOf(identity));
-  EXPECT_NE(fingerprint, *FingerprintOf({ "kdstream-build 2", input, "bits=20" }));
-  EXPECT_NE(fingerprint, *FingerprintOf({ "kdstream-build 1", input, "bits=21" }));
+  BuildIdentity other = identity;
+  other.program = "kdstream-build 2";
+  EXPECT_NE(fingerprint, *FingerprintOf(other));
+  other = identity;
+  other.options[0].second = "21";
+  EXPECT_NE(fingerprint, *FingerprintOf(other));
   fs::copy(input, folder.Path() / "copy.ply");
-  EXPECT_NE(
-    fingerprint, *FingerprintOf({ "kdstream-build 1", folder.Path() / "copy.ply", "bits=20" }));
+  other = identity;
+  other.input = folder.Path() / "copy.ply";
+  EXPECT_NE(fingerprint, *FingerprintOf(other));
   fs::last_write_time(input, fs::last_write_time(input) + std::chrono::microseconds(1));
   const std::string touched = *FingerprintOf(identity);
   EXPECT_NE(fingerprint, touched);
@@ -422,7 +487,8 @@ TEST(BuildFolder, FingerprintsTellBuildsApart)
   std::ofstream(input) << "plys";
   fs::last_write_time(input, time);
   EXPECT_NE(touched, *FingerprintOf(identity));
-  EXPECT_FALSE(FingerprintOf({ "kdstream-build 1", folder.Path() / "none.ply", "" }));
+  other.input = folder.Path() / "none.ply";
+  EXPECT_FALSE(FingerprintOf(other));
 }
 
 TEST_F(BuildFolderTest, BucketsComeBack)

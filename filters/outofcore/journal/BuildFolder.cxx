@@ -103,6 +103,14 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
   }
 }
 
+// Anybody can tell its name beforehand, and the folder that it is in may be open to everybody.
+bool IsOwnFolder(const fs::path& path)
+{
+  struct stat found = {};
+  return lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == geteuid() &&
+         (found.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
 Status MakeFolder(const fs::path& path)
 {
   if (mkdir(path.c_str(), S_IRWXU) == 0)
@@ -113,10 +121,7 @@ Status MakeFolder(const fs::path& path)
   {
     return SystemError("no folder for temporary files can be made at " + path.string(), errno);
   }
-  // Its name can be foretold, and the folder that it is in may be open to everybody.
-  struct stat found = {};
-  if (lstat(path.c_str(), &found) != 0 || !S_ISDIR(found.st_mode) || found.st_uid != geteuid() ||
-      (found.st_mode & (S_IWGRP | S_IWOTH)) != 0)
+  if (!IsOwnFolder(path))
   {
     return Error{ ErrorCode::InputOutput,
       path.string() + " is not a folder that only this user can write to" };
@@ -174,21 +179,80 @@ std::vector<std::string_view> PartsOf(std::string_view fingerprint)
   return parts;
 }
 
-BuildFolder::Found Compare(std::string_view earlier, std::string_view now)
+// The parts of a fingerprint before the options: the program; path, size and time of the input.
+constexpr std::size_t partsOfProgram = 1, partsBeforeOptions = 4;
+
+// "20", "none", "\"Statue of somebody\"".
+std::string ValueText(std::string_view value)
+{
+  const bool plain = std::all_of(value.begin(), value.end(),
+    [](char c) { return c > ' ' && c <= '~' && c != '"' && c != ',' && c != ';'; });
+  return value.empty() ? "none" : plain ? std::string(value) : "\"" + std::string(value) + "\"";
+}
+
+// "--precision 20 (now 12), --title none (now \"Statue\")".
+std::string DescribeDifference(
+  std::span<const std::string_view> before, std::span<const std::string_view> after)
+{
+  std::string text;
+  for (std::size_t i = 0; i + 1 < before.size() && i + 1 < after.size(); i += 2)
+  {
+    if (before[i] != after[i] || before[i + 1] != after[i + 1])
+    {
+      text += (text.empty() ? "" : ", ") + std::string(before[i]) + " " + ValueText(before[i + 1]) +
+              " (now " + ValueText(after[i + 1]) + ")";
+    }
+  }
+  return text;
+}
+
+// Whether what an earlier build has left is of use to this one.
+Status CheckSameBuild(std::string_view earlier, std::string_view now)
 {
   if (earlier == now)
   {
-    return BuildFolder::Found::SameBuild;
+    return {};
   }
-  // As FingerprintOf writes them: the program; path, size and time of the input; the options.
-  const std::vector<std::string_view> before = PartsOf(earlier), after = PartsOf(now);
-  if (before.size() != 5 || after.size() != 5 || before[0] != after[0])
+  const auto refused = [](ErrorCode code, const std::string& why)
   {
-    return BuildFolder::Found::OtherProgram;
+    return Error{ code,
+      "--resume: the interrupted build " + why +
+        "; its files are left as they are: build without --resume to start over" };
+  };
+  const std::vector<std::string_view> before = PartsOf(earlier), after = PartsOf(now);
+  if (before.size() < partsBeforeOptions || before.size() != after.size() || before[0] != after[0])
+  {
+    return refused(ErrorCode::Unsupported, "was by another version of this program");
   }
-  return std::equal(before.begin() + 1, before.begin() + 4, after.begin() + 1)
-           ? BuildFolder::Found::OtherOptions
-           : BuildFolder::Found::OtherInput;
+  if (!std::equal(before.begin() + partsOfProgram, before.begin() + partsBeforeOptions,
+        after.begin() + partsOfProgram))
+  {
+    return refused(
+      ErrorCode::InvalidInput, "had another input, or this one has been changed since");
+  }
+  return refused(
+    ErrorCode::InvalidArgument, "had other options, which are needed to go on with it: " +
+                                  DescribeDifference(std::span(before).subspan(partsBeforeOptions),
+                                    std::span(after).subspan(partsBeforeOptions)));
+}
+
+// Whether a process builds in the folder now.
+bool IsLocked(const fs::path& path)
+{
+  const int descriptor = open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+  if (descriptor < 0)
+  {
+    return false;
+  }
+  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  close(descriptor);
+  return locked;
+}
+
+fs::path LockOf(fs::path path)
+{
+  path += ".lock";
+  return path;
 }
 
 }
@@ -201,12 +265,16 @@ Result<std::string> FingerprintOf(const BuildIdentity& identity)
     return SystemError(identity.input.string() + " cannot be examined", errno);
   }
   std::string fingerprint;
-  for (const std::string& part :
-    { identity.program, Canonical(identity.input).string(), std::to_string(input.st_size),
-      std::to_string(input.st_mtim.tv_sec) + "." + std::to_string(input.st_mtim.tv_nsec),
-      identity.options })
+  const auto add = [&](const std::string& part)
+  { fingerprint += std::to_string(part.size()) + ":" + part + "\n"; };
+  add(identity.program);
+  add(Canonical(identity.input).string());
+  add(std::to_string(input.st_size));
+  add(std::to_string(input.st_mtim.tv_sec) + "." + std::to_string(input.st_mtim.tv_nsec));
+  for (const auto& [name, value] : identity.options)
   {
-    fingerprint += std::to_string(part.size()) + ":" + part + "\n";
+    add(name);
+    add(value);
   }
   return fingerprint;
 }
@@ -230,9 +298,7 @@ fs::path BuildFolder::PathFor(const fs::path& store, const fs::path& temporaryFo
 Result<BuildFolder> BuildFolder::Open(
   const fs::path& path, std::string_view fingerprint, bool resume, FileHook hook)
 {
-  fs::path lockPath = path;
-  lockPath += ".lock";
-  Result<std::shared_ptr<void>> lock = Lock(lockPath, hook);
+  Result<std::shared_ptr<void>> lock = Lock(LockOf(path), hook);
   KDSTREAM_TRY(lock);
   if (hook)
   {
@@ -244,8 +310,28 @@ Result<BuildFolder> BuildFolder::Open(
   ledger->hook = std::move(hook);
   ledger->lock = std::move(*lock);
   BuildFolder folder{ SpillFolder(std::move(ledger)) };
-  folder.TakeUp(fingerprint, resume);
+  if (Status taken = folder.TakeUp(fingerprint, resume); !taken)
+  {
+    folder.Keep(true);
+    return taken.GetError();
+  }
   return folder;
+}
+
+std::string BuildFolder::LastPhaseIn(const fs::path& path, std::string_view fingerprint)
+{
+  if (!IsOwnFolder(path) || IsLocked(LockOf(path)))
+  {
+    return {};
+  }
+  auto ledger = std::make_shared<detail::SpillLedger>();
+  ledger->folder = path;
+  ledger->keepFolder = true;
+  const BuildFolder folder{ SpillFolder(std::move(ledger)) };
+  const Result<PhaseJournal> journal = folder.ReadJournal();
+  const std::size_t usable =
+    journal && journal->fingerprint == fingerprint ? folder.CountUsable(*journal) : 0;
+  return usable == 0 ? std::string() : journal->phases[usable - 1].name;
 }
 
 BuildFolder::~BuildFolder()
@@ -268,11 +354,27 @@ fs::path BuildFolder::PathOf(std::uint64_t number) const
   return this->Folder.Path() / std::to_string(number);
 }
 
-void BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
+std::size_t BuildFolder::CountUsable(const PhaseJournal& journal) const
+{
+  return UsablePhases(journal,
+    [&](const JournalFile& file)
+    {
+      struct stat state = {};
+      return lstat(this->PathOf(file.number).c_str(), &state) == 0 && S_ISREG(state.st_mode) &&
+             static_cast<std::uint64_t>(state.st_size) == file.bytes &&
+             TimeOf(state) == file.changed;
+    });
+}
+
+Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
 {
   Result<PhaseJournal> found =
     resume ? this->ReadJournal() : Error{ ErrorCode::NotFound, "not asked for" };
-  this->Earlier = found ? Compare(found->fingerprint, fingerprint)
+  if (found)
+  {
+    KDSTREAM_TRY(CheckSameBuild(found->fingerprint, fingerprint));
+  }
+  this->Earlier = found                                          ? Found::SameBuild
                   : found.GetError().code == ErrorCode::NotFound ? Found::Nothing
                                                                  : Found::Damaged;
   if (this->Earlier == Found::SameBuild)
@@ -295,15 +397,9 @@ void BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
     }
   }
   this->Folder.Ledger->files = next;
-  this->Journal.phases.resize(UsablePhases(this->Journal,
-    [&](const JournalFile& file)
-    {
-      struct stat state = {};
-      return lstat(this->PathOf(file.number).c_str(), &state) == 0 && S_ISREG(state.st_mode) &&
-             static_cast<std::uint64_t>(state.st_size) == file.bytes &&
-             TimeOf(state) == file.changed;
-    }));
+  this->Journal.phases.resize(this->CountUsable(this->Journal));
   this->RemoveUnnamed();
+  return {};
 }
 
 void BuildFolder::RemoveUnnamed()

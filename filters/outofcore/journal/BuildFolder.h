@@ -14,6 +14,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace kdstream
 {
@@ -23,7 +25,8 @@ struct BuildIdentity
 {
   std::string program;         // with its version
   std::filesystem::path input; // its absolute path, size and time of change count
-  std::string options;         // all that the store or the files of any phase depend on
+  // All that the store or the files of any phase depend on: names as the user knows them, values.
+  std::vector<std::pair<std::string, std::string>> options;
 };
 // Errors: InputOutput where the input cannot be examined.
 Result<std::string> FingerprintOf(const BuildIdentity& identity);
@@ -63,11 +66,8 @@ public:
   // What Open found of an earlier build.
   enum class Found
   {
-    Nothing,      // no journal: none, or one that was killed before its first phase was finished
-    Damaged,      // a journal that cannot be read, or is of another version
-    OtherProgram, // of another version, or another program
-    OtherInput,   // or the same input, changed since
-    OtherOptions,
+    Nothing,  // no journal: none, or one that was killed before its first phase was finished
+    Damaged,  // a journal that cannot be read, or is of another version
     SameBuild // phases of it may be usable
   };
 
@@ -76,14 +76,20 @@ public:
   static std::filesystem::path PathFor(
     const std::filesystem::path& store, const std::filesystem::path& temporaryFolder);
 
-  // Makes the folder, or takes it up. What a build of another fingerprint left is thrown away, as
-  // is all without `resume`, and what the journal does not name. A phase with a missing file or one
-  // of another size, or written since, counts as not finished; a damaged journal as none. hook: for
-  // tests. Errors: InputOutput where the folder cannot be made or is not this user's; LimitExceeded
-  // where another process builds in it now (a lock on PATH.lock, which the system gives back with
-  // the process).
+  // Makes the folder, or takes it up. Without `resume` all that is there is thrown away; with it,
+  // what the journal does not name. A phase with a missing file or one of another size, or written
+  // since, counts as not finished; a damaged journal as none. hook: for tests. Errors: InputOutput
+  // where the folder cannot be made or is not this user's; LimitExceeded where another process
+  // builds in it now (a lock on PATH.lock, which the system gives back with the process). With
+  // `resume` also, everything being left as it is: InvalidArgument where the earlier build had
+  // other options, which are named; InvalidInput where it had another input, or the same before it
+  // was changed; Unsupported where it was by another program or version.
   static Result<BuildFolder> Open(const std::filesystem::path& path, std::string_view fingerprint,
     bool resume, FileHook hook = {});
+
+  // The last phase that a build of this fingerprint could go on from with `resume`; empty where
+  // there is none, or where a build is running there. Changes nothing.
+  static std::string LastPhaseIn(const std::filesystem::path& path, std::string_view fingerprint);
 
   BuildFolder(BuildFolder&&) noexcept = default;
   BuildFolder& operator=(BuildFolder&&) = delete;
@@ -123,7 +129,9 @@ private:
   }
 
   std::filesystem::path PathOf(std::uint64_t number) const;
-  void TakeUp(std::string_view fingerprint, bool resume);
+  Status TakeUp(std::string_view fingerprint, bool resume);
+  // How many phases of a journal have left their files.
+  std::size_t CountUsable(const PhaseJournal& journal) const;
   void RemoveUnnamed();
   Result<PhaseJournal> ReadJournal() const;
   // Marks the files as given up; their numbers and sizes, but those that another entry still needs.
