@@ -2,6 +2,7 @@
 // is doc/cli.md#kdstream-build.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
+#include "filters/app/OutputFolders.h"
 #include "filters/build/Builder.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
@@ -75,6 +76,15 @@ int Build(const CLI::App& app, BuildCommand& line)
   {
     return PrintError(program, "", status.GetError());
   }
+  if (Status served = CheckStoreName(line.output); !served)
+  {
+    return PrintError(program, line.output, served.GetError());
+  }
+  Result<OutputFolders> folders = OutputFolders::Make(line.output);
+  if (!folders)
+  {
+    return PrintError(program, line.output, folders.GetError());
+  }
   const Result<std::filesystem::path> store =
     CheckOutput(line.output, OutputKind::File, { line.input });
   if (!store)
@@ -113,6 +123,7 @@ int Build(const CLI::App& app, BuildCommand& line)
   {
     return PrintError(program, FileAtFault(line, *store, report.GetError()), report.GetError());
   }
+  folders->Keep();
   PrintWarnings(program, line, *report);
   return WriteStats(program, line, *report);
 }

@@ -91,7 +91,7 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     ->capture_default_str();
   CheckText(app.add_option("--title", line.build.title, "shown by the viewers"));
   CheckText(app.add_option("--credit", line.build.credit, "shown by the viewers"));
-  CheckText(app.add_option("--license", line.build.license, "shown by the viewers"));
+  CheckText(app.add_option("--license,--licence", line.build.license, "shown by the viewers"));
   CheckText(app.add_option("--unit", line.build.unit, "of the coordinates, shown by the viewers"));
   app
     .add_option("--reconstruct", line.reconstruct,
@@ -255,6 +255,16 @@ std::string FileAtFault(
   return spill                                  ? build.parent_path().string()
          : error.code == ErrorCode::InputOutput ? line.output
                                                 : line.input;
+}
+
+Status CheckStoreName(const std::filesystem::path& store)
+{
+  if (store.extension() == ".kds" && !IsModelId(store.stem().string()))
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "no server serves a store of this name: before .kds it needs " + std::string(modelIdRule) };
+  }
+  return {};
 }
 
 void WarnOfEnding(std::string_view program, const BuildCommand& line)

@@ -39,6 +39,10 @@ std::vector<StepShare> SharesOfSteps(const BuildCommand& line);
 std::string FileAtFault(
   const BuildCommand& line, const std::filesystem::path& store, const Error& error);
 
+// Whether a server would serve a store of this name, as far as it ends in .kds: it names the model
+// by what comes before. Errors: InvalidArgument.
+Status CheckStoreName(const std::filesystem::path& store);
+
 // Says on stderr, before the work, that a store of this name is not served.
 void WarnOfEnding(std::string_view program, const BuildCommand& line);
 

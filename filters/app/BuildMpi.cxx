@@ -5,6 +5,7 @@
 #include "filters/Parallel/TeamBuilder.h"
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
+#include "filters/app/OutputFolders.h"
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
@@ -65,23 +66,29 @@ Status CheckInput(const BuildCommand& line)
   return {};
 }
 
+Status PrepareOutputs(
+  const BuildCommand& line, OutputFolders& folders, std::filesystem::path& store)
+{
+  KDSTREAM_TRY(CheckStoreName(line.output));
+  Result<OutputFolders> made = OutputFolders::Make(line.output);
+  KDSTREAM_TRY(made);
+  folders = std::move(*made);
+  const auto checked = CheckOutput(line.output, OutputKind::File, { line.input });
+  KDSTREAM_TRY(checked);
+  store = *checked;
+  if (!line.stats.empty())
+  {
+    KDSTREAM_TRY(CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output }));
+  }
+  return {};
+}
+
 // Of the outputs only rank 0 looks whether they can be written, but all end if they cannot.
-Status CheckOutputs(MpiTeam& team, BuildCommand& line, std::filesystem::path& store)
+Status PrepareOutputs(
+  MpiTeam& team, const BuildCommand& line, OutputFolders& folders, std::filesystem::path& store)
 {
   store = line.output;
-  Status status;
-  if (team.IsFirst())
-  {
-    const Result<std::filesystem::path> checked =
-      CheckOutput(line.output, OutputKind::File, { line.input });
-    status = checked ? Status{} : Status(checked.GetError());
-    store = checked ? *checked : store;
-    if (status && !line.stats.empty())
-    {
-      const auto stats = CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output });
-      status = stats ? Status{} : Status(stats.GetError());
-    }
-  }
+  const Status status = team.IsFirst() ? PrepareOutputs(line, folders, store) : Status{};
   return status ? team.Finish() : Status(team.Fail(status.GetError()));
 }
 
@@ -97,8 +104,9 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
     return PrintError(program, line.input, status.GetError());
   }
   ShareMachine(RanksHere(team.Count()), app.count("--memory") > 0, line);
+  OutputFolders folders;
   std::filesystem::path store;
-  if (Status status = CheckOutputs(team, line, store); !status)
+  if (Status status = PrepareOutputs(team, line, folders, store); !status)
   {
     return PrintError(program, line.output, status.GetError());
   }
@@ -123,6 +131,7 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   {
     return exitDone;
   }
+  folders.Keep();
   PrintWarnings(program, line, *report);
   return WriteStats(program, line, *report);
 }

@@ -10,6 +10,7 @@
 #include "filters/model/ModelJson.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
+#include "filters/store/StoreEdit.h"
 #include "filters/store/StoreMesh.h"
 
 #include <array>
@@ -34,7 +35,9 @@ constexpr const char* examples = "Examples:\n"
                                  "  kdstream-store extract dragon.kds --region 300 --rings 1 "
                                  "--in-context 12 -o region.vtp\n"
                                  "  kdstream-store distance dragon.kds --level 13 --against "
-                                 "dragon.ply";
+                                 "dragon.ply\n"
+                                 "  kdstream-store edit dragon.kds --title \"Stanford dragon\" "
+                                 "--unit mm";
 
 struct CommandLine
 {
@@ -44,6 +47,7 @@ struct CommandLine
   std::optional<std::uint32_t> partition;
   std::optional<NodeId> region;
   unsigned rings = 1;
+  StoreTexts texts;
 };
 
 // A line a level, and what its last two columns mean.
@@ -306,6 +310,26 @@ public:
       });
   }
 
+  int Edit()
+  {
+    // Where a link leads to, not the link, is replaced.
+    const auto store = CheckOutput(this->Line.store, OutputKind::File, {});
+    if (!store)
+    {
+      return PrintError(this->Program, this->Line.store, store.GetError());
+    }
+    CatchInterrupts();
+    Result<ModelDescription> edited = Error{};
+    {
+      ProgressReporter progress(this->Program, this->Line.quiet);
+      Execution execution;
+      execution.progress = std::ref(progress);
+      edited = EditStore(*store, this->Line.texts, execution);
+    }
+    ReleaseInterrupts();
+    return edited ? exitDone : PrintError(this->Program, this->Line.store, edited.GetError());
+  }
+
   int Distance()
   {
     return this->WithStore(
@@ -413,6 +437,19 @@ void AddExtract(CLI::App& extract, CommandLine& line)
     ->group("Output");
 }
 
+void AddEdit(CLI::App& edit, CommandLine& line)
+{
+  edit.add_option("STORE", line.store, "the store")->required();
+  auto* texts = edit.add_option_group("texts", "at least one of; an empty one removes the text");
+  CheckText(texts->add_option("--title", line.texts.title, "name of the model"));
+  CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
+  CheckText(
+    texts->add_option("--license,--licence", line.texts.license, "what may be done with it"));
+  CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
+  texts->require_option(1, 0);
+  edit.add_flag("--quiet", line.quiet, "no progress");
+}
+
 void AddDistance(CLI::App& distance, CommandLine& line)
 {
   distance.add_option("STORE", line.store, "the store")->required();
@@ -455,6 +492,10 @@ int main(int argc, char** argv)
   CLI::App* distance = app.add_subcommand(
     "distance", "measures how far a level and a mesh are apart, by 100,000 samples each way");
   AddDistance(*distance, line);
+  CLI::App* edit = app.add_subcommand("edit", "changes the texts that viewers show; the content "
+                                              "and its digest stay. A server that is running "
+                                              "shows them after SIGHUP");
+  AddEdit(*edit, line);
   return RunProgram(app, argc, argv,
     [&]()
     {
@@ -462,6 +503,7 @@ int main(int argc, char** argv)
       return info->parsed()       ? commands.Info()
              : verify->parsed()   ? commands.Verify()
              : distance->parsed() ? commands.Distance()
+             : edit->parsed()     ? commands.Edit()
                                   : commands.Extract();
     });
 }

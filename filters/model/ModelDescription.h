@@ -87,7 +87,9 @@ ModelSummary Summarize(const ModelDescription& model);
 // The level of the preview: min(L, 11).
 unsigned PreviewLevel(const ModelDescription& model);
 
-// Whether servers can serve a model by this name: [A-Za-z0-9._-]{1,128}, but neither "." nor "..".
+// Whether servers can serve a model by this name: it stands in a path, of a URL as of a folder, and
+// is neither "." nor "..".
+inline constexpr std::string_view modelIdRule = "1 to 128 of the characters A-Z a-z 0-9 . _ -";
 bool IsModelId(std::string_view id);
 
 // 32 hexadecimal digits in lower case.

@@ -80,7 +80,7 @@ Status StoreCatalog::Reload()
     const auto id = file.stem().string();
     if (!IsModelId(id))
     {
-      this->Reports->Tell(file, LeftOut("a model's name has 1 to 128 of A-Z a-z 0-9 . _ -"));
+      this->Reports->Tell(file, LeftOut("a model's name has " + std::string(modelIdRule)));
       continue;
     }
     auto model = OpenStoreModel(file, id,

@@ -1,0 +1,55 @@
+#include "filters/app/OutputFolders.h"
+
+#include "filters/core/SystemReason.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+
+Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
+{
+  namespace fs = std::filesystem;
+  std::error_code status;
+  std::vector<fs::path> missing; // each is the folder of the one before
+  for (fs::path folder = file.parent_path(); !folder.empty() && !fs::exists(folder, status);
+       folder = folder.parent_path())
+  {
+    missing.push_back(folder);
+  }
+  OutputFolders folders;
+  for (auto folder = missing.rbegin(); folder != missing.rend(); ++folder)
+  {
+    // "a/b/" has the parent "a/b", and "." is there as soon as what it is in.
+    if (fs::create_directory(*folder, status))
+    {
+      folders.Made.push_back(*folder);
+    }
+    else if (status)
+    {
+      return SystemError("cannot make the folder " + folder->string(), status.value());
+    }
+  }
+  return folders;
+}
+
+OutputFolders::OutputFolders(OutputFolders&& other) noexcept
+  : Made(std::exchange(other.Made, {}))
+{
+}
+
+OutputFolders& OutputFolders::operator=(OutputFolders&& other) noexcept
+{
+  std::swap(this->Made, other.Made);
+  return *this;
+}
+
+OutputFolders::~OutputFolders()
+{
+  std::error_code ignored; // of a folder that somebody has put something into
+  std::for_each(this->Made.rbegin(), this->Made.rend(),
+    [&](const std::filesystem::path& folder) { std::filesystem::remove(folder, ignored); });
+}
+
+}

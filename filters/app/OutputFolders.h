@@ -1,0 +1,31 @@
+// Folders for an output whose folders are not there yet.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <filesystem>
+#include <vector>
+
+namespace kdstream
+{
+
+// The folders that were made for an output. They go again, where nothing is in them, unless Keep is
+// called: work that fails leaves nothing behind.
+class OutputFolders
+{
+public:
+  // Makes the folders of `file` that are missing. Errors: InputOutput.
+  static Result<OutputFolders> Make(const std::filesystem::path& file);
+
+  OutputFolders() = default;
+  OutputFolders(OutputFolders&& other) noexcept;
+  OutputFolders& operator=(OutputFolders&& other) noexcept;
+  ~OutputFolders();
+
+  void Keep() { this->Made.clear(); }
+
+private:
+  std::vector<std::filesystem::path> Made; // each in the one before
+};
+
+}
