@@ -6,6 +6,7 @@
 //   d. numbers by first vertices.
 #include "filters/core/tree/KMeansClustering.h"
 
+#include "filters/core/VectorMath.h"
 #include "filters/core/tree/KMeansGrowth.h"
 #include "filters/core/tree/KMeansSeeds.h"
 #include "filters/core/tree/KMeansSurface.h"

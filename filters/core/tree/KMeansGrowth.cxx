@@ -1,6 +1,7 @@
 #include "filters/core/tree/KMeansGrowth.h"
 
 #include "filters/core/NearestPoint.h"
+#include "filters/core/VectorMath.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +15,7 @@ namespace
 
 double Area(const Vec3& p, const Vec3& q, const Vec3& r)
 {
-  const Vec3 u = Minus(q, p), v = Minus(r, p);
-  const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-  return std::sqrt(Dot(n, n)) / 2;
+  return Length(Cross(Minus(q, p), Minus(r, p))) / 2;
 }
 
 // Both directions of all edges, sorted, each once.

@@ -1,6 +1,7 @@
 #include "filters/core/tree/KMeansSeeds.h"
 
 #include "filters/core/DisjointSets.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/tree/FaceClustering.h"
 #include "filters/core/tree/KdTree.h"
 

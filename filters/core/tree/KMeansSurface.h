@@ -2,7 +2,6 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/core/TriangleDistance.h"
 #include "filters/core/Types.h"
 
 #include <span>
@@ -22,11 +21,5 @@ struct KMeansSurface
 // Errors: those of CheckExtent.
 Result<KMeansSurface> MakeKMeansSurface(
   std::span<const Vec3> points, std::span<const Triangle> triangles);
-
-inline double SquaredDistance(const Vec3& a, const Vec3& b)
-{
-  const Vec3 d = Minus(a, b);
-  return Dot(d, d);
-}
 
 }
