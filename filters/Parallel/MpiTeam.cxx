@@ -46,7 +46,10 @@ Error MpiTeam::ErrorOf(std::size_t rank, const Error* own)
   int code[] = { static_cast<int>(error.code) };
   this->Messages.Broadcast(rank, code);
   error.code = static_cast<ErrorCode>(code[0]);
-  this->Messages.Broadcast(rank, error.message);
+  for (std::string* const text : { &error.message, &error.file, &error.place })
+  {
+    this->Messages.Broadcast(rank, *text);
+  }
   return error;
 }
 

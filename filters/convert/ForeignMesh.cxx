@@ -3,6 +3,7 @@
 #include "filters/core/Attribute.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
+#include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshReader.h"
 
@@ -115,14 +116,21 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file, const Exe
       "the ending '" + ending + "' names no known mesh format" };
   }
   // Says what is not there, or is a folder, in our words.
-  const Result<ByteSource> source = ByteSource::Open(file);
+  Result<ByteSource> source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
   if (source->Size() == 0)
   {
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
+  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   Result<ForeignMesh> result = read(file, execution);
-  KDSTREAM_TRY(result);
+  if (!result)
+  {
+    const std::string hint = begin ? OtherFormatHint(*begin, ending) : std::string();
+    return hint.empty() || result.GetError().code != ErrorCode::InvalidInput
+             ? result
+             : Error{ ErrorCode::InvalidInput, hint };
+  }
   if (result->mesh.points.empty())
   {
     std::string message = "holds no points";

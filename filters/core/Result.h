@@ -1,7 +1,7 @@
 // Errors as values: what every function outside VTK returns when its input may be bad.
 //
 // A Result<T> holds either a T or an Error. The message names the offending value and its place
-// ("vertex 17: x is not finite"); the program that prints it adds the file. Nothing in core, codec,
+// ("vertex 17: x is not finite"); whoever opened a file adds it (OfFile). Nothing in core, codec,
 // meshio, store, protocol, session or client throws for bad input, logs, or exits.
 #pragma once
 
@@ -30,6 +30,10 @@ struct Error
 {
   ErrorCode code = ErrorCode::InvalidInput;
   std::string message;
+  // The file that it is about; empty where the caller alone knows which.
+  std::string file = {};
+  // Where in the file ("byte 4096"), unless the message tells.
+  std::string place = {};
 };
 
 // A value of T, or why there is none.
@@ -100,6 +104,19 @@ public:
 private:
   std::optional<Error> Content;
 };
+
+// The result, whose error names the file unless it names one already: for whoever opened it.
+template <class T>
+Result<T> OfFile(const std::string& file, Result<T> result)
+{
+  if (!result && result.GetError().file.empty())
+  {
+    Error error = result.GetError();
+    error.file = file;
+    return error;
+  }
+  return result;
+}
 
 using Status = Result<void>;
 

@@ -103,8 +103,8 @@ Result<std::string_view> ByteSource::Peek(std::size_t wanted)
       }
       if (got < 0)
       {
-        return Error{ ErrorCode::InputOutput,
-          "cannot be read at byte " + std::to_string(offset) + ": " + SystemReason(errno) };
+        return Error{ ErrorCode::InputOutput, "cannot be read: " + SystemReason(errno), {},
+          "byte " + std::to_string(offset) };
       }
       if (got == 0)
       {

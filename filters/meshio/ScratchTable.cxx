@@ -36,7 +36,8 @@ Error ScratchFile::Failure(const char* what) const
 {
   return Error{ ErrorCode::InputOutput,
     "a temporary file in " + this->Folder.string() + " cannot be " + what + ": " +
-      SystemReason(errno) + " (" + std::to_string(this->Blocks * blockSize) + " bytes are in it)" };
+      SystemReason(errno) + " (" + std::to_string(this->Blocks * blockSize) + " bytes are in it)",
+    this->Folder.string() };
 }
 
 // Only once a block must leave memory: small tables need no file.

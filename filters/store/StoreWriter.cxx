@@ -21,7 +21,10 @@ struct StoreWriter::State
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
 
-  // Why something could not be written: of a full disk, how much it lacks.
+  static Result<std::unique_ptr<State>> Begin(
+    const std::filesystem::path& store, ModelDescription info);
+
+  // Why something could not be written, with the store's name: of a full disk, how much it lacks.
   Error Explain(const Error& error) const;
 
   // How many bytes the store takes, as far as what is written tells.
@@ -30,10 +33,11 @@ struct StoreWriter::State
 
 Error StoreWriter::State::Explain(const Error& error) const
 {
+  const std::string store = this->file.Store().string();
   const int full = this->file.WhyFull();
   if (full == 0)
   {
-    return error;
+    return OfFile(store, Status(error)).GetError();
   }
   std::uint64_t written = this->info.original.bytes;
   for (const ResolutionDescription& level : this->info.levels)
@@ -48,7 +52,8 @@ Error StoreWriter::State::Explain(const Error& error) const
     "the disk is too small: the store takes about " + mebibytes(this->BytesInAll(written)) +
       ", of which about " + mebibytes(written) + " are made; " +
       (unknown ? std::string("too few") : std::to_string(space.available)) + " bytes are free in " +
-      this->file.Folder().string() + " (" + SystemReason(full) + ")" };
+      this->file.Folder().string() + " (" + SystemReason(full) + ")",
+    store };
 }
 
 // A vertex takes as much as those so far: of the original, if some of its are made; they carry
@@ -78,7 +83,7 @@ StoreWriter::StoreWriter(std::unique_ptr<State> state)
 
 StoreWriter::~StoreWriter() = default;
 
-Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
+Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   const std::filesystem::path& store, ModelDescription info)
 {
   Result<UnfinishedStore> file = UnfinishedStore::Create(store);
@@ -109,7 +114,16 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
   }
   state->page = std::move(*page);
   state->piece = std::move(*piece);
-  return std::unique_ptr<StoreWriter>(new StoreWriter(std::move(state)));
+  return state;
+}
+
+Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
+  const std::filesystem::path& store, ModelDescription info)
+{
+  Result<std::unique_ptr<State>> state =
+    OfFile(store.string(), State::Begin(store, std::move(info)));
+  KDSTREAM_TRY(state);
+  return std::unique_ptr<StoreWriter>(new StoreWriter(std::move(*state)));
 }
 
 Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
@@ -159,7 +173,8 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
   ResolutionDescription& finished =
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
-  const Result<DeviationList::Summary> deviations = this->S->deviations->Finish();
+  const Result<DeviationList::Summary> deviations =
+    OfFile(this->S->file.Store().string(), this->S->deviations->Finish());
   KDSTREAM_TRY(deviations);
   finished.deviation99 = deviations->at99;
   finished.deviation = deviations->largest;
@@ -189,7 +204,7 @@ Result<ModelDescription> StoreWriter::Finish()
   state.page = {};
   state.piece = {};
   state.database.reset();
-  KDSTREAM_TRY(state.file.Finish());
+  KDSTREAM_TRY(OfFile(state.file.Store().string(), state.file.Finish()));
   return state.info;
 }
 

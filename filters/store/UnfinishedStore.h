@@ -23,6 +23,8 @@ public:
   UnfinishedStore& operator=(UnfinishedStore&&) = delete;
   ~UnfinishedStore();
 
+  // What it is to become.
+  const std::filesystem::path& Store() const { return this->Target; }
   const std::filesystem::path& Path() const { return this->Temporary; }
   // The folder of both.
   std::filesystem::path Folder() const;

@@ -57,4 +57,37 @@ TEST(MeshReader, NamesMissingAndEmptyFiles)
     MeshReader::Open(folder.Write("empty.ply", "")).GetError().message, "the file is empty");
 }
 
+TEST(MeshReader, ErrorsNameTheFileWhenItIsOpenedAndRead)
+{
+  const ScratchFolder folder;
+  const auto missing = folder.File("missing.obj");
+  EXPECT_EQ(MeshReader::Open(missing).GetError().file, missing.string());
+  const auto cut = folder.Write("cut.ply",
+    "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+    "property float z\nend_header\n1 2 3\n");
+  const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(cut);
+  ASSERT_TRUE(reader) << reader.GetError().message;
+  Mesh mesh;
+  const Result<std::size_t> read = (*reader)->ReadVertices(mesh, 10);
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.GetError().file, cut.string());
+}
+
+TEST(MeshReader, ContentOfAnotherFormatIsTold)
+{
+  const ScratchFolder folder;
+  const std::string ply = "ply\nformat ascii 1.0\nend_header\n" + std::string(200, '\n');
+  const auto messageOf = [&](const std::string& name, const std::string& content)
+  {
+    const auto reader = MeshReader::Open(folder.Write(name, content));
+    return reader ? std::string() : reader.GetError().message;
+  };
+  EXPECT_EQ(messageOf("a.stl", ply), "looks like a .ply file, although its name ends in .stl");
+  EXPECT_EQ(messageOf("a.obj", ply), "looks like a .ply file, although its name ends in .obj");
+  EXPECT_EQ(messageOf("a.ply", "glTF" + std::string(200, '\x02')),
+    "looks like a .glb file, although its name ends in .ply");
+  EXPECT_EQ(messageOf("b.ply", "PK\x03\x04" + std::string(200, '\x02')),
+    "looks like a .zip file, although its name ends in .ply");
+}
+
 }

@@ -47,7 +47,8 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
       " are there; " + std::to_string(FreeBytes(ledger.folder)) +
       " bytes are free on its disk, and other temporary files take " +
       std::to_string(ledger.onDisk.load() - std::min(ledger.onDisk.load(), present)) + " (" +
-      SystemReason(reason) + ")" };
+      SystemReason(reason) + ")",
+    ledger.Disk() };
 }
 
 }
@@ -58,6 +59,11 @@ void detail::SpillLedger::Note(FileOperation operation) const
   {
     this->hook(operation);
   }
+}
+
+std::string detail::SpillLedger::Disk() const
+{
+  return this->folder.parent_path().string();
 }
 
 void detail::SpillLedger::Grow(std::uint64_t bytes)
@@ -124,7 +130,8 @@ Status SpillFile::Read(std::uint64_t offset, std::span<std::byte> bytes) const
       return Error{ ErrorCode::InputOutput,
         this->Describe() + ": " + std::to_string(bytes.size()) + " bytes at offset " +
           std::to_string(offset) +
-          " cannot be read: " + (count < 0 ? SystemReason(errno) : "the file ends before them") };
+          " cannot be read: " + (count < 0 ? SystemReason(errno) : "the file ends before them"),
+        this->Ledger->Disk() };
     }
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     offset += static_cast<std::uint64_t>(count);
@@ -137,7 +144,8 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
   if (this->Kept)
   {
     return Error{ ErrorCode::InputOutput,
-      this->Describe() + " belongs to a finished phase and cannot be written" };
+      this->Describe() + " belongs to a finished phase and cannot be written",
+      this->Ledger->Disk() };
   }
   while (!bytes.empty())
   {
@@ -156,9 +164,10 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
         return FullDisk(*this->Ledger, this->Purpose,
           std::max(this->Expected, offset + bytes.size()), this->Size(), reason);
       }
-      return Error{ ErrorCode::InputOutput, this->Describe() + ": " + std::to_string(bytes.size()) +
-                                              " bytes at offset " + std::to_string(offset) +
-                                              " cannot be written: " + SystemReason(reason) };
+      return Error{ ErrorCode::InputOutput,
+        this->Describe() + ": " + std::to_string(bytes.size()) + " bytes at offset " +
+          std::to_string(offset) + " cannot be written: " + SystemReason(reason),
+        this->Ledger->Disk() };
     }
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     offset += static_cast<std::uint64_t>(count);
@@ -184,7 +193,8 @@ Status SpillFile::Sync() const
     return IsDiskFull(reason)
              ? FullDisk(*this->Ledger, this->Purpose, this->Expected, this->Size(), reason)
              : Error{ ErrorCode::InputOutput,
-                 this->Describe() + " cannot be written: " + SystemReason(reason) };
+                 this->Describe() + " cannot be written: " + SystemReason(reason),
+                 this->Ledger->Disk() };
   }
   return {};
 }
@@ -194,8 +204,10 @@ Result<SpillFolder> SpillFolder::Create(const std::filesystem::path& parent)
   std::string name = (parent.empty() ? std::filesystem::path(".") : parent) / "kdstream-XXXXXX";
   if (mkdtemp(name.data()) == nullptr)
   {
-    return Error{ ErrorCode::InputOutput, "no folder for temporary files can be made in " +
-                                            parent.string() + ": " + SystemReason(errno) };
+    return Error{ ErrorCode::InputOutput,
+      "no folder for temporary files can be made in " + parent.string() + ": " +
+        SystemReason(errno),
+      parent.string() };
   }
   auto ledger = std::make_shared<detail::SpillLedger>();
   ledger->folder = name;
@@ -231,7 +243,7 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
   if (file.Descriptor < 0)
   {
     return Error{ ErrorCode::InputOutput,
-      file.Describe() + " cannot be made: " + SystemReason(errno) };
+      file.Describe() + " cannot be made: " + SystemReason(errno), this->Ledger->Disk() };
   }
   int reason = 0;
   if (bytes > 0 &&

@@ -56,6 +56,9 @@ struct SpillLedger
 
   void Note(FileOperation operation) const;
 
+  // What a user knows of it, for errors: the folder for temporary files that this one was made in.
+  std::string Disk() const;
+
   void Grow(std::uint64_t bytes);
 };
 }

@@ -145,7 +145,8 @@ Status SyncFolder(const fs::path& path)
     {
       close(descriptor);
     }
-    return SystemError("temporary folder " + path.string() + " cannot be written", reason);
+    return SystemError(
+      "temporary folder " + path.string() + " cannot be written", reason, path.parent_path());
   }
   close(descriptor);
   return {};
@@ -262,7 +263,7 @@ Result<std::string> FingerprintOf(const BuildIdentity& identity)
   struct stat input = {};
   if (stat(identity.input.c_str(), &input) != 0)
   {
-    return SystemError(identity.input.string() + " cannot be examined", errno);
+    return SystemError("cannot be examined", errno, identity.input);
   }
   std::string fingerprint;
   const auto add = [&](const std::string& part)
@@ -298,13 +299,14 @@ fs::path BuildFolder::PathFor(const fs::path& store, const fs::path& temporaryFo
 Result<BuildFolder> BuildFolder::Open(
   const fs::path& path, std::string_view fingerprint, bool resume, FileHook hook)
 {
-  Result<std::shared_ptr<void>> lock = Lock(LockOf(path), hook);
+  const std::string disk = path.parent_path().string(); // what a user knows of it
+  Result<std::shared_ptr<void>> lock = OfFile(disk, Lock(LockOf(path), hook));
   KDSTREAM_TRY(lock);
   if (hook)
   {
     hook(FileOperation::Create);
   }
-  KDSTREAM_TRY(MakeFolder(path));
+  KDSTREAM_TRY(OfFile(disk, MakeFolder(path)));
   auto ledger = std::make_shared<detail::SpillLedger>();
   ledger->folder = path;
   ledger->hook = std::move(hook);
@@ -460,7 +462,8 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
   this->Folder.Ledger->Note(FileOperation::Rename);
   if (rename(file->Path.c_str(), (this->Folder.Path() / journalName).c_str()) != 0)
   {
-    return SystemError(file->Describe() + " cannot be renamed", errno);
+    return SystemError(
+      file->Describe() + " cannot be renamed", errno, this->Folder.Path().parent_path());
   }
   file->Kept = true;
   this->Folder.Ledger->onDisk -= bytes.size(); // the journal is no spill file
@@ -506,7 +509,8 @@ Status BuildFolder::Finish(std::string_view phase, const BlobWriter& blob,
     struct stat state = {};
     if (fstat(left.file.Descriptor, &state) != 0)
     {
-      return SystemError(left.file.Describe() + " cannot be examined", errno);
+      return SystemError(
+        left.file.Describe() + " cannot be examined", errno, this->Folder.Path().parent_path());
     }
     entry.changed = TimeOf(state);
   }
@@ -600,7 +604,8 @@ Result<SpillFile> BuildFolder::OpenKept(
   opened.Descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
   if (opened.Descriptor < 0)
   {
-    return SystemError(opened.Describe() + " cannot be opened", errno);
+    return SystemError(
+      opened.Describe() + " cannot be opened", errno, path.parent_path().parent_path());
   }
   return opened;
 }

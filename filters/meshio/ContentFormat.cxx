@@ -1,0 +1,60 @@
+#include "filters/meshio/ContentFormat.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+struct Mark
+{
+  std::string_view begin, ending;
+};
+
+// By what the formats' own descriptions want there; archives, since people forget to unpack.
+constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" },
+  { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" }, { "VERSION .7", ".pcd" },
+  { "<VTKFile", ".vtp" }, { "solid ", ".stl" }, { "solid\n", ".stl" }, { "PK\x03\x04", ".zip" },
+  { "\x1f\x8b", ".gz" } };
+
+bool IsSpace(char c)
+{
+  return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+}
+
+std::string_view FormatOfContent(std::string_view begin)
+{
+  begin = begin.substr(0, contentFormatBytes);
+  begin.remove_prefix(static_cast<std::size_t>(
+    std::find_if_not(begin.begin(), begin.end(), IsSpace) - begin.begin()));
+  for (const Mark& mark : marks)
+  {
+    if (begin.starts_with(mark.begin))
+    {
+      return mark.ending;
+    }
+  }
+  if (begin.starts_with("<?xml") && begin.find("<VTKFile") != std::string_view::npos)
+  {
+    return ".vtp";
+  }
+  if (begin.starts_with("{") && begin.find("\"asset\"") != std::string_view::npos)
+  {
+    return ".gltf";
+  }
+  return {};
+}
+
+std::string OtherFormatHint(std::string_view begin, std::string_view ending)
+{
+  const std::string_view format = FormatOfContent(begin);
+  return format.empty() || format == ending
+           ? std::string()
+           : "looks like a " + std::string(format) + " file, although its name ends in " +
+               std::string(ending);
+}
+
+}

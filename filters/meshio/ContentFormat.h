@@ -1,0 +1,22 @@
+// Which format a file has by its first bytes: for messages about files whose ending says otherwise.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// Bytes of a file that are enough.
+inline constexpr std::size_t contentFormatBytes = 512;
+
+// ".ply" for what begins as a PLY file does, and so on; empty if it is not known. A name that says
+// nothing, such as "solid" of a text STL, is enough: use it where reading has failed.
+std::string_view FormatOfContent(std::string_view begin);
+
+// "looks like a .ply file, although its name ends in .stl" where the content is of another format
+// than the ending; else empty.
+std::string OtherFormatHint(std::string_view begin, std::string_view ending);
+
+}
