@@ -135,7 +135,8 @@ private:
     this->Triangles = sums[0];
     this->Mesh.vertexCount = this->Vertices.Count();
     this->Mesh.floats = sums[1] == 0;
-    this->Mesh.scalarType = info.scalarType;
+    this->Mesh.scalarType = this->Report.scalarType = info.scalarType;
+    this->Options.tellSize(this->Mesh.vertexCount, this->Triangles);
     this->Mesh.attributes = this->Share.attributes;
     this->Mesh.mayCoincide = sums[2] > 0 || !WeldingSeparates(this->Weld, this->Mesh.attributes);
     ReturnFreeMemory(this->Mesh.keptMemory);
@@ -235,6 +236,7 @@ private:
     }
     KDSTREAM_TRY(this->WritePieces(description.Codec(), writer.get()));
     this->Report.info = description;
+    status = status ? this->Exec.Report("write", 0) : status;
     // Before the store is put in place all agree that nobody has failed.
     KDSTREAM_TRY(this->Team.Finish());
     if (this->Team.IsFirst())

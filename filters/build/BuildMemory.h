@@ -20,10 +20,9 @@ struct MeshSize
 MeshSize SizeOf(const Mesh& mesh);
 
 // Bytes that a build in memory takes at most, measured on surfaces, clouds, soups and meshes with
-// attributes (Programs.StaysBelowTheMemoryLimit). partitions: some, or one that is large, are held
-// while they are encoded.
-// clusters: of the finest level, at least one a cell, at most four; known once the sheets are
-// found.
+// attributes (BuildMemory.StaysBelowTheMemoryLimit). partitions: some, or one that is large, are
+// held while they are encoded. clusters: of the finest level, at least one a cell, at most four;
+// known once the sheets are found.
 std::uint64_t EstimateBuildMemory(
   const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters);
 

@@ -36,6 +36,9 @@ struct BuildOptions
   // Called at most once, early, with a sentence for the user: with `resume` on what the build goes
   // on from, without it where it could have gone on from something.
   std::function<void(const std::string& found)> tellEarlierBuild = [](const std::string&) {};
+  // Called once the input has been read and welded, with the numbers that are left.
+  std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
+    [](std::uint64_t, std::uint64_t) {};
   std::string title, credit, license, unit;
   std::string inputName; // stored as the input's name; empty: that of the file
   // Of an input that is made anew for each build from another file, that file, and all else that it
@@ -47,6 +50,7 @@ struct BuildOptions
 struct BuildReport
 {
   ModelDescription info;
+  ScalarType scalarType = ScalarType::Float32; // of the input
   // Vertices in different places that fall together on the grid: what its bits lose.
   std::uint64_t mergedByGrid = 0;
   std::vector<std::string> ignoredAttributes; // of the input: MeshFileInfo

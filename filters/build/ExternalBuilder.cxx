@@ -238,12 +238,15 @@ private:
     {
       KDSTREAM_TRY(this->LoadNumbers(numbers));
     }
+    KDSTREAM_TRY(this->Exec.Report("encode", 0));
     this->Report.ignoredAttributes = facts.ignored;
+    this->Report.scalarType = facts.scalarType;
     const ModelDescription description = this->Describe(facts, mesh, inconsistent);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
+    KDSTREAM_TRY(this->Exec.Report("write", 0));
     KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
     return {};

@@ -73,6 +73,7 @@ Status MakeMesh(ExternalBuildState& build)
     KDSTREAM_TRY(Weld(build, mesh, facts));
   }
   facts.vertices = mesh.vertices.count;
+  build.Options.tellSize(facts.vertices, facts.triangles);
   build.Clock.Finish("tree");
   BlobWriter blob;
   Save(blob, facts);

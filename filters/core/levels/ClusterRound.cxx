@@ -7,6 +7,7 @@
 #include "filters/core/DisjointSets.h"
 #include "filters/core/levels/CellSheets.h"
 #include "filters/core/levels/FinestClusters.h"
+#include "filters/core/levels/LevelProgress.h"
 
 #include <numeric>
 
@@ -159,8 +160,8 @@ Result<std::vector<ClusterLevel>> BuildCoarserClusterLevels(CollapseState state,
   std::vector<ClusterLevel> levels(depth + 1);
   while (depth > rules.options.coarsestDepth)
   {
-    const double done = 1.0 - double(depth) / double(rules.finest + 1);
-    KDSTREAM_TRY(execution.Report("levels", 0.5 + 0.5 * done));
+    KDSTREAM_TRY(execution.Report(
+      "levels", finestMadePart + (1 - finestMadePart) * CoarserPart(depth, rules.finest)));
     ClusterLevel& below = levels[depth] = std::move(state.level);
     state = MakeCoarserClusters({ state.clusters, state.cellOf, 0, below.triangles, links },
       --depth, rules, below.parents, execution);

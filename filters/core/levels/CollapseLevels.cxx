@@ -10,6 +10,7 @@
 #include "filters/core/levels/CollapseRound.h"
 #include "filters/core/levels/FinestClusters.h"
 #include "filters/core/levels/FreeCollapse.h"
+#include "filters/core/levels/LevelProgress.h"
 
 #include <algorithm>
 #include <numeric>
@@ -62,7 +63,8 @@ private:
 // Progress when all levels down to `depth` are made, a part of the next one too.
 Status ReportDepth(const Execution& execution, double depth, unsigned finest)
 {
-  return execution.Report("levels", 1.0 - 0.5 * (depth + 1) / (finest + 1.0));
+  return execution.Report(
+    "levels", finestMadePart + (1 - finestMadePart) * CoarserPart(depth, finest));
 }
 
 // Makes levels one after the other, each from the state of the one below.

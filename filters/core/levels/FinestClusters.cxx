@@ -11,6 +11,7 @@
 #include "filters/core/Weld.h"
 #include "filters/core/levels/CellSheets.h"
 #include "filters/core/levels/CoincidentClusters.h"
+#include "filters/core/levels/LevelProgress.h"
 
 #include <algorithm>
 #include <array>
@@ -68,8 +69,9 @@ public:
   {
     std::vector<VertexId> root(this->Points.size());
     std::vector<std::uint8_t> surface(this->Points.size(), 0);
+    KDSTREAM_TRY(this->Exec.Report("levels", 0));
     this->FindSheets(root, surface);
-    KDSTREAM_TRY(this->Exec.Report("levels", 0.1));
+    KDSTREAM_TRY(this->Exec.Report("levels", sheetsFoundPart));
     const std::vector<VertexId> clusterBegin = this->NumberClusters(root, surface);
     if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
     {
@@ -79,8 +81,7 @@ public:
     }
     root.clear();
     root.shrink_to_fit();
-    this->SumClusters(clusterBegin, surface);
-    KDSTREAM_TRY(this->Exec.Report("levels", 0.3));
+    KDSTREAM_TRY(this->SumClusters(clusterBegin, surface));
     if (this->Options.joinCoincident)
     {
       JoinCoincidentClusters(this->Output, this->Below);
@@ -97,12 +98,12 @@ private:
   Vec3 Relative(VertexId v) const { return Minus(this->Points[v], this->Output.origin); }
 
   template <class Visit>
-  void ForEachPartition(const Visit& visit) const
+  void ForEachPartition(std::size_t first, std::size_t last, const Visit& visit) const
   {
-    this->Exec.parallelFor(this->Buckets.begin.size() - 1, 1,
+    this->Exec.parallelFor(last - first, 1,
       [&](std::size_t begin, std::size_t end)
       {
-        for (std::size_t partition = begin; partition < end; ++partition)
+        for (std::size_t partition = first + begin; partition < first + end; ++partition)
         {
           visit(partition);
         }
@@ -116,7 +117,7 @@ private:
     const std::vector<std::uint32_t> cell =
       CellOfVertex(this->Tree, this->Tree.depths.finest, this->Points.size(), this->Exec);
     // Ghosts are in no cell. A cell lies in one partition, so partitions do not meet in the forest.
-    this->ForEachPartition(
+    this->ForEachPartition(0, this->Buckets.begin.size() - 1,
       [&](std::size_t partition)
       {
         for (const std::uint32_t t : this->Buckets.Of(partition))
@@ -209,9 +210,9 @@ private:
     return clusterBegin;
   }
 
-  // Adds up the vertices and triangles of each cluster, in the order of their numbers: so the sums are
-  // the same however the work is spread.
-  void SumClusters(
+  // Adds up the vertices and triangles of each cluster, in the order of their numbers: so the sums
+  // are the same however the work is spread. In parts, with a report after each.
+  Status SumClusters(
     const std::vector<VertexId>& clusterBegin, const std::vector<std::uint8_t>& surface)
   {
     this->Output.clusters.assign(clusterBegin.back(), {});
@@ -219,26 +220,38 @@ private:
     this->Output.partitionBegin.assign(this->Buckets.begin.size(), 0);
     // See FindUnbalanced. Each partition writes the sums of its own vertices only.
     std::vector<std::uint32_t> unbalanced(boundary ? this->Points.size() : 0, 0);
-    this->ForEachPartition(
-      [&](std::size_t partition)
-      {
-        const std::size_t firstCell = partition << this->Below;
-        const std::size_t endCell = (partition + 1) << this->Below;
-        for (std::size_t c = firstCell; c < endCell; ++c)
-        {
-          this->SumVertices(c, surface);
-        }
-        const VertexId first = clusterBegin[firstCell], end = clusterBegin[endCell];
-        this->Output.partitionBegin[partition + 1] = end;
-        this->SumTriangles(partition, first, end);
-        if (boundary)
-        {
-          if (this->FindUnbalanced(partition, first, end, unbalanced))
-          {
-            this->SumBoundary(partition, first, end, unbalanced);
-          }
-        }
-      });
+    const std::size_t count = this->Buckets.begin.size() - 1;
+    constexpr std::size_t fewest = 256, reports = 16; // partitions at once keep all threads busy
+    const std::size_t atOnce = std::max(fewest, count / reports);
+    for (std::size_t first = 0; first < count; first += atOnce)
+    {
+      const std::size_t last = std::min(first + atOnce, count);
+      this->ForEachPartition(first, last,
+        [&](std::size_t partition)
+        { this->SumPartition(partition, clusterBegin, surface, boundary, unbalanced); });
+      const double done = double(last) / double(count);
+      KDSTREAM_TRY(this->Exec.Report(
+        "levels", sheetsFoundPart + (clustersSummedPart - sheetsFoundPart) * done));
+    }
+    return {};
+  }
+
+  void SumPartition(std::size_t partition, const std::vector<VertexId>& clusterBegin,
+    const std::vector<std::uint8_t>& surface, bool boundary, std::vector<std::uint32_t>& unbalanced)
+  {
+    const std::size_t firstCell = partition << this->Below;
+    const std::size_t endCell = (partition + 1) << this->Below;
+    for (std::size_t c = firstCell; c < endCell; ++c)
+    {
+      this->SumVertices(c, surface);
+    }
+    const VertexId first = clusterBegin[firstCell], end = clusterBegin[endCell];
+    this->Output.partitionBegin[partition + 1] = end;
+    this->SumTriangles(partition, first, end);
+    if (boundary && this->FindUnbalanced(partition, first, end, unbalanced))
+    {
+      this->SumBoundary(partition, first, end, unbalanced);
+    }
   }
 
   void SumVertices(std::size_t cell, const std::vector<std::uint8_t>& surface)

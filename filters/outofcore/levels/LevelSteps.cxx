@@ -6,6 +6,7 @@
 #include "filters/core/levels/FinestClusters.h"
 #include "filters/core/levels/FreeCollapse.h"
 #include "filters/core/levels/LevelAttributes.h"
+#include "filters/core/levels/LevelProgress.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/RecordFile.h"
@@ -102,8 +103,7 @@ Status LevelSteps::ReportFinest(double done) const
 
 Status LevelSteps::ReportLevel(unsigned depth, double done) const
 {
-  const double levels = this->Mesh.depths.finest + 1.0;
-  const double made = (this->Mesh.depths.finest - depth - 1 + done) / levels;
+  const double made = CoarserPart(depth + 1 - done, this->Mesh.depths.finest);
   return this->Exec.Report("levels", finestShare + (1 - finestShare) * made);
 }
 

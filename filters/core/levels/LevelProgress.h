@@ -1,0 +1,22 @@
+// How far step "levels" is: fractions for progress.
+#pragma once
+
+#include <cmath>
+
+namespace kdstream
+{
+
+// Parts of the time of all levels in memory, measured on 28 million triangles: until the sheets of
+// the finest level are found, until its clusters are summed, and until they have their places.
+inline constexpr double sheetsFoundPart = 0.06, clustersSummedPart = 0.28, finestMadePart = 0.37;
+
+// The part of the time of all coarser levels that has passed when levels are made down to `depth`,
+// of which a part may be made too (11.25: level 12 and three quarters of level 11). A level takes
+// half as long as the next finer one.
+inline double CoarserPart(double depth, unsigned finest)
+{
+  const double whole = std::floor(depth);
+  return 1 - std::ldexp(1 + (depth - whole), static_cast<int>(whole) - static_cast<int>(finest));
+}
+
+}
