@@ -2,8 +2,11 @@
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Relief.h"
 #include "Data/Generate/Vase.h"
+#include "filters/meshio/FileEnding.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
+
+#include <chrono>
 
 namespace
 {
@@ -40,22 +43,39 @@ Status MakeReliefFile(
 
 int Generate(const std::string& program, const CommandLine& line)
 {
+  if (FileEnding(line.file) != ".ply")
+  {
+    return PrintError(program, line.file,
+      { ErrorCode::InvalidArgument, "only .ply files are written: give it a name that ends so" });
+  }
   const Result<std::filesystem::path> file = CheckOutput(line.file, OutputKind::File, {});
   if (!file)
   {
     return PrintError(program, line.file, file.GetError());
   }
   CatchInterrupts();
+  const auto begin = std::chrono::steady_clock::now();
   Status written;
   {
     ProgressReporter progress(program, line.quiet);
+    progress.SetAmount("vertices", { double(line.vertices), "vertices" });
+    progress.SetAmount("triangles", { 2 * double(line.vertices), "triangles" });
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
     written =
       line.kind == "vase" ? MakeVaseFile(line, *file) : MakeReliefFile(line, *file, execution);
   }
   ReleaseInterrupts();
-  return written ? exitDone : PrintError(program, line.file, written.GetError());
+  if (!written)
+  {
+    return PrintError(program, line.file, written.GetError());
+  }
+  if (!line.quiet)
+  {
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    PrintWritten(program, line.file, seconds.count());
+  }
+  return exitDone;
 }
 
 }
@@ -63,30 +83,41 @@ int Generate(const std::string& program, const CommandLine& line)
 int main(int argc, char** argv)
 {
   CommandLine line;
-  CLI::App app(
-    "Makes up a closed model and writes it as a binary PLY file, as a stream: it may be larger "
-    "than memory.\n\n"
-    "  vase    a hollow vase with fine relief, painted\n"
-    "  relief  a ball with relief from half its size down to a few edges, and grain; up to 2^32 "
-    "vertices\n\n"
-    "Example: kdstream-generate relief relief.ply --vertices 14030000 --shuffled",
+  CLI::App app("Makes up a closed model and writes it as a binary .ply file, as a stream: it may "
+               "be larger than "
+               "memory.",
     "kdstream-generate");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
-  app.add_option("KIND", line.kind, "what to make")
+  app.footer(
+    "Kinds:\n"
+    "  vase    a hollow vase with fine relief, painted\n"
+    "  relief  a ball with relief from half its size down to a few edges, and grain; up to "
+    "2^32 vertices\n\n"
+    "Example:\n"
+    "  kdstream-generate relief relief.ply --vertices 14030000 --shuffled");
+  app.add_option("KIND", line.kind, "what to make: vase or relief")
     ->required()
     ->check(CLI::IsMember({ "vase", "relief" }));
-  app.add_option("FILE", line.file, "PLY file to write")->required();
-  app.add_option("--vertices", line.vertices, "about how many it has")->capture_default_str();
-  app.add_option("--seed", line.relief.seed, "another one makes another grain, and order")
-    ->capture_default_str();
-  app.add_flag("--shuffled", line.relief.shuffledTriangles,
-    "relief: triangles in an order that looks random, instead of side by side");
-  app.add_flag("--shuffled-vertices", line.relief.shuffledPoints,
-    "relief: vertices in an order that looks random");
+  app.add_option("FILE", line.file, "the file to write: NAME.ply")->required();
+  const char* const model = "Model";
+  app.add_option("--vertices", line.vertices, "about how many vertices it has")
+    ->capture_default_str()
+    ->group(model);
+  app.add_option("--seed", line.relief.seed, "another number makes another grain, and order")
+    ->capture_default_str()
+    ->group(model);
   app
-    .add_option("--threads", line.threads,
-      "threads for the relief; the file does not depend on them [all of the machine's]")
-    ->check(CLI::Range(1U, 1024U));
-  app.add_flag("--quiet", line.quiet, "no progress");
+    .add_flag("--shuffled", line.relief.shuffledTriangles,
+      "relief: triangles in an order that looks random, instead of side by side")
+    ->group(model);
+  app
+    .add_flag("--shuffled-vertices", line.relief.shuffledPoints,
+      "relief: vertices in an order that looks random")
+    ->group(model);
+  app
+    .add_option(
+      "--threads", line.threads, "threads for the relief; the file does not depend on them")
+    ->check(CLI::Range(1U, 1024U))
+    ->default_str("all");
+  app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   return RunProgram(app, argc, argv, [&]() { return Generate(app.get_name(), line); });
 }

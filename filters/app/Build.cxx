@@ -15,20 +15,18 @@ namespace
 
 using namespace kdstream;
 
-constexpr const char* description =
-  "Cuts a mesh into uniform k-d partitions and a hierarchy of "
-  "simplified meshes, and writes them to a store\n"
-  "that kdstream-serve streams from.\n\n"
-  "INPUT is a .ply (ascii, little or big endian), .stl (ascii, binary) or .obj file, which are "
-  "read "
-  "in chunks (polygons\n"
-  "become fans, right for convex ones, and strips triangles), or a .vtp, .vtk, .wrl, .glb, .gltf, "
-  ".pcd or .xyz\n"
-  "file. Those are read whole by kdstream-convert, a process of its own with memory "
-  "of its own; its --help tells what is read of them.\n"
-  "A file without faces is a point cloud.\n\n"
-  "Example: kdstream-build dragon.ply -o dragon.kds --title "
-  "\"Stanford dragon\" --stats dragon.json";
+constexpr const char* description = "Cuts a mesh into uniform k-d partitions and a hierarchy of "
+                                    "simplified meshes, and writes them to a "
+                                    "store that kdstream-serve streams from.";
+
+constexpr const char* footer =
+  "INPUT is a .ply, .stl or .obj file, read in chunks, so that it may be larger than memory; or a "
+  ".vtp, "
+  ".vtk, .wrl, .glb, .gltf, .pcd or .xyz file, which kdstream-convert reads whole, in memory of "
+  "its own "
+  "(kdstream-convert --help). A file without faces is a point cloud.\n\n"
+  "Example:\n"
+  "  kdstream-build dragon.ply -o dragon.kds --title \"Stanford dragon\" --unit mm";
 
 // Builds from the input itself, or from what kdstream-convert makes of it.
 Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& store,
@@ -57,13 +55,14 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     line.build.convertedBy += argument + " ";
   }
   Result<BuildReport> report = BuildStore(converted->File(), store, line.build, execution);
-  if (report)
+  if (!report)
   {
-    report->seconds.emplace_back("convert", seconds.count());
-    for (auto& [step, time] : report->seconds)
-    {
-      time += step == "total" ? seconds.count() : 0;
-    }
+    return converted->Blame(report.GetError());
+  }
+  report->seconds.emplace_back("convert", seconds.count());
+  for (auto& [step, time] : report->seconds)
+  {
+    time += step == "total" ? seconds.count() : 0;
   }
   return report;
 }
@@ -101,10 +100,12 @@ int Build(const CLI::App& app, BuildCommand& line)
   }
   WarnOfEnding(program, line);
   CatchInterrupts();
+  const auto begin = std::chrono::steady_clock::now();
   std::vector<std::string> warnings;
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet, SharesOfSteps(line));
+    TellAmounts(line, progress);
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
     if (!line.quiet)
@@ -121,10 +122,15 @@ int Build(const CLI::App& app, BuildCommand& line)
   }
   if (!report)
   {
-    return PrintError(program, FileAtFault(line, *store, report.GetError()), report.GetError());
+    return PrintError(program, line.input, report.GetError());
   }
   folders->Keep();
   PrintWarnings(program, line, *report);
+  if (!line.quiet)
+  {
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    PrintWritten(program, line.output, seconds.count());
+  }
   return WriteStats(program, line, *report);
 }
 
@@ -134,7 +140,7 @@ int main(int argc, char** argv)
 {
   BuildCommand line;
   CLI::App app(description, "kdstream-build");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.footer(footer);
   AddBuildOptions(app, line);
   return RunProgram(app, argc, argv, [&]() { return Build(app, line); });
 }

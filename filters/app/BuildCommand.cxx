@@ -1,16 +1,20 @@
 #include "filters/app/BuildCommand.h"
 
+#include "filters/app/ConvertedInput.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/FreeMemory.h"
-#include "filters/outofcore/journal/BuildFolder.h"
 
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <limits>
+#include <sstream>
 
 namespace kdstream
 {
@@ -24,88 +28,139 @@ const CLI::Validator onOff = CLI::IsMember({ "on", "off" });
 
 }
 
-void AddBuildOptions(CLI::App& app, BuildCommand& line)
+namespace
 {
-  app.add_option("INPUT", line.input, "the mesh")->required();
-  app.add_option("-o,--output", line.output, "the store to write (NAME.kds)")->required();
+
+void AddPartitionOptions(CLI::App& app, BuildCommand& line)
+{
+  const char* const group = "Partitions";
   auto* size = app
                  .add_option("--vertices-per-partition", line.build.tree.verticesPerPartition,
-                   "most vertices of a partition (kmeans: on average); a partition is never "
-                   "divided: built out "
-                   "of core, 65536 vertices take about 64M of --memory")
+                   "most vertices of a partition (kmeans: on average)")
                  ->check(CLI::Range(1U, 1U << 20))
-                 ->capture_default_str();
+                 ->capture_default_str()
+                 ->group(group);
   app
     .add_option("--partitions", line.partitions,
-      "number of partitions instead, at most the vertices: a power of two for kdtree, any for "
-      "kmeans, about so many for octree; each must fit --memory, as above")
+      "how many partitions instead: a power of two for kdtree, any number for kmeans, roughly so "
+      "many for octree")
     ->check(CLI::Range(1U, 1U << 30))
-    ->excludes(size);
+    ->excludes(size)
+    ->group(group);
   app
     .add_option("--partitioner", line.partitioner,
-      "kdtree, or one of the baselines octree and kmeans: partitions only, for comparison; kmeans "
-      "looks at all vertices again and again, so it is built in memory alone")
+      "octree and kmeans make partitions without levels, for comparison; kmeans works in memory "
+      "alone")
     ->check(CLI::IsMember({ "kdtree", "octree", "kmeans" }))
-    ->capture_default_str();
-  AddSizeOption(app, "--memory", line.build.memory,
-    "most memory the build may take (K, M, G; at least 64M for what does not fit); a mesh that "
-    "needs "
-    "more is built out of core, by files in --temp-dir [75 % of free memory]");
+    ->capture_default_str()
+    ->group(group);
+}
+
+void AddLevelOptions(CLI::App& app, BuildCommand& line)
+{
+  const char* const group = "Levels";
   app
-    .add_option("--temp-dir", line.build.temporaryFolder,
-      "where files of a build out of core go; they take three to four times "
-      "the bytes of a binary .ply of triangles [beside the store]")
-    ->type_name("DIR")
-    ->check(CLI::ExistingDirectory);
-  app
-    .add_option("--median", line.median, "how medians are found out of core: the same tree by all")
-    ->check(CLI::IsMember({ "auto", "heaps", "torben", "sort", "histogram" }))
-    ->capture_default_str();
-  app.add_option("--threads", line.threads, "threads [all of the machine's]")
-    ->check(CLI::Range(1U, 1024U));
-  app.add_option("--levels", line.maker, "how coarser levels are made: collapse or cluster")
+    .add_option("--levels", line.maker,
+      "how coarser levels are made: by edge collapse, or by clusters, which is faster and less "
+      "close")
     ->check(CLI::IsMember({ "collapse", "cluster" }))
-    ->capture_default_str();
-  app.add_option("--representative", line.representative, "of a cluster: quadric or mean")
+    ->capture_default_str()
+    ->group(group);
+  app
+    .add_option("--representative", line.representative,
+      "where the vertex of a cluster goes: to the least quadric error, or to the mean")
     ->check(CLI::IsMember({ "quadric", "mean" }))
-    ->capture_default_str();
+    ->capture_default_str()
+    ->group(group);
   app
     .add_option(
-      "--sheets", line.sheets, "a representative per sheet of the surface (on) or per cell (off)")
+      "--sheets", line.sheets, "a vertex per sheet of the surface in a cell (on) or per cell")
     ->check(onOff)
-    ->capture_default_str();
+    ->capture_default_str()
+    ->group(group);
   app
     .add_option("--cell-vertices", line.build.tree.cellVertices,
-      "most vertices of a cell at the finest level")
+      "most original vertices in a cell of the finest level")
     ->check(CLI::Range(1U, 1024U))
-    ->capture_default_str();
+    ->capture_default_str()
+    ->group(group);
+}
+
+void AddMemoryOptions(CLI::App& app, BuildCommand& line)
+{
+  const char* const group = "Memory and speed";
+  AddSizeOption(app, "--memory", line.build.memory,
+    "most memory that the build takes; a mesh that needs more is built by files, from 64M on")
+    ->default_str("75 % of what is free")
+    ->group(group);
   app
-    .add_option("--weld", line.weld,
-      "join vertices with bit-equal coordinates and equal attributes: on or off; corners of .stl "
-      "are always joined")
-    ->check(onOff)
-    ->capture_default_str();
+    .add_option("--temp-dir", line.build.temporaryFolder,
+      "where these files go; they take three to four times the bytes of a binary .ply")
+    ->type_name("DIR")
+    ->default_str("beside the store")
+    ->check(CLI::ExistingDirectory)
+    ->group(group);
+  app.add_option("--threads", line.threads, "threads, which change nothing in the store")
+    ->check(CLI::Range(1U, 1024U))
+    ->default_str("all")
+    ->group(group);
   app
-    .add_option("--precision", line.precision,
-      "bits per axis of the model's grid (8-24), or lossless: the exact coordinates")
-    ->capture_default_str();
-  CheckText(app.add_option("--title", line.build.title, "shown by the viewers"));
-  CheckText(app.add_option("--credit", line.build.credit, "shown by the viewers"));
-  CheckText(app.add_option("--license,--licence", line.build.license, "shown by the viewers"));
-  CheckText(app.add_option("--unit", line.build.unit, "of the coordinates, shown by the viewers"));
+    .add_option(
+      "--median", line.median, "how medians are found in files; the tree is the same by all")
+    ->check(CLI::IsMember({ "auto", "heaps", "torben", "sort", "histogram" }))
+    ->capture_default_str()
+    ->group(group);
+  app
+    .add_flag("--resume", line.build.resume,
+      "go on with a killed build of the same input and options from its last finished phase")
+    ->group(group);
+}
+
+void AddTextOptions(CLI::App& app, BuildCommand& line)
+{
+  const char* const group = "Texts that viewers show";
+  CheckText(app.add_option("--title", line.build.title, "name of the model"))->group(group);
+  CheckText(app.add_option("--credit", line.build.credit, "who made or scanned it"))->group(group);
+  CheckText(app.add_option("--license,--licence", line.build.license, "what may be done with it"))
+    ->group(group);
+  CheckText(app.add_option("--unit", line.build.unit, "unit of the coordinates, such as mm"))
+    ->group(group);
+}
+
+}
+
+void AddBuildOptions(CLI::App& app, BuildCommand& line)
+{
+  app.add_option("INPUT", line.input, "the mesh or point cloud")->required();
   app
     .add_option("--reconstruct", line.reconstruct,
-      "make a surface of a point cloud first: greedy (joins the points) or poisson (a closed "
-      "surface near them)")
-    ->check(CLI::IsMember({ "greedy", "poisson" }));
-  app.add_flag("--resume", line.build.resume,
-    "go on with a killed build of the same input, options and --temp-dir from its last finished "
-    "phase, with the same --memory or more, and say from which; what a build of another input or "
-    "with other options has left is thrown away. Ctrl-C and errors remove what was done, a build "
-    "in "
-    "memory starts anew, and what kdstream-convert reads is converted again first");
-  app.add_option("--stats", line.stats, "file for statistics (JSON)")->type_name("FILE");
-  app.add_flag("--quiet", line.quiet, "no progress");
+      "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
+    ->check(CLI::IsMember({ "greedy", "poisson" }))
+    ->group("Input");
+  app
+    .add_option("--weld", line.weld,
+      "join vertices that agree in place and attributes to the bit; those of .stl always are")
+    ->check(onOff)
+    ->capture_default_str()
+    ->group("Input");
+  app.add_option("-o,--output", line.output, "the store to write: NAME.kds")
+    ->required()
+    ->type_name("STORE")
+    ->group("Output");
+  app
+    .add_option("--precision", line.precision,
+      "8 to 24 bits per axis of the model's box, or lossless: the exact coordinates")
+    ->type_name("BITS|lossless")
+    ->capture_default_str()
+    ->group("Output");
+  app.add_option("--stats", line.stats, "file for statistics (JSON)")
+    ->type_name("FILE")
+    ->group("Output");
+  app.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
+  AddPartitionOptions(app, line);
+  AddLevelOptions(app, line);
+  AddMemoryOptions(app, line);
+  AddTextOptions(app, line);
 }
 
 namespace
@@ -146,7 +201,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   {
     return Error{ ErrorCode::InvalidArgument,
       "--memory: " + Mebibytes(line.build.memory) +
-        " cannot hold any build; K, M or G may follow the number, as in 64M" };
+        " is too little for any build; is a unit missing, as in 64M?" };
   }
   if (line.build.memory == 0)
   {
@@ -242,19 +297,23 @@ std::vector<StepShare> SharesOfSteps(const BuildCommand& line)
     return {};
   }
   // Measured on 28 million triangles; in memory and out of core differ by 5 % at most.
-  return { { "read", 0.09 }, { "tree", 0.16 }, { "faces", 0.08 }, { "levels", 0.41 },
-    { "encode", 0.26 } };
+  return { { "read", 0.09 }, { "tree", 0.15 }, { "faces", 0.07 }, { "levels", 0.42 },
+    { "encode", 0.25 }, { "write", 0.02 } };
 }
 
-std::string FileAtFault(
-  const BuildCommand& line, const std::filesystem::path& store, const Error& error)
+void TellAmounts(BuildCommand& line, ProgressReporter& progress)
 {
-  const std::filesystem::path build = BuildFolder::PathFor(store, line.build.temporaryFolder);
-  const bool spill = error.message.find(build.string()) != std::string::npos ||
-                     error.message.find("temporary folder") != std::string::npos;
-  return spill                                  ? build.parent_path().string()
-         : error.code == ErrorCode::InputOutput ? line.output
-                                                : line.input;
+  std::error_code failed;
+  const std::uintmax_t bytes = std::filesystem::file_size(line.input, failed);
+  if (!failed && !NeedsConversion(line.input))
+  {
+    progress.SetAmount("read", { double(bytes), "B" });
+  }
+  line.build.tellSize = [&progress](std::uint64_t vertices, std::uint64_t triangles)
+  {
+    progress.SetAmount("", triangles > 0 ? StepAmount{ double(triangles), "triangles" }
+                                         : StepAmount{ double(vertices), "vertices" });
+  };
 }
 
 Status CheckStoreName(const std::filesystem::path& store)
@@ -276,6 +335,55 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line)
   }
 }
 
+namespace
+{
+
+// The distance between neighbouring floats as far from 0 as the farthest corner of the box.
+double StepOfFloats(const Box& box)
+{
+  float farthest = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    farthest = std::max({ farthest, float(std::abs(box.lo[k])), float(std::abs(box.hi[k])) });
+  }
+  return double(std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest);
+}
+
+// How far vertices are from each other if they are spread over the two longest sides of the box: at
+// most about what they are on a surface that fills it.
+double SpacingOfVertices(const Box& box, std::uint64_t vertices)
+{
+  std::array<double, 3> sides;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    sides[k] = box.hi[k] - box.lo[k];
+  }
+  std::sort(sides.begin(), sides.end());
+  return std::sqrt(sides[2] / double(vertices) * sides[1]);
+}
+
+// Floats far from 0 lie so far apart that a surface has stairs: map coordinates in metres, of which
+// the northing has millions, by half a metre. Empty if they are fine.
+std::string CoarseFloats(const BuildReport& report, const std::string& unit)
+{
+  constexpr double mostOfSpacing = 0.125; // more is seen
+  const Box& box = report.info.box;
+  const double step = StepOfFloats(box);
+  if (report.scalarType != ScalarType::Float32 ||
+      !(step > mostOfSpacing * SpacingOfVertices(box, report.info.vertices)))
+  {
+    return {};
+  }
+  std::ostringstream text;
+  text << "its float coordinates are so far from 0 that they can only be multiples of " << step
+       << (unit.empty() ? "" : " " + unit)
+       << ", which shows as stairs; subtract an offset before they are written as floats, or write "
+          "doubles";
+  return text.str();
+}
+
+}
+
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report)
 {
   if (!report.ignoredAttributes.empty())
@@ -291,6 +399,10 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   if (const std::string hidden = HiddenColors(report.info.attributes); !hidden.empty())
   {
     std::cerr << program << ": warning: " << line.input << ": " << hidden << "\n";
+  }
+  if (const std::string coarse = CoarseFloats(report, line.build.unit); !coarse.empty())
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << coarse << "\n";
   }
   if (report.mergedByGrid * 100 > report.info.vertices)
   {

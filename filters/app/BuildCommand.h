@@ -5,7 +5,6 @@
 #include "filters/program/Program.h"
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -34,10 +33,9 @@ Status Interpret(const CLI::App& app, BuildCommand& line);
 // known.
 std::vector<StepShare> SharesOfSteps(const BuildCommand& line);
 
-// What the line of an error names: the folder of the files out of core for theirs, whose message
-// tells the path.
-std::string FileAtFault(
-  const BuildCommand& line, const std::filesystem::path& store, const Error& error);
+// Lets the reporter tell rates in what the steps go through: the bytes of the file while it is
+// read, then what the build has found in it. The reporter must outlive the build.
+void TellAmounts(BuildCommand& line, ProgressReporter& progress);
 
 // Whether a server would serve a store of this name, as far as it ends in .kds: it names the model
 // by what comes before. Errors: InvalidArgument.

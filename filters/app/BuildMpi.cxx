@@ -11,6 +11,7 @@
 #include "filters/program/TbbExecution.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <thread>
@@ -21,11 +22,14 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Builds a store on the ranks of an MPI job: the same content as kdstream-build makes.\n\n"
-  "INPUT is a .ply, .stl or .obj mesh or cloud that all ranks can read. --memory, --threads and\n"
-  "--temp-dir count for each rank, which holds in files what is not worked on.\n"
-  "Other formats, the baselines, --reconstruct and --resume are for kdstream-build alone.\n\n"
-  "Example: mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
+  "Builds a store on the ranks of an MPI job: the same content as kdstream-build makes.";
+
+constexpr const char* footer =
+  "INPUT is a .ply, .stl or .obj mesh or cloud that all ranks can read. --memory, --threads and "
+  "--temp-dir count for each rank, which holds in files what is not worked on. Other formats, the "
+  "baselines (--partitioner), --reconstruct and --resume are for kdstream-build alone.\n\n"
+  "Example:\n"
+  "  mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
 
 // Ranks share the machine's threads, and its memory: as many as are told to be on one host.
 void ShareMachine(std::size_t ranksHere, bool memoryGiven, BuildCommand& line)
@@ -115,9 +119,11 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
     WarnOfEnding(program, line);
   }
   CatchInterrupts();
+  const auto begin = std::chrono::steady_clock::now();
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet || !team.IsFirst(), SharesOfSteps(line));
+    TellAmounts(line, progress);
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
     report = BuildStoreTogether(team, line.input, store, line.build, execution);
@@ -125,7 +131,7 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   ReleaseInterrupts();
   if (!report)
   {
-    return PrintError(program, FileAtFault(line, store, report.GetError()), report.GetError());
+    return PrintError(program, line.input, report.GetError());
   }
   if (!team.IsFirst())
   {
@@ -133,6 +139,11 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   }
   folders.Keep();
   PrintWarnings(program, line, *report);
+  if (!line.quiet)
+  {
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    PrintWritten(program, line.output, seconds.count());
+  }
   return WriteStats(program, line, *report);
 }
 
@@ -157,7 +168,7 @@ int main(int argc, char** argv)
   }
   BuildCommand line;
   CLI::App app(description, "kdstream-build-mpi");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.footer(footer);
   AddBuildOptions(app, line);
   return RunProgram(app, argc, argv,
     [&]()

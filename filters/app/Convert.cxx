@@ -1,6 +1,7 @@
 // kdstream-convert: a mesh or point cloud of another program's format, as a PLY that kdstream-build
 // reads. A process of its own: VTK and PCL take what memory they like, and may end with the process
 // on hostile input.
+#include "filters/app/ConvertedInput.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
 #include "filters/meshio/FileEnding.h"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <iostream>
@@ -25,18 +27,27 @@ using namespace kdstream;
 
 constexpr const char* description =
   "Reads a mesh or a point cloud of another program's format, whole, and writes it as .ply (or "
-  ".vtp, .stl, .obj, .wrl).\nkdstream-build calls it by itself; the memory that it takes is beside "
-  "that program's --memory.\n\n"
-  "Formats: .stl, .obj, .vtp, .vtk (of a grid the surface), .wrl (VRML 2), .glb and .gltf (the "
-  "default scene; textures are\nbaked to the colours of vertices), .pcd, .xyz (lines of x y z; of "
-  "x y z intensity; of x y z and r g b or nx ny nz;\nof x y z intensity r g b; of x y z r g b nx "
-  "ny nz), .ply.\n\n"
-  "Example: kdstream-convert statue.glb -o statue.ply";
+  ".vtp, "
+  ".stl, .obj, .wrl). kdstream-build calls it by itself; the memory that it takes is beside that "
+  "program's --memory.";
+
+constexpr const char* footer =
+  "Formats:\n"
+  "  .ply .stl .obj  as kdstream-build reads them\n"
+  "  .vtp .vtk       of VTK; of a grid the surface\n"
+  "  .wrl            VRML 2\n"
+  "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
+  "  .pcd            of PCL\n"
+  "  .xyz            lines of x y z, then nothing, intensity, r g b, nx ny nz, intensity r g b, or "
+  "r g "
+  "b nx ny nz\n\n"
+  "Example:\n"
+  "  kdstream-convert statue.glb -o statue.ply";
 
 struct CommandLine
 {
   std::string input, output, reconstruct;
-  bool quiet = false;
+  bool quiet = false, progressLines = false;
 };
 
 // The line that is printed if a reader of the libraries crashes. Made before, since little is
@@ -110,6 +121,28 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
 }
 
+// Progress for kdstream-build (ConvertedInput.h), which shows it as its own.
+class ProgressLines
+{
+public:
+  bool operator()(std::string_view step, double fraction)
+  {
+    using namespace std::chrono_literals;
+    const auto now = std::chrono::steady_clock::now();
+    if (step != this->Step || now - this->Last > 100ms)
+    {
+      this->Step = step;
+      this->Last = now;
+      std::cerr << convertProgressMark << fraction << " " << step << std::endl;
+    }
+    return true;
+  }
+
+private:
+  std::string Step;
+  std::chrono::steady_clock::time_point Last;
+};
+
 Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
 {
   try
@@ -145,11 +178,16 @@ int Convert(const std::string& program, const CommandLine& line)
     return PrintError(program, line.output, output.GetError());
   }
   CatchCrashes(program, line.input);
+  const auto begin = std::chrono::steady_clock::now();
   Result<ForeignMesh> read = Error{};
   {
-    ProgressReporter progress(program, line.quiet);
+    ProgressReporter progress(program, line.quiet || line.progressLines);
     Execution execution;
     execution.progress = std::ref(progress);
+    if (line.progressLines)
+    {
+      execution.progress = ProgressLines{};
+    }
     read = Read(line, execution);
   }
   if (!read)
@@ -166,8 +204,16 @@ int Convert(const std::string& program, const CommandLine& line)
   }
   // The file has a temporary name until it is whole: interrupts wait.
   CatchInterrupts();
-  const Status written = WriteMesh(*output, read->mesh);
-  return written ? exitDone : PrintError(program, line.output, written.GetError());
+  if (const Status written = WriteMesh(*output, read->mesh); !written)
+  {
+    return PrintError(program, line.output, written.GetError());
+  }
+  if (!line.quiet && !line.progressLines)
+  {
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    PrintWritten(program, line.output, seconds.count());
+  }
+  return exitDone;
 }
 
 }
@@ -176,15 +222,16 @@ int main(int argc, char** argv)
 {
   CommandLine line;
   CLI::App app(description, "kdstream-convert");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
+  app.footer(footer);
   app.add_option("INPUT", line.input, "the mesh or point cloud")->required();
-  app.add_option("-o,--output", line.output, "the file to write (NAME.ply)")->required();
+  app.add_option("-o,--output", line.output, "the file to write: NAME.ply")
+    ->required()
+    ->type_name("FILE");
   app
     .add_option("--reconstruct", line.reconstruct,
-      "make a surface of a point cloud: greedy (joins the points) or poisson (a closed surface "
-      "near "
-      "them)")
+      "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }));
-  app.add_flag("--quiet", line.quiet, "no progress");
+  app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
+  app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
   return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
 }

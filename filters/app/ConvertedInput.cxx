@@ -120,6 +120,7 @@ public:
   }
   void Finish() { this->Add("\n"); }
 
+  std::string step = "convert";
   double fraction = 0;
   std::vector<std::string> warnings;
   std::optional<Error> error;
@@ -140,15 +141,25 @@ private:
     }
     else if (this->Line.rfind(failure, 0) == 0)
     {
-      this->error = Error{ ErrorCode::InputOutput, this->Line.substr(failure.size()) };
+      const std::string rest = this->Line.substr(failure.size());
+      const std::size_t colon = rest.find(": ");
+      this->error = colon == std::string::npos ? Error{ ErrorCode::InputOutput, rest }
+                                               : Error{ ErrorCode::InputOutput,
+                                                   rest.substr(colon + 2), rest.substr(0, colon) };
     }
-    else if (const std::size_t percent = this->Line.find(" %,");
-             percent != std::string::npos && this->Line.rfind(programName, 0) == 0)
+    else if (this->Line.rfind(convertProgressMark, 0) == 0)
     {
-      const std::size_t number = this->Line.rfind(' ', percent - 1);
-      this->fraction =
-        number == std::string::npos ? 0 : std::atof(this->Line.c_str() + number) / 100;
+      this->UnderstandProgress(this->Line.substr(convertProgressMark.size()));
     }
+  }
+
+  // "0.25 surface"
+  void UnderstandProgress(const std::string& told)
+  {
+    char* rest = nullptr;
+    this->fraction = std::strtod(told.c_str(), &rest);
+    const std::string name = *rest == ' ' ? rest + 1 : "";
+    this->step = name.empty() || name == "read" ? "convert" : name;
   }
 
   std::string Input, Line;
@@ -159,7 +170,7 @@ Status Listen(const Child& child, Messages& messages, const Execution& execution
 {
   for (;;)
   {
-    KDSTREAM_TRY(execution.Report("convert", messages.fraction));
+    KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
     pollfd waiting{ child.messages, POLLIN, 0 };
     if (::poll(&waiting, 1, pollMilliseconds) <= 0)
     {
@@ -237,13 +248,14 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   std::string name = (folder / ".kdstream-convert-XXXXXX").string();
   if (!::mkdtemp(name.data()))
   {
-    return Error{ ErrorCode::InputOutput,
-      "cannot create a folder in " + folder.string() + ": " + SystemReason(errno) };
+    return Error{ ErrorCode::InputOutput, "cannot create a folder in it: " + SystemReason(errno),
+      folder.string() };
   }
-  ConvertedInput converted{ std::filesystem::path(name) };
+  ConvertedInput converted{ std::filesystem::path(name), input };
   std::vector<std::string> all = arguments;
   // In one word: a folder may begin with a hyphen.
-  all.insert(all.end(), { "--output=" + converted.File().string(), "--", input });
+  all.insert(
+    all.end(), { "--progress-lines", "--output=" + converted.File().string(), "--", input });
   const Result<Child> child = Start(*program, all);
   KDSTREAM_TRY(child);
   Messages messages(input);
@@ -253,7 +265,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   if (status)
   {
     // An interrupt at the terminal reaches both processes.
-    status = execution.Report("convert", 1);
+    status = execution.Report(messages.step, messages.fraction);
   }
   if (status)
   {
@@ -264,15 +276,23 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   return converted;
 }
 
-ConvertedInput::ConvertedInput(std::filesystem::path folder)
+ConvertedInput::ConvertedInput(std::filesystem::path folder, std::string input)
   : Folder(std::move(folder))
+  , Input(std::move(input))
 {
 }
 
 ConvertedInput::ConvertedInput(ConvertedInput&& other) noexcept
   : Folder(std::exchange(other.Folder, {}))
+  , Input(std::move(other.Input))
   , WarningTexts(std::move(other.WarningTexts))
 {
+}
+
+Error ConvertedInput::Blame(Error error) const
+{
+  error.file = error.file == this->File() ? this->Input : error.file;
+  return error;
 }
 
 ConvertedInput::~ConvertedInput()

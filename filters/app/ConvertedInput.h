@@ -12,6 +12,10 @@
 namespace kdstream
 {
 
+// With this begins a line of progress of kdstream-convert --progress-lines, which a fraction and
+// the step's name follow: "progress 0.25 surface".
+inline const std::string convertProgressMark = "progress ";
+
 // Whether the file's ending is one of those.
 bool NeedsConversion(const std::filesystem::path& input);
 
@@ -21,10 +25,11 @@ class ConvertedInput
 public:
   // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
   // `folder`, and nothing is left of it on an error. arguments: further ones for kdstream-convert.
-  // Progress is reported as step "convert"; the process is ended if that asks to stop.
+  // Progress is reported as step "convert", and by their names the steps of a reconstruction; the
+  // process is ended if that asks to stop.
   // Errors: Cancelled; Unsupported where there is no kdstream-convert; InvalidInput with the text
   // of its own error line, or how it ended without one; InputOutput where the PLY cannot be
-  // written.
+  // written, with the file or folder.
   static Result<ConvertedInput> Make(const std::string& input, const std::filesystem::path& folder,
     const std::vector<std::string>& arguments, const Execution& execution);
 
@@ -35,13 +40,16 @@ public:
   ~ConvertedInput();
 
   std::filesystem::path File() const { return this->Folder / "input.ply"; }
+  // An error of reading the PLY, as one of the input, which is what the user knows.
+  Error Blame(Error error) const;
   // What kdstream-convert warned of, without the names of program and file.
   const std::vector<std::string>& Warnings() const { return this->WarningTexts; }
 
 private:
-  explicit ConvertedInput(std::filesystem::path folder);
+  ConvertedInput(std::filesystem::path folder, std::string input);
 
   std::filesystem::path Folder; // empty once moved from
+  std::string Input;
   std::vector<std::string> WarningTexts;
 };
 

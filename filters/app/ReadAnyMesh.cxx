@@ -5,6 +5,7 @@
 #include "filters/meshio/MeshReader.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kdstream
 {
@@ -51,7 +52,12 @@ Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution)
   }
   const Result<ConvertedInput> converted =
     ConvertedInput::Make(file, std::filesystem::temp_directory_path(), {}, execution);
-  return converted ? ReadWhole(converted->File(), execution) : Result<Mesh>(converted.GetError());
+  if (!converted)
+  {
+    return converted.GetError();
+  }
+  Result<Mesh> mesh = ReadWhole(converted->File(), execution);
+  return mesh ? std::move(mesh) : Result<Mesh>(converted->Blame(mesh.GetError()));
 }
 
 }

@@ -3,13 +3,14 @@
 #include "filters/core/CaughtError.h"
 #include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
+#include "filters/program/HelpFormatter.h"
+#include "filters/program/UsageMessage.h"
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -32,6 +33,7 @@ extern "C" void OnInterrupt(int signal)
 
 int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work)
 {
+  SetUpHelp(app, KDSTREAM_VERSION);
   try
   {
     app.parse(argc, argv);
@@ -43,7 +45,8 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
   }
   catch (const CLI::ParseError& error)
   {
-    std::cerr << app.get_name() << ": error: " << error.what() << " (--help tells the options)\n";
+    std::cerr << app.get_name() << ": error: " << UsageMessage(app, error)
+              << " (--help tells the options)\n";
     return exitUsage;
   }
   try
@@ -58,15 +61,27 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
 
 int PrintError(std::string_view program, const std::string& file, const Error& error)
 {
-  std::cerr << program << ": error: " << file << (file.empty() ? "" : ": ") << error.message
-            << "\n";
+  const std::string& named = error.file.empty() ? file : error.file;
+  std::cerr << program << ": error: " << named << (named.empty() ? "" : ": ") << error.message
+            << (error.place.empty() ? "" : ", ") << error.place << "\n";
   return error.code == ErrorCode::InvalidArgument ? exitUsage : exitFailed;
+}
+
+void PrintWritten(std::string_view program, const std::string& file, double seconds)
+{
+  std::error_code failed;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
+  char time[32] = {};
+  std::snprintf(time, sizeof(time), "%.1f s", seconds);
+  std::cerr << program << ": wrote " << file << ": "
+            << (failed ? "" : BytesText(double(bytes)) + " in ")
+            << (seconds < 10 ? time : DurationText(seconds)) << "\n";
 }
 
 Result<std::uint64_t> ParseSize(const std::string& text)
 {
   const Error bad{ ErrorCode::InvalidArgument,
-    "\"" + text + "\" is no size; examples: 4096, 256M, 1.5G" };
+    "\"" + text + "\" is not a size: a number and K, M or G, such as 256M or 1.5G" };
   std::size_t end = 0;
   double value = 0;
   try
@@ -152,7 +167,8 @@ Result<std::filesystem::path> CheckOutput(
   {
     if (fs::equivalent(target, input, status))
     {
-      return Error{ ErrorCode::InvalidArgument, "is " + input + " itself, which would be lost" };
+      return Error{ ErrorCode::InvalidArgument,
+        "is the input " + input + " itself, and would replace it" };
     }
   }
   const bool exists = fs::exists(target, status);
@@ -215,76 +231,6 @@ void ReleaseInterrupts()
 bool Interrupted()
 {
   return interrupted;
-}
-
-ProgressReporter::ProgressReporter(
-  std::string_view program, bool quiet, std::vector<StepShare> shares)
-  : Program(program)
-  , Quiet(quiet)
-  , Terminal(::isatty(STDERR_FILENO) == 1)
-  , Estimate(std::move(shares))
-  , Begin(std::chrono::steady_clock::now())
-  , LastShown(this->Begin)
-{
-}
-
-ProgressReporter::~ProgressReporter()
-{
-  if (this->LineOpen)
-  {
-    std::fputc('\n', stderr);
-  }
-}
-
-bool ProgressReporter::operator()(std::string_view step, double fraction)
-{
-  const auto now = std::chrono::steady_clock::now();
-  const double done = std::clamp(fraction, 0.0, 1.0);
-  this->Estimate.Add(step, done, std::chrono::duration<double>(now - this->Begin).count());
-  const double pause = this->Terminal ? 0.1 : 3.0;
-  // A line that says that a step has just ended tells nothing of what is to come.
-  const bool worthALine = this->Terminal || done < 1;
-  if (!this->Quiet && worthALine &&
-      std::chrono::duration<double>(now - this->LastShown).count() >= pause)
-  {
-    this->LastShown = now;
-    this->Show(step, done);
-  }
-  return !Interrupted();
-}
-
-void ProgressReporter::Show(std::string_view step, double fraction)
-{
-  const std::string name(step);
-  std::string told;
-  const auto append = [&](const char* separator, const char* format, double value)
-  {
-    char text[64] = {};
-    std::snprintf(text, sizeof(text), format, value);
-    told += separator;
-    told += text;
-  };
-  const char* separator = this->Terminal ? "  " : ", ";
-  if (const std::optional<double> rate = this->Estimate.Rate())
-  {
-    append(separator, "%.1f %%/s", 100 * *rate);
-  }
-  if (const std::optional<ProgressEstimate::Time> left = this->Estimate.Left())
-  {
-    append(separator, "about %.0f s left", std::max(1.0, std::ceil(left->seconds)));
-    told += left->whole ? " in all" : " of " + name;
-  }
-  if (!this->Terminal)
-  {
-    std::fprintf(stderr, "%s: %s %.0f %%%s\n", this->Program.c_str(), name.c_str(), 100 * fraction,
-      told.c_str());
-    return;
-  }
-  constexpr int width = 30;
-  const int done = static_cast<int>(fraction * width);
-  std::fprintf(stderr, "\r\033[K%-8s [%.*s%*s] %3.0f %%%s", name.c_str(), done,
-    "##############################", width - done, "", 100 * fraction, told.c_str());
-  this->LineOpen = true;
 }
 
 }

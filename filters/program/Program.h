@@ -1,21 +1,19 @@
-// What every kdstream program does alike: exit codes, the error line, sizes, Ctrl-C, progress
-// (doc/cli.md#all-programs).
+// What every kdstream program does alike: the command line, exit codes, the error line, sizes,
+// outputs, Ctrl-C (doc/cli.md#all-programs).
 #pragma once
 
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
-#include "filters/program/ProgressEstimate.h"
+#include "filters/program/ProgressReporter.h"
 
 #include <CLI/CLI.hpp>
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace kdstream
 {
@@ -24,16 +22,22 @@ inline constexpr int exitDone = 0;
 inline constexpr int exitFailed = 1;
 inline constexpr int exitUsage = 2;
 
-// Parses the command line and calls `work`, which returns an exit code. --help and --version end
-// with 0, wrong usage with 2. An exception out of `work` is an error like others, memory that runs
-// out among them.
+// Parses the command line and calls `work`, which returns an exit code. Adds --version and gives
+// --help its form (HelpFormatter.h); both end with 0, wrong usage with 2 and a line that says what
+// is wrong with it (UsageMessage.h). An exception out of `work` is an error like others, memory that
+// runs out among them.
 int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work);
 
 // Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the
-// error: wrong usage for an InvalidArgument, failed work for everything else. `file` may be empty.
+// error: wrong usage for an InvalidArgument, failed work for everything else. FILE is the one that
+// the error names, else `file`, which may be empty.
 int PrintError(std::string_view program, const std::string& file, const Error& error);
 
-// "256M", "1.5G", "4096" (binary units) as bytes.
+// The last line of a program that has made a file, on stderr:
+// "kdstream-build: wrote m.kds: 14 MB in 3.4 s".
+void PrintWritten(std::string_view program, const std::string& file, double seconds);
+
+// "256M", "1.5G" (binary units), or a number of bytes.
 Result<std::uint64_t> ParseSize(const std::string& text);
 // An option of that form, checked while parsing.
 CLI::Option* AddSizeOption(
@@ -65,30 +69,5 @@ void CatchInterrupts();
 // Signals end the process again.
 void ReleaseInterrupts();
 bool Interrupted();
-
-// Progress on stderr: a bar on a terminal, a line every few seconds otherwise, nothing if quiet;
-// with the rate of the step and the time left of all steps whose shares are known, or of the step,
-// once they can be told (ProgressEstimate.h). Returns false, which cancels the work, once the
-// process is interrupted.
-class ProgressReporter
-{
-public:
-  explicit ProgressReporter(
-    std::string_view program, bool quiet, std::vector<StepShare> shares = {});
-  ~ProgressReporter();
-  ProgressReporter(const ProgressReporter&) = delete;
-  ProgressReporter& operator=(const ProgressReporter&) = delete;
-
-  bool operator()(std::string_view step, double fraction);
-
-private:
-  void Show(std::string_view step, double fraction);
-
-  std::string Program;
-  bool Quiet, Terminal;
-  ProgressEstimate Estimate;
-  std::chrono::steady_clock::time_point Begin, LastShown;
-  bool LineOpen = false;
-};
 
 }

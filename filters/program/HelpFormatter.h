@@ -1,0 +1,48 @@
+// The text that --help prints, the same way for every program.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cstddef>
+#include <string>
+
+namespace kdstream
+{
+
+// Lines of at most `width` characters, broken between words. Lines of `text` stay lines; the words
+// that do not fit one go to the next, and those of a line that is indented `indent` further in.
+std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
+
+// Description, usage, options by their groups in the order in which they were added, each with its
+// values and its default, commands, and the footer, where examples belong. No line is longer than
+// the terminal is wide, or 100 characters.
+class HelpFormatter : public CLI::Formatter
+{
+public:
+  explicit HelpFormatter(std::size_t width);
+
+  std::string make_help(
+    const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
+  std::string make_description(const CLI::App* app) const override;
+  std::string make_usage(const CLI::App* app, std::string name) const override;
+  std::string make_positionals(const CLI::App* app) const override;
+  std::string make_subcommand(const CLI::App* command) const override;
+  std::string make_expanded(const CLI::App* command) const override;
+  std::string make_footer(const CLI::App* app) const override;
+  std::string make_option(const CLI::Option* option, bool isPositional) const override;
+
+private:
+  std::string MakeGroups(const CLI::App* app) const;
+  // `name` in the first column, `text` wrapped in the second.
+  std::string Row(const std::string& name, const std::string& text) const;
+
+  std::size_t Width;
+};
+
+// Columns of the terminal that stdout is, at most 100; 100 where it is none.
+std::size_t HelpWidth();
+
+// Gives a program and its commands this help, and --version, which names the program.
+void SetUpHelp(CLI::App& app, const std::string& version);
+
+}

@@ -1,0 +1,88 @@
+// How far long work is, told on stderr: every program's progress.
+#pragma once
+
+#include "filters/program/ProgressEstimate.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+namespace kdstream
+{
+
+// What a step goes through from its beginning to its end: its rate is told in this.
+struct StepAmount
+{
+  double amount = 0;
+  std::string unit; // "B" for bytes, "triangles"; the plural
+};
+
+// All that a line of progress tells.
+struct ProgressState
+{
+  std::string step;
+  double fraction = 0;             // of the step; one without reports between stays at 0, or at 1
+  double seconds = 0;              // since the work began
+  std::optional<double> perSecond; // of the unit
+  std::string unit;
+  std::optional<ProgressEstimate::Time> left;
+};
+
+// "levels 35 %, 42 s, 2.1 M triangles/s, about 40 s left". A fraction that tells nothing, at the
+// beginning and the end of a step, is left out.
+std::string ProgressText(const ProgressState& state);
+// The same behind a bar: "levels   [##########          ]  35 %  42 s  …", at most `columns` wide.
+std::string ProgressBar(const ProgressState& state, std::size_t columns);
+
+// "4 s", "3 min 20 s", "1 h 12 min"; "250 kB", "14 MB"; "2.1 M", "850 k".
+std::string DurationText(double seconds);
+std::string BytesText(double bytes);
+std::string CountText(double count);
+
+// A bar on a terminal, a line every three seconds otherwise, nothing if quiet. The time goes on
+// while a step reports nothing, so that nobody takes the program for dead: a thread of its own
+// prints.
+class ProgressReporter
+{
+public:
+  // shares: see ProgressEstimate.
+  explicit ProgressReporter(
+    std::string_view program, bool quiet, std::vector<StepShare> shares = {});
+  ~ProgressReporter(); // takes the bar away
+  ProgressReporter(const ProgressReporter&) = delete;
+  ProgressReporter& operator=(const ProgressReporter&) = delete;
+
+  // Takes a report, as Execution::progress. Returns false, which cancels the work, once the process
+  // is interrupted.
+  bool operator()(std::string_view step, double fraction);
+
+  // An empty step: of all that have none of their own.
+  void SetAmount(const std::string& step, StepAmount amount);
+
+private:
+  double Now() const; // seconds since the work began
+  void PrintUntilDone();
+  void Print();
+  ProgressState State() const;
+
+  std::string Program;
+  bool Terminal;
+  std::chrono::steady_clock::time_point Begin;
+
+  std::mutex Mutex; // of all below
+  std::condition_variable Ended;
+  bool Done = false, LineOpen = false;
+  ProgressEstimate Estimate;
+  std::map<std::string, StepAmount> Amounts;
+  std::string Step;
+  double Fraction = 0, Reported = 0; // and when
+  std::thread Printer;               // none if quiet
+};
+
+}

@@ -1,0 +1,138 @@
+// Wrong command lines are told in words of ours, whatever CLI11 says of them.
+#include "filters/program/HelpFormatter.h"
+#include "filters/program/UsageMessage.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+using namespace kdstream;
+
+namespace
+{
+
+// A program with commands, and options of every kind.
+std::string MessageOf(std::vector<std::string> arguments)
+{
+  CLI::App app("", "kdstream-test");
+  std::string input, output, title, folder, color, weld;
+  std::uint16_t port = 0;
+  unsigned threads = 0;
+  double radius = 0;
+  bool all = false;
+  app.add_option("INPUT", input)->required();
+  app.add_option("-o,--output", output)->required();
+  auto* const titleOption = app.add_option("--title", title);
+  app.add_option("--port", port);
+  app.add_option("--radius", radius);
+  app.add_option("--threads", threads)->check(CLI::Range(1U, 1024U));
+  app.add_option("--weld", weld)->check(CLI::IsMember({ "on", "off" }));
+  app.add_option("--temp-dir", folder)->check(CLI::ExistingDirectory);
+  const std::map<std::string, int> colors{ { "own", 0 }, { "none", 1 } };
+  int chosen = 0;
+  app.add_option("--colour-by", chosen)->transform(CLI::CheckedTransformer(colors));
+  app.add_option("--credit", color)->excludes(titleOption);
+  app.add_flag("--all", all)->needs(titleOption);
+  std::reverse(arguments.begin(), arguments.end()); // as CLI11 wants a vector
+  try
+  {
+    app.parse(arguments);
+  }
+  catch (const CLI::ParseError& error)
+  {
+    return UsageMessage(app, error);
+  }
+  return "";
+}
+
+std::string MessageOfCommand(std::vector<std::string> arguments)
+{
+  CLI::App app("", "kdstream-test");
+  app.require_subcommand(1);
+  std::string store;
+  unsigned level = 0, partition = 0;
+  app.add_subcommand("info")->add_option("STORE", store)->required();
+  CLI::App* const extract = app.add_subcommand("extract");
+  extract->add_option("STORE", store)->required();
+  auto* const what = extract->add_option_group("what");
+  what->add_option("--level", level);
+  what->add_option("--partition", partition);
+  what->require_option(1);
+  std::reverse(arguments.begin(), arguments.end());
+  try
+  {
+    app.parse(arguments);
+  }
+  catch (const CLI::ParseError& error)
+  {
+    return UsageMessage(app, error);
+  }
+  return "";
+}
+
+const std::vector<std::string> right{ "in.ply", "-o", "out.kds" };
+
+std::string MessageWith(std::vector<std::string> more)
+{
+  more.insert(more.begin(), right.begin(), right.end());
+  return MessageOf(more);
+}
+
+}
+
+TEST(UsageMessage, UnknownOptionsAreNamedWithTheNearest)
+{
+  EXPECT_EQ(MessageOf(right), "");
+  EXPECT_EQ(MessageWith({ "--tittle", "x" }), "there is no option --tittle; did you mean --title?");
+  EXPECT_EQ(
+    MessageOf({ "--tittle", "x", "in.ply" }), "there is no option --tittle; did you mean --title?");
+  EXPECT_EQ(
+    MessageOf({ "in.ply", "--outptu=x" }), "there is no option --outptu; did you mean --output?");
+  EXPECT_EQ(MessageWith({ "--frobnicate" }), "there is no option --frobnicate");
+  EXPECT_EQ(MessageWith({ "other.ply" }),
+    "nothing is expected after the other arguments, but there is \"other.ply\"");
+}
+
+TEST(UsageMessage, CommandsToo)
+{
+  EXPECT_EQ(
+    MessageOfCommand({ "inof", "m.kds" }), "there is no command \"inof\"; did you mean info?");
+  EXPECT_EQ(MessageOfCommand({ "frobnicate" }),
+    "there is no command \"frobnicate\"; there is info or extract");
+  EXPECT_EQ(MessageOfCommand({}), "a command is missing: info or extract");
+  EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--lvel", "3" }),
+    "there is no option --lvel; did you mean --level?");
+  EXPECT_EQ(
+    MessageOfCommand({ "extract", "m.kds" }), "exactly one of --level or --partition is needed");
+}
+
+TEST(UsageMessage, WhatIsMissing)
+{
+  EXPECT_EQ(MessageOf({ "in.ply" }), "--output is missing");
+  EXPECT_EQ(MessageOf({ "-o", "m.kds" }), "INPUT is missing");
+  EXPECT_EQ(MessageWith({ "--title" }), "--title needs a value");
+  EXPECT_EQ(MessageWith({ "--title", "a", "--title", "b" }), "--title may be given once");
+  EXPECT_EQ(MessageWith({ "--title", "a", "--credit", "b" }),
+    "--title and --credit cannot be given together");
+  EXPECT_EQ(MessageWith({ "--all" }), "--all needs --title");
+}
+
+TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
+{
+  EXPECT_EQ(MessageWith({ "--port", "99999" }),
+    "--port: \"99999\" is not a whole number, or too large a one");
+  EXPECT_EQ(MessageWith({ "--port", "http" }),
+    "--port: \"http\" is not a whole number, or too large a one");
+  EXPECT_EQ(MessageWith({ "--radius", "wide" }), "--radius: \"wide\" is not a number");
+  EXPECT_EQ(MessageWith({ "--threads", "0" }), "--threads: \"0\" is not a number from 1 to 1024");
+  EXPECT_EQ(MessageWith({ "--weld", "maybe" }), "--weld: \"maybe\" is not on or off");
+  EXPECT_EQ(MessageWith({ "--colour-by", "red" }), "--colour-by: \"red\" is not none or own");
+  EXPECT_EQ(MessageWith({ "--temp-dir", "/no/such" }), "--temp-dir: there is no folder /no/such");
+}
+
+TEST(UsageMessage, NearestName)
+{
+  EXPECT_EQ(NearestName("--tilte", { "--time", "--title" }), "--title") << "two letters swapped";
+  EXPECT_EQ(NearestName("--levels", { "--level", "--partition" }), "--level");
+  EXPECT_EQ(NearestName("--xyz", { "--level", "--partition" }), "");
+}
