@@ -94,12 +94,12 @@ TEST_F(TestForeignInput, ErrorsNameTheInputAndLeaveNothing)
 TEST_F(TestForeignInput, WarningsArePassedOn)
 {
   this->WriteText("in.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  const Outcome built = this->Build({ "in.obj", "-o", "m.kds" });
+  const Outcome built = this->Build({ "in.obj", "-o", "m.kds", "--quiet" });
   EXPECT_EQ(built.exitCode, 0);
   EXPECT_EQ(built.err,
     "kdstream-build: warning: in.obj: not carried by this version: materials and their textures\n");
   this->WriteText("in.xyz", "0 0 0\n1 0 0\nnan 1 0\n");
-  EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds" }).err,
+  EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds", "--quiet" }).err,
     "kdstream-build: warning: in.xyz: 1 points are not finite and were dropped\n");
 }
 

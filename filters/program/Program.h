@@ -24,8 +24,8 @@ inline constexpr int exitUsage = 2;
 
 // Parses the command line and calls `work`, which returns an exit code. Adds --version and gives
 // --help its form (HelpFormatter.h); both end with 0, wrong usage with 2 and a line that says what
-// is wrong with it (UsageMessage.h). An exception out of `work` is an error like others, memory that
-// runs out among them.
+// is wrong with it (UsageMessage.h). An exception out of `work` is an error like others, memory
+// that runs out among them.
 int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work);
 
 // Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the

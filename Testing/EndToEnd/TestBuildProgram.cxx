@@ -1,22 +1,16 @@
-// kdstream-build and kdstream-store as doc/cli.md describes them: what they write, say and
-// return.
-#include "Testing/EndToEnd/Process.h"
+// kdstream-build as doc/cli.md describes it: what it writes, says and returns.
+#include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/Weld.h"
-#include "filters/meshio/MeshReader.h"
-#include "filters/meshio/MeshWriter.h"
 
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <malloc.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
-#include <functional>
-#include <random>
-#include <set>
+#include <sstream>
 #include <thread>
 
 using namespace kdstream;
@@ -26,67 +20,9 @@ using Json = nlohmann::json;
 namespace
 {
 
-class Programs : public ::testing::Test
+class BuildProgram : public ProgramsTest
 {
-protected:
-  Outcome Build(std::vector<std::string> arguments)
-  {
-    return RunTool(this->Folder, "build", arguments);
-  }
-  Outcome Store(std::vector<std::string> arguments)
-  {
-    return RunTool(this->Folder, "store", arguments);
-  }
-
-  void Write(const std::string& name, const Mesh& mesh)
-  {
-    const Status status = WriteMesh(this->Folder / name, mesh);
-    ASSERT_TRUE(status) << status.GetError().message;
-  }
-  void WriteText(const std::string& name, const std::string& text)
-  {
-    std::ofstream(this->Folder / name) << text;
-  }
-
-  Mesh Read(const std::string& name)
-  {
-    auto reader = MeshReader::Open(this->Folder / name);
-    Mesh mesh;
-    EXPECT_TRUE(reader) << reader.GetError().message;
-    if (reader)
-    {
-      mesh.scalarType = (*reader)->Info().scalarType;
-      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
-      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
-    }
-    return mesh;
-  }
-
-  // The error line of a program that fails, whole.
-  void ExpectError(const Outcome& outcome, int exitCode, const std::string& line)
-  {
-    EXPECT_EQ(outcome.exitCode, exitCode);
-    EXPECT_EQ(outcome.err, line + "\n");
-    EXPECT_EQ(outcome.out, "");
-  }
-
-  std::set<std::string> Files() const
-  {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(this->Folder.Path))
-    {
-      names.insert(entry.path().filename().string());
-    }
-    return names;
-  }
-
-  TemporaryFolder Folder;
 };
-
-bool HasTool(const std::string& name)
-{
-  return std::filesystem::exists(std::string(KDSTREAM_PROGRAMS "/kdstream-") + name);
-}
 
 std::string Ply(const std::string& vertices, const std::string& faces, const std::string& body)
 {
@@ -97,18 +33,23 @@ std::string Ply(const std::string& vertices, const std::string& faces, const std
 
 }
 
-TEST_F(Programs, HelpAndVersion)
+TEST_F(BuildProgram, HelpAndVersion)
 {
-  for (const char* name : { "build", "store" })
+  for (const std::string name : { "build", "generate" })
   {
     const Outcome help = RunTool(this->Folder, name, { "--help" });
     EXPECT_EQ(help.exitCode, 0);
-    EXPECT_NE(help.out.find("Example"), std::string::npos);
-    EXPECT_EQ(RunTool(this->Folder, name, { "--version" }).out, "0.1.0\n");
+    EXPECT_NE(help.out.find("\nExample:\n  kdstream-" + name), std::string::npos) << help.out;
+    std::istringstream lines(help.out);
+    for (std::string line; std::getline(lines, line);)
+    {
+      EXPECT_LE(line.size(), 100U) << line;
+    }
+    EXPECT_EQ(RunTool(this->Folder, name, { "--version" }).out, "kdstream-" + name + " 0.1.0\n");
   }
 }
 
-TEST_F(Programs, AllOfALosslessStoreIsTheInput)
+TEST_F(BuildProgram, AllOfALosslessStoreIsTheInput)
 {
   for (const NamedMesh& named : AllMeshes())
   {
@@ -131,7 +72,7 @@ TEST_F(Programs, AllOfALosslessStoreIsTheInput)
   }
 }
 
-TEST_F(Programs, StatsHaveTheContractsKeys)
+TEST_F(BuildProgram, StatsHaveTheContractsKeys)
 {
   this->Write("in.ply", Torus(96, 48));
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", "s.json" }).exitCode, 0);
@@ -159,7 +100,7 @@ TEST_F(Programs, StatsHaveTheContractsKeys)
     std::string::npos);
 }
 
-TEST_F(Programs, EveryOptionChangesSomething)
+TEST_F(BuildProgram, EveryOptionChangesSomething)
 {
   this->Write("in.ply", Shuffled(DisplacedSphere(5), 4));
   const auto stats = [&](std::vector<std::string> options)
@@ -200,7 +141,7 @@ TEST_F(Programs, EveryOptionChangesSomething)
   EXPECT_EQ(stats({ "--weld", "off" })["welded"], 0);
 }
 
-TEST_F(Programs, BaselinesHavePartitionsAndNoLevels)
+TEST_F(BuildProgram, BaselinesHavePartitionsAndNoLevels)
 {
   const Mesh torus = Torus(40, 20);
   this->Write("in.ply", torus);
@@ -237,52 +178,7 @@ TEST_F(Programs, BaselinesHavePartitionsAndNoLevels)
   }
 }
 
-TEST_F(Programs, DistanceOfALevel)
-{
-  this->Write("in.ply", Torus(60, 30));
-  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless" }).exitCode, 0);
-  const auto distance = [&](const std::string& level, const std::string& against)
-  {
-    const Outcome outcome =
-      this->Store({ "distance", "m.kds", "--level", level, "--against", against, "--json" });
-    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-    return Json::parse(outcome.out);
-  };
-  // A level is at no distance from itself, as a file of any format.
-  for (const std::string file : { "level.ply", "level.vtp" })
-  {
-    SCOPED_TRACE(file);
-    if (file == "level.vtp" && !HasTool("convert"))
-    {
-      continue; // built without VTK
-    }
-    ASSERT_EQ(this->Store({ "extract", "m.kds", "--level", "7", "-o", file }).exitCode, 0);
-    const Json same = distance("7", file);
-    EXPECT_LT(same["rms_forward"], 1e-9);
-    EXPECT_LT(same["rms_backward"], 1e-9);
-    EXPECT_LT(same["hausdorff"], 1e-9);
-  }
-  // The coarser, the farther, both ways; never farther than the largest distance.
-  Json finer = distance("9", "in.ply");
-  for (const std::string level : { "7", "5" })
-  {
-    const Json coarser = distance(level, "in.ply");
-    EXPECT_GT(coarser["rms_forward"], finer["rms_forward"]);
-    EXPECT_GT(coarser["rms_backward"], finer["rms_backward"]);
-    EXPECT_GT(coarser["hausdorff"], coarser["rms_forward"]);
-    EXPECT_EQ(coarser["diagonal"], finer["diagonal"]);
-    finer = coarser;
-  }
-  const Outcome text = this->Store({ "distance", "m.kds", "--level", "5", "--against", "in.ply" });
-  EXPECT_NE(text.out.find("% of the diagonal"), std::string::npos) << text.out;
-  this->ExpectError(
-    this->Store({ "distance", "m.kds", "--level", "5", "--against", "nothing.ply" }), 1,
-    "kdstream-store: error: nothing.ply: no such file");
-  this->ExpectError(this->Store({ "distance", "m.kds", "--level", "99", "--against", "in.ply" }), 2,
-    "kdstream-store: error: m.kds: --level 99: the finest level is 10");
-}
-
-TEST_F(Programs, WrongUsageExitsWith2)
+TEST_F(BuildProgram, WrongUsageExitsWith2)
 {
   this->Write("in.ply", Torus(40, 20));
   const std::vector<std::vector<std::string>> wrong{ {}, { "in.ply" },
@@ -311,37 +207,25 @@ TEST_F(Programs, WrongUsageExitsWith2)
     EXPECT_EQ(outcome.err.rfind("kdstream-build: error: ", 0), 0U) << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   }
-  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
-  const std::vector<std::vector<std::string>> wrongStore{ {}, { "info" },
-    { "extract", "m.kds", "-o", "x.ply" }, { "extract", "m.kds", "--level", "3" },
-    { "extract", "m.kds", "--level", "3", "--all", "-o", "x.ply" },
-    { "extract", "m.kds", "--level", "99", "-o", "x.ply" },
-    { "extract", "m.kds", "--partition", "1", "-o", "x.ply" },
-    { "extract", "m.kds", "--region", "0", "-o", "x.ply" },
-    { "extract", "m.kds", "--region", "2", "-o", "x.ply" },
-    { "extract", "m.kds", "--in-context", "3", "--all", "-o", "x.ply" }, { "distance", "m.kds" } };
-  for (const auto& arguments : wrongStore)
-  {
-    const Outcome outcome = this->Store(arguments);
-    EXPECT_EQ(outcome.exitCode, 2) << (arguments.empty() ? "" : arguments.back()) << outcome.err;
-    EXPECT_EQ(outcome.err.rfind("kdstream-store: error: ", 0), 0U) << outcome.err;
-  }
-  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply", "m.kds" }));
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply" }));
 }
 
-TEST_F(Programs, MemoryWithoutAUnitIsExplained)
+TEST_F(BuildProgram, MemoryWithoutAUnitIsExplained)
 {
   this->Write("in.ply", Torus(40, 20));
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "64" }), 2,
-    "kdstream-build: error: --memory: 64 bytes cannot hold any build; K, M or G may follow the "
-    "number, as in 64M");
+    "kdstream-build: error: --memory: 64 bytes is too little for any build; is a unit missing, as "
+    "in 64M?");
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "64K" }), 2,
-    "kdstream-build: error: --memory: 64 KiB cannot hold any build; K, M or G may follow the "
-    "number, as in 64M");
+    "kdstream-build: error: --memory: 64 KiB is too little for any build; is a unit missing, as in "
+    "64M?");
+  this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "lots" }), 2,
+    "kdstream-build: error: --memory: \"lots\" is not a size: a number and K, M or G, such as 256M "
+    "or 1.5G (--help tells the options)");
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--memory", "67108864" }).exitCode, 0);
 }
 
-TEST_F(Programs, AStoreOfAnotherEndingIsWarnedOf)
+TEST_F(BuildProgram, AStoreOfAnotherEndingIsWarnedOf)
 {
   this->Write("in.ply", Torus(40, 20));
   for (const char* output : { "m.xyz", "m", "m.KDS" })
@@ -355,7 +239,7 @@ TEST_F(Programs, AStoreOfAnotherEndingIsWarnedOf)
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).err, "");
 }
 
-TEST_F(Programs, BadInputIsNamedWithItsPlace)
+TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
 {
   const std::string cube = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n";
   this->WriteText("empty.ply", "");
@@ -394,119 +278,105 @@ TEST_F(Programs, BadInputIsNamedWithItsPlace)
   expect("nan.ply", "vertex 1: z is not finite");
   expect("none.ply", "the mesh has no vertices");
   expect("model.ifc", ".ifc");
-  expect("wide.ply",
-    "the mesh spans more than 2^127 (1.7e38) along y, the most that levels can be computed for");
+  // Each partitioner has a check of its own.
+  for (const char* partitioner : { "kdtree", "octree", "kmeans" })
+  {
+    this->ExpectError(this->Build({ "wide.ply", "-o", "m.kds", "--partitioner", partitioner }), 1,
+      "kdstream-build: error: wide.ply: the mesh spans more than 2^127 (1.7e38) along y, the most "
+      "that levels can be computed for");
+    EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds")) << partitioner;
+  }
   expect("cut.ply", "face 1599");
   expect("cut2.ply", "vertex ");
 }
 
-TEST_F(Programs, RefusesWhatDoesNotFitTheMemory)
+// The input of a build may be at fault in the ways of a file as much as the output may.
+TEST_F(BuildProgram, AnUnreadableInputIsNamed)
 {
-  this->Write("in.ply", DisplacedSphere(5));
-  const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds", "--memory", "1M" });
-  EXPECT_EQ(outcome.exitCode, 1);
-  EXPECT_EQ(outcome.err.rfind("kdstream-build: error: in.ply: needs about ", 0), 0U) << outcome.err;
-  EXPECT_NE(outcome.err.find("the limit is 1 MiB"), std::string::npos);
-  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply" }));
-}
-
-// With that many floats for each point and for each triangle, in arrays of four at most.
-Mesh WithManyBytes(Mesh mesh, std::size_t forPoints, std::size_t forCells)
-{
-  for (const auto association : { AttributeAssociation::Point, AttributeAssociation::Cell })
+  for (const std::string input : { "in.ply", "in.stl", "in.obj" })
   {
-    const bool points = association == AttributeAssociation::Point;
-    for (std::size_t left = points ? forPoints : forCells; left > 0;)
-    {
-      const std::size_t components = std::min<std::size_t>(left, 4);
-      Attribute attribute{ { "a" + std::to_string(left), AttributeType::Float32, association,
-                             static_cast<std::uint8_t>(components) },
-        {} };
-      attribute.values.resize(
-        attribute.TupleSize() * (points ? mesh.points.size() : mesh.triangles.size()));
-      mesh.attributes.push_back(std::move(attribute));
-      left -= components;
-    }
-  }
-  return mesh;
-}
-
-TEST_F(Programs, StaysBelowTheMemoryLimit)
-{
-  // A build that accepts a limit keeps it (64 MiB are the programs' own), measured from outside.
-  // The meshes are gone before the programs start: a child counts what its parent held when it was
-  // forked.
-  const auto dense = []
-  {
-    Mesh mesh = Torus(500, 300);
-    const std::vector<Triangle> once = mesh.triangles;
-    for (unsigned i = 0; i < 5; ++i)
-    {
-      mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
-    }
-    return mesh;
-  };
-  const auto cloud = []
-  {
-    Mesh mesh = Torus(1000, 600);
-    mesh.triangles.clear();
-    return mesh;
-  };
-  const std::pair<const char*, std::function<Mesh()>> meshes[] = { { "torus", []
-                                                                     { return Torus(1000, 600); } },
-    { "shuffled torus", [] { return Shuffled(Torus(1000, 600), 1); } }, { "cloud", cloud },
-    { "soup", [] { return Soup(200000, 1); } },
-    { "attributes", [] { return WithManyBytes(Torus(500, 300), 6, 3); } },
-    { "wide attributes", [] { return WithManyBytes(Torus(150, 100), 500, 100); } },
-    { "each face six times", dense } };
-  for (const auto& [name, make] : meshes)
-  {
-    this->Write("in.ply", make());
-    ::malloc_trim(0);
-    for (const char* cell : { "8", "1" })
-    {
-      SCOPED_TRACE(std::string(name) + ", cells of " + cell);
-      unsigned accepted = 0, refused = 0;
-      for (std::uint64_t limit = 32; limit <= 1024; limit += limit / 4)
-      {
-        const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds", "--memory",
-          std::to_string(limit) + "M", "--cell-vertices", cell });
-        (outcome.exitCode == 0 ? accepted : refused) += 1;
-        EXPECT_LE(outcome.peakBytes, (limit + 64) << 20) << "limit " << limit << " MiB";
-        if (outcome.exitCode != 0)
-        {
-          EXPECT_NE(outcome.err.find(" of memory"), std::string::npos) << outcome.err;
-        }
-        else
-        {
-          EXPECT_LE(limit << 20, 4 * outcome.peakBytes)
-            << "far more memory than needed was asked for";
-          break;
-        }
-      }
-      EXPECT_EQ(accepted, 1U);
-      EXPECT_GT(refused, 0U);
-    }
+    std::filesystem::create_symlink(input, this->Folder / input); // may not be opened, even by root
+    this->ExpectError(this->Build({ input, "-o", "m.kds" }), 1,
+      "kdstream-build: error: " + input +
+        ": cannot be opened: Too many levels of symbolic links");
   }
 }
 
-TEST_F(Programs, OfAnStlWhatWeldingLeavesDecidesTheMemory)
+TEST_F(BuildProgram, ContentOfAnotherFormatThanTheEndingIsTold)
 {
-  const auto temporaryBytes = [&](const Mesh& mesh)
+  this->Write("mesh.ply", Torus(40, 20));
+  this->Write("text.obj", Torus(40, 20));
+  this->WriteText("solid.txt", "solid a\nendsolid a\n");
+  for (const auto& [content, name, expected] :
+    { std::array<std::string, 3>{ "mesh.ply", "x.stl", "a .ply file, although its name ends in .stl" },
+      { "mesh.ply", "x.obj", "a .ply file, although its name ends in .obj" },
+      { "solid.txt", "y.ply", "a .stl file, although its name ends in .ply" } })
   {
-    this->Write("in.stl", mesh);
-    constexpr std::uint64_t limit = 80;
-    const Outcome outcome = this->Build(
-      { "in.stl", "-o", "m.kds", "--memory", std::to_string(limit) + "M", "--stats", "s.json" });
-    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-    EXPECT_LE(outcome.peakBytes, (limit + 64) << 20);
-    return Json::parse(ReadWhole(this->Folder / "s.json"))["temp_bytes"].get<std::uint64_t>();
-  };
-  EXPECT_EQ(temporaryBytes(Torus(500, 300)), 0U) << "it fits, once it is welded";
-  EXPECT_GT(temporaryBytes(Soup(200000, 1)), 0U) << "nothing is welded";
+    std::filesystem::copy(this->Folder / content, this->Folder / name);
+    this->ExpectError(this->Build({ name, "-o", "m.kds" }), 1,
+      "kdstream-build: error: " + name + ": looks like " + expected);
+  }
 }
 
-TEST_F(Programs, UnwritableOutputIsNamed)
+TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
+{
+  // A hundred metres of ground with a vertex a metre, in UTM coordinates.
+  Mesh ground;
+  constexpr unsigned side = 100;
+  for (unsigned i = 0; i < side * side; ++i)
+  {
+    ground.points.push_back({ 430000.0 + i % side, 5400000.0 + i / side, 0.1 * (i % 7) });
+  }
+  const auto warning = [&](ScalarType type, double north)
+  {
+    Mesh mesh = ground;
+    mesh.scalarType = type;
+    for (Vec3& p : mesh.points)
+    {
+      p[1] -= 5400000.0 - north;
+    }
+    this->Write("in.ply", mesh);
+    return this->Build({ "in.ply", "-o", "m.kds", "--unit", "m", "--quiet" }).err;
+  };
+  EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
+    "kdstream-build: warning: in.ply: its float coordinates are so far from 0 that they can only be "
+    "multiples of 0.5 m, which shows as stairs; subtract an offset before they are written as "
+    "floats, or write doubles\n");
+  EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
+  EXPECT_EQ(warning(ScalarType::Float32, 0), "") << "0.03 m at 430 km, a thirtieth of the spacing";
+}
+
+TEST_F(BuildProgram, TheLastLineTellsWhatIsWritten)
+{
+  this->Write("in.ply", Torus(40, 20));
+  const Outcome built = this->Build({ "in.ply", "-o", "m.kds" });
+  const std::string start = "kdstream-build: wrote m.kds: ";
+  EXPECT_EQ(built.err.rfind(start, 0), 0U) << built.err;
+  EXPECT_NE(built.err.find(" kB in 0."), std::string::npos) << built.err;
+  EXPECT_EQ(built.err.find('\n'), built.err.size() - 1) << built.err;
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).err, "");
+}
+
+TEST_F(BuildProgram, WrongOptionsAreToldWithTheNearest)
+{
+  this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--tittle", "x" }), 2,
+    "kdstream-build: error: there is no option --tittle; did you mean --title? (--help tells the "
+    "options)");
+}
+
+TEST_F(BuildProgram, GeneratedFilesArePly)
+{
+  const auto generate = [&](const std::string& file)
+  { return RunTool(this->Folder, "generate", { "vase", file, "--vertices", "2000" }); };
+  this->ExpectError(generate("x.obj"), 2,
+    "kdstream-generate: error: x.obj: only .ply files are written: give it a name that ends so");
+  EXPECT_EQ(this->Files(), std::set<std::string>{});
+  const Outcome made = generate("x.ply");
+  EXPECT_EQ(made.exitCode, 0);
+  EXPECT_EQ(made.err.rfind("kdstream-generate: wrote x.ply: ", 0), 0U) << made.err;
+}
+
+TEST_F(BuildProgram, UnwritableOutputIsNamed)
 {
   this->Write("in.ply", Torus(40, 20));
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
@@ -518,7 +388,7 @@ TEST_F(Programs, UnwritableOutputIsNamed)
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.doc" }).exitCode, 2);
 }
 
-TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
+TEST_F(BuildProgram, WarnsWhereTheGridIsTooCoarse)
 {
   Mesh apart = Torus(40, 20);
   const std::size_t one = apart.points.size();
@@ -532,10 +402,10 @@ TEST_F(Programs, WarnsWhereTheGridIsTooCoarse)
   EXPECT_NE(
     coarse.err.find("vertices fall together with others on a grid of 10 bits"), std::string::npos)
     << coarse.err;
-  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless" }).err, "");
+  EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless", "--quiet" }).err, "");
 }
 
-TEST_F(Programs, WarnsOfColorsThatAreNotShown)
+TEST_F(BuildProgram, WarnsOfColorsThatAreNotShown)
 {
   struct Case
   {
@@ -560,14 +430,14 @@ TEST_F(Programs, WarnsOfColorsThatAreNotShown)
       (it.association == AttributeAssociation::Point ? mesh.points.size() : mesh.triangles.size()));
     mesh.attributes.push_back(colors);
     this->Write("in.ply", mesh);
-    const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds" });
+    const Outcome outcome = this->Build({ "in.ply", "-o", "m.kds", "--quiet" });
     EXPECT_EQ(outcome.exitCode, 0);
     EXPECT_EQ(outcome.err.empty(), it.warning.empty()) << outcome.err;
     EXPECT_NE(outcome.err.find(it.warning), std::string::npos) << outcome.err;
   }
 }
 
-TEST_F(Programs, NeverOverwritesItsInput)
+TEST_F(BuildProgram, NeverOverwritesItsInput)
 {
   this->Write("in.ply", Torus(40, 20));
   const std::string input = ReadWhole(this->Folder / "in.ply");
@@ -575,7 +445,7 @@ TEST_F(Programs, NeverOverwritesItsInput)
   for (const char* output : { "in.ply", "./in.ply", "link.ply" })
   {
     this->ExpectError(this->Build({ "in.ply", "-o", output }), 2,
-      std::string("kdstream-build: error: ") + output + ": is in.ply itself, which would be lost");
+      std::string("kdstream-build: error: ") + output + ": is the input in.ply itself, and would replace it");
     EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", output }).exitCode, 2);
   }
   EXPECT_EQ(ReadWhole(this->Folder / "in.ply"), input);
@@ -586,7 +456,7 @@ TEST_F(Programs, NeverOverwritesItsInput)
   EXPECT_TRUE(ReadWhole(this->Folder / "m.ply") == store);
 }
 
-TEST_F(Programs, RefusesOutputsThatAreNoFiles)
+TEST_F(BuildProgram, RefusesOutputsThatAreNoFiles)
 {
   this->Write("in.ply", Torus(40, 20));
   std::filesystem::create_directory(this->Folder / "folder");
@@ -605,7 +475,7 @@ TEST_F(Programs, RefusesOutputsThatAreNoFiles)
   EXPECT_EQ(this->Store({ "verify", "target.kds" }).exitCode, 0);
 }
 
-TEST_F(Programs, TextsMustBeShowable)
+TEST_F(BuildProgram, TextsMustBeShowable)
 {
   this->Write("in.ply", Torus(40, 20));
   for (const std::string& title :
@@ -616,106 +486,7 @@ TEST_F(Programs, TextsMustBeShowable)
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--title", "Ångström" }).exitCode, 0);
 }
 
-TEST_F(Programs, StlSaysWhatItLoses)
-{
-  Mesh doubles = Torus(40, 20);
-  doubles.scalarType = ScalarType::Float64;
-  this->Write("in.ply", doubles);
-  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
-  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.stl" }).err,
-    "kdstream-store: warning: x.stl: STL holds floats; the coordinates were doubles and are "
-    "rounded\n");
-}
-
-TEST_F(Programs, DamageIsNamedByVerify)
-{
-  this->Write("in.ply", Torus(96, 48));
-  ASSERT_EQ(
-    this->Build({ "in.ply", "-o", "m.kds", "--vertices-per-partition", "200" }).exitCode, 0);
-  EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
-  const std::string whole = ReadWhole(this->Folder / "m.kds");
-  // The blob of the last partition: partitions come last in the file.
-  std::string damaged = whole;
-  const std::size_t blob = whole.rfind("KDP\x05");
-  ASSERT_NE(blob, std::string::npos);
-  damaged[blob + 200] ^= 1;
-  std::ofstream(this->Folder / "d.kds", std::ios::binary) << damaged;
-  const Outcome verify = this->Store({ "verify", "d.kds" });
-  EXPECT_EQ(verify.exitCode, 1);
-  EXPECT_NE(verify.err.find("kdstream-store: error: d.kds: partitions/"), std::string::npos)
-    << verify.err;
-  EXPECT_EQ(this->Store({ "extract", "d.kds", "--all", "-o", "x.ply" }).exitCode, 1);
-  EXPECT_EQ(this->Store({ "extract", "d.kds", "--level", "5", "-o", "x.ply" }).exitCode, 0)
-    << "the rest is whole";
-  this->ExpectError(
-    this->Store({ "info", "in.ply" }), 1, "kdstream-store: error: in.ply: not a KdStream store");
-  this->ExpectError(this->Store({ "info", "nothing.kds" }), 1,
-    "kdstream-store: error: nothing.kds: No such file or directory");
-}
-
-TEST_F(Programs, ExtractsWhatIsAskedFor)
-{
-  this->Write("in.ply", Torus(96, 48));
-  ASSERT_EQ(
-    this->Build({ "in.ply", "-o", "m.kds", "--vertices-per-partition", "200", "--stats", "s.json" })
-      .exitCode,
-    0);
-  const Json stats = Json::parse(ReadWhole(this->Folder / "s.json"));
-  const unsigned stitch = stats["stitch_depth"], partitions = stats["partitions"];
-  const auto extract = [&](std::vector<std::string> arguments)
-  {
-    arguments.insert(arguments.begin(), { "extract", "m.kds", "-o", "x.ply" });
-    const Outcome outcome = this->Store(arguments);
-    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-    return this->Read("x.ply");
-  };
-  for (unsigned d = 0; d < stats["levels"].size(); ++d)
-  {
-    const Mesh level = extract({ "--level", std::to_string(d) });
-    EXPECT_EQ(level.points.size(), stats["levels"][d]["vertices"]);
-    EXPECT_EQ(level.triangles.size(), stats["levels"][d]["triangles"]);
-  }
-  const Mesh partition = extract({ "--partition", "3" });
-  EXPECT_GT(partition.points.size(), stats["partition_vertices"]["min"].get<std::size_t>());
-  const Mesh near = extract({ "--region", "20", "--rings", "1" });
-  const Mesh wide = extract({ "--region", "20", "--rings", "2" });
-  EXPECT_GT(near.triangles.size(), partition.triangles.size());
-  EXPECT_GT(wide.triangles.size(), near.triangles.size());
-  for (const unsigned d : { 3U, stitch })
-  {
-    const Mesh context =
-      extract({ "--region", "20", "--rings", "1", "--in-context", std::to_string(d) });
-    EXPECT_TRUE(BoundaryEdges(context.triangles).empty()) << "in context of level " << d;
-    EXPECT_LT(context.triangles.size(), stats["triangles"].get<std::size_t>());
-  }
-  std::mt19937 random(8);
-  for (unsigned draw = 0; draw < 10; ++draw)
-  {
-    Json mix = Json::array();
-    for (unsigned p = 0; p < partitions; ++p)
-    {
-      const auto depth =
-        static_cast<unsigned>(stitch + random() % (stats["levels"].size() - stitch + 1));
-      mix.push_back(depth < stats["levels"].size() ? Json(depth) : Json("original"));
-    }
-    this->WriteText("mix.json", mix.dump());
-    EXPECT_TRUE(BoundaryEdges(extract({ "--resolutions", "mix.json" }).triangles).empty());
-  }
-  this->WriteText("mix.json", "[\"original\"]");
-  EXPECT_EQ(this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" }).err,
-    "kdstream-store: error: m.kds: --resolutions: mix.json has 1 entries for " +
-      std::to_string(partitions) + " partitions\n");
-  this->WriteText("mix.json", "[\"fine\"]");
-  EXPECT_EQ(
-    this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" }).exitCode, 2);
-  for (const char* name : { "x.vtp", "x.stl", "x.obj", "x.wrl" })
-  {
-    EXPECT_EQ(this->Store({ "extract", "m.kds", "--level", "5", "-o", name }).exitCode, 0) << name;
-    EXPECT_GT(std::filesystem::file_size(this->Folder / name), 100U);
-  }
-}
-
-TEST_F(Programs, AnInterruptLeavesNothingBehind)
+TEST_F(BuildProgram, AnInterruptLeavesNothingBehind)
 {
   this->Write("in.ply", DisplacedSphere(8));
   const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build";

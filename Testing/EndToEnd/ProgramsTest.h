@@ -1,0 +1,75 @@
+// What the tests of kdstream-build and kdstream-store share: a folder, meshes in it, the programs.
+#pragma once
+
+#include "Testing/EndToEnd/Process.h"
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/MeshWriter.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace kdstream::fixtures
+{
+
+class ProgramsTest : public ::testing::Test
+{
+protected:
+  Outcome Build(std::vector<std::string> arguments)
+  {
+    return RunTool(this->Folder, "build", arguments);
+  }
+  Outcome Store(std::vector<std::string> arguments)
+  {
+    return RunTool(this->Folder, "store", arguments);
+  }
+
+  void Write(const std::string& name, const Mesh& mesh)
+  {
+    const Status status = WriteMesh(this->Folder / name, mesh);
+    ASSERT_TRUE(status) << status.GetError().message;
+  }
+  void WriteText(const std::string& name, const std::string& text)
+  {
+    std::ofstream(this->Folder / name) << text;
+  }
+
+  Mesh Read(const std::string& name)
+  {
+    auto reader = MeshReader::Open(this->Folder / name);
+    Mesh mesh;
+    EXPECT_TRUE(reader) << reader.GetError().message;
+    if (reader)
+    {
+      mesh.scalarType = (*reader)->Info().scalarType;
+      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
+      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
+    }
+    return mesh;
+  }
+
+  // The error line of a program that fails, whole.
+  void ExpectError(const Outcome& outcome, int exitCode, const std::string& line)
+  {
+    EXPECT_EQ(outcome.exitCode, exitCode);
+    EXPECT_EQ(outcome.err, line + "\n");
+    EXPECT_EQ(outcome.out, "");
+  }
+
+  std::set<std::string> Files() const
+  {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(this->Folder.Path))
+    {
+      names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+
+  TemporaryFolder Folder;
+};
+
+}
