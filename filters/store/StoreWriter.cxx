@@ -62,9 +62,10 @@ std::uint64_t StoreWriter::State::BytesInAll(std::uint64_t written) const
 {
   constexpr double expected = 16; // of a vertex with its triangles, before anything is made
   std::uint64_t made = 0, left = 0;
-  for (const ResolutionDescription& level : this->info.levels)
+  for (unsigned depth = 0; depth < this->info.levels.size(); ++depth)
   {
-    const std::uint64_t cells = std::uint64_t{ 1 } << level.resolution.Depth();
+    const ResolutionDescription& level = this->info.levels[depth];
+    const std::uint64_t cells = std::uint64_t{ 1 } << depth;
     made += level.vertices;
     left += cells - std::min(cells, level.vertices);
   }
