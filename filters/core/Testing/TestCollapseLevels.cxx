@@ -425,9 +425,7 @@ TEST(CollapseLevels, NormalsDoNotFlip)
     for (const Triangle& t : level.triangles)
     {
       const Vec3 &a = level.positions[t[0]], &b = level.positions[t[1]], &c = level.positions[t[2]];
-      const Vec3 u = Minus(b, a), v = Minus(c, a);
-      const Vec3 n{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0] };
+      const Vec3 n = Cross(Minus(b, a), Minus(c, a));
       const bool inwards =
         Dot(n, { a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2] }) < 0;
       area += std::sqrt(Dot(n, n));

@@ -276,11 +276,7 @@ TEST(EdgeCandidates, RetreatIsTheFarthestOfTheNearest)
       }
       remaining.push_back(t);
       const auto normal = [&](const Vec3& p)
-      {
-        const Vec3 u = Minus(positions[t[1]], p), v = Minus(positions[t[2]], p);
-        return Vec3{ u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-          u[0] * v[1] - u[1] * v[0] };
-      };
+      { return Cross(Minus(positions[t[1]], p), Minus(positions[t[2]], p)); };
       const Vec3 before = normal(positions[t[0]]), after = normal(position);
       const double cosine = Dot(before, after);
       turns |=

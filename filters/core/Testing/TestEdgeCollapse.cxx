@@ -67,9 +67,8 @@ Mesh Replayed(const Mesh& mesh, const std::vector<Merge>& merges)
 
 Vec3 NormalOf(const Mesh& mesh, const Triangle& t)
 {
-  const Vec3 u = Minus(mesh.points[t[1]], mesh.points[t[0]]);
-  const Vec3 v = Minus(mesh.points[t[2]], mesh.points[t[0]]);
-  return { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
+  const Vec3& origin = mesh.points[t[0]];
+  return Cross(Minus(mesh.points[t[1]], origin), Minus(mesh.points[t[2]], origin));
 }
 
 std::size_t CountVertices(const std::vector<Triangle>& triangles)

@@ -5,6 +5,7 @@
 
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/Types.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/collapse/Quadric.h"
 
 #include <array>
@@ -31,7 +32,7 @@ struct PlacedVertex
 template <class Real>
 Real Squared(const std::array<Real, 3>& d)
 {
-  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  return Dot(d, d);
 }
 
 template <class Real, class Mask>
@@ -78,11 +79,8 @@ PlacedVertex<Real> PlaceVertex(const EdgeToPlace<Real>& edge, const Box& bounds)
     least[k] = Select(least[k] < lo, lo, Select(hi < least[k], hi, least[k]));
   }
   const Real error = edge.quadric.At(least);
-  const std::array<Real, 3> length{ b[0] - a[0], b[1] - a[1], b[2] - a[2] };
-  const std::array<Real, 3> moved{ least[0] - middle[0], least[1] - middle[1],
-    least[2] - middle[2] };
-  const auto beside =
-    And(Squared(moved) <= reach * reach * Squared(length), error < edge.beside * on.cost);
+  const auto beside = And(Squared(Minus(least, middle)) <= reach * reach * Squared(Minus(b, a)),
+    error < edge.beside * on.cost);
   return { Select(beside, least, on.position), Select(beside, error, on.cost) };
 }
 

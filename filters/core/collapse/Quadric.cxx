@@ -14,7 +14,7 @@ void Quadric::AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r)
 
 void Quadric::AddPlane(const Vec3& n, const Vec3& p, double weight)
 {
-  const double d = -(n[0] * p[0] + n[1] * p[1] + n[2] * p[2]);
+  const double d = -Dot(n, p);
   this->a[0] += weight * n[0] * n[0];
   this->a[1] += weight * n[0] * n[1];
   this->a[2] += weight * n[0] * n[2];

@@ -1,5 +1,7 @@
 #include "filters/core/levels/ClusterSum.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,8 +17,7 @@ constexpr double regularisation = 1e-3; // of the quadric's trace; measured in t
 void ClusterSum::AddVertex(VertexId v, const Vec3& absolute, const Vec3& relative)
 {
   this->box.Add(absolute);
-  this->squares +=
-    relative[0] * relative[0] + relative[1] * relative[1] + relative[2] * relative[2];
+  this->squares += Dot(relative, relative);
   for (std::size_t k = 0; k < 3; ++k)
   {
     this->sum[k] += relative[k];

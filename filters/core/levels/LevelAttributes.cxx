@@ -4,6 +4,8 @@
 //   lowest vertex.
 #include "filters/core/levels/LevelAttributes.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -69,8 +71,7 @@ std::optional<Vec3> DirectionOf(const Vec3& v)
     return std::nullopt;
   }
   const Vec3 scaled{ v[0] / largest, v[1] / largest, v[2] / largest };
-  const double length =
-    std::sqrt(scaled[0] * scaled[0] + scaled[1] * scaled[1] + scaled[2] * scaled[2]);
+  const double length = Length(scaled);
   return Vec3{ scaled[0] / length, scaled[1] / length, scaled[2] / length };
 }
 
@@ -105,7 +106,7 @@ public:
   {
     constexpr double cancelled = 1e-9;
     const Vec3& s = this->Sum;
-    const double length = std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    const double length = Length(s);
     const std::optional<Vec3> direction = DirectionOf(s);
     const Vec3 mean = direction && length > cancelled * this->Count ? *direction : this->First;
     const std::size_t tuple = means.TupleCount();
