@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Checks that includes follow the arrows of doc/architecture.md: run with -D ROOT=<source tree>.
 # A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so. It has at
 # most 45 files, and a line in doc/architecture.md.

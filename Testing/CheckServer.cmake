@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Checks that a server holds nothing that builds: no function of the builders' and readers' libraries is in it.
 # Run with -D NM=<nm> -D SERVER=<kdstream-serve> -D LIBRARIES=<archives, a list>.
 cmake_minimum_required(VERSION 3.25)

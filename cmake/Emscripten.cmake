@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Toolchain of the preset `web`: Debian's emscripten, which reaches nothing from outside the machine. With a Node that is
 # not Debian's it does not find acorn by itself.
 set(ENV{NODE_PATH} /usr/share/nodejs)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Install rules: find_package(KdStream) works from an install tree. The targets themselves are installed where they are
 # made; with VTK, vtk_module_build writes the file of all exported targets (KdStreamVtkModules.cmake).
 include(CMakePackageConfigHelpers)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # KdStream::pcl: the parts of PCL that are used here, where PCL is installed; nothing otherwise. In a function, and not by
 # PCL's own targets: these bring all of VTK with Qt, compiler flags and definitions along. As system headers, since they
 # are not free of warnings. KDSTREAM_PCL_VERSION is PCL's version, or empty.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # RapidJSON::RapidJSON, wherever RapidJSON comes from: its header-only package of old knows only a folder. As system
 # headers: they are not free of warnings in C++20.
 if(EMSCRIPTEN)

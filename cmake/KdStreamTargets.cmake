@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # How a target is made here: warnings, language, sanitizers, export, tests. One way for all of them.
 
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)

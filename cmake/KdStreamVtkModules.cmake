@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The VTK modules: scanned, built and exported with everything else as KdStream::<name>. A module lives in a folder
 # with a vtk.module; its tests in Testing/Cxx.
 

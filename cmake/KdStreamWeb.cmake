@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # What the preset `web` needs of Debian's header-only libraries: links to their folders, in a folder of their own, since
 # /usr/include itself must stay unseen (it holds the machine's C library, not emscripten's).
 set(headers "${CMAKE_BINARY_DIR}/headers")

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A closed surface of any size, written as a stream: see ClosedGrid.h.
 #include "Data/Generate/ClosedGrid.h"
 

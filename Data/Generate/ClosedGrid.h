@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A closed surface of any size, written as a stream: nothing of it is held.
 #pragma once
 

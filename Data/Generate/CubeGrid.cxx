@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The surface of a cube by numbers: see CubeGrid.h.
 #include "Data/Generate/CubeGrid.h"
 

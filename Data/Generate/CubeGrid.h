@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The surface of a cube, cut into squares and these into triangles, by numbers alone: nothing of it
 // is held.
 #pragma once

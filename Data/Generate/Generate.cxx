@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-generate: models of any size, made up.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Relief.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Smooth noise, the same for the same seed.
 #pragma once
 

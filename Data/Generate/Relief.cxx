@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A closed surface with fine relief: see Relief.h.
 #include "Data/Generate/Relief.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A closed surface with fine relief at every scale, of any size: what benchmarks of large meshes
 // read.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Orders and numbers that look random but are computed on the fly: nothing is held.
 #pragma once
 

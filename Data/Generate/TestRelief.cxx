@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The relief as it is written, read again; the grid and the order behind it.
 #include "Data/Generate/Relief.h"
 #include "Data/Generate/Scatter.h"

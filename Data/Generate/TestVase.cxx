@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The vase as it is written, read again.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Vase.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A painted vase: see Vase.h.
 #include "Data/Generate/Vase.h"
 

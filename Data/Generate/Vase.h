@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A painted vase: the demo's coloured model.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Cuts a mesh into partitions of at most 2,000 vertices and draws each in a colour of its own:
 //   PartitionPicture MESH.ply PICTURE.png
 #include <vtkActor.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Makes the input of an example and looks at its picture, for the tests:
 //   ExampleProbe make-mesh FILE.ply          writes a sphere of about 30,000 points
 //   ExampleProbe check-picture FILE.png N    succeeds if at least N hues (of 36) each fill 0.5 % of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Bytes and speed of pieces of the original: our codec, and on positions and triangles alone peers
 // at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0 and 5.
 //   BenchCodec [--bits N] [--blobs FOLDER] MESH.ply …

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Speed of the piece codec alone, on one thread: decodes every blob of a file, several times over,
 // and encodes the pieces again. The same program natively and as WebAssembly under Node, so that
 // the two can be set side by side.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The floor under kdstream-build: the least that cuts a mesh into partitions, written as plainly as
 // one would (doc/benchmarks.md#floors-and-peers). One thread, everything in memory, no checks, no
 // levels, no codec.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Levels against triangles: how far each method's meshes are from the original (RMS both ways and
 // Hausdorff), and whether the bars that this project has set itself are met.
 //   BenchLevels OUTPUT_FOLDER MESH.ply …

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Meshes for the benchmarks, of the sizes of the paper's Table 2 and of shapes that the scans at
 // hand do not have:
 //   BenchMeshes OUTPUT_FOLDER

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Table 2 and Figs. 5 and 6 of the paper: partitions by k-d tree, octree and k-means, how compact
 // they are, how far their sizes spread, and how long they take, beside the paper's figures and
 // peers.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How fast the chunked readers are, beside the least that reads a file: a bare fread whose bytes
 // are parsed into arrays of the size that is known (the floor), on one thread, in one run, best of
 // several rounds that take turns. VTK's readers as peers, once.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How long kdstream-build takes for a soup, beside scans of its size, all in one run: triangles
 // without order are the worst input that it must still finish.
 //   BenchSoup PROGRAMS OUTPUT_FOLDER [TRIANGLES [ROUNDS]]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How fast and how large kdstream-build is, beside the floor under it (BenchFloor): the same mesh,
 // triangles in order and shuffled, one after the other in one run.
 //   BenchSpeed PROGRAMS OUTPUT_FOLDER [VERTICES [ROUNDS]]

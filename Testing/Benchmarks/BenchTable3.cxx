@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Table 3 of the paper: partitioning out of core, by octree and by k-d tree with each of the four
 // medians, beside the paper's figures; how many passes its heaps need; and the tree in memory
 // beside a bare run of std::nth_element.

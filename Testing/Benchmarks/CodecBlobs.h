@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Blobs of pieces in a file, from the benchmark that cuts meshes to the one that runs as
 // WebAssembly too. A file of one machine for one run: numbers as they lie in memory.
 #pragma once

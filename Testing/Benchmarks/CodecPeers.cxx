@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Benchmarks/CodecPeers.h"
 
 #include <draco/compression/decode.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Peers of the piece codec: what Draco, meshoptimizer and zstd make of a small mesh on an integer
 // grid.
 #pragma once

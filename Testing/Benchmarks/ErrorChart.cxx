@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Benchmarks/ErrorChart.h"
 
 #include "viewer/rendering/OffscreenWindow.h"

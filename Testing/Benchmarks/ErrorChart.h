@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Curves of errors against triangles as a PNG: the picture of BenchLevels.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What others make of a mesh at a number of triangles: the peers of BenchLevels.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A program run to its end and measured from outside: what benchmarks of whole builds compare.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Benchmarks/MeshPicture.h"
 
 #include "viewer/rendering/OffscreenWindow.h"

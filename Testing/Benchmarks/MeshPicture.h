@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pictures of the benchmarks: meshes in rows and columns, each with a caption, as the paper's
 // figures show them.
 #pragma once

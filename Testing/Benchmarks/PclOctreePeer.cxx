@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #define PCL_NO_PRECOMPILE // the octree of leaves with point vectors is not in PCL's libraries
 #include <pcl/octree/octree_pointcloud_pointvector.h>
 #include <pcl/point_cloud.h>

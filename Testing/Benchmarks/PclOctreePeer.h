@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // PCL's octree as a peer of ours: built apart, since PCL's options and headers stay out of ours.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The same page on a desktop: mouse, wheel, double click and keys stand in for fingers.
 
 import assert from "node:assert/strict";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, fingers, and
 // waiting for what the page says of itself (window.kdstream.status, see viewer/mobile/web/page.js).
 //

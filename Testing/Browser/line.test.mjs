@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The way to the server: it goes away and comes back; there is no stream; there are only files.
 
 import assert from "node:assert/strict";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A server between the browser and kdstream-serve that does what proxies, caches and broken networks do: it refuses the
 // stream, alters blobs on the way, cuts frames short. It speaks as much WebSocket as that takes: whole, unmasked,
 // uncompressed messages from the server, each of one frame.

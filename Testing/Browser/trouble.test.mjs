@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What goes wrong, and what the person then reads: each time one sentence, and a page that is still of use.
 
 import assert from "node:assert/strict";

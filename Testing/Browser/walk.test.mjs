@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The walk of a person with a phone: the list and its live preview, full screen, pinches through the levels, two taps on
 // what is interesting, and back; upright and lying.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A second decoder of pieces, written from doc/formats.md (sections 3 to 5) alone: what is said
 // there is enough, and what the C++ writes is what is said. For tests; it is not fast. Throws where a
 // piece is damaged.

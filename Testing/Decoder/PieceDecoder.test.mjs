@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Holds the decoder in JavaScript against the encoder in C++: PieceDecoder.test.mjs PIECE_SAMPLES FILE
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. every document's anchors, sections and titles  2. the links of documents  3. the words
 // of documents, and of the comments of sources: each that looks like a reference is looked up.
 #include "Testing/Documents/References.h"

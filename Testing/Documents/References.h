@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What documents and comments refer to: links, citations, names of files and of tests. For
 // TestDocuments, which finds those that lead nowhere.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Nothing that a document or a comment refers to is missing.
 #include "Testing/Documents/References.h"
 

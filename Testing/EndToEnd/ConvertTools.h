@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tests of foreign formats share: a folder, the programs in it, and files of each format.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Running the programs as a user does: arguments in; exit code, stdout and stderr out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tests of kdstream-build and kdstream-store share: a folder, meshes in it, the programs.
 #pragma once
 

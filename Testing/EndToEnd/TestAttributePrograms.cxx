@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Attributes and large coordinates through kdstream-build and kdstream-store, file to file.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Attributes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build as doc/cli.md describes it: what it writes, says and returns.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Invariants.h"
@@ -297,8 +298,7 @@ TEST_F(BuildProgram, AnUnreadableInputIsNamed)
   {
     std::filesystem::create_symlink(input, this->Folder / input); // may not be opened, even by root
     this->ExpectError(this->Build({ input, "-o", "m.kds" }), 1,
-      "kdstream-build: error: " + input +
-        ": cannot be opened: Too many levels of symbolic links");
+      "kdstream-build: error: " + input + ": cannot be opened: Too many levels of symbolic links");
   }
 }
 
@@ -307,10 +307,10 @@ TEST_F(BuildProgram, ContentOfAnotherFormatThanTheEndingIsTold)
   this->Write("mesh.ply", Torus(40, 20));
   this->Write("text.obj", Torus(40, 20));
   this->WriteText("solid.txt", "solid a\nendsolid a\n");
-  for (const auto& [content, name, expected] :
-    { std::array<std::string, 3>{ "mesh.ply", "x.stl", "a .ply file, although its name ends in .stl" },
-      { "mesh.ply", "x.obj", "a .ply file, although its name ends in .obj" },
-      { "solid.txt", "y.ply", "a .stl file, although its name ends in .ply" } })
+  for (const auto& [content, name, expected] : { std::array<std::string, 3>{ "mesh.ply", "x.stl",
+                                                   "a .ply file, although its name ends in .stl" },
+         { "mesh.ply", "x.obj", "a .ply file, although its name ends in .obj" },
+         { "solid.txt", "y.ply", "a .stl file, although its name ends in .ply" } })
   {
     std::filesystem::copy(this->Folder / content, this->Folder / name);
     this->ExpectError(this->Build({ name, "-o", "m.kds" }), 1,
@@ -339,7 +339,8 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
     return this->Build({ "in.ply", "-o", "m.kds", "--unit", "m", "--quiet" }).err;
   };
   EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
-    "kdstream-build: warning: in.ply: its float coordinates are so far from 0 that they can only be "
+    "kdstream-build: warning: in.ply: its float coordinates are so far from 0 that they can only "
+    "be "
     "multiples of 0.5 m, which shows as stairs; subtract an offset before they are written as "
     "floats, or write doubles\n");
   EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
@@ -366,8 +367,9 @@ TEST_F(BuildProgram, WrongOptionsAreToldWithTheNearest)
 
 TEST_F(BuildProgram, GeneratedFilesArePly)
 {
-  const auto generate = [&](const std::string& file)
-  { return RunTool(this->Folder, "generate", { "vase", file, "--vertices", "2000" }); };
+  const auto generate = [&](const std::string& file) {
+    return RunTool(this->Folder, "generate", { "vase", file, "--vertices", "2000" });
+  };
   this->ExpectError(generate("x.obj"), 2,
     "kdstream-generate: error: x.obj: only .ply files are written: give it a name that ends so");
   EXPECT_EQ(this->Files(), std::set<std::string>{});
@@ -445,7 +447,8 @@ TEST_F(BuildProgram, NeverOverwritesItsInput)
   for (const char* output : { "in.ply", "./in.ply", "link.ply" })
   {
     this->ExpectError(this->Build({ "in.ply", "-o", output }), 2,
-      std::string("kdstream-build: error: ") + output + ": is the input in.ply itself, and would replace it");
+      std::string("kdstream-build: error: ") + output +
+        ": is the input in.ply itself, and would replace it");
     EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", output }).exitCode, 2);
   }
   EXPECT_EQ(ReadWhole(this->Folder / "in.ply"), input);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What --help lists and what doc/cli.md promises are the same options, for every program that was
 // built.
 #include "Testing/EndToEnd/Process.h"

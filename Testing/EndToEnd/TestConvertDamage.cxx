@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-convert on files that were cut, or of which bytes were changed: never a crash that
 // shows, never memory for what a header claims, never anything left behind.
 #include "Testing/EndToEnd/ConvertTools.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-convert on PCL's point clouds: written by PCL, and by liars.
 #include "Testing/EndToEnd/ConvertTools.h"
 

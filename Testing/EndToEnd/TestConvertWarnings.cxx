@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-convert tells what a file's reader lost, left out, or took for something: nothing is
 // invented or dropped in silence.
 #include "Testing/EndToEnd/ConvertTools.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The Stanford dragon through the whole of core: the real scan that
 // doc/design.md#promises are kept on.
 #include "Testing/Fixtures/Invariants.h"

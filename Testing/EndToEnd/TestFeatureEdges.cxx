@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The drawn surface as VTK sees it: vtkFeatureEdges finds no boundary edge in 200 seeded draws of
 // each closed mesh.
 #include "Testing/Fixtures/Meshes.h"

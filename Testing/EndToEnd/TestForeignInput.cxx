@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build on formats that kdstream-convert reads for it, and on point clouds.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"

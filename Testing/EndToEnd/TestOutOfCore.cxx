@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build with less memory than the mesh takes: the same store as with more, within the
 // limit, whatever ends it.
 #include "Testing/EndToEnd/Process.h"

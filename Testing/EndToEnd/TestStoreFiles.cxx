@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Stores as files, by kdstream-build and kdstream-store: their folders, names and permissions, and
 // texts that are changed.
 #include "Testing/EndToEnd/Process.h"

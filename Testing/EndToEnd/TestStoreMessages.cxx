@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What kdstream-store says of files that it cannot read, and of deviations: in our words, not in
 // SQLite's.
 #include "Testing/EndToEnd/Process.h"

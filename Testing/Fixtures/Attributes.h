@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Attributes for the meshes of tests: every type, every association, names that formats stumble
 // over.
 #pragma once

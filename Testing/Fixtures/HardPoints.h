@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Points that selection, trees and clusterings find hard: equal, tied, sorted, skewed, far from the
 // origin. For the tests; the same on every machine.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Meshes that tests are run on: closed surfaces, and inputs that break naive code. All are
 // generated, seeded where they are random, and the same on every machine.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/Model.h"
 
 #include "filters/core/pieces/LeafOrder.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A mesh taken through core, from points to pieces: what most tests of later steps start from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The search for equal vertices: see EqualVertices.h.
 //   1. Every vertex to a rank, and there into a bucket, by the hash of its bytes.
 //   2. Bucket by bucket: the lowest vertex of each place, and then those that equal it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which vertices of several ranks are equal: the search of step "weld" of a parallel build.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The MPI job that a program is a rank of, from its first line to its last.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/MpiTeam.h"
 
 #include "filters/Parallel/TeamFiles.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The ranks of an MPI job that build one model: what they tell each other, and how an error of one
 // becomes the error of all. For kdstream-build-mpi; no step of building is here.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which rank of a job has which nodes of the tree, and so which blocks of every depth and which
 // places of files that lie in the order of blocks.
 #pragma once

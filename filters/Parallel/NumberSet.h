@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Ascending numbers, each once, of many that repeat: vertices and clusters of other ranks, hashes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/NumberTable.h"
 
 #include "filters/outofcore/files/RecordFile.h"

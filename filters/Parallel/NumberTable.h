@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Numbers of vertices by place, in a file and, where they fit, in memory: what ranks ask each
 // other.
 #pragma once

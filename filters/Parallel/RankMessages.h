@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Bytes between the ranks of an MPI job, on VTK's controller: what MpiTeam is made of.
 //
 // The functions say nothing of errors: a rank calls them when it knows that the others do, too.

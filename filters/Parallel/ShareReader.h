@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A rank's share of a mesh file: step "read" of a parallel build.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The parallel build: see TeamBuilder.h. Steps: read and weld, tree, faces, levels, numbers,
 // pieces.
 #include "filters/Parallel/TeamBuilder.h"

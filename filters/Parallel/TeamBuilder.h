@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Step "build" on several ranks: from a mesh file that all of them can read to a store that rank 0
 // writes (doc/decisions/0009-parallel.md).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Vertices in one place: see TeamCoincidence.h.
 //   1. Each place with its rank to a process, and there into a bucket, by the place's hash.
 //   2. Bucket by bucket, ranks ascending: the last rank that was met in each place.

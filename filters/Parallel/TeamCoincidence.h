@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Vertices in one place that lie on several ranks: for the levels by clusters of a parallel build.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/TeamFaces.h"
 
 #include "filters/Parallel/NumberSet.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Triangles and attributes on several ranks: step "faces" of a parallel build.
 #pragma once
 

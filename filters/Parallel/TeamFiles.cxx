@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/TeamFiles.h"
 
 #include "filters/outofcore/files/ScatteredRead.h"

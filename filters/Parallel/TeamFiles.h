@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What goes from the files of some ranks to those of others: elements that a rank lacks, intervals
 // that change hands, entries of a list that lies in parts. By all ranks at the same time; the error
 // of one is that of all (MpiTeam).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/TeamImages.h"
 
 #include "filters/Parallel/NumberSet.h"

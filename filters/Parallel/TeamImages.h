@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The triangles of a level whose blocks lie on several ranks: the images of those of the finer
 // level, or of the mesh. For TeamLevels.cxx alone.
 #pragma once

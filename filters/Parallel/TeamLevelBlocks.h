@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The blocks of a level that lie on several ranks, as a round of collapses goes through them.
 #pragma once
 

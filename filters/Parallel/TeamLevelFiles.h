@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What ranks do with the files of a level when each has made its clusters: number them over all
 // ranks, move them to other ranks. For TeamLevels.cxx alone.
 #pragma once

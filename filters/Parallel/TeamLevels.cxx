@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The levels of several ranks: see TeamLevels.h. Steps, shared with the levels of one process, are
 // in LevelSteps.h.
 //   1. The finest level, every rank its blocks (FinestClusters.h).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The levels of a mesh whose blocks lie on several ranks: step "levels" of a parallel build.
 #pragma once
 

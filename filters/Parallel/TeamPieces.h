@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pieces of several ranks on their way into one store: step "store" of a parallel build.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // In how many different places the vertices of all ranks are: what the grid of a parallel build
 // merges.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The k-d tree on several ranks: step "tree" of a parallel build.
 //   1. The nodes of the upper depths, all ranks together: the axis from the joined box, the median
 //      by histograms of order-preserving bits, added over the ranks; down to where a node's

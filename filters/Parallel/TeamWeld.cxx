@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Welding on several ranks: see TeamWeld.h.
 //   1. Which vertices go, and the lowest one that each of them equals (EqualVertices.h).
 //   2. That is told to those who have read the vertices.

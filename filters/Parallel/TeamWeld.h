@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Welding on several ranks: step "weld" of a parallel build.
 #pragma once
 

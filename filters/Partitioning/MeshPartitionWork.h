@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What vtkMeshPartition hands to its subclasses, and gets back. Not installed: its users would need
 // core.
 #pragma once

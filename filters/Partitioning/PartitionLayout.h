@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which vertices and elements go to which partition, and who owns them: between the tree and the
 // VTK arrays. No VTK here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKMeansPartition
  * @brief   cuts a surface or point set by k-means clustering along the surface

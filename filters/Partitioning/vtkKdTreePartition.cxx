@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "vtkKdTreePartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"

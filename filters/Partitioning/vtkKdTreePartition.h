@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdTreePartition
  * @brief   cuts a surface or point set into uniform partitions along a balanced k-d tree

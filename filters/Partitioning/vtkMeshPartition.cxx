@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. points and cells in core's types  2. the subclass: whose each point is  3. who goes
 // where (PartitionLayout)  4. each partition's arrays.
 #include "vtkMeshPartition.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkMeshPartition
  * @brief   what the filters have in common that cut a surface or point set into partitions

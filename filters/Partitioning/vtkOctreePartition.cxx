@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "vtkOctreePartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"

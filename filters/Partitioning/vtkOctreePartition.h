@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkOctreePartition
  * @brief   cuts a surface or point set into the leaves of an octree: equal cubes, unequal counts

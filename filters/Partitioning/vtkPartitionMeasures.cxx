@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. mesh and labels in core's types  2. measures (core)  3. tables.
 #include "vtkPartitionMeasures.h"
 

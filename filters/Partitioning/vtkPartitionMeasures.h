@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkPartitionMeasures
  * @brief   tables of the sizes, boundaries, areas and compactness of the partitions of a surface

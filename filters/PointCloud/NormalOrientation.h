@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which side of a point cloud's tangent planes is outside.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. points relative to the box' centre, each place once  2. the nearest neighbours of each,
 // and with them the spacing  3. normals: fitted planes, oriented  4. PCL's surface  5. back to the
 // points that came in.

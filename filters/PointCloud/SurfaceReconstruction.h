@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A surface through or near a cloud of points, by PCL: what vtkPCLSurfaceReconstruction does,
 // without VTK.
 #pragma once

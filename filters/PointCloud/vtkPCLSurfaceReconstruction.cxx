@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. points and normals in core's types  2. the surface (SurfaceReconstruction)  3. the
 // output's points, arrays and triangles.
 #include "vtkPCLSurfaceReconstruction.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class vtkPCLSurfaceReconstruction
  * @brief makes a surface of a point cloud, by PCL

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Simplification/SimplifiedLevel.h"
 
 #include "filters/core/levels/CollapseLevels.h"

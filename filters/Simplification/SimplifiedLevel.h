@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which level of a mesh a filter is asked for, and making it: between the filter's parameters and
 // core. No VTK here.
 #pragma once

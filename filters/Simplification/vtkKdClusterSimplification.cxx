@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. points, triangles, normals and colours in core's types  2. weld, tree, level (core)
 // 3. VTK arrays.
 #include "vtkKdClusterSimplification.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdClusterSimplification
  * @brief   one level of detail of a surface, by clusters or by edge collapse

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Core's Execution inside a VTK filter: threads, progress and abort are VTK's.
 #pragma once
 

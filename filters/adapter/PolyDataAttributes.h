@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The arrays of a vtkPolyData as core's attributes, and back: beside PolyDataMesh, which does
 // points and cells.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A vtkPolyData in core's types: the first step of every VTK filter here.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A polygon as triangles, for the VTK filters, which have its points at hand.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Compiled as C++17: see SmpFor.h.
 #include "filters/adapter/SmpFor.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkSMPTools behind a plain function: vtkSMPTools.h of VTK 9.1 does not compile as C++20 with
 // g++ 12, so one C++17 source includes it.
 #pragma once

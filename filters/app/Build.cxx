@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build: a mesh file in, a store out. Step "build" of the README's picture. The contract
 // is doc/cli.md#kdstream-build.
 #include "filters/app/BuildCommand.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The command line of the programs that build stores: kdstream-build and kdstream-build-mpi.
 #pragma once
 

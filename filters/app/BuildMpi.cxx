@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the README's
 // picture. The contract is doc/cli.md#kdstream-build-mpi.
 #include "filters/Parallel/MpiJob.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-convert: a mesh or point cloud of another program's format, as a PLY that kdstream-build
 // reads. A process of its own: VTK and PCL take what memory they like, and may end with the process
 // on hostile input.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. a folder for the PLY  2. start kdstream-convert, its stderr a pipe  3. read that until
 // it ends: progress, warnings, the error  4. how it ended.
 #include "filters/app/ConvertedInput.h"

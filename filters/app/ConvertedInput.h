@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Inputs that kdstream-build does not read itself: kdstream-convert, a process of its own, makes a
 // PLY of them first.
 #pragma once

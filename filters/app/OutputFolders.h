@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Folders for an output whose folders are not there yet.
 #pragma once
 

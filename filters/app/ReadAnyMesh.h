@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A whole mesh from a file of any format that the programs take.
 #pragma once
 

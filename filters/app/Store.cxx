@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"

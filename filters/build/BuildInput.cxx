@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/build/BuildInput.h"
 
 #include "filters/build/BuildMemory.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The first step of a build: a file becomes a mesh in memory that a store can hold. Step "read" of
 // the README's picture.
 #pragma once

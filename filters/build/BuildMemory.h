@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How much memory a build in memory takes, and whether a limit allows it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The build in memory: see Builder.h. Steps: read, weld, tree, levels, number, cut and encode,
 // store.
 #include "filters/build/Builder.h"

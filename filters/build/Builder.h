@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // From a mesh file to a store: conducts step "build" of the README's picture, in memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the phases of a build out of core share: options, files, clock, and what earlier phases have
 // left that later ones look at. For ExternalBuilder.cxx, which lists the phases, and for them
 // alone.

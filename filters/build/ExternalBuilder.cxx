@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The build out of core: see ExternalBuilder.h. Phases:
 //   1. mesh     the file read in chunks, vertices welded, triangles renumbered: MeshPhase.h
 //   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h

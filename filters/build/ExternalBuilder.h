@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // From a mesh file to a store with less memory than the mesh takes: step "build" out of core.
 #pragma once
 

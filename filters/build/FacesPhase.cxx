@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Phase "faces": triangles and arrays by blocks of the tree.
 #include "filters/build/FacesPhase.h"
 

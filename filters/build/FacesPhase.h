@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The third phase of a build out of core: triangles and arrays by blocks of the tree. For
 // ExternalBuilder.cxx.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/build/HubCheck.h"
 
 #include "filters/core/tree/PointRecord.h"

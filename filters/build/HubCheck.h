@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Whether the triangles around each single vertex fit the memory: what no smaller blocks help
 // against. Step "faces" of building out of core.
 #pragma once

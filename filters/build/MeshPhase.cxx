@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Phase "mesh": the file in chunks, what the build must know of it, and welding.
 #include "filters/build/MeshPhase.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The first phase of a build out of core: the file read in chunks, vertices welded, triangles
 // renumbered. For ExternalBuilder.cxx and the phases after it.
 #pragma once

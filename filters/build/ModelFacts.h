@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a store says of its model: from the options of the build and what the build has found.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The tree that a store's partitions are the leaves of, by any of the partitioners. Step "tree" of
 // the README's picture.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the phases of a build out of core leave for each other, as bytes and files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pieces on their way from the cutter into a store: steps "cut" and "encode" of the README's
 // picture.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/build/SharedSteps.h"
 
 #include "filters/core/EdgeCount.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the builders in memory, out of core and on the ranks of a job do alike: checks, counts and
 // what is said of the model. The steps themselves are in the folders of the README's picture.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Phase "tree": the vertices in the order of the leaves of a k-d tree, or of an octree's
 // partitions, and the boxes of the nodes.
 #include "filters/build/TreePhase.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The second phase of a build out of core: a k-d tree over the vertices, or an octree's partitions.
 // For ExternalBuilder.cxx and the phases after it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Predicts an attribute's values one after the other; what is coded is the difference. Layout:
 // doc/formats.md, "Attributes".
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/codec/ByteStream.h"
 
 #include "filters/core/BitCast.h"

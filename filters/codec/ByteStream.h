@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Bytes in and out: fixed and variable-length integers, and streams of integers as byte planes.
 // Nothing here trusts a length: a reader that runs out of bytes says where, and takes no memory for
 // what is absent.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How coordinates are kept: on the one cubic grid of a model, or exactly.
 #pragma once
 

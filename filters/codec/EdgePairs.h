@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which edges of a piece's triangles lie on both sides of one edge of the mesh: what the walk
 // crosses (TriangleWalk.h).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writes which of a piece's numbers each vertex of the walk has (PieceNumbering.h).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Sorts a piece's triangles, fast where its vertices are few.
 #pragma once
 

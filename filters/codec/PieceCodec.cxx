@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The piece codec: see PieceCodec.h and doc/formats.md. The head in bytes, then everything as
 // symbols (PieceReader.h, PieceWriter.h).
 #include "filters/codec/PieceCodec.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A piece as bytes and back: step "encode" and "decode" of the README's picture. Layout:
 // doc/formats.md.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The contexts of a piece's symbols: which table each is coded under. The numbers are part of the
 // format (doc/formats.md).
 #pragma once

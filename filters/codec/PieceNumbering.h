@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which of a piece's numbers each vertex of the walk has: what reader (NumberingReader.h) and
 // writer (NumberingWriter.h) both know. Layout: doc/formats.md, "Groups" and "Ghosts".
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reads a piece's content from symbols, in the order of the format: doc/formats.md, "A piece".
 #pragma once
 

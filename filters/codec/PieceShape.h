@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the counts in a blob's head, and its id, say about the arrays that follow: a piece's content
 // as symbols (PieceReader.h, PieceWriter.h).
 #pragma once

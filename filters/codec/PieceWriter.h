@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writes a piece's content as symbols, in the order of the format: doc/formats.md, "A piece".
 #pragma once
 

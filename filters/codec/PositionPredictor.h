@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Predicts where a piece's vertices are, one after the other in the order of the walk: where
 // parallelograms of earlier vertices put them. What is coded is the difference to that
 // (PositionReader.h, PositionWriter.h). Layout: doc/formats.md, "Positions".

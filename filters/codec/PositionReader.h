@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reads the differences from which a predictor makes the positions of a piece's vertices.
 #pragma once
 

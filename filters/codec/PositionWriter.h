@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writes the positions of a piece's vertices as differences to what a predictor says.
 #pragma once
 

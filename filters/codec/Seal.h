@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What every encoded blob begins and ends with: its magic and the codec's version, and a checksum
 // of all bytes before it, so that a blob that was damaged between the store and the viewer (a
 // proxy, a CDN, a disk cache) is refused instead of drawn. Layout: doc/formats.md, section 4.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Sorts that are small in the page and fast on what pieces have: std::sort is neither.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Small integers as few bits: an entropy coder with static tables. Layout: doc/formats.md,
 // "Symbols".
 //

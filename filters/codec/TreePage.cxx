@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pages of the tree's boxes: see PieceCodec.h and doc/formats.md.
 #include "filters/codec/PieceCodec.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The order in which a piece's triangles and vertices are coded: a walk over the surface.
 //
 // The walk starts at a triangle and crosses its edges. An edge that waits to be crossed is a

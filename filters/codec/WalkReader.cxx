@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/codec/WalkReader.h"
 
 #include "filters/codec/PieceContexts.h"

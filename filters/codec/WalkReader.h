@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Follows the steps of a walk over a piece (TriangleWalk.h), and so finds its triangles.
 #pragma once
 

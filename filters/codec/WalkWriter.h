@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Walks over a piece's triangles (TriangleWalk.h) and writes the steps.
 #pragma once
 

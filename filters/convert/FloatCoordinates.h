@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Formats of which a library makes floats, whatever decimals the file has: telling what that costs.
 #pragma once
 

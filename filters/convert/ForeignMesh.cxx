@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/ForeignMesh.h"
 
 #include "filters/core/Attribute.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/GltfBuffers.h"
 
 #include "filters/meshio/QuotedText.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The files that a .gltf keeps its geometry in, checked before VTK reads: it crashes without them.
 #pragma once
 

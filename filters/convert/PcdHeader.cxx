@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PcdHeader.h"
 
 #include "filters/core/Types.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The header of a PCD file, read and checked against the file's size before PCL takes memory for
 // what it claims.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Making and joining attributes while foreign formats are read.
 #pragma once
 

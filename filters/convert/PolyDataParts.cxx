@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PolyDataParts.h"
 
 #include "filters/adapter/PolyDataAttributes.h"

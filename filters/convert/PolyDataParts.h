@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A vtkPolyData as a mesh with its attributes, and several meshes as one: for all formats that are
 // read through VTK.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // PCL's point clouds. Steps: 1. the header against the file's size  2. PCL reads  3. points,
 // attributes.
 #include "filters/convert/FloatCoordinates.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // VRML and glTF: scenes of many parts, read by VTK and joined to one mesh.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"

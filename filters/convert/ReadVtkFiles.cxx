@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // VTK's own formats: read by VTK.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PolyDataParts.h"

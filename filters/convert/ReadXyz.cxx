@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Point clouds as text. Steps: 1. every line's numbers  2. what the columns mean  3. points and
 // attributes.
 #include "filters/convert/ForeignMesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/Reconstruct.h"
 
 #ifdef KDSTREAM_HAS_PCL

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A surface of a point cloud, before it is written: kdstream-convert --reconstruct.
 #pragma once
 

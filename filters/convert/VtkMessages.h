@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What VTK's readers say, caught: they tell of bad input in messages only, and go on with an empty
 // mesh.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/Attribute.h"
 
 #include "filters/core/Texts.h"

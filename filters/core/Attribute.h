@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Attributes: the arrays that travel with a mesh's vertices and triangles, such as normals and
 // colours.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // std::bit_cast, which emscripten's C++ library does not have yet.
 #pragma once
 

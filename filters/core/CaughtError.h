@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Exceptions as errors. Nothing of ours throws, but memory runs out, and libraries throw: a
 // program, or a rank for which others wait, catches everything and says what it was.
 #pragma once

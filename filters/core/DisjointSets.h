@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Disjoint sets as a forest in one array: parent[v] == v is a root, the lowest of its set.
 #pragma once
 

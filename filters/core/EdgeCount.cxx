@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Counting of edges: see EdgeCount.h.
 #include "filters/core/EdgeCount.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Counting of the edges at which a mesh is not consistently oriented: what a build warns of.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The seam between algorithms and whoever runs them: threads, progress, cancelling.
 //
 // Core never names a thread library. The VTK modules fill in vtkSMPTools, the tools TBB; the

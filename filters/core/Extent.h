@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How far a mesh may span: the one rule for every tree, clustering and store.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Two doubles side by side: what is to be computed for many things is computed for two of them at
 // once. Each lane holds what a double would, to the bit: nothing is fused (-ffp-contract=off) or
 // reordered. Written with the vectors of GCC and Clang; where a machine has none they are two

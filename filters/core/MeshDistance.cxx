@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Distances of meshes by samples: see MeshDistance.h.
 //   1. Sample both meshes: a triangle by its area, a place in it uniformly.
 //   2. A tree of boxes over each mesh's triangles (Boost.Geometry's R-tree).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How far two meshes are from each other, by samples: what levels are judged by. Not in the web
 // build.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A number scattered over 64 bits: the one mixer of the project.
 #pragma once
 

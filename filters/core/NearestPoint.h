@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The nearest of a set of points: a small k-d tree for queries.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Sorting by whole numbers without comparing them.
 #pragma once
 

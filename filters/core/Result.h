@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Errors as values: what every function outside VTK returns when its input may be bad.
 //
 // A Result<T> holds either a T or an Error. The message names the offending value and its place

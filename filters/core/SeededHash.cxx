@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/SeededHash.h"
 
 #define XXH_INLINE_ALL

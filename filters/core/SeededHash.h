@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Hashes for tables whose keys come from a file. Whoever made the file may have chosen keys that
 // meet in one place of a table, where each is compared with all before it. Under a seed that nobody
 // knows before the build such keys cannot be prepared.

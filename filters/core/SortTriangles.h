@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Sorting triangles by their vertices: by counting where the first vertices lie close together. For
 // images of levels and for pieces.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the operating system says of a call that failed: one way to put it for the whole project.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // For functions that go on as long as all is well: a result's value goes to where it is kept.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Texts that come from elsewhere: whether they are UTF-8, made UTF-8, and in a message.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which triangles touch which cell: step "faces" of the README's picture, which later steps start
 // from.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Distances of a point to a segment and to a triangle.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The few plain types that everything shares: points, triangles, boxes, resolutions.
 #pragma once
 

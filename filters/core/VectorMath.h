@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Small arithmetic on points and vectors. Every result is rounded as it is written here: the
 // digests of stores depend on the order of operations.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Coincident vertices: finding and joining them. Step "weld" of the README's picture.
 #pragma once
 

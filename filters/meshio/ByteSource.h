@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A file read from front to back in large blocks: the lowest layer of step "read". Memory is one
 // block, whatever the size of the file.
 #pragma once

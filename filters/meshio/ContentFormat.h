@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which format a file has by its first bytes: for messages about files whose ending says otherwise.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The ending that names a file's format: for readers and writers.
 #pragma once
 

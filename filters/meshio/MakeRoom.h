@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Room in a vector for what is about to be read in one go: for the readers of step "read".
 #pragma once
 

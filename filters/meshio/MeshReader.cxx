@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Chooses a mesh reader by the file's name: step "read" of the README's picture.
 #include "filters/meshio/MeshReader.h"
 

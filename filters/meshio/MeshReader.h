@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Chunked mesh readers: step "read" of the README's picture. A file goes through them in
 // pieces that fit any memory limit: PLY, STL and OBJ.
 #pragma once

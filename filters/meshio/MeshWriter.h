@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writing a mesh: .ply (binary, little endian), .stl (binary), .obj, .vtp and .wrl.
 #pragma once
 

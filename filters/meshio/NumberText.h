@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Numbers as decimal text, the same in every locale: for the text formats of step "read".
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The statements of a Wavefront OBJ file: see ObjStatements.h.
 #include "filters/meshio/ObjStatements.h"
 

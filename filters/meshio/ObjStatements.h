@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The statements of a Wavefront OBJ file, one after the other: its lines without comments, and what
 // is written in them. Part of step "read".
 #pragma once

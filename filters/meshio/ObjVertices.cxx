@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Vertices of an OBJ file whose corners name texture coordinates or normals: see ObjVertices.h.
 #include "filters/meshio/ObjVertices.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Vertices and faces of an OBJ file whose corners name texture coordinates or normals: a vertex for
 // each combination of place, texture coordinate and normal. Part of step "read".
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which scalar properties of a PLY element make up which array: see PlyArrays.h.
 #include "filters/meshio/PlyArrays.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which scalar properties of a PLY element make up which array, and under which names arrays are
 // written. Part of steps "read" and of writing.
 //

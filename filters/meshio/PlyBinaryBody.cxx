@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Binary PLY records of either byte order. Records of fixed size are decoded a batch at a time,
 // column by column; a run of triangles goes through a loop of its own; everything else is read
 // value by value. Part of step "read".

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Where values lie in the binary records of a PLY file, and how they are loaded. For
 // PlyBinaryBody.cxx alone.
 #pragma once

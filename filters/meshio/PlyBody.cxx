@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The records of a PLY file's body: the messages that the ascii and the binary encodings share.
 // Part of step "read".
 #include "filters/meshio/PlyBody.h"

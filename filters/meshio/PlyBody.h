@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The records of a PLY file's body, in the order of the file: what the ascii and the binary
 // encodings have in common. Part of step "read". PlyReader decides which element is read when; here
 // values become points and triangles.

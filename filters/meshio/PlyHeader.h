@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The header of a PLY file: elements, their properties, and where the body begins. Part of step
 // "read".
 #pragma once

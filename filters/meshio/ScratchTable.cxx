@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A table of records on disk, in a file without a name: see ScratchTable.h.
 #include "filters/meshio/ScratchTable.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A table of records on disk, in a file without a name: for readers of step "read" that must look
 // up more than memory may hold.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reads STL files in chunks: see StlReader.h.
 #include "filters/meshio/StlReader.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reads STL files in chunks: step "read" of the README's picture.
 #pragma once
 

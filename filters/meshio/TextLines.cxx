@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A text file line by line, in bounded memory: see TextLines.h.
 #include "filters/meshio/TextLines.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A text file line by line, in bounded memory: for the readers of text formats.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A text file word by word, in bounded memory: see TextWords.h.
 #include "filters/meshio/TextWords.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A text file word by word, in bounded memory: for text formats in which lines mean little. Part of
 // step "read".
 #pragma once

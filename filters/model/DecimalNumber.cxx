@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A decimal number as the double that is nearest to it:
 //   1. take the number apart: an integer of digits, times a power of ten;
 //   2. where both fit into a double, one multiplication or division rounds correctly (Clinger 1990,

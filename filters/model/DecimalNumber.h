@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A decimal number as the double that is nearest to it. Internal: not installed.
 //
 // std::from_chars does this, but emscripten's C++ library has none for doubles; strtod drags in

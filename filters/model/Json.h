@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Parses JSON, by RapidJSON: small enough for a phone's page. Internal: not installed.
 //
 // Texts are hostile: parsing does not recurse, however deep they nest; numbers are rounded

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reads members of a JSON object with their types and ranges checked; remembers the first fault.
 // Internal: not installed.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writes JSON: the one way in which the project does, from the metadata of a store to the status of
 // a page. The same bytes on every platform.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What is known of a model before any of its pieces: one description from the builder to the page.
 //
 // A builder fills it in, a store keeps it (row "model"), kdstream-store and kdstream-build print it

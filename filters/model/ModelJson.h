@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A model's description as JSON and back, in the forms that there are: told by servers, kept in
 // stores, printed as statistics. What they share is written and read in one place
 // (ModelMembers.h).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/model/ModelMembers.h"
 
 namespace kdstream

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The members that a description's forms as JSON share. Internal: not installed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The form that servers tell, and their list of models.
 #include "filters/model/ServedModelJson.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The description that servers tell as a JSON value, for messages that hold one. Internal: not
 // installed.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The form that stores keep, whose bytes never change within a version of stores (members in the
 // order of the alphabet, enumerations as numbers); and statistics, for people and scripts.
 #include "filters/model/ModelJson.h"

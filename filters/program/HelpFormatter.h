@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The text that --help prints, the same way for every program.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/program/Program.h"
 
 #include "filters/core/CaughtError.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What every kdstream program does alike: the command line, exit codes, the error line, sizes,
 // outputs, Ctrl-C (doc/cli.md#all-programs).
 #pragma once

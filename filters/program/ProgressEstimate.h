@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How fast a step goes and how long the work still takes, from fractions that are reported now and
 // then: what the programs' progress lines tell (doc/cli.md#progress).
 #pragma once

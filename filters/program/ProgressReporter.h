@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How far long work is, told on stderr: every program's progress.
 #pragma once
 

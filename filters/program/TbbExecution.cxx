@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/program/TbbExecution.h"
 
 #include <tbb/blocked_range.h>

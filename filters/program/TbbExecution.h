@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Core's Execution on oneTBB: for the programs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The deviations of a resolution's vertices until all are known: what a store says of them takes
 // all, and a level may have more than the memory holds. For StoreWriter alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The metadata as the text that a store holds. Doubles are spelled as stores have always spelled
 // them, by nlohmann's library, so that the same build gives the same file to the byte.
 #include "filters/model/ModelJson.h"

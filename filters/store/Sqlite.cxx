@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/Sqlite.h"
 
 #include <sqlite3.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The little of SQLite that a store needs: a connection and a statement that close themselves, and
 // its errors as ours. For filters/store alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/Store.h"
 
 #include "filters/model/ModelJson.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A store: one SQLite file NAME.kds that holds tree and pieces of one model. Reading. Layout:
 // doc/formats.md.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. a copy beside the store  2. its row of metadata is replaced  3. it becomes the store.
 #include "filters/store/StoreEdit.h"
 

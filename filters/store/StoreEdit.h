@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Changing what a store says of its model, without building it again.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Meshes out of a store: any cut drawn as one surface, or partitions glued together. Step "draw" of
 // the README's picture, without a viewer.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/StoreSchema.h"
 
 #define XXH_INLINE_ALL

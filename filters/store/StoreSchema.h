@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The layout of a store inside SQLite, for the reader and the writer alone. Described in
 // doc/formats.md.
 #pragma once

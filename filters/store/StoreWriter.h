@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writing a store: step "store" of the README's picture. The file appears whole or not at all.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The file of a store while it is written: under a name of its own beside the store, whose place it
 // takes when it is whole. For those that write stores alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The access log of kdstream-serve: one line a request.
 //
 //   2026-01-31T12:00:00Z 127.0.0.1 "GET /api/models.json" 200 512 0.3

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve: streams the stores of a folder. The contract is doc/cli.md#kdstream-serve; the
 // protocol is doc/protocol.md.
 #include "filters/program/Program.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The header fields by which a client asks for less than the whole answer: ETags, byte ranges and
 // content codings (RFC 9110).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One HTTP connection: reads requests and sends the routes' answers one after the other, until the
 // client leaves or asks for a WebSocket. Internal to the server.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A request and its answer as the routes see them: no sockets, no Boost.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/HttpServer.h"
 
 #include "server/http/HttpConnection.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The server on one port: HTTP/1.1 routes and the WebSocket stream, with or without TLS. Step
 // "serve" of the README's picture. Boost stays behind this header.
 #pragma once

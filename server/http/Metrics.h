@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Counters of a server, and their text for /metrics (Prometheus text format). All functions may be
 // called from any thread.
 #pragma once

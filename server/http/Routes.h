@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which answer a request gets: the GET routes of doc/protocol.md. No sockets: a pure function of
 // the request, the catalog and the web folder.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The files of a folder, for the web viewer: a URL's path to bytes, never outside the folder.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One WebSocket: moves messages between a socket and a Conversation. Internal to the server.
 //
 // At most one message is being written, and the next one is made only when it has been sent. So a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Binary messages of the stream: blobs in frames of at most 64 KiB, and back into blobs.
 //
 // Layout (little-endian): request u32, kind u8, level u8, zero u16, number u32, offset u32, total

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which blob of a model: a page of the tree, a piece of a level, or a partition of the original.
 //
 // Blobs are the only data of the protocol: everything else names or describes them. The names below

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The JSON messages of the stream: a client's requests, and a server's answers but for the blobs
 // themselves.
 //

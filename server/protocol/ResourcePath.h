@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The GET paths of the interface: made by clients and exporters, parsed by servers.
 //
 //   /api/models.json (alias /api/models)            the models

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "server/protocol/TextParts.h"
 
 namespace kdstream::protocol

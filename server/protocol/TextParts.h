@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Small strict parsers that paths and blob names share. Internal to the protocol.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which blobs answer a request: the part of a conversation that knows the model and has no state.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a server serves, as the conversation and the routes see it: models, each with its
 // description, the boxes of its tree, and its blobs. Step "serve" of the README's picture.
 //

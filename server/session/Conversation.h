@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One client's conversation: control messages in, control messages and frames out. Step "serve" of
 // the README's picture. No sockets, no threads.
 //

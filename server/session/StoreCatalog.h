@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The stores of a folder as a catalog: every NAME.kds is the model NAME.
 #pragma once
 

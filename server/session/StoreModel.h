@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One store as a served model.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What has come from a server, for a session.
 #include "viewer/client/ClientEvent.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session's requests as plain GETs, one blob after the other, for servers without a stream. No
 // sockets, no clock.
 #pragma once

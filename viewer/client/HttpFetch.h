@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What is fetched from a server, and its answer, whoever fetches it.
 #pragma once
 

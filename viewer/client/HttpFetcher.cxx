@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // GET over one connection that is kept open.
 #include "viewer/client/HttpFetcher.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // GET over one connection that is kept open. Boost stays in the source.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session's line to a server: requests out, blobs in, on a thread of its own.
 #include "viewer/client/ServerClient.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session's line to a server on native sockets: requests out, blobs in, on a thread of its own.
 // Step "receive" of the README's picture. Boost stays in the source.
 #pragma once

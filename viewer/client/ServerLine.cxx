@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // When to connect, to send, to fetch and to give up: see ServerLine.h.
 #include "viewer/client/ServerLine.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session's line to a server: when to connect, what to send and to fetch, what to do when the
 // connection is lost. No sockets, no clock: the host does what TakeActions says and tells what
 // happened. The desktop's ServerClient and the page of the phone are such hosts. Step

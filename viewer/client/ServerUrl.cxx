@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The address of a server as a person writes it.
 #include "viewer/client/ServerUrl.h"
 

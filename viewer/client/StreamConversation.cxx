@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session's requests as messages of the stream, and the server's answers as events.
 #include "viewer/client/StreamConversation.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The WebSocket to a server.
 #include "viewer/client/StreamSocket.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Plays a session without a person. Step "replay" of the README's picture.
 #include "viewer/desktop/Player.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Plays a session without a person: steps in, requests to the server, frames to a window. Step
 // "replay" of the README's picture.
 #pragma once

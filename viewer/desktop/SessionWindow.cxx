@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A window that shows what a session says. Step "render" of the README's picture.
 #include "viewer/desktop/SessionWindow.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-view: looks at the models of a server. The contract is doc/cli.md#kdstream-view.
 #include "filters/core/SystemReason.h"
 #include "filters/program/Program.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pictures by OpenGL ES 3 without a screen: see EglOffscreen.h.
 //
 // 1. the surfaceless display, initialised; 2. a configuration and a context of OpenGL ES 3; 3. a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A shader program of OpenGL ES 3.0: see GlesProgram.h.
 #include "viewer/mobile/GlesProgram.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A shader program of OpenGL ES 3.0. Internal to viewer/mobile.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Draws a session's scene with OpenGL ES 3.0: see GlesRenderer.h.
 #include "viewer/mobile/GlesRenderer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "render" of the README's
 // picture.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The shaders of GlesRenderer, in OpenGL ES Shading Language 3.00. Internal to viewer/mobile.
 //
 // Everything is highp: mediump has 16 bits on phones, too few for positions and for a highlight's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Cuts a surface into chunks with 16-bit indices: see SurfaceChunks.h.
 #include "viewer/mobile/SurfaceChunks.h"
 

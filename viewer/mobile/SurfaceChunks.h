@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Cuts a surface into what the graphics memory holds: chunks with 16-bit indices. Step "render" of
 // the README's picture. No OpenGL here.
 #pragma once

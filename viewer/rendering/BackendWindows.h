@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One maker of windows for each backend. Internal to viewer/rendering; OffscreenWindow.h is for
 // everybody.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The points of a cloud as round splats: see CloudSplats.h.
 #include "viewer/rendering/CloudSplats.h"
 

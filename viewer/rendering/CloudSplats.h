@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The points of a cloud as round splats, by VTK's shaders. Internal to viewer/rendering.
 //
 // VTK draws all points of an actor as squares of one size. So all get the size of the largest splat

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // An OpenGL context on EGL without a display server (doc/design.md#pictures-without-a-screen).
 //
 // 1. open libEGL; 2. find a display that needs no display server: Mesa's surfaceless platform, else

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which OpenGL context is current: see GlContext.h.
 #include "viewer/rendering/GlContext.h"
 

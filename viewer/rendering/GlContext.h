@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // An OpenGL context without a window, and which one is current. Internal to viewer/rendering.
 //
 // Contexts of EGL, OSMesa and GLX may exist side by side, but the libraries do not know of each

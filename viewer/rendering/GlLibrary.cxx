@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Whose OpenGL the process calls: see GlLibrary.h.
 #include "viewer/rendering/GlLibrary.h"
 

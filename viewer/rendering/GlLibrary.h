@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Whose OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX). Internal to
 // viewer/rendering.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The OpenGL symbols that an executable exports so that a stock VTK can draw without GLX
 // (doc/design.md#pictures-without-a-screen).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Windows of a VTK that knows GLX only (doc/design.md#pictures-without-a-screen): EGL and OSMesa
 // contexts of our own under VTK's generic window, and VTK's X11 window taught to share the process
 // with them.

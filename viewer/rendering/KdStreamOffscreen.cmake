@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # kdstream_enable_offscreen(target): lets an executable that links KdStream::rendering make off-screen windows.
 #
 # Where VTK knows GLX windows only, it links the OpenGL symbols of GlSymbols.cxx into the executable itself and

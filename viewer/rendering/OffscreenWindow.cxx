@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Chooses the backend of an off-screen window: see OffscreenWindow.h.
 #include "viewer/rendering/OffscreenWindow.h"
 

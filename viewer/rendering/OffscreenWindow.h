@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Windows that draw without a screen (doc/design.md#pictures-without-a-screen). Step "render" of
 // the README's picture.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // An OpenGL context of OSMesa, Mesa's renderer in main memory
 // (doc/design.md#pictures-without-a-screen).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a window shows, as bytes and as a PNG file: see Picture.h.
 #include "viewer/rendering/Picture.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a window shows, as bytes and as a PNG file. Step "render" of the README's picture.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A shared library that is opened when it is first needed. Internal to viewer/rendering.
 //
 // EGL and OSMesa are opened this way, so that a program starts where one of them is missing and can

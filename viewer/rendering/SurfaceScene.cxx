@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Draws one surface in a VTK renderer: see SurfaceScene.h.
 #include "viewer/rendering/SurfaceScene.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Draws one surface in a VTK renderer. Step "render" of the README's picture: the surface is
 // DrawSurface's.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How every blob came, what decoding it took, and what the frame took that showed it first: the
 // newest blobs of a session.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The camera: where one looks from. Step "look" of the README's picture.
 #include "viewer/session/Camera.h"
 

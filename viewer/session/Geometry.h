@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Vectors and quaternions of the viewers: the arithmetic under step "look" of the README's picture.
 //
 // Only + - * / and sqrt, which every platform rounds alike: the same touches give the same camera,

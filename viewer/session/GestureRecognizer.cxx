@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Fingers to gestures: the first step of "look" in the README's picture.
 #include "viewer/session/GestureRecognizer.h"
 

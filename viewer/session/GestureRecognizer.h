@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Fingers to gestures: the first step of "look" in the README's picture.
 //
 // One finger rotates, two pan and pinch, a double tap picks (paper sections 5.2 and 5.3). Nothing

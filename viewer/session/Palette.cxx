@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The colours of partitions and resolutions: see Palette.h.
 #include "viewer/session/Palette.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The colours of partitions and resolutions. Step "draw" of the README's picture.
 #pragma once
 

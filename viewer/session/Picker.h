@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What lies under a finger: step "pick" of the README's picture (paper section 5.3).
 #pragma once
 

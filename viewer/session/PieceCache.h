@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Decoded pieces, kept while they are shown and as long as memory allows after: step "keep" of the
 // README's picture.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which requests are under way, and which blobs they still owe: step "request" of the README's
 // picture.
 #include "viewer/session/RequestBook.h"

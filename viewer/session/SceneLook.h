@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How a scene looks, whoever draws it: lights, material, background. Step "render" of the README's
 // picture.
 //

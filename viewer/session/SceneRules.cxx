@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What every renderer decides alike about a scene: see SceneRules.h.
 #include "viewer/session/SceneRules.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
 // README's picture.
 #include "viewer/session/SessionFile.h"

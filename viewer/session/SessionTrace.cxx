@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session's trace: one line of JSON after every input, with the state and what there is to send.
 // Tests compare whole traces, so nothing in it depends on clocks, threads or pointers.
 #include "filters/model/JsonWriter.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What goes in and out of a viewer's session: names and texts.
 #include "viewer/session/SessionTypes.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What goes in and out of a viewer's session: requests, the scene, the status, the statistics.
 #pragma once
 

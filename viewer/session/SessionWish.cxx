@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a session would like to see, and how it gets it:
 //   1. the wish: the level that the zoom asks for (or a coarser one, where it failed) and the
 //   picked region,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The surface that is shown: which cut, out of what is loaded, and its drawing. Step "draw" of the
 // README's picture.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How large the points of a cloud are drawn: see SplatRadii.h.
 #include "viewer/session/SplatRadii.h"
 

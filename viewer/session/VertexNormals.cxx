@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Normals of a drawn surface: see VertexNormals.h.
 #include "viewer/session/VertexNormals.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Normals of a drawn surface, for shading. Step "draw" of the README's picture.
 #pragma once
 

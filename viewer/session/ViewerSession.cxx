@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The one brain of all viewers: see ViewerSession.h. Every input ends in Update()
 // (SessionWish.cxx), which compares what one would like to see with what is loaded and with what is
 // under way.

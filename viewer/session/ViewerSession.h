@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The one brain of all viewers: what a person does and what a server sends go in, requests and a
 // scene come out. Conducts "look", "choose", "pick", "request" and "draw" of the README's picture
 // (paper section 5).

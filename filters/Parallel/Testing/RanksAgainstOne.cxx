@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Run by TestBuildMpi on the ranks of a job: builds hard meshes by all ranks, with so little memory
 // for each step that everything is done in parts, and by one process in memory; the stores are the
 // same. Usage: RanksAgainstOne FOLDER; exit code 1 and a line for each store that differs.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build-mpi against kdstream-build: the same store, whatever the number of ranks; one
 // message and no store where it fails.
 #include "Testing/EndToEnd/Process.h"
@@ -246,8 +247,8 @@ TEST(BuildMpi, AnExceptionOfOneRankIsTheErrorOfAll)
 {
   const TemporaryFolder folder;
   const Outcome outcome = RunProgram(folder, KDSTREAM_MPIRUN,
-    Ranks(3,
-      { std::string(KDSTREAM_PROGRAMS) + "/RanksAgainstOne", folder.Path.string(), "throws" }));
+    Ranks(
+      3, { std::string(KDSTREAM_PROGRAMS) + "/RanksAgainstOne", folder.Path.string(), "throws" }));
   EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
 }

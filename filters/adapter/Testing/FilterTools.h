@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tests of VTK filters need: inputs, and what a filter says and does while it runs.
 #pragma once
 

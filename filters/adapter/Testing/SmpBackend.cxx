@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/Testing/SmpBackend.h"
 
 #include <vtkSMPTools.h>

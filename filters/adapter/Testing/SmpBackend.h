@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkSMPTools' backend and threads, for tests: a C++17 source, see filters/adapter/SmpFor.h.
 #pragma once
 

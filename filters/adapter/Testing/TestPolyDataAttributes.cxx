@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Arrays of a vtkPolyData -> attributes -> arrays: types, roles, cells that were cut up, what is
 // skipped.
 #include "filters/adapter/PolyDataAttributes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkPolyData -> core's types: order, kinds and orientation of elements; what is refused.
 #include "filters/adapter/PolyDataMesh.h"
 

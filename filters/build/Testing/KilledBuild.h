@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Builds that are killed on the way, for the tests of builds out of core.
 #pragma once
 

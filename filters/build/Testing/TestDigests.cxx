@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The content of stores over the versions of KdStream: what is built today is what was built
 // before, to the byte. Digests.txt has a line for each mesh and way to build it. A change of format
 // or of an algorithm changes lines there, and nothing else may.

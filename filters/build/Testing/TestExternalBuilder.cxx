@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Stores that are built out of core: the same to the byte as in memory, whatever the limit, the
 // threads and the median method, and however often the build was killed.
 #include "Testing/Fixtures/Attributes.h"

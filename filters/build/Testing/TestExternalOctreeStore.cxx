@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Stores by an octree that are built out of core: the same to the byte as in memory, whatever the
 // limit and the threads, and however often the build was killed.
 #include "Testing/Fixtures/Attributes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the decoders of pieces and tree pages. The first bytes choose the tree's
 // depths, the grid and the piece; the rest is the blob, once as it is and once with a right
 // checksum appended, so that the decoders behind the checksum are reached. What decodes must pass

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writes pieces as blobs and as what they hold, one JSON object a line, for the decoder in
 // JavaScript (Testing/Decoder) to be held against. PieceSamples FILE
 #include "Testing/Fixtures/Meshes.h"

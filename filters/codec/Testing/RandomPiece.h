@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pieces that no builder would write and that the codec must bring back all the same; seeded.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Block by block as in whole: numbers, pieces, sums of attributes. VertexNumbers, PieceCutter with
 // a part, AttributeSums.
 #include "filters/core/Testing/WholeAndBlocks.h"

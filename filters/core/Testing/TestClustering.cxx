@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Any clustering as a tree, and as one level of a mesh.
 #include "filters/core/levels/SimplifyByClusters.h"
 #include "filters/core/pieces/Glue.h"

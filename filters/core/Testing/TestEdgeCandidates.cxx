@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What edge collapse is made of: the queue of candidates, two edges placed at once, the triangles
 // around a merged vertex.
 #include "filters/core/TriangleDistance.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Extent.h"
 #include "filters/core/levels/Levels.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // K-means clustering: how many, whose, how they spread; and the parts it is made of.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/NearestPoint.h"

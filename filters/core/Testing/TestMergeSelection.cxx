@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The cheapest of many errors, found in passes: against sorting.
 #include "filters/core/levels/MergeSelection.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering against a recursion on exact numbers, and what holds for any input.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Weld.h"

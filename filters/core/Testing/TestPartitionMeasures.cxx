@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Partition measures: by hand, against edges counted plainly, and where nothing is defined.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Weld.h"

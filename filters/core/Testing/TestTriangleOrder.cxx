@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Triangles sorted, sorted into buckets, gathered by bucket; their image partition by partition.
 #include "filters/core/RadixSort.h"
 #include "filters/core/SortTriangles.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Coincident points: found, counted and welded.
 #include "filters/core/BitCast.h"
 #include "filters/core/SeededHash.h"

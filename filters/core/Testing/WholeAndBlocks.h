@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A mesh taken through core as a whole, and what a block of it has at hand: what tests of working
 // block by block compare with.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The edges that wait for their collapse, the cheapest first. For EdgeCollapse alone.
 #pragma once
 

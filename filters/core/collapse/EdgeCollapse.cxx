@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Edge collapse: see EdgeCollapse.h.
 //   1. The triangles around each vertex; edges, boundary, the first candidates.
 //   2. Take the cheapest candidate; skip it where an end has changed since.

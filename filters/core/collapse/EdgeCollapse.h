@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Quadric-error edge collapse of one part of a mesh, recorded merge by merge. For the makers of
 // levels alone.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Where the vertex goes that an edge collapses to, and what that costs. For EdgeCollapse alone.
 //
 // Source: Garland and Heckbert 1997; the choice between the edge and the place beside it is ours.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The triangles around a merged vertex, two at a time: see MergedStar.h.
 #include "filters/core/collapse/MergedStar.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The triangles around the vertex that an edge would collapse to. For EdgeCollapse alone.
 #pragma once
 

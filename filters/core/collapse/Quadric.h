@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Plane quadrics: the squared distances to a set of weighted planes, as one quadratic form (Garland
 // and Heckbert, "Surface simplification using quadric error metrics", 1997). For representatives
 // and deviations of levels.

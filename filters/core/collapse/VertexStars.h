@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The triangles around each vertex of a mesh while its edges collapse. For EdgeCollapse alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The drawing rule: see Surface.h.
 //   1. The split clusters: base clusters (coarser than S) with an original in a refined partition.
 //   2. The pieces that take part, and the points they show: own vertices that are in the cut.

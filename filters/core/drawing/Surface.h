@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One surface from many resolutions: the drawing rule (doc/design.md#the-cut-rule). Step "draw" of
 // the README's picture.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The sheets of one cell: which of its connected components become clusters of their own
 // (doc/design.md#clusters). For the makers of levels alone.
 #pragma once

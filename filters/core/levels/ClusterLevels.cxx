@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Levels by clustering: see ClusterLevels.h.
 //   1. The finest level: FinestClusters.h.
 //   2. The pairs of clusters that only collapsed triangles link.

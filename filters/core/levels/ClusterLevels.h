@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the README's
 // picture.
 //

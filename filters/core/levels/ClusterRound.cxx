@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A coarser level by clusters: see ClusterRound.h.
 //   1. Inside each cell join clusters along triangles' edges and links.
 //   2. Number the components by cell and lowest vertex; add up, represent.

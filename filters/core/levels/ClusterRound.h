@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A level by clusters from the next finer one: whole, or the part in some cells of the tree. For
 // the makers of levels alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What is added up over a cluster of original vertices. For the makers of levels alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A block of the next coarser level from a block of a level and what merges in it. For the makers
 // of levels alone.
 #pragma once

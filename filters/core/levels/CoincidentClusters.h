@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Finest clusters that hold vertices in the same place become one: where vertices are split, at
 // texture seams and hard edges, levels would open slits between them. For the makers of levels
 // alone.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/levels/CollapseAttributes.h"
 
 #include "filters/core/VectorMath.h"

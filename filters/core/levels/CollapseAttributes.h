@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What colours and normals cost when clusters merge. For the makers of levels alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Levels by edge collapse: see CollapseLevels.h.
 //   1. The finest level (FinestClusters.h), and the means of its colours and normals.
 //   2. For each coarser level: collapse in parts (CollapseRound.h), freely below (FreeCollapse.h).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Levels by edge collapse (doc/design.md#edge-collapse): step "levels" of the README's picture.
 //
 // The finest level is that of ClusterLevels.h. Every coarser one comes from the level below it by

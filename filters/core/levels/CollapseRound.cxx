@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One round of collapses in parts: see CollapseRound.h.
 //   1. Lists of merges (PartLists). Some of the parts collapse as far as any may have to. They give
 //   an

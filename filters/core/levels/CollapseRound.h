@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One round of collapses in parts: from a level in blocks to the next coarser one. For the makers
 // of levels alone.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A level while coarser ones are made from it: whole, or a block of it. For the makers of levels
 // alone.
 #pragma once

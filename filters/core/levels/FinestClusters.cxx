@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
 //   1. Inside each cell join vertices along edges and where they coincide: the sheets.
 //   2. Number the clusters by cell and lowest vertex.
@@ -143,8 +144,8 @@ private:
     }
   }
 
-  // Links vertices in the same place into a chain, in the order of the cells. A cell of any depth is a
-  // run in that order, so the part of a chain that lies in it is connected.
+  // Links vertices in the same place into a chain, in the order of the cells. A cell of any depth
+  // is a run in that order, so the part of a chain that lies in it is connected.
   void JoinCoincident(std::vector<VertexId>& root, const std::vector<std::uint32_t>& cell)
   {
     const std::vector<VertexId> first =
@@ -313,11 +314,12 @@ private:
     return cluster >= firstCluster && cluster < endCluster;
   }
 
-  // Finds the partition's own vertices that boundary edges end at, without a list of edges. For each
-  // triangle, a vertex adds the scattered number of the corner after it and subtracts that of the
-  // corner before it. An edge that is used equally often in both directions adds up to 0 at both ends;
-  // a boundary edge does not. (Several may add up to 0 by chance, at one vertex of 2^32: its boundary
-  // is then not held in place.) Returns whether a sum is not 0. Needs only the partition's triangles.
+  // Finds the partition's own vertices that boundary edges end at, without a list of edges. For
+  // each triangle, a vertex adds the scattered number of the corner after it and subtracts that of
+  // the corner before it. An edge that is used equally often in both directions adds up to 0 at
+  // both ends; a boundary edge does not. (Several may add up to 0 by chance, at one vertex of 2^32:
+  // its boundary is then not held in place.) Returns whether a sum is not 0. Needs only the
+  // partition's triangles.
   bool FindUnbalanced(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     std::vector<std::uint32_t>& sums) const
   {
@@ -341,8 +343,8 @@ private:
     return std::any_of(own.begin(), own.end(), [&](VertexId v) { return sums[v] != 0; });
   }
 
-  // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges to
-  // their boundary sums. Looks only at edges with an own end: the partition has all triangles of
+  // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges
+  // to their boundary sums. Looks only at edges with an own end: the partition has all triangles of
   // these, so it sees whether an edge is on the boundary, which is to be in one triangle alone.
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The clusters of the finest level, where every maker of levels starts. For the makers of levels
 // alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A pass over blocks of a level. For the makers of levels alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Collapses of a whole level at once, for levels coarser than S that are small. For the makers of
 // levels alone.
 #pragma once

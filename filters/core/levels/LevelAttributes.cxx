@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Normals and colours of the levels: see LevelAttributes.h.
 //   1. The sums of the finest level's clusters over their original vertices, ascending.
 //   2. Level by level: the mean of each cluster, and its sum added to its parent's, children by

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Normals and colours of the levels: the last part of step "levels" of the README's picture.
 #pragma once
 

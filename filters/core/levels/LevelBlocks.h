@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A level in blocks, as a round of collapses goes through it: in memory or in files. For the makers
 // of levels alone.
 #pragma once

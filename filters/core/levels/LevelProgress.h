@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How far step "levels" is: fractions for progress.
 #pragma once
 

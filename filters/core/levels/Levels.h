@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Levels of detail of a mesh: who makes them. Step "levels" of the README's picture.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The cheapest of many merges, found in passes: however many they are, none need be in memory. For
 // the makers of levels alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One threshold for the merge lists of all parts: which merges a round of collapses makes. For
 // CollapseRound alone.
 #pragma once

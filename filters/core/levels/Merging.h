@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which clusters of a level become one at the next coarser level: by merges of edges, and by
 // grouping what cannot merge. For the makers of levels alone.
 #pragma once

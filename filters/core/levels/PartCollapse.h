@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The collapses of the parts of a block, each on its own with the clusters of others fixed. For the
 // makers of levels alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One level by any clustering of the vertices: the octree's and k-means' meshes beside the k-d
 // tree's.
 #pragma once

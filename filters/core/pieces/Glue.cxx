@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/pieces/Glue.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Gluing partitions back together: the original mesh, or a region of it, out of its pieces
 // (doc/design.md#nothing-lost).
 #pragma once

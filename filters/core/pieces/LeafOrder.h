@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The order of the original vertices inside a finest cluster: step "number" of the README's
 // picture.
 #pragma once

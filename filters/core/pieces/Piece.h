@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A piece: what is stored and streamed (doc/design.md#pieces).
 //
 // One shape for every resolution: the part of one level, or of the original, that lies in one node

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Cutting one resolution into its pieces: see VertexTree.h and Piece.h. Step "cut" of the README's
 // picture.
 #include "filters/core/pieces/VertexTree.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Numbers from the top down: see VertexNumbers.h.
 #include "filters/core/pieces/VertexNumbers.h"
 

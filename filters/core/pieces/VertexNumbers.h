@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The numbers of the vertex tree from the top down, of the whole mesh or block by block. Step
 // "number" of the README's picture.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Numbering of the vertex tree of a mesh in memory: see VertexTree.h, and VertexNumbers.h for the
 // steps.
 #include "filters/core/pieces/VertexTree.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the README's
 // picture.
 //

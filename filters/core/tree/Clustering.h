@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Any clustering of a mesh's vertices: what partitioners other than the k-d tree give, and what
 // cluster simplification (levels/SimplifyByClusters.h) takes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Hierarchical face clustering: spreads the seeds of k-means over a surface.
 #pragma once
 

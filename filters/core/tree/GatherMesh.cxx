@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Gathering of a mesh: see GatherMesh.h.
 //   1. New numbers of the vertices, partition by partition; points and their arrays follow.
 //   2. Corners become new numbers; triangles are sorted by the partition of the lowest by counting.

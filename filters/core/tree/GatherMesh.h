@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A mesh in no order, moved so that what later steps use together lies together: part of step
 // "faces" of the README's picture.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // K-means clustering: see KMeansClustering.h. Steps:
 //   a. points to a box of side 1, vertices in one place to their lowest (KMeansSurface),
 //   b. seeds from hierarchical face clustering (KMeansSeeds),

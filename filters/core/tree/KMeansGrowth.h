@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Step c of k-means clustering (KMeansClustering.cxx): clusters grow from their seeds over the
 // edges of a mesh. For KMeansClustering alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Step b of k-means clustering (KMeansClustering.cxx): the first seeds. For KMeansClustering alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The mesh that k-means clusters, moved into the unit cube. For KMeansClustering alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The balanced k-d tree: see KdTree.h. Points become records, RecordTree orders them.
 #include "filters/core/tree/KdTree.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The balanced k-d tree over the vertices (paper section 4.1): step "tree" of the README's picture.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering: see OctreeClustering.h. Steps:
 //   a. each vertex gets the 63-bit Morton key of its cell at the deepest level,
 //   b. cells are split by sorting their records into eight, by three bits of the key, in place,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering of vertices, the paper's first baseline: partitions of equal cubes instead of
 // equal counts. Step "tree" of the README's picture, in place of KdTree.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Where a point lies in an octree: the cube of the root, and the Morton key of the deepest cell.
 #pragma once
 

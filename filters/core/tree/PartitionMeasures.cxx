@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Partition measures: see PartitionMeasures.h. Steps: 1. counts and areas, and the edges of the
 // triangles of every partition  2. edges sorted by (ends, partition): those that are alone are
 // boundary  3. compactness, spreads.

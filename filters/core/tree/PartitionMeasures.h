@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How good a partitioning is: the paper's compactness (eq. 1), areas, and how far sizes spread.
 #pragma once
 

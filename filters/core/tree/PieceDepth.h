@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How deep in the tree a resolution is cut into pieces, which levels, pieces and their files all go
 // by.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a k-d tree is built from: a vertex's coordinates beside its id, so that comparing and moving
 // a vertex touches one place in memory, and in a spill file.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The k-th of some records on the total order (coordinate, id): paper 4.1 step c, in memory.
 //
 // Steps, after R. W. Floyd and R. L. Rivest, "Expected time bounds for selection" (CACM 18, 1975):

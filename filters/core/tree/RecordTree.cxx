@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The k-d tree over records: see RecordTree.h. Steps as in the paper's section 4.1:
 //   a. the box of the cell's vertices,  b. its longest axis,  c. the median on the total order
 //   (coordinate, id), d. two halves,  e. again for each half.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The k-d tree below one cell, over records in memory: what BuildKdTree uses for the root, and the
 // tree out of core for every cell that fits the memory.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Counts every allocation of a test program: include it in one source only.
 #pragma once
 

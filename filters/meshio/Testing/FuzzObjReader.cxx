@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the OBJ reader: ./dev fuzz.
 #include "filters/meshio/ObjReader.h"
 #include "filters/meshio/Testing/ReadHostile.h"

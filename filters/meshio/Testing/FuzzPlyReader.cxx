@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the PLY reader: ./dev fuzz.
 #include "filters/meshio/PlyReader.h"
 #include "filters/meshio/Testing/ReadHostile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the STL reader: ./dev fuzz.
 #include "filters/meshio/StlReader.h"
 #include "filters/meshio/Testing/ReadHostile.h"

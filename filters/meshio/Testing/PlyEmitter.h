@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Writes PLY files of every shape, for the tests of the reader. It shares nothing with the code
 // under test.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Random meshes in random PLY dresses, with what a reader must make of them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Random soups in random STL dresses, with what a reader must make of them.
 #pragma once
 

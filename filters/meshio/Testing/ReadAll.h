@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reads a file in chunks of any sizes, as callers of a reader do.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Puts any bytes through a reader, for its fuzzer and its mutation test, and checks what every
 // caller relies on.
 #pragma once

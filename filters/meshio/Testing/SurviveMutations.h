@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tests of readers on damaged files share: seeded mutations of good files, each read in
 // one go and in chunks.
 #pragma once

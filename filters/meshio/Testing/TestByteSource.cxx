@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // ByteSource: a file in blocks, wherever one starts to look.
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // MeshReader: the file's name chooses the reader.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

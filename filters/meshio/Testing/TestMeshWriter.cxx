@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // MeshWriter: every format is read back by a few lines of its own here, exactly.
 #include "Testing/Fixtures/Attributes.h"
 #include "filters/meshio/MeshReader.h"

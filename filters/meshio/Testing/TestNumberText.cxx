@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // NumberText: words become numbers of a type, rounded once, or are told to be none.
 #include "filters/meshio/NumberText.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // OutputFile: whole or not at all, and the first error is the one that is told.
 #include "filters/meshio/OutputFile.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which properties of a PLY file become which arrays: names, types, values, limits.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/PlyArrays.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // PlyHeader: the lines of a header, and every way in which one can be wrong.
 #include "filters/meshio/PlyHeader.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

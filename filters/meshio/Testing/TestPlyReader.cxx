@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // PlyReader: random files of every shape are read back exactly; files by hand for what random ones
 // do not reach; every error names its place.
 #include "filters/meshio/Testing/RandomPly.h"

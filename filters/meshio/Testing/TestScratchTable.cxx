@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // ScratchTable: records on disk are those that were put there, in any order of access.
 #include "filters/meshio/ScratchTable.h"
 #include "filters/meshio/Testing/Dice.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The STL reader: random soups in every dress are read back exactly whatever the chunks; files by
 // hand for what random ones do not reach; every error names its place.
 #include "filters/meshio/MeshWriter.h"

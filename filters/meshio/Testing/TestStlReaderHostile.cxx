@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The STL reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
 // promises where it accepts a file, and must never take memory for what is not there.
 #include "filters/meshio/StlReader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // TextWords: the words of a text, wherever the blocks of the file end.
 #include "filters/meshio/Testing/Dice.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

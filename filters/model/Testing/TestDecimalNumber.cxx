@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Decimal numbers to doubles, against strtod.
 #include "filters/model/DecimalNumber.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // JSON texts in and out, against strtod and nlohmann's library.
 #include "filters/core/Texts.h"
 #include "filters/model/Json.h"

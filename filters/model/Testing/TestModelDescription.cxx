@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The description as servers tell it.
 #include "filters/model/ModelJson.h"
 #include "filters/model/Testing/RandomModels.h"

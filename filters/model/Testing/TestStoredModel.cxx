@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The description as stores keep it, and as statistics.
 #include "filters/model/ModelJson.h"
 #include "filters/model/Testing/RandomModels.h"

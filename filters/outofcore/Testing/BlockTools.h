@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tests of blocks share: a mesh led through the steps of a build up to the blocks, beside
 // the same mesh in memory.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A mesh taken through core in memory, and its tree and levels written as files, for tests of what
 // is made from them.
 #pragma once

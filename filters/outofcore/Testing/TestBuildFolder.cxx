@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Builds that are killed, and taken up again.
 #include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/files/BucketFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The levels out of core against those in memory: to the bit, whatever the blocks are.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
 #include "filters/core/tree/OctreeClustering.h"
 #include "filters/outofcore/files/RecordFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pieces cut out of core, part by part, against those cut in memory: ExternalNumbers,
 // ExternalPieces. The levels are made in memory and written as files, so that nothing but the
 // numbers and parts can differ.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/HardPoints.h"
 #include "Testing/Fixtures/Meshes.h"

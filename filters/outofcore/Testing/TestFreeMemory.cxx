@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // When freed memory goes back to the system.
 #include "filters/outofcore/files/FreeMemory.h"
 

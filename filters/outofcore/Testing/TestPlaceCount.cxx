@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Weld.h"
 #include "filters/outofcore/Testing/BlockTools.h"

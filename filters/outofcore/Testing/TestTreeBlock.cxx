@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The whole way from a mesh to blocks: spilled, welded, sorted by the tree, joined with its
 // triangles, loaded; against the mesh in memory.
 #include "Testing/Fixtures/Meshes.h"

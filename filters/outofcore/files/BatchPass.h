@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One pass over the records of a file, many blocks at a time: read and worked on side by side, then
 // taken in order. What every step out of core is made of.
 #pragma once

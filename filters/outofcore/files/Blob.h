@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A few values as bytes, and back: counts, boxes, lists. What a phase of a build leaves for those
 // after it. Written and read by the same program on the same machine (a build folder's fingerprint
 // says so), hence as they lie in memory.

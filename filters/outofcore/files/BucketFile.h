@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Records sorted into buckets on the way to a file: the pass that brings together what belongs
 // together when it does not fit the memory.
 #pragma once

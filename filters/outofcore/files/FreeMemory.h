@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Freed memory goes back to the system, where a memory limit is watched from outside.
 #pragma once
 

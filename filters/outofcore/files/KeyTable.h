@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Equal vertices of a bucket find each other: step "weld" out of core and on several ranks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One block after the other, the next being loaded while one is worked on.
 #pragma once
 

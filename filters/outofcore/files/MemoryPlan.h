@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How a memory limit is divided among the buffers of the steps out of core.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Records of a fixed size in spill files: at a place, and one after the other in large blocks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which of many hashes may have come twice: what looks for equal things need look at no others.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Elements of a spill file at ascending places that lie more or less close together: each page is
 // read once.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Files for what does not fit the memory: see SpillFile.h.
 #include "filters/outofcore/files/SpillFile.h"
 

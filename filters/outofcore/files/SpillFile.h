@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Files for what does not fit the memory: a folder that goes when its owner goes, files in it that
 // are read and written at any place in large blocks. Step "spill" of building out of core.
 #pragma once

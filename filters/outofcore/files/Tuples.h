@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Tuples of several arrays as bytes, element by element: how they lie in files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Build folders: see BuildFolder.h.
 //   NAME         files by number, and `journal`
 //   NAME.lock    locked by the process that builds; removed by it, and only by it

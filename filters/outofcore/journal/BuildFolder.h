@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A folder of spill files that outlives a killed build: the next build of the same store takes it
 // up and goes on from the last finished phase (doc/design.md#whole-or-not-there,
 // doc/cli.md#resume).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a build folder knows of the phases that are finished: a small file, replaced as a whole.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The processes that build one model together, each with some of its blocks: the seam between the
 // steps out of core and whoever carries bytes from one process to another (filters/Parallel).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The levels out of core: see ExternalLevels.h. Steps, shared with the levels of several ranks, are
 // in LevelSteps.h.
 //   1. The finest level, block by block (FinestClusters.h); where every vertex goes, by rank.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The levels of a mesh that does not fit the memory: step "levels" of building out of core.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/outofcore/levels/FileClusterRound.h"
 
 #include "filters/outofcore/files/RecordFile.h"

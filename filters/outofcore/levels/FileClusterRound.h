@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A coarser level by clusters from a level in files, block by block. For the levels out of core
 // alone.
 #pragma once

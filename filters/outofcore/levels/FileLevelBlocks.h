@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A level in files, as a round of collapses goes through it. For the levels out of core alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "filters/outofcore/levels/LevelFile.h"
 
 #include "filters/outofcore/files/RecordFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A level of detail in files, block by block: what the levels out of core are made of.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What makers of levels need of a level in files beside the level itself, until the next coarser
 // one is made. For the levels out of core alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The attributes of one block: what its points and triangles are in files becomes arrays of its
 // mesh.
 #pragma once

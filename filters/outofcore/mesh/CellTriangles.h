@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which triangles touch which cell of the tree, out of core: step "faces" of building.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Coincident vertices: see CoincidentRanks.h.
 //   1. Each place with its rank into a bucket by the place's hash; ranks ascend in each bucket.
 //   2. Bucket by bucket: the last rank that was met in each place.

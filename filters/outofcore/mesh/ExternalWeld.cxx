@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Welding out of core: see ExternalWeld.h.
 //   1. Where not all fit the memory: those whose place has a hash that may come twice are sought,
 //      and are all that step 2 sees; where these do not fit either, they go into buckets by a hash

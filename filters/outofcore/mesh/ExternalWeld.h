@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Welding of vertices that do not fit the memory: step "weld" of the README's picture, out of core.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Which vertices, in the order of the leaves, are in one place: for those who look for coincident
 // ones (CoincidentRanks.h, filters/Parallel).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A mesh in blocks: the files that the steps "tree" and "faces" of building out of core leave, and
 // how a block of them gets into memory.
 #pragma once

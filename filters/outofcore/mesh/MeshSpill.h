@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A mesh file, read in chunks into spill files: step "read" of building out of core.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // An octree over vertices that do not fit the memory as the tree of a store: what
 // TreeOfClustering(ClusterByOctree) is in memory.
 #pragma once

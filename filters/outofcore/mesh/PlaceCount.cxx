@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Counting of places: see PlaceCount.h.
 //   1. Which hashes may come twice. The others are counted; these are sorted, if they fit.
 //   2. If not: the hash of each place into a bucket by its upper bits.

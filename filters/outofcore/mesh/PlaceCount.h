@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // In how many different places the vertices of a mesh are that does not fit the memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Tuples in the order of the tree: see RankTuples.h.
 //   1. Tuples with their ranks into buckets, by sections of the ranks.
 //   2. Section by section: each tuple to its place in memory, then all to the file.

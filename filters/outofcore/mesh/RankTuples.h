@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The tuples of vertices' attributes in the order of the tree, out of core: step "faces" of
 // building, for those arrays.
 #pragma once

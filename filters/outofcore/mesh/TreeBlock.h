@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // One cell of the tree with all that touches it, in memory: what the steps after the tree work on,
 // one block after the other.
 #pragma once

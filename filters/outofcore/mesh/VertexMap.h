@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Maps from vertex numbers to vertex numbers that do not fit the memory (ids after welding, places
 // in the tree), and triangles led through them: the join of building out of core
 // (doc/design.md#faces).

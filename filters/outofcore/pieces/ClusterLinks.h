@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What numbering needs of the clusters of a level in files. For the numbers out of core alone.
 #pragma once
 

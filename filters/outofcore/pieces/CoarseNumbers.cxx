@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The numbers of the levels 0 … S: see CoarseNumbers.h, and VertexNumbers.h for what follows from
 // what.
 #include "filters/outofcore/pieces/CoarseNumbers.h"

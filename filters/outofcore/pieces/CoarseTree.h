@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The levels 0 … S of the vertex tree as parts of it need them, of a mesh that does not fit the
 // memory. Step "cut" out of core.
 #pragma once

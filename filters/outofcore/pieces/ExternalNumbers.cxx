@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Numbers of a mesh in blocks: see ExternalNumbers.h, and VertexNumbers.h for what follows from
 // what.
 #include "filters/outofcore/pieces/ExternalNumbers.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The numbers of the vertex tree of a mesh that does not fit the memory. Step "number" out of core.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Parts of the resolutions, one after the other: see ExternalPieces.h.
 #include "filters/outofcore/pieces/ExternalPieces.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What pieces are cut from, of a mesh that does not fit the memory: part by part. Step "cut" out of
 // core.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What is gathered about a cell while its records are written, so that splitting it needs no pass
 // of its own: box, mean, count, and where its coordinates lie.
 #pragma once

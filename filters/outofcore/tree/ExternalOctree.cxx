@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering out of core: see ExternalOctree.h. As the k-d tree's, all cells lie in one file
 // at the place that they have in the order of the leaves, and move between two files of the whole's
 // size. Every pass keeps the order of the records of a cell: ids stay ascending.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering of vertices that do not fit the memory: the paper's baseline in Table 3.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The balanced k-d tree over vertices that do not fit the memory (paper 4.2): step "tree" out of
 // core.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The median by counting (MedianSearch.h). Steps, for the range that holds the wanted key:
 //   a. divide it into 2^16 bins of the ordered bits, or of the ids once all coordinates are equal,
 //   b. count the keys in each in one pass,  c. go on in the bin that holds the wanted rank,

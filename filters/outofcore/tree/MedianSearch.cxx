@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The median of what does not fit the memory: see MedianSearch.h.
 #include "filters/outofcore/tree/MedianSearch.h"
 

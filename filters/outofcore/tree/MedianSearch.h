@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The median of what does not fit the memory, on the total order (coordinate, id): four exact
 // methods behind one interface. Paper sections 4.2.1-4.2.3.
 #pragma once

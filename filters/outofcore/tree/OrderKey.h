@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The total order (coordinate, id) as two whole numbers, so that methods can bisect it and count it
 // in bins without knowing what a double is.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What is to be known of all points before anything is done with them: that their coordinates are
 // numbers, box and mean.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The median by external merge sort (MedianSearch.h). Steps:
 //   a. one pass sorts as many keys as the memory holds at a time, and writes them as a run,
 //   b. as long as there are more runs than can be read side by side, groups of them are merged,

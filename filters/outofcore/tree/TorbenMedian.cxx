@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The median by Torben's method (MedianSearch.h; paper 4.2.1), on the total order. Steps:
 //   a. the pivot is half way between the least and the greatest key that may still be it: of their
 //      coordinates, or of their ids where the coordinates are equal,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The help's lines fit, and lose nothing.
 #include "filters/program/HelpFormatter.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // However the work of a program ends, the person gets one line and an exit code.
 #include "filters/program/Program.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Rates and times left are told when they can be known, and are right then.
 #include "filters/program/ProgressEstimate.h"
 

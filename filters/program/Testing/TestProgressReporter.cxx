@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a line of progress tells, and that it goes on telling while nothing is reported.
 #include "filters/program/ProgressReporter.h"
 

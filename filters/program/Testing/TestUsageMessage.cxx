@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Wrong command lines are told in words of ours, whatever CLI11 says of them.
 #include "filters/program/HelpFormatter.h"
 #include "filters/program/UsageMessage.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // DeviationList: the same as sorting all of them, whatever of it is in a file.
 #include "filters/store/DeviationList.h"
 

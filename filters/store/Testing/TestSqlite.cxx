@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Names of files that SQLite cannot be given.
 #include "filters/store/Sqlite.h"
 

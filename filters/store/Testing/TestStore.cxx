@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Builder, StoreWriter and Store: what goes in comes out, what is damaged is named, nothing is left
 // behind.
 #include "Testing/Fixtures/Invariants.h"

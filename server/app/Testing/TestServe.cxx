@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve as a process: its line, its signals, its exit codes. Argument: the program.
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"

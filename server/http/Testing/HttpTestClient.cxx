@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/Testing/HttpTestClient.h"
 
 #include "server/protocol/ResourcePath.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Clients for the tests of the server, blocking: plain bytes, HTTP, and the stream. Boost stays in
 // the source.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Memory that runs out at a chosen moment: replaces operator new of a test program. Include it in
 // one source only.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The server on real sockets: what the routes and the conversation cannot show by themselves.
 #include "server/http/HttpServer.h"
 

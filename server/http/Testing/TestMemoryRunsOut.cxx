@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A server without the memory for a connection loses that connection, and no more: it goes on
 // listening.
 #include "server/http/HttpServer.h"

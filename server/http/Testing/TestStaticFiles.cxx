@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/StaticFiles.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // HTTPS and the stream over TLS, with a certificate made for the test.
 #include "server/http/HttpServer.h"
 #include "server/http/Testing/HttpTestClient.h"

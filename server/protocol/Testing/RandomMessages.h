@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Random but valid messages, from a seed: what must survive the way through JSON.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "server/protocol/ControlMessage.h"
 
 #include "server/protocol/Testing/RandomMessages.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Models made up in memory, from a seed: for tests of what stands on a Catalog.
 #pragma once
 

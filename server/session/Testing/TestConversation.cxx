@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/Conversation.h"
 
 #include "filters/core/tree/Region.h"

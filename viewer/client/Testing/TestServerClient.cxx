@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Whole sessions over loopback: against our server, through a line that breaks, and against a
 // server of plain files.
 #include "viewer/client/ServerClient.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // When a line connects, sends, fetches, waits and gives up, without sockets and clocks.
 #include "viewer/client/ServerLine.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Addresses of servers, and what is wrong with the others.
 #include "viewer/client/ServerUrl.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Requests as messages and answers as events, without sockets: lists, limits, cancels, lost
 // connections.
 #include "viewer/client/StreamConversation.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a real server serves in the viewers' tests: one torus, kept in memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // kdstream-view as a person runs it: pictures, statistics, recordings, exit codes and error lines.
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The scenes that both renderers draw: see ComparedScenes.h.
 #include "viewer/mobile/Testing/ComparedScenes.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The scenes that both renderers draw: the same for DrawWithVtk and TestGlesAgainstVtk.
 #pragma once
 

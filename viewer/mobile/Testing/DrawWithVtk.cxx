@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Draws the compared scenes with VTK into PNG files of the current folder. A program of its own:
 // VTK's OpenGL symbols and those of OpenGL ES do not go together in one.
 #include "viewer/mobile/Testing/ComparedScenes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pictures in memory and how much two of them differ, for the tests of viewer/mobile.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The phone's renderer against the desktop's: the same scenes, drawn here with OpenGL ES and by
 // DrawWithVtk, which must have run in the same folder, with VTK.
 #include "viewer/mobile/Testing/ComparedScenes.h"

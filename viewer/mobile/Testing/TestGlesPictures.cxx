@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Regression pictures of the OpenGL ES renderer. Mesa's software renderer of another version may
 // round otherwise, so a little may differ: see `ExpectBaseline`. Where a picture is meant to
 // change, look at the one that the failure names and copy it over the baseline.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the phone's renderer does with bad input, lost contexts and repeated draws.
 #include "viewer/mobile/Testing/GlesTools.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Chunks put together again are the surface.
 #include "Testing/Fixtures/Model.h"
 #include "viewer/mobile/SurfaceChunks.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Puts FILES into the folder PAGE, compresses each, prints their sizes, and fails where they are more than MOST_BYTES
 # together: what a phone must fetch before it sees anything. Comments and indentation stay at home.
 function(pad text width result)

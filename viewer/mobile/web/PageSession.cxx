@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session and its line to the server, as a page drives them: see PageSession.h.
 #include "viewer/mobile/web/PageSession.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session and its line to the server, as a page drives them: everything that the phone's page
 // knows beside its picture. Between steps "request" and "decode" of the README's picture.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The viewer of the page: a session, its line to the server and its picture, as plain functions for
 // page.js. Step "render" of the README's picture.
 //

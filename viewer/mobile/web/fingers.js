@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Fingers, mouse, wheel and keys on the canvas, as touches. What they mean is the session's affair; nothing here knows
 // of gestures.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the viewer in WebAssembly calls: OpenGL ES 3 as a WebGL 2 context, and a clock.
 //
 // Objects of WebGL are numbers over there; 0 is none.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The page's sockets: does what the viewer's line to the server wants, and tells it what happened. Step "receive" of
 // the README's picture.
 

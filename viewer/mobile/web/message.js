@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What has to be said, in #message: one thing at a time, the worst first.
 
 const box = document.getElementById("message");

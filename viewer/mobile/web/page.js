@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The phone's page: the list of models, one canvas for preview and full screen, and the words around them. All that is
 // shown and fetched is decided in WebAssembly (viewer/session, by way of viewer.js); here is only what a browser has to
 // do for it.

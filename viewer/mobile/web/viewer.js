@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
 import { bytesAt, gainCanvas, imports, useMemory } from "./gl.js";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tests of viewer/rendering share: a model, a camera, pictures and their comparison.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/rendering/Testing/RenderTools.h"
 
 #include "viewer/session/Palette.h"

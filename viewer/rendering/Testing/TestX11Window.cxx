@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Windows on an X server, beside those that need none. CMake runs this under xvfb-run.
 #include "viewer/rendering/Testing/RenderTools.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A server in memory for tests: see MemoryServer.h.
 #include "viewer/session/Testing/MemoryServer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A server in memory for tests: a model built from a mesh, and requests answered blob by blob in
 // any order.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The camera: it fits, follows fingers, and stays sound whatever the fingers do.
 #include "viewer/session/Camera.h"
 

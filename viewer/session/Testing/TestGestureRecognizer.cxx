@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Fingers to gestures: taps, double taps, pinches, and invariants under random fingers.
 #include "viewer/session/GestureRecognizer.h"
 

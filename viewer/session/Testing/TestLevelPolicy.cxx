@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The level of detail for a zoom: small enough on the screen, monotone, and without flicker.
 #include "viewer/session/LevelPolicy.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Rays against triangles, compared with a search by another formula.
 #include "viewer/session/Picker.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pieces leave by age once memory is short, but never one that is shown.
 #include "viewer/session/PieceCache.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/session/SceneRules.h"
 
 #include "viewer/session/Geometry.h"

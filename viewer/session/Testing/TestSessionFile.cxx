@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Session files: read, refused with the line's number, and written back bit for bit.
 #include "viewer/session/SessionFile.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The session against a server in memory: what is drawn is closed at every moment, whatever comes
 // in whatever order.
 #include "viewer/session/SessionFile.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A picture of the partitions, pulled apart.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What all partition filters give: nothing is lost, ghosts are marked, data are passed.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 

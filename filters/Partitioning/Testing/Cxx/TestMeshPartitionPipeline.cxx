@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The partition filters as parts of pipelines: threads, progress, abort, errors, when it runs
 // again.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"

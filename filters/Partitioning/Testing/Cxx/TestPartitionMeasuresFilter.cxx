@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkPartitionMeasures: tables, arrays that it takes and refuses, pipelines.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"

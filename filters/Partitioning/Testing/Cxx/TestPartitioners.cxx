@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What each partition filter does of its own: sizes, numbers of partitions, options, bad input.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The same surface cut by the k-d tree, the octree and k-means, side by side, as the paper's
 // Fig. 5.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"

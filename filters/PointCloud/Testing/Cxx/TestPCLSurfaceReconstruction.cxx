@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkPCLSurfaceReconstruction: surfaces of sampled spheres, hard clouds, and its place in a
 // pipeline.
 #include "filters/adapter/Testing/FilterTools.h"

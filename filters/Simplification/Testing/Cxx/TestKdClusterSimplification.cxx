@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkKdClusterSimplification: the levels of core, threads, progress, abort, errors, when it runs
 // again.
 #include "filters/adapter/Testing/FilterTools.h"

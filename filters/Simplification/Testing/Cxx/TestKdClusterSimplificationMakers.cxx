@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // vtkKdClusterSimplification: collapse, targets, clusters from an array, normals and colours.
 #include "filters/Simplification/SimplifiedLevel.h"
 #include "filters/adapter/Testing/FilterTools.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A picture of two levels: quadric with sheets on the left, the paper's on the right.
 #include "filters/adapter/Testing/FilterTools.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Plays RECORDING.recording by the native or the web build's ReplaySession and compares the trace with what must be the
 # same: natively, with the trace of the recording itself; of WebAssembly, with a native replay of the same moment.
 function(replay trace)

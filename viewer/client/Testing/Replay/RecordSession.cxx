@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Records one walk on a phone (Recorder.h): list, preview, full screen, pinches through the levels,
 // regions, damage, outages, turning the phone, and back.
 //

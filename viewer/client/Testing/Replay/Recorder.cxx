@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Makes a recording: see Recorder.h.
 #include "viewer/client/Testing/Replay/Recorder.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Makes a recording: drives a session against a server's Conversation in the same process, and
 // writes down all that goes in. Time is invented and nothing is random, so a recording is the same
 // whenever it is made.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Recordings: see Recording.h.
 #include "viewer/client/Testing/Replay/Recording.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Recordings: everything that went into a session and its line to a server, in order, with times:
 // what the person did, and every byte that the server sent. Played again they give the same trace,
 // on any machine: the proof that the phone runs the desktop's brain.

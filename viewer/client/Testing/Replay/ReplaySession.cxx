@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Plays a recording (Recording.h) and writes the trace (TracedSession.h) to a file: the same
 // sources natively and as WebAssembly under Node.
 //

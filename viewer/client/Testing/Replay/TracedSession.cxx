@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session that writes down all it does: see TracedSession.h.
 #include "viewer/client/Testing/Replay/TracedSession.h"
 

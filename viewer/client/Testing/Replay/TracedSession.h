@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A session with its line to a server, driven by recorded inputs, that writes down all it does.
 //
 // A trace is lines of JSON: those of ViewerSession (the state after every input, SessionTrace.cxx),
