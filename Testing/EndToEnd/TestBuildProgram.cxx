@@ -340,8 +340,7 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
   };
   EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
     "kdstream-build: warning: in.ply: its float coordinates are so far from 0 that they can only "
-    "be "
-    "multiples of 0.5 m, which shows as stairs; subtract an offset before they are written as "
+    "be multiples of 0.5 m, which shows as stairs; subtract an offset before they are written as "
     "floats, or write doubles\n");
   EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
   EXPECT_EQ(warning(ScalarType::Float32, 0), "") << "0.03 m at 430 km, a thirtieth of the spacing";

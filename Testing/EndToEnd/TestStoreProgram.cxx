@@ -131,8 +131,8 @@ TEST_F(StoreProgram, DamageIsNamedByVerify)
   EXPECT_EQ(this->Store({ "extract", "d.kds", "--all", "-o", "x.ply" }).exitCode, 1);
   EXPECT_EQ(this->Store({ "extract", "d.kds", "--level", "5", "-o", "x.ply" }).exitCode, 0)
     << "the rest is whole";
-  this->ExpectError(this->Store({ "info", "in.ply" }), 1,
-    "kdstream-store: error: in.ply: header: file is not a database");
+  this->ExpectError(
+    this->Store({ "info", "in.ply" }), 1, "kdstream-store: error: in.ply: not a KdStream store");
   this->ExpectError(this->Store({ "info", "nothing.kds" }), 1,
     "kdstream-store: error: nothing.kds: No such file or directory");
 }

@@ -479,7 +479,6 @@ int main(int argc, char** argv)
 {
   CommandLine line;
   CLI::App app(description, "kdstream-store");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
   app.require_subcommand(1);
   app.footer(examples);
   CLI::App* info = app.add_subcommand("info", "tells what the store holds");

@@ -203,7 +203,6 @@ int main(int argc, char** argv)
 {
   CommandLine line;
   CLI::App app(description, "kdstream-serve");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
   app.footer(examples);
   AddOptions(app, line);
   return RunProgram(app, argc, argv, [&]() { return Serve(app.get_name(), line); });

@@ -322,7 +322,6 @@ int main(int argc, char** argv)
   CommandLine line;
   ParseWindowSize(line.size, line.width, line.height);
   CLI::App app(description, "kdstream-view");
-  app.set_version_flag("--version", KDSTREAM_VERSION);
   app.footer(examples);
   AddOptions(app, line);
   return RunProgram(app, argc, argv,
