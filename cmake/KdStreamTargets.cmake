@@ -89,8 +89,9 @@ function(kdstream_add_program name)
 endfunction()
 
 # A GoogleTest executable and its ctest entry. kdstream_add_test(TestKdTree LABEL unit SOURCES … LINK …)
+#   LABEL: unit, render, e2e; further ones too: what takes more than half a minute is also "slow", of which ./dev test samples.
 function(kdstream_add_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "LABEL" "SOURCES;LINK;ARGUMENTS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LABEL;SOURCES;LINK;ARGUMENTS")
   if(NOT KDSTREAM_BUILD_TESTING)
     return()
   endif()
