@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <fcntl.h>
+
 using namespace kdstream;
 using namespace kdstream::fixtures;
 

@@ -237,7 +237,7 @@ private:
     }
     KDSTREAM_TRY(this->WritePieces(description.Codec(), writer.get()));
     this->Report.info = description;
-    status = status ? this->Exec.Report("write", 0) : status;
+    KDSTREAM_TRY(this->Exec.Report("write", 0));
     // Before the store is put in place all agree that nobody has failed.
     KDSTREAM_TRY(this->Team.Finish());
     if (this->Team.IsFirst())

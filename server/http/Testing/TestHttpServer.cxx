@@ -3,6 +3,7 @@
 #include "server/http/HttpServer.h"
 
 #include "filters/core/tree/Region.h"
+#include "filters/model/ModelJson.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/protocol/Testing/RandomMessages.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/Routes.h"
 
+#include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Testing/MemoryCatalog.h"
 

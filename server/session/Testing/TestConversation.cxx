@@ -138,7 +138,7 @@ TEST_F(Talk, PreviewIsOnePieceOfLevelEleven)
 TEST_F(Talk, LevelsComeWholeOrByNode)
 {
   this->OpenModel();
-  const auto finest = this->model->Description().depths.finest;
+  const auto finest = static_cast<std::uint8_t>(this->model->Description().depths.finest);
   const auto depth = PieceDepth(Resolution::Level(finest), this->model->GetDepths());
   std::vector<BlobId> all;
   for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)

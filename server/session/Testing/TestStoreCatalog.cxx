@@ -2,6 +2,7 @@
 #include "server/session/StoreCatalog.h"
 
 #include "filters/build/Builder.h"
+#include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>

@@ -154,7 +154,8 @@ TEST_F(TestView, MoreRingsStreamMore)
 TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
 {
   this->Models.model->damaged = protocol::BlobId::LevelPiece(12, 2);
-  this->Models.model->damaged->level = kdstream::testing::Torus().Description().depths.finest;
+  this->Models.model->damaged->level =
+    static_cast<std::uint8_t>(kdstream::testing::Torus().Description().depths.finest);
   ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
   this->Write("zoom.jsonl", walk);
   EXPECT_EQ(this->View("--offscreen auto --size 400x300 --replay zoom.jsonl"), 1);
