@@ -23,7 +23,9 @@ BlobHistory::BlobHistory(std::size_t most)
 
 BlobStatistics* BlobHistory::Find(std::uint64_t number)
 {
-  return number < this->Forgotten ? nullptr : &this->Newest[number - this->Forgotten];
+  return number < this->Forgotten
+           ? nullptr
+           : &this->Newest[static_cast<std::size_t>(number - this->Forgotten)];
 }
 
 void BlobHistory::Add(PieceId piece, BlobStatistics entry)
