@@ -123,7 +123,7 @@ Status WriteRelief(const CubeGrid& grid, const ReliefOptions& options,
   const Relief relief(grid, options.seed);
   const Permutation points(grid.Points(), 2 * options.seed);
   const Permutation triangles(grid.Triangles(), 2 * options.seed + 1);
-  Status status = WriteRecords(output, grid.Points(), pointBytes, "vertices", execution,
+  KDSTREAM_TRY(WriteRecords(output, grid.Points(), pointBytes, "vertices", execution,
     [&](std::uint64_t i, char* bytes)
     {
       const Vec3 p = relief.At(options.shuffledPoints ? points(i) : i);
@@ -131,23 +131,20 @@ Status WriteRelief(const CubeGrid& grid, const ReliefOptions& options,
       {
         PutLittleEndian(std::bit_cast<std::uint32_t>(static_cast<float>(p[k])), bytes + 4 * k);
       }
-    });
-  if (status)
-  {
-    status = WriteRecords(output, grid.Triangles(), triangleBytes, "triangles", execution,
-      [&](std::uint64_t i, char* bytes)
+    }));
+  KDSTREAM_TRY(WriteRecords(output, grid.Triangles(), triangleBytes, "triangles", execution,
+    [&](std::uint64_t i, char* bytes)
+    {
+      const auto corners = grid.CornersOf(options.shuffledTriangles ? triangles(i) : i);
+      bytes[0] = 3;
+      for (std::size_t k = 0; k < 3; ++k)
       {
-        const auto corners = grid.CornersOf(options.shuffledTriangles ? triangles(i) : i);
-        bytes[0] = 3;
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-          PutLittleEndian(static_cast<std::uint32_t>(
-                            options.shuffledPoints ? points.Inverse(corners[k]) : corners[k]),
-            bytes + 1 + 4 * k);
-        }
-      });
-  }
-  return status ? output.Finish() : status;
+        PutLittleEndian(static_cast<std::uint32_t>(
+                          options.shuffledPoints ? points.Inverse(corners[k]) : corners[k]),
+          bytes + 1 + 4 * k);
+      }
+    }));
+  return output.Finish();
 }
 
 }

@@ -189,11 +189,7 @@ Result<std::vector<vtkSmartPointer<vtkPolyData>>> MakeAll(
           made[i] = maker.Make(i);
         }
       });
-    if (Status status = execution.Report("partitions", double(first + batch) / double(count));
-        !status)
-    {
-      return status.GetError();
-    }
+    KDSTREAM_TRY(execution.Report("partitions", double(first + batch) / double(count)));
   }
   return made;
 }

@@ -84,20 +84,10 @@ public:
 
   Result<Reconstruction> Run()
   {
-    Status status = this->CollectPlaces();
-    if (status)
-    {
-      status = this->FindNeighbors();
-    }
-    if (status)
-    {
-      status = this->FindNormals();
-    }
-    if (status)
-    {
-      status = this->Exec.Report("surface", 0);
-    }
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->CollectPlaces());
+    KDSTREAM_TRY(this->FindNeighbors());
+    KDSTREAM_TRY(this->FindNormals());
+    KDSTREAM_TRY(this->Exec.Report("surface", 0));
     const QuietPcl quiet;
     if (this->Options.method == ReconstructionOptions::Method::Greedy)
     {

@@ -117,27 +117,17 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
   const vtkIdType polygons = lines + input.GetNumberOfLines();
   const vtkIdType strips = polygons + input.GetNumberOfPolys();
   PolyDataElements elements;
-  Status status = ReadCells(input.GetVerts(), 0, points, AddVertices, elements);
+  KDSTREAM_TRY(ReadCells(input.GetVerts(), 0, points, AddVertices, elements));
   elements.vertices = elements.corners.size();
-  if (status)
-  {
-    status = ReadCells(input.GetLines(), lines, points, AddSegments, elements);
-    elements.segments = elements.corners.size() - elements.vertices;
-  }
-  if (status)
-  {
-    const auto triangles = static_cast<std::size_t>(input.GetNumberOfPolys());
-    elements.corners.reserve(elements.corners.size() + triangles);
-    elements.cells.reserve(elements.cells.size() + triangles);
-    const auto addPolygon = [&](Corners corners, std::vector<Triangle>& added)
-    { AppendPolygon(corners, *input.GetPoints(), added); };
-    status = ReadCells(input.GetPolys(), polygons, points, addPolygon, elements);
-  }
-  if (status)
-  {
-    status = ReadCells(input.GetStrips(), strips, points, AddStrip, elements);
-  }
-  KDSTREAM_TRY(status);
+  KDSTREAM_TRY(ReadCells(input.GetLines(), lines, points, AddSegments, elements));
+  elements.segments = elements.corners.size() - elements.vertices;
+  const auto triangles = static_cast<std::size_t>(input.GetNumberOfPolys());
+  elements.corners.reserve(elements.corners.size() + triangles);
+  elements.cells.reserve(elements.cells.size() + triangles);
+  const auto addPolygon = [&](Corners corners, std::vector<Triangle>& added)
+  { AppendPolygon(corners, *input.GetPoints(), added); };
+  KDSTREAM_TRY(ReadCells(input.GetPolys(), polygons, points, addPolygon, elements));
+  KDSTREAM_TRY(ReadCells(input.GetStrips(), strips, points, AddStrip, elements));
   if (elements.corners.size() > std::numeric_limits<std::uint32_t>::max())
   {
     return Error{ ErrorCode::LimitExceeded,

@@ -370,8 +370,8 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
   constexpr double mostOfSpacing = 0.125; // more is seen
   const Box& box = report.info.box;
   const double step = StepOfFloats(box);
-  if (report.scalarType != ScalarType::Float32 ||
-      !(step > mostOfSpacing * SpacingOfVertices(box, report.info.vertices)))
+  const double spacing = SpacingOfVertices(box, report.info.vertices); // 0: points or lines alone
+  if (report.scalarType != ScalarType::Float32 || spacing == 0 || step <= mostOfSpacing * spacing)
   {
     return {};
   }

@@ -260,19 +260,13 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   const Result<Child> child = Start(*program, all);
   KDSTREAM_TRY(child);
   Messages messages(input);
-  Status status = Listen(*child, messages, execution);
+  const Status heard = Listen(*child, messages, execution);
   ::close(child->messages);
-  const int ended = Await(child->process, !status);
-  if (status)
-  {
-    // An interrupt at the terminal reaches both processes.
-    status = execution.Report(messages.step, messages.fraction);
-  }
-  if (status)
-  {
-    status = EndOf(ended, messages);
-  }
-  KDSTREAM_TRY(status);
+  const int ended = Await(child->process, !heard);
+  KDSTREAM_TRY(heard);
+  // An interrupt at the terminal reaches both processes.
+  KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
+  KDSTREAM_TRY(EndOf(ended, messages));
   converted.WarningTexts = std::move(messages.warnings);
   return converted;
 }

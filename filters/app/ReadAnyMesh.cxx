@@ -53,10 +53,7 @@ Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution)
   }
   const Result<ConvertedInput> converted =
     ConvertedInput::Make(file, std::filesystem::temp_directory_path(), {}, execution);
-  if (!converted)
-  {
-    return converted.GetError();
-  }
+  KDSTREAM_TRY(converted);
   Result<Mesh> mesh = ReadWhole(converted->File(), execution);
   return mesh ? std::move(mesh) : Result<Mesh>(converted->Blame(mesh.GetError()));
 }

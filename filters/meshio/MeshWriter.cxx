@@ -478,11 +478,7 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
       std::to_string(mesh.triangles.size()) + " triangles: more than " +
         std::to_string(mostStlTriangles) + ", which STL can count" };
   }
-  if (Status status = CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size());
-      !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size()));
   for (std::size_t i = 0; i < mesh.attributes.size(); ++i)
   {
     if (!IsAttributeName(mesh.attributes[i].name))

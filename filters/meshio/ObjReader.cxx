@@ -500,12 +500,8 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
   this->AtFaces = true;
   for (std::size_t i = 0; i < number; ++i)
   {
-    if (Status read =
-          this->Tables ? this->Tables->ReadFace(mesh.triangles) : this->ReadFace(mesh.triangles);
-        !read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(
+      this->Tables ? this->Tables->ReadFace(mesh.triangles) : this->ReadFace(mesh.triangles));
     ++this->FacesRead;
   }
   return {};

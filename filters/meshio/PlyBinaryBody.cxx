@@ -183,12 +183,8 @@ Status BinaryBody<Swap>::SkipRecords(
   }
   for (std::uint64_t i = 0; i < count; ++i)
   {
-    if (Status skipped =
-          this->SkipProperties(PlyPlace{ element, first + i }, 0, element.properties.size());
-        !skipped)
-    {
-      return skipped;
-    }
+    KDSTREAM_TRY(
+      this->SkipProperties(PlyPlace{ element, first + i }, 0, element.properties.size()));
   }
   return {};
 }
@@ -313,11 +309,7 @@ Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
   for (std::uint64_t i = 0; i < count; ++i)
   {
     Vec3 point{};
-    if (Status read = this->ReadPoint(PlyPlace{ element, first + i }, coordinates, point, arrays);
-        !read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(this->ReadPoint(PlyPlace{ element, first + i }, coordinates, point, arrays));
     points.push_back(point);
     arrays.Append(1);
   }
@@ -434,11 +426,7 @@ Status BinaryBody<Swap>::ReadFace(
   {
     return place.TooFewCorners(sink);
   }
-  if (Status skipped = this->KeepOrSkip(place, list + 1, place.element.properties.size(), arrays);
-      !skipped)
-  {
-    return skipped;
-  }
+  KDSTREAM_TRY(this->KeepOrSkip(place, list + 1, place.element.properties.size(), arrays));
   return arrays.Append(sink.GetTriangles().size() - before) ? Status{} : place.RepeatsTooMuch();
 }
 

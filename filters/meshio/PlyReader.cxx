@@ -265,11 +265,7 @@ Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
     }
     else
     {
-      if (Status skipped = this->SkipToRecord(this->Header.elements[this->CurrentElement].count);
-          !skipped)
-      {
-        return skipped;
-      }
+      KDSTREAM_TRY(this->SkipToRecord(this->Header.elements[this->CurrentElement].count));
       this->ElementBegins.push_back(this->Source.Position());
     }
     ++this->CurrentElement;
@@ -419,12 +415,8 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
   }
   KDSTREAM_TRY(this->MoveTo(this->VertexElement, this->VerticesRead));
   const PlyElement& element = this->Header.elements[this->VertexElement];
-  if (Status read = this->Body->ReadPoints(
-        element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays);
-      !read)
-  {
-    return read.GetError();
-  }
+  KDSTREAM_TRY(this->Body->ReadPoints(
+    element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays));
   this->VerticesRead += number;
   this->CurrentRecord = this->VerticesRead;
   return static_cast<std::size_t>(number);
@@ -450,12 +442,8 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles);
     faces.arrays.Start(
       std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
-    if (Status read =
-          this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays);
-        !read)
-    {
-      return read.GetError();
-    }
+    KDSTREAM_TRY(
+      this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays));
     this->FacesRead += number;
     this->CurrentRecord = this->FacesRead;
     done += number;

@@ -401,13 +401,8 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
         "truncated: the file has changed since it was opened" };
     }
     Vec3 point{};
-    if (Status read = this->FileInfo.scalarType == ScalarType::Float32
-                        ? this->ReadPoint<float>(point)
-                        : this->ReadPoint<double>(point);
-        !read)
-    {
-      return read;
-    }
+    KDSTREAM_TRY(this->FileInfo.scalarType == ScalarType::Float32 ? this->ReadPoint<float>(point)
+                                                                  : this->ReadPoint<double>(point));
     points.push_back(point);
   }
   return {};

@@ -140,12 +140,12 @@ Result<DeviationList::Summary> DeviationList::Finish()
   }
   std::vector<std::uint64_t> bins(std::size_t{ 1 } << digits, 0);
   std::uint32_t largest = 0;
-  Status status = this->ForEach(
+  KDSTREAM_TRY(this->ForEach(
     [&](std::uint32_t bits)
     {
       ++bins[bits >> digits];
       largest = std::max(largest, bits);
-    });
+    }));
   std::uint64_t rest = (all - 1) * 99 / 100; // of those in the bin, how many come before
   const auto find = [&]
   {
@@ -156,16 +156,11 @@ Result<DeviationList::Summary> DeviationList::Finish()
     }
     return bin;
   };
-  std::uint32_t upper = 0, lower = 0;
-  if (status)
-  {
-    upper = find();
-    std::fill(bins.begin(), bins.end(), 0);
-    status = this->ForEach([&](std::uint32_t bits)
-      { bins[bits & (bins.size() - 1)] += (bits >> digits) == upper ? 1 : 0; });
-  }
-  KDSTREAM_TRY(status);
-  lower = find();
+  const std::uint32_t upper = find();
+  std::fill(bins.begin(), bins.end(), 0);
+  KDSTREAM_TRY(this->ForEach([&](std::uint32_t bits)
+    { bins[bits & (bins.size() - 1)] += (bits >> digits) == upper ? 1 : 0; }));
+  const std::uint32_t lower = find();
   this->Last.clear();
   this->InFile = 0;
   return Summary{ BitCast<float>(upper << digits | lower), BitCast<float>(largest) };

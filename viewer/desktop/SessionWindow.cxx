@@ -30,11 +30,7 @@ Status SessionWindow::Show(const ViewerScene& scene)
     KDSTREAM_TRY(this->Scene->Update(*scene.surface, scene.depths, centre));
     this->ShownVersion = scene.surfaceVersion;
   }
-  if (Status status = this->Scene->SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });
-      !status)
-  {
-    return status;
-  }
+  KDSTREAM_TRY(this->Scene->SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }));
   this->Window->Render();
   this->Window->WaitForCompletion();
   return {};
