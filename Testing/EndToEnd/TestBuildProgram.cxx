@@ -446,11 +446,13 @@ TEST_F(BuildProgram, NeverOverwritesItsInput)
   for (const char* output : { "in.ply", "./in.ply", "link.ply" })
   {
     this->ExpectError(this->Build({ "in.ply", "-o", output }), 2,
-      std::string("kdstream-build: error: ") + output +
-        ": is the input in.ply itself, and would replace it");
+      std::string("kdstream-build: error: ") + output + ": is in.ply itself, and would replace it");
     EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", output }).exitCode, 2);
   }
   EXPECT_EQ(ReadWhole(this->Folder / "in.ply"), input);
+  // Statistics in place of a store that is still to be made.
+  this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--stats", "./m.kds" }), 2,
+    "kdstream-build: error: ./m.kds: is m.kds itself, and would replace it");
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds"));
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.ply" }).exitCode, 0); // a store under a mesh's name
   const std::string store = ReadWhole(this->Folder / "m.ply");

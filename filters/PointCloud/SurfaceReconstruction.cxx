@@ -97,8 +97,7 @@ public:
     {
       this->MakePoissonSurface();
     }
-    status = this->Exec.Report("surface", 1);
-    KDSTREAM_TRY(status);
+    KDSTREAM_TRY(this->Exec.Report("surface", 1));
     return std::move(this->Output);
   }
 

@@ -164,12 +164,14 @@ Result<std::filesystem::path> CheckOutput(
   {
     target = target.parent_path() / fs::read_symlink(target, status);
   }
+  // Also of files that are still to be made.
+  const auto place = [&](const fs::path& path)
+  { return fs::weakly_canonical(fs::absolute(path, status), status); };
   for (const std::string& input : inputs)
   {
-    if (fs::equivalent(target, input, status))
+    if (fs::equivalent(target, input, status) || (!input.empty() && place(target) == place(input)))
     {
-      return Error{ ErrorCode::InvalidArgument,
-        "is the input " + input + " itself, and would replace it" };
+      return Error{ ErrorCode::InvalidArgument, "is " + input + " itself, and would replace it" };
     }
   }
   const bool exists = fs::exists(target, status);

@@ -226,7 +226,9 @@ std::string WordsOfMissing(const CLI::App& app, const std::string& told)
   }
   if (const auto list = Between(told, "from [", "]"))
   {
-    return "exactly one of " + AnyOf(EntriesOf(*list)) + " is needed";
+    const bool several = told.find("At least 1") != std::string::npos;
+    return (several ? "at least one of " : "exactly one of ") + AnyOf(EntriesOf(*list)) +
+           " is needed";
   }
   const auto name = Between(told, "", " is required");
   return name ? *name + " is missing" : told;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which answer a request gets: the GET routes of doc/protocol.md. No sockets: a pure function of
-// the request, the catalog and the web folder.
+// Which answer a request gets: the GET routes of doc/protocol.md. Step "serve" of the README's
+// picture. No sockets: a pure function of the request, the catalog and the web folder.
 #pragma once
 
 #include "server/http/HttpMessage.h"

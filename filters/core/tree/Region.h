@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The region around a picked cell: which partitions are streamed (paper section 5.4).
+// The region around a picked cell: which partitions are streamed (paper section 5.4). Step "pick".
 //
 // The same code runs in the client, which picks, and in the server, which streams: both hold the
 // tree's boxes.
