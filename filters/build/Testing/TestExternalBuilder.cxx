@@ -555,7 +555,8 @@ TEST_F(ExternalBuilderTest, ProgressNeverRunsBackAndACancelLeavesNothing)
     return ++calls < stopAt;
   };
   ASSERT_TRUE(this->External(execution));
-  EXPECT_EQ(steps, (std::vector<std::string>{ "read", "tree", "faces", "levels", "encode" }));
+  EXPECT_EQ(
+    steps, (std::vector<std::string>{ "read", "tree", "faces", "levels", "encode", "write" }));
   const std::string digest = this->Take();
   this->Write(Torus(20, 20));
   ASSERT_TRUE(this->External());

@@ -256,7 +256,7 @@ TEST_F(ExternalOctreeStore, ACancelOrAnErrorLeavesNothing)
     return ++calls < stopAt;
   };
   ASSERT_TRUE(this->External(execution));
-  EXPECT_EQ(steps, (std::vector<std::string>{ "read", "tree", "faces", "encode" }));
+  EXPECT_EQ(steps, (std::vector<std::string>{ "read", "tree", "faces", "encode", "write" }));
   this->Take();
   const std::size_t all = calls;
   ASSERT_GT(all, 50U);
