@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 30; // MPI counts in int
+constexpr std::size_t bytesAtOnce = std::size_t{ 1 } << 30; // MPI counts in int
 constexpr int tag = 1;
 
 const unsigned char* Data(std::span<const std::byte> bytes)
@@ -35,9 +35,9 @@ RankMessages::RankMessages(vtkMPIController& controller)
 
 void RankMessages::BeginSend(std::size_t rank, std::span<const std::byte> bytes, Requests& requests)
 {
-  for (std::size_t at = 0; at < bytes.size(); at += mostAtOnce)
+  for (std::size_t at = 0; at < bytes.size(); at += bytesAtOnce)
   {
-    const auto part = bytes.subspan(at, std::min(mostAtOnce, bytes.size() - at));
+    const auto part = bytes.subspan(at, std::min(bytesAtOnce, bytes.size() - at));
     this->Controller.NoBlockSend(Data(part), static_cast<int>(part.size()), static_cast<int>(rank),
       tag, requests.emplace_back());
   }
@@ -45,9 +45,9 @@ void RankMessages::BeginSend(std::size_t rank, std::span<const std::byte> bytes,
 
 void RankMessages::BeginReceive(std::size_t rank, std::span<std::byte> bytes, Requests& requests)
 {
-  for (std::size_t at = 0; at < bytes.size(); at += mostAtOnce)
+  for (std::size_t at = 0; at < bytes.size(); at += bytesAtOnce)
   {
-    const auto part = bytes.subspan(at, std::min(mostAtOnce, bytes.size() - at));
+    const auto part = bytes.subspan(at, std::min(bytesAtOnce, bytes.size() - at));
     this->Controller.NoBlockReceive(Data(part), static_cast<int>(part.size()),
       static_cast<int>(rank), tag, requests.emplace_back());
   }

@@ -20,7 +20,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 18; // triangles
+constexpr std::size_t trianglesAtOnce = std::size_t{ 1 } << 18; // triangles
 // Bytes of a triangle while its corners are looked up, beside its tuples: here, and of another rank
 // that asks.
 constexpr std::uint64_t bytesOfTriangle = 160;
@@ -275,7 +275,7 @@ private:
     const std::uint64_t bytes = bytesOfTriangle + bytesOfQuestion * this->Team.Count() +
                                 4 * std::uint64_t{ this->Share.cellTupleBytes };
     this->Batch =
-      static_cast<std::size_t>(std::clamp<std::uint64_t>(this->Memory / 4 / bytes, 1, mostAtOnce));
+      static_cast<std::size_t>(std::clamp<std::uint64_t>(this->Memory / 4 / bytes, 1, trianglesAtOnce));
     this->Batches = static_cast<std::size_t>(RoundsOf(most, this->Batch));
     return {};
   }
@@ -431,7 +431,7 @@ private:
   NumberTable Ranks;              // of these vertices
   NumberTable RanksOfRead;        // of those that were read here; empty where none went
   NumberSet<VertexId> Foreign;    // ranks of other processes' vertices
-  std::size_t Batch = mostAtOnce; // triangles
+  std::size_t Batch = trianglesAtOnce; // triangles
   std::uint64_t FirstNumber = 0;  // of this rank's triangles
   std::size_t Batches = 0;
 };

@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view magic = "KDP";
+constexpr std::string_view pieceMagic = "KDP";
 
 // A blob holds a byte for so many of the piece, or more: what bounds a reader's memory and time.
 constexpr std::uint64_t mostExpansion = 128;
@@ -40,7 +40,7 @@ std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 
 void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
 {
-  WriteBlobHead(writer, magic);
+  WriteBlobHead(writer, pieceMagic);
   writer.Byte(static_cast<std::uint8_t>(piece.primitive));
   writer.Varint(shape.counts.own);
   writer.Varint(shape.counts.ghosts);
@@ -173,7 +173,7 @@ std::vector<std::uint8_t> EncodePiece(
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context)
 {
-  const auto unsealed = UnsealBlob(blob, magic);
+  const auto unsealed = UnsealBlob(blob, pieceMagic);
   if (!unsealed)
   {
     return Named(unsealed.GetError(), expected);

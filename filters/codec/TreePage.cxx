@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view magic = "KDT";
+constexpr std::string_view treeMagic = "KDT";
 constexpr std::size_t sides = 6; // of a box
 
 double& Side(Box& box, std::size_t side)
@@ -70,7 +70,7 @@ std::vector<std::uint8_t> EncodeTreePage(
     }
   }
   ByteWriter writer;
-  WriteBlobHead(writer, magic);
+  WriteBlobHead(writer, treeMagic);
   writer.Byte(floats ? 4 : 8);
   SymbolWriter symbols({ 0, sides });
   for (std::size_t side = 0; side < sides; ++side)
@@ -102,7 +102,7 @@ Status DecodeTreePage(
   {
     return named(ErrorCode::InvalidArgument, "is no page of this tree");
   }
-  const auto unsealed = UnsealBlob(blob, magic);
+  const auto unsealed = UnsealBlob(blob, treeMagic);
   if (!unsealed)
   {
     return named(unsealed.GetError().code, unsealed.GetError().message);

@@ -34,7 +34,7 @@ using TreePoint = geometry::model::point<double, 3, geometry::cs::cartesian>;
 using TreeBox = geometry::model::box<TreePoint>;
 using Entry = std::pair<TreeBox, std::uint32_t>; // of a triangle, or of a vertex
 
-constexpr std::size_t grain = 1024; // samples
+constexpr std::size_t sampleGrain = 1024; // samples
 
 Box BoxOf(const Mesh& mesh)
 {
@@ -204,7 +204,7 @@ Status MeasureOneWay(const Mesh& from, const Mesh& to, const MeshDistanceOptions
   const std::vector<Vec3> samples = SampleMesh(from, options.samples, options.seed);
   const NearestPlace nearest(to);
   std::vector<double> squares(samples.size());
-  execution.parallelFor(samples.size(), grain,
+  execution.parallelFor(samples.size(), sampleGrain,
     [&](std::size_t begin, std::size_t end)
     {
       for (std::size_t i = begin; i < end; ++i)

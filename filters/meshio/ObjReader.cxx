@@ -19,7 +19,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t most = noVertex - 1; // of places, texture coordinates, normals
+constexpr std::uint64_t mostPlaces = noVertex - 1; // of places, texture coordinates, normals
 constexpr std::uint64_t statementsPerReport = 1 << 17;
 
 // Of places, texture coordinates and normals.
@@ -209,9 +209,9 @@ Status ObjReader::Start(const Execution& execution)
       {
         return {};
       }
-      if (++found.counts[static_cast<std::size_t>(keyword)] > most)
+      if (++found.counts[static_cast<std::size_t>(keyword)] > mostPlaces)
       {
-        return Error{ ErrorCode::LimitExceeded, "more than " + std::to_string(most) + " " +
+        return Error{ ErrorCode::LimitExceeded, "more than " + std::to_string(mostPlaces) + " " +
                                                   objPartNames[static_cast<std::size_t>(keyword)] +
                                                   "s" };
       }

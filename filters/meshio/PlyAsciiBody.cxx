@@ -17,7 +17,7 @@ namespace
 // Longer words are no numbers.
 constexpr std::size_t maximumWord = 4096;
 
-bool IsBlank(char c)
+bool IsSeparator(char c)
 {
   return c == ' ' || c == '\n' || c == '\r' || c == '\t' || c == '\v' || c == '\f';
 }
@@ -63,7 +63,7 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
     {
       return place.Truncated(this->Source.Position());
     }
-    const auto* begin = std::find_if_not(ahead->begin(), ahead->end(), IsBlank);
+    const auto* begin = std::find_if_not(ahead->begin(), ahead->end(), IsSeparator);
     this->Source.Consume(static_cast<std::size_t>(begin - ahead->begin()));
     if (static_cast<std::size_t>(ahead->end() - begin) <= maximumWord + 1 &&
         begin != ahead->begin())
@@ -71,7 +71,7 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
       continue; // what is left in memory may be the beginning of a word only
     }
     const char* limit = begin + std::min<std::ptrdiff_t>(ahead->end() - begin, maximumWord + 1);
-    const char* end = std::find_if(begin, limit, IsBlank);
+    const char* end = std::find_if(begin, limit, IsSeparator);
     word = std::string_view(begin, static_cast<std::size_t>(end - begin));
     if (word.size() > maximumWord)
     {
@@ -190,9 +190,9 @@ Status AsciiBody::EndRecord(const PlyPlace& place)
     const Result<std::string_view> ahead = this->Source.Peek(1);
     KDSTREAM_TRY(ahead);
     const auto* next = std::find_if(
-      ahead->begin(), ahead->end(), [](char c) { return c == '\n' || c == '\r' || !IsBlank(c); });
+      ahead->begin(), ahead->end(), [](char c) { return c == '\n' || c == '\r' || !IsSeparator(c); });
     this->Source.Consume(static_cast<std::size_t>(next - ahead->begin()));
-    if (ahead->empty() || (next != ahead->end() && IsBlank(*next)))
+    if (ahead->empty() || (next != ahead->end() && IsSeparator(*next)))
     {
       return {};
     }

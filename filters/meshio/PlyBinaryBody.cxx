@@ -16,7 +16,7 @@ namespace
 {
 
 // Records decoded together: their bytes and their points stay in the nearest caches.
-constexpr std::size_t batchSize = 1024;
+constexpr std::size_t elementBatch = 1024;
 
 template <bool Swap>
 class BinaryBody : public PlyBody
@@ -223,14 +223,14 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
 {
   const std::vector<std::size_t> offsets = OffsetsOf(element);
   MakeRoom(points, std::min(count, this->Source.Remaining() / recordSize));
-  std::array<Vec3, batchSize> batch;
+  std::array<Vec3, elementBatch> batch;
   for (std::uint64_t done = 0; done < count;)
   {
     const Result<std::string_view> ahead =
       this->Need(PlyPlace{ element, first + done }, recordSize);
     KDSTREAM_TRY(ahead);
     const std::size_t number = static_cast<std::size_t>(
-      std::min<std::uint64_t>({ count - done, ahead->size() / recordSize, batchSize }));
+      std::min<std::uint64_t>({ count - done, ahead->size() / recordSize, elementBatch }));
     bool finite = true;
     for (std::size_t k = 0; k < 3; ++k)
     {
@@ -326,11 +326,11 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, cons
 {
   const Result<std::string_view> ahead = this->Source.Peek(layout.triangleSize);
   KDSTREAM_TRY(ahead);
-  std::array<Triangle, batchSize + mostFastCorners> batch;
+  std::array<Triangle, elementBatch + mostFastCorners> batch;
   std::size_t used = 0;
   std::size_t number = 0;
   std::size_t at = 0;
-  while (number < count && used < batchSize && ahead->size() - at >= layout.triangleSize)
+  while (number < count && used < elementBatch && ahead->size() - at >= layout.triangleSize)
   {
     const char* list = ahead->data() + at + layout.listOffset;
     const std::int64_t corners = LoadInteger(layout.countType, list);

@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mostVertices = noVertex - 1;
+constexpr std::uint64_t mostPlyVertices = noVertex - 1;
 // Bytes of repeated face attributes for each byte of the file.
 constexpr std::uint64_t mostRepeated = 16;
 
@@ -71,10 +71,10 @@ Status PlyReader::UnderstandHeader()
 Status PlyReader::UnderstandVertices()
 {
   const PlyElement& element = this->Header.elements[this->VertexElement];
-  if (element.count > mostVertices)
+  if (element.count > mostPlyVertices)
   {
     return Error{ ErrorCode::LimitExceeded, "the header claims " + std::to_string(element.count) +
-                                              " vertices; " + std::to_string(mostVertices) +
+                                              " vertices; " + std::to_string(mostPlyVertices) +
                                               " are the most that can be read" };
   }
   this->FileInfo.vertices = element.count;

@@ -19,11 +19,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mostVertices = noVertex - 1;
+constexpr std::uint64_t mostStlVertices = noVertex - 1;
 constexpr std::size_t headerBytes = 84; // 80 of any kind, the number of triangles
 constexpr std::size_t facetBytes = 50;  // normal, three places, two bytes
 constexpr std::size_t placeBytes = 12;  // or the normal's, which comes first
-constexpr std::size_t batchSize = 1024; // facets decoded together, in the nearest caches
+constexpr std::size_t facetBatch = 1024; // facets decoded together, in the nearest caches
 constexpr std::uint64_t facetsPerReport = 1 << 16;
 
 Error AtFacet(std::uint64_t facet, const std::string& what)
@@ -98,10 +98,10 @@ protected:
 
   Status SetFacets(std::uint64_t facets)
   {
-    if (facets > mostVertices / 3)
+    if (facets > mostStlVertices / 3)
     {
       return Error{ ErrorCode::LimitExceeded, std::to_string(facets) + " triangles; " +
-                                                std::to_string(mostVertices / 3) +
+                                                std::to_string(mostStlVertices / 3) +
                                                 " are the most that can be read" };
     }
     this->FileInfo.vertices = 3 * facets;
@@ -155,7 +155,7 @@ private:
   Status Decode(const char* bytes, std::uint64_t facet, std::size_t count);
 
   std::uint64_t Facets;
-  std::array<Vec3, 3 * batchSize> Batch;
+  std::array<Vec3, 3 * facetBatch> Batch;
 };
 
 Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
@@ -174,7 +174,7 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
     }
     const auto first = static_cast<std::size_t>(vertex % 3);
     const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(
-      3 * std::min(ahead->size() / facetBytes, batchSize), first + (end - vertex)));
+      3 * std::min(ahead->size() / facetBytes, facetBatch), first + (end - vertex)));
     KDSTREAM_TRY(this->Decode(ahead->data(), vertex / 3, (last + 2) / 3));
     const auto* const begin = this->Batch.begin();
     points.insert(points.end(), begin + first, begin + last);

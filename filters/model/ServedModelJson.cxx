@@ -39,7 +39,7 @@ void PutPrecision(JsonWriter& json, const CoordinateGrid& grid)
   json.EndObject();
 }
 
-void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
+void PutServedLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
 {
   json.BeginArray();
   for (std::size_t depth = 0; depth < levels.size(); ++depth)
@@ -79,7 +79,7 @@ void ReadPrecision(JsonReader& reader, const JsonValue& object, CoordinateGrid& 
   grid.step = reader.Number(object, "step", std::numeric_limits<double>::denorm_min());
 }
 
-AttributeInfo ReadAttribute(JsonReader& reader, const JsonValue& object)
+AttributeInfo ReadServedAttribute(JsonReader& reader, const JsonValue& object)
 {
   AttributeInfo attribute;
   attribute.name = reader.Text(object, "name", longestAttributeName);
@@ -128,7 +128,7 @@ void PutModel(JsonWriter& json, const ModelDescription& model)
   json.Key("precision");
   PutPrecision(json, model.grid);
   json.Member("primitive", NameOf(model.primitive)).Key("levels");
-  PutLevels(json, model.levels);
+  PutServedLevels(json, model.levels);
   json.Key("original").BeginObject();
   PutResolution(json, model.original);
   json.EndObject();
@@ -191,7 +191,7 @@ Result<ModelDescription> ModelFromJson(const JsonValue& json)
   {
     for (const JsonValue& attribute : attributes->GetArray())
     {
-      model.attributes.push_back(ReadAttribute(reader, attribute));
+      model.attributes.push_back(ReadServedAttribute(reader, attribute));
     }
   }
   if (!reader.Good())

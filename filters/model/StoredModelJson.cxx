@@ -60,7 +60,7 @@ void ReadGrid(JsonReader& reader, const JsonValue& object, CoordinateGrid& grid)
   grid.step = reader.Number(object, "step", std::numeric_limits<double>::denorm_min());
 }
 
-AttributeInfo ReadAttribute(JsonReader& reader, const JsonValue& object)
+AttributeInfo ReadStoredAttribute(JsonReader& reader, const JsonValue& object)
 {
   AttributeInfo attribute;
   attribute.name = reader.Text(object, "name", longestAttributeName);
@@ -92,7 +92,7 @@ void PutResolution(JsonWriter& json, const ResolutionDescription& resolution, co
     .EndObject();
 }
 
-void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
+void PutStoredLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
 {
   json.BeginArray();
   for (int depth = 0; depth < static_cast<int>(levels.size()); ++depth)
@@ -151,7 +151,7 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
     .Member("largest_partition", model.largestPartition)
     .Member("level_maker", model.levelMaker)
     .Key("levels");
-  PutLevels(json, model.levels);
+  PutStoredLevels(json, model.levels);
   json.Member("license", model.license).Key("original");
   PutResolution(json, model.original, nullptr);
   json.Member("partition_depth", model.depths.partition)
@@ -195,7 +195,7 @@ Result<ModelDescription> ParseStoredModel(std::string_view text)
   {
     for (const JsonValue& attribute : attributes->GetArray())
     {
-      model.attributes.push_back(ReadAttribute(reader, attribute));
+      model.attributes.push_back(ReadStoredAttribute(reader, attribute));
     }
   }
   ReadTexts(reader, json, text.size(), model);
@@ -232,7 +232,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
     .Member("max", model.largestPartition)
     .EndObject();
   json.Member("partition_bytes", model.original.bytes).Key("levels");
-  PutLevels(json, model.levels);
+  PutStoredLevels(json, model.levels);
   json.Key("precision");
   PutBits(json, model.grid);
   json.Member("scalar_type", NameOf(model.grid.scalarType))

@@ -21,7 +21,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using boost::system::error_code;
 
-constexpr std::chrono::seconds connectTimeout{ 10 };
+constexpr std::chrono::seconds fetchConnectTimeout{ 10 };
 constexpr std::chrono::seconds stallTimeout{ 30 };
 }
 
@@ -62,7 +62,7 @@ private:
           self->Finish(self->Unreachable(error));
           return;
         }
-        self->Stream.expires_after(connectTimeout);
+        self->Stream.expires_after(fetchConnectTimeout);
         self->Stream.async_connect(endpoints,
           [self](error_code failure, const auto&)
           {

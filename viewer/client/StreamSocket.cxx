@@ -25,7 +25,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 
-constexpr std::chrono::seconds connectTimeout{ 10 };
+constexpr std::chrono::seconds socketConnectTimeout{ 10 };
 // After so long a silence the server is sent a ping; after as long again the connection is given
 // up.
 constexpr std::chrono::seconds silenceTimeout{ 20 };
@@ -52,7 +52,7 @@ public:
           self->End(false, error.message());
           return;
         }
-        beast::get_lowest_layer(self->Socket).expires_after(connectTimeout);
+        beast::get_lowest_layer(self->Socket).expires_after(socketConnectTimeout);
         beast::get_lowest_layer(self->Socket)
           .async_connect(endpoints, [self](error_code failure, const auto&)
             { failure ? self->End(false, failure.message()) : self->Handshake(); });
@@ -80,7 +80,7 @@ private:
   {
     beast::get_lowest_layer(this->Socket).expires_never(); // the WebSocket has its own
     websocket::stream_base::timeout timeout;
-    timeout.handshake_timeout = connectTimeout;
+    timeout.handshake_timeout = socketConnectTimeout;
     timeout.idle_timeout = silenceTimeout * 2;
     timeout.keep_alive_pings = true;
     this->Socket.set_option(timeout);

@@ -8,7 +8,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t grain = 1 << 14;
+constexpr std::size_t stateGrain = 1 << 14;
 
 // Positions, deviations and lowest vertices.
 void Place(const CollapseState& below, const Merging& merging, const CollapseSpace& space,
@@ -19,7 +19,7 @@ void Place(const CollapseState& below, const Merging& merging, const CollapseSpa
   level.positions.resize(standing.size());
   level.deviations.resize(standing.size());
   level.lowest.resize(standing.size());
-  execution.parallelFor(standing.size(), grain,
+  execution.parallelFor(standing.size(), stateGrain,
     [&](std::size_t begin, std::size_t end)
     {
       for (std::size_t i = begin; i < end; ++i)

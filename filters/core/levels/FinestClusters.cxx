@@ -24,7 +24,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t grain = 1 << 14;
+constexpr std::size_t clusterGrain = 1 << 14;
 
 std::uint32_t Scatter(VertexId v)
 {
@@ -174,7 +174,7 @@ private:
     std::vector<VertexId> clusterBegin(cells + 1, 0);
     std::vector<VertexId>& clusterOf = this->Output.clusterOf;
     clusterOf.assign(this->Points.size(), noVertex);
-    this->Exec.parallelFor(cells, grain / 8,
+    this->Exec.parallelFor(cells, clusterGrain / 8,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t c = begin; c < end; ++c)
@@ -450,7 +450,7 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
   level.positions.resize(clusters.size());
   level.deviations.resize(clusters.size());
   level.lowest.resize(clusters.size());
-  execution.parallelFor(clusters.size(), grain,
+  execution.parallelFor(clusters.size(), clusterGrain,
     [&](std::size_t begin, std::size_t end)
     {
       for (std::size_t i = begin; i < end; ++i)

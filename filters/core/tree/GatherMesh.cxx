@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t grain = 1 << 14;
+constexpr std::size_t gatherGrain = 1 << 14;
 
 // Calls visit(i) for 0 … count - 1, on any threads.
 template <class Visit>
@@ -34,7 +34,7 @@ void MoveTuples(Attribute& array, std::span<const std::uint32_t> from, const Exe
 {
   const std::size_t bytes = array.TupleSize();
   std::vector<std::uint8_t> moved(array.values.size());
-  ForEach(from.size(), grain, execution,
+  ForEach(from.size(), gatherGrain, execution,
     [&](std::size_t i)
     { std::memcpy(moved.data() + i * bytes, array.values.data() + from[i] * bytes, bytes); });
   array.values = std::move(moved);
@@ -114,7 +114,7 @@ private:
         }
       });
     std::vector<Vec3> points(ids.size());
-    ForEach(points.size(), grain, this->Exec,
+    ForEach(points.size(), gatherGrain, this->Exec,
       [&](std::size_t i) { points[i] = this->Input.points[ids[i]]; });
     this->Input.points = std::move(points);
     return number;
@@ -122,7 +122,7 @@ private:
 
   void MapCorners(const std::vector<VertexId>& number)
   {
-    ForEach(this->Input.triangles.size(), grain, this->Exec,
+    ForEach(this->Input.triangles.size(), gatherGrain, this->Exec,
       [&](std::size_t i)
       {
         for (VertexId& corner : this->Input.triangles[i])

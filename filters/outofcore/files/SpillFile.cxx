@@ -19,7 +19,7 @@ namespace
 {
 
 // The kernel moves at most 2 GiB at once.
-constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 30;
+constexpr std::size_t bytesAtOnce = std::size_t{ 1 } << 30;
 
 // " of which 123 are free", as far as the system tells.
 std::uint64_t FreeBytes(const std::filesystem::path& folder)
@@ -120,7 +120,7 @@ Status SpillFile::Read(std::uint64_t offset, std::span<std::byte> bytes) const
   this->Ledger->bytesRead += bytes.size();
   while (!bytes.empty())
   {
-    const ssize_t count = pread(this->Descriptor, bytes.data(), std::min(bytes.size(), mostAtOnce),
+    const ssize_t count = pread(this->Descriptor, bytes.data(), std::min(bytes.size(), bytesAtOnce),
       static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR)
     {
@@ -151,7 +151,7 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
   while (!bytes.empty())
   {
     this->Ledger->Note(FileOperation::Write);
-    const ssize_t count = pwrite(this->Descriptor, bytes.data(), std::min(bytes.size(), mostAtOnce),
+    const ssize_t count = pwrite(this->Descriptor, bytes.data(), std::min(bytes.size(), bytesAtOnce),
       static_cast<off_t>(offset));
     if (count < 0)
     {

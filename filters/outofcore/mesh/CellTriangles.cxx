@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view step = "faces";
+constexpr std::string_view cellStep = "faces";
 constexpr std::size_t trianglesOfRun = 1 << 13;
 
 // All ranks by vertex, where they fit the memory.
@@ -34,7 +34,7 @@ Status FillRanks(const SpillFile& records, std::span<VertexId> ranks, std::uint6
       return {};
     },
     [&](std::size_t, std::uint64_t last)
-    { return execution.Report(step, double(last) / double(ranks.size())); });
+    { return execution.Report(cellStep, double(last) / double(ranks.size())); });
 }
 
 struct RankedVertex
@@ -57,7 +57,7 @@ Status BucketRanks(const SpillFile& records, std::uint32_t count, const MapSecti
     {
       KDSTREAM_TRY(buckets.Add(sections.Of(record.id), { record.id, rank++ }));
     }
-    KDSTREAM_TRY(execution.Report(step, 0.5 * double(rank) / double(count)));
+    KDSTREAM_TRY(execution.Report(cellStep, 0.5 * double(rank) / double(count)));
   }
   return buckets.Finish();
 }
@@ -158,7 +158,7 @@ Result<VertexMap> RankVertices(SpillFolder& folder, const SpillFile& records, st
         return {};
       }));
     KDSTREAM_TRY(WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries)));
-    KDSTREAM_TRY(execution.Report(step, 0.5 + 0.5 * double(sections.End(section)) / double(count)));
+    KDSTREAM_TRY(execution.Report(cellStep, 0.5 + 0.5 * double(sections.End(section)) / double(count)));
   }
   return map;
 }

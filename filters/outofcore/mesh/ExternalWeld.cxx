@@ -27,7 +27,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view step = "weld";
+constexpr std::string_view weldStep = "weld";
 
 // A vertex that goes, and the lowest that it equals.
 struct Twin
@@ -81,7 +81,7 @@ private:
   Status Report(double begin, double end, std::uint64_t done) const
   {
     return this->Exec.Report(
-      step, begin + (end - begin) * double(done) / double(std::max(1U, this->Input.count)));
+      weldStep, begin + (end - begin) * double(done) / double(std::max(1U, this->Input.count)));
   }
 
   // visit(id, key) for each vertex.

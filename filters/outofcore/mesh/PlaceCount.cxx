@@ -22,7 +22,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view step = "tree";
+constexpr std::string_view placeStep = "tree";
 constexpr std::size_t grain = 1 << 12;
 
 using PlaceOf = std::function<Vec3(const Vec3&)>;
@@ -149,7 +149,7 @@ private:
         {
           take(slot);
         }
-        return this->Exec.Report(step, progress + 0.5 * double(last) / double(this->Count));
+        return this->Exec.Report(placeStep, progress + 0.5 * double(last) / double(this->Count));
       });
   }
 
@@ -189,7 +189,7 @@ Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf&
     {
       KDSTREAM_TRY(visit(hash));
     }
-    KDSTREAM_TRY(execution.Report(step, double(done + hashes.size()) / double(count)));
+    KDSTREAM_TRY(execution.Report(placeStep, double(done + hashes.size()) / double(count)));
   }
   return {};
 }

@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view step = "faces";
+constexpr std::string_view tupleStep = "faces";
 
 class TupleSorter
 {
@@ -48,7 +48,7 @@ private:
   Status Report(double begin, double end, std::uint64_t done) const
   {
     return this->Exec.Report(
-      step, begin + (end - begin) * double(done) / double(std::max(1U, this->Ranks.count)));
+      tupleStep, begin + (end - begin) * double(done) / double(std::max(1U, this->Ranks.count)));
   }
 
   // visit(rank, tuple) for each vertex, by ascending id.

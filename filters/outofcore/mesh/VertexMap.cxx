@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view step = "faces";
+constexpr std::string_view mapStep = "faces";
 constexpr std::size_t grain = 1 << 14;
 
 using Visit = std::function<Status(std::span<const NumberedTriangle>)>;
@@ -47,7 +47,7 @@ private:
 
   Status Report(std::uint64_t done, std::uint64_t of)
   {
-    return this->Exec.Report(step, double(done) / double(std::max<std::uint64_t>(1, of)));
+    return this->Exec.Report(mapStep, double(done) / double(std::max<std::uint64_t>(1, of)));
   }
 
   Status MapAtOnce()
