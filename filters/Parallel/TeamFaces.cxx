@@ -274,8 +274,8 @@ private:
     this->Mesh.triangleCount = static_cast<std::uint32_t>(all);
     const std::uint64_t bytes = bytesOfTriangle + bytesOfQuestion * this->Team.Count() +
                                 4 * std::uint64_t{ this->Share.cellTupleBytes };
-    this->Batch =
-      static_cast<std::size_t>(std::clamp<std::uint64_t>(this->Memory / 4 / bytes, 1, trianglesAtOnce));
+    this->Batch = static_cast<std::size_t>(
+      std::clamp<std::uint64_t>(this->Memory / 4 / bytes, 1, trianglesAtOnce));
     this->Batches = static_cast<std::size_t>(RoundsOf(most, this->Batch));
     return {};
   }
@@ -428,11 +428,11 @@ private:
   const CellOfRank BlockOf;
   MapSections Sections; // of the vertices that are numbered here
   std::optional<RecordBuckets<Place>> Places;
-  NumberTable Ranks;              // of these vertices
-  NumberTable RanksOfRead;        // of those that were read here; empty where none went
-  NumberSet<VertexId> Foreign;    // ranks of other processes' vertices
+  NumberTable Ranks;                   // of these vertices
+  NumberTable RanksOfRead;             // of those that were read here; empty where none went
+  NumberSet<VertexId> Foreign;         // ranks of other processes' vertices
   std::size_t Batch = trianglesAtOnce; // triangles
-  std::uint64_t FirstNumber = 0;  // of this rank's triangles
+  std::uint64_t FirstNumber = 0;       // of this rank's triangles
   std::size_t Batches = 0;
 };
 

@@ -189,8 +189,8 @@ Status AsciiBody::EndRecord(const PlyPlace& place)
   {
     const Result<std::string_view> ahead = this->Source.Peek(1);
     KDSTREAM_TRY(ahead);
-    const auto* next = std::find_if(
-      ahead->begin(), ahead->end(), [](char c) { return c == '\n' || c == '\r' || !IsSeparator(c); });
+    const auto* next = std::find_if(ahead->begin(), ahead->end(),
+      [](char c) { return c == '\n' || c == '\r' || !IsSeparator(c); });
     this->Source.Consume(static_cast<std::size_t>(next - ahead->begin()));
     if (ahead->empty() || (next != ahead->end() && IsSeparator(*next)))
     {

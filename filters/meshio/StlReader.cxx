@@ -20,9 +20,9 @@ namespace
 {
 
 constexpr std::uint64_t mostStlVertices = noVertex - 1;
-constexpr std::size_t headerBytes = 84; // 80 of any kind, the number of triangles
-constexpr std::size_t facetBytes = 50;  // normal, three places, two bytes
-constexpr std::size_t placeBytes = 12;  // or the normal's, which comes first
+constexpr std::size_t headerBytes = 84;  // 80 of any kind, the number of triangles
+constexpr std::size_t facetBytes = 50;   // normal, three places, two bytes
+constexpr std::size_t placeBytes = 12;   // or the normal's, which comes first
 constexpr std::size_t facetBatch = 1024; // facets decoded together, in the nearest caches
 constexpr std::uint64_t facetsPerReport = 1 << 16;
 

@@ -10,8 +10,8 @@ namespace kdstream
 namespace
 {
 constexpr double nearestInRadii = 1e-4, farthestInRadii = 20, focalInRadii = 1.5;
-// The fitted box takes 1 / margin of the window.
-constexpr double margin = 1.08;
+// The fitted box takes 1 / fitMargin of the window.
+constexpr double fitMargin = 1.08;
 }
 
 void Camera::SetViewport(const Viewport& viewport)
@@ -49,7 +49,7 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
   const double size = std::max(half[1], half[0] / aspect) / tangentOfHalfAngle;
   // The face of the box that is nearest to the eye fits; a flat or tiny box keeps its distance.
   this->EyeDistance =
-    std::clamp(margin * size + half[2], this->Radius, farthestInRadii * this->Radius);
+    std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
 }
 
 // Where pixel (x, y) lies on the ball under the window, in the camera's frame.

@@ -16,7 +16,8 @@ namespace
 {
 
 constexpr std::size_t longestRun = 64;
-constexpr std::size_t asked = 4;     // every so many points of a run are asked for their neighbours
+constexpr std::size_t askedStride =
+  4;                                 // every so many points of a run are asked for their neighbours
 constexpr std::size_t neighbour = 4; // which is the fourth nearest
 
 struct Run
@@ -54,7 +55,7 @@ double SpacingOf(const Surface& cloud, const Run& run)
 {
   double sum = 0.0;
   std::size_t count = 0;
-  for (std::size_t i = run.begin; i < run.end; i += asked, ++count)
+  for (std::size_t i = run.begin; i < run.end; i += askedStride, ++count)
   {
     sum += DistanceToNeighbour(cloud, run, i);
   }

@@ -151,8 +151,8 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
   while (!bytes.empty())
   {
     this->Ledger->Note(FileOperation::Write);
-    const ssize_t count = pwrite(this->Descriptor, bytes.data(), std::min(bytes.size(), bytesAtOnce),
-      static_cast<off_t>(offset));
+    const ssize_t count = pwrite(this->Descriptor, bytes.data(),
+      std::min(bytes.size(), bytesAtOnce), static_cast<off_t>(offset));
     if (count < 0)
     {
       const int reason = errno;

@@ -158,7 +158,8 @@ Result<VertexMap> RankVertices(SpillFolder& folder, const SpillFile& records, st
         return {};
       }));
     KDSTREAM_TRY(WriteRecords<VertexId>(map.file, first, std::span<const VertexId>(entries)));
-    KDSTREAM_TRY(execution.Report(cellStep, 0.5 + 0.5 * double(sections.End(section)) / double(count)));
+    KDSTREAM_TRY(
+      execution.Report(cellStep, 0.5 + 0.5 * double(sections.End(section)) / double(count)));
   }
   return map;
 }

@@ -13,22 +13,24 @@ namespace kdstream::testing
 namespace
 {
 
-using Kind = RecordedInput::Kind;
+using InputKind = RecordedInput::Kind;
 
 struct KindFacts
 {
-  Kind kind;
+  InputKind kind;
   const char* name;
   std::size_t numbers; // of touches: a multiple
 };
 
-constexpr std::array<KindFacts, 17> kinds{ { { Kind::Resize, "resize", 3 },
-  { Kind::Touches, "touches", 3 }, { Kind::CancelTouches, "cancel", 0 },
-  { Kind::Wheel, "wheel", 3 }, { Kind::Rings, "rings", 1 }, { Kind::Select, "select", 0 },
-  { Kind::Back, "back", 0 }, { Kind::Models, "models", 0 }, { Kind::Opened, "opened", 0 },
-  { Kind::Text, "text", 0 }, { Kind::Frame, "frame", 0 }, { Kind::Ended, "ended", 1 },
-  { Kind::Fetched, "fetched", 1 }, { Kind::NotFetched, "not fetched", 0 },
-  { Kind::Tick, "tick", 0 }, { Kind::Hurry, "hurry", 0 }, { Kind::Draw, "draw", 0 } } };
+constexpr std::array<KindFacts, 17> kinds{ { { InputKind::Resize, "resize", 3 },
+  { InputKind::Touches, "touches", 3 }, { InputKind::CancelTouches, "cancel", 0 },
+  { InputKind::Wheel, "wheel", 3 }, { InputKind::Rings, "rings", 1 },
+  { InputKind::Select, "select", 0 }, { InputKind::Back, "back", 0 },
+  { InputKind::Models, "models", 0 }, { InputKind::Opened, "opened", 0 },
+  { InputKind::Text, "text", 0 }, { InputKind::Frame, "frame", 0 },
+  { InputKind::Ended, "ended", 1 }, { InputKind::Fetched, "fetched", 1 },
+  { InputKind::NotFetched, "not fetched", 0 }, { InputKind::Tick, "tick", 0 },
+  { InputKind::Hurry, "hurry", 0 }, { InputKind::Draw, "draw", 0 } } };
 
 Error Wrong(const std::string& what)
 {
@@ -66,7 +68,7 @@ Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
     {
       input.kind = facts.kind;
       const std::size_t count = input.numbers.size();
-      if (facts.kind == Kind::Touches ? count % facts.numbers != 0 : count != facts.numbers)
+      if (facts.kind == InputKind::Touches ? count % facts.numbers != 0 : count != facts.numbers)
       {
         return Wrong(std::string(facts.name) + " has " + std::to_string(count) + " numbers");
       }
@@ -78,7 +80,7 @@ Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
 
 }
 
-const char* NameOf(Kind kind)
+const char* NameOf(InputKind kind)
 {
   for (const KindFacts& facts : kinds)
   {
