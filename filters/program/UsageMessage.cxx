@@ -2,6 +2,7 @@
 #include "filters/program/UsageMessage.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <optional>
 
@@ -108,38 +109,106 @@ std::vector<std::string> CommandNames(const CLI::App& app)
   return names;
 }
 
-std::string DidYouMean(const std::string& word, const std::vector<std::string>& names)
+bool StartsWith(const std::string& text, const std::string& start)
 {
-  const std::string nearest = NearestName(word, names);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+  return text.rfind(start, 0) == 0;
 }
 
-// An option that there is not explains most that follows from it, so it is looked for first.
-std::optional<std::string> UnknownOption(const CLI::App& app)
+bool Contains(const std::vector<std::string>& names, const std::string& name)
 {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& names)
+{
+  const std::vector<std::string> meant = NamesMeant(word, names);
+  return meant.empty() ? "" : "; did you mean " + AnyOf(meant) + "?";
+}
+
+// "--title" of the word "--title=x"; none if the word is no option.
+std::optional<std::string> OptionOf(const std::string& word)
+{
+  return word.size() > 1 && word[0] == '-' && word != "--"
+           ? std::optional<std::string>(word.substr(0, word.find('=')))
+           : std::nullopt;
+}
+
+// The command that was given, if there was one.
+const CLI::App* GivenCommand(const CLI::App& app)
+{
+  for (const CLI::App* const command : app.get_subcommands())
+  {
+    if (!command->get_name().empty())
+    {
+      return command;
+    }
+  }
+  return nullptr;
+}
+
+// The word that was most likely meant as the command: the nearest to one, else the first that is no
+// option; none if there are only options.
+std::optional<std::string> WordForCommand(const CLI::App& app)
+{
+  std::optional<std::string> first;
   for (const std::string& word : app.remaining(true))
   {
-    const std::string name = word.substr(0, word.find('='));
-    if (name.size() > 1 && name[0] == '-')
+    if (OptionOf(word))
     {
-      return "there is no option " + name + DidYouMean(name, OptionNames(app));
+      continue;
+    }
+    if (!NamesMeant(word, CommandNames(app)).empty())
+    {
+      return word;
+    }
+    first = first ? first : word;
+  }
+  return first;
+}
+
+std::string MissingCommand(const CLI::App& app)
+{
+  const std::vector<std::string> names = CommandNames(app);
+  const std::optional<std::string> word = WordForCommand(app);
+  if (!word)
+  {
+    return "a command is missing: " + AnyOf(names);
+  }
+  const std::string meant = DidYouMean(*word, names);
+  return "there is no command " + Quoted(*word) + (meant.empty() ? "; there is " + AnyOf(names) : meant);
+}
+
+// An option of the command that stands before it.
+std::optional<std::string> EarlyOption(const CLI::App& app)
+{
+  const CLI::App* const command = GivenCommand(app);
+  const std::vector<std::string> names =
+    command ? OptionNames(*command) : std::vector<std::string>();
+  for (const std::string& word : app.remaining())
+  {
+    if (const auto name = OptionOf(word); name && Contains(names, *name))
+    {
+      return *name + " belongs behind the command: " + app.get_name() + " " + command->get_name() +
+             " … " + *name;
     }
   }
   return {};
 }
 
-std::string MissingCommand(const CLI::App& app)
+// An option that there is not explains most that follows from it, so it is looked for first.
+std::optional<std::string> UnknownOption(const CLI::App& app)
 {
-  const std::vector<std::string> names = CommandNames(app), words = app.remaining(true);
-  return words.empty() ? "a command is missing: " + AnyOf(names)
-                       : "there is no command " + Quoted(words[0]) +
-                           (NearestName(words[0], names).empty() ? "; there is " + AnyOf(names)
-                                                                 : DidYouMean(words[0], names));
-}
-
-bool StartsWith(const std::string& text, const std::string& start)
-{
-  return text.rfind(start, 0) == 0;
+  const std::vector<std::string> names = OptionNames(app);
+  for (const std::string& word : app.remaining(true))
+  {
+    if (const auto name = OptionOf(word))
+    {
+      return Contains(names, *name) // of the program, behind the command
+               ? *name + " belongs before the command"
+               : "there is no option " + *name + DidYouMean(*name, names);
+    }
+  }
+  return {};
 }
 
 // What is between two parts of a text that CLI11 makes; none if it has another form.
@@ -250,23 +319,41 @@ std::string WordsOfMismatch(const std::string& told)
 
 }
 
-std::string NearestName(const std::string& word, const std::vector<std::string>& names)
+std::vector<std::string> NamesMeant(
+  const std::string& word, const std::vector<std::string>& names)
 {
-  std::string nearest;
+  constexpr std::size_t leastLetters = 2;
+  std::vector<std::string> meant;
+  const bool enough = word.size() >= word.find_first_not_of('-') + leastLetters;
+  std::copy_if(names.begin(), names.end(), std::back_inserter(meant),
+    [&](const std::string& name) { return enough && StartsWith(name, word); });
+  if (!meant.empty())
+  {
+    return meant;
+  }
   std::size_t fewest = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string& name : names)
   {
     if (const std::size_t slips = Slips(word, name); slips < fewest)
     {
       fewest = slips;
-      nearest = name;
+      meant = { name };
     }
   }
-  return nearest;
+  return meant;
 }
 
 std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error)
 {
+  const bool lacksCommand = app.get_require_subcommand_min() > 0 && !GivenCommand(app);
+  if (lacksCommand && WordForCommand(app))
+  {
+    return MissingCommand(app);
+  }
+  if (const auto early = EarlyOption(app))
+  {
+    return *early;
+  }
   if (const auto unknown = UnknownOption(app))
   {
     return *unknown;

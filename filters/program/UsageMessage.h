@@ -14,8 +14,10 @@ namespace kdstream
 // is meant, what would be right, and the nearest name of one that was misspelt.
 std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error);
 
-// The one of `names` that `word` is a slip of: fewer letters differ than a third of them, and at
-// least one may; empty if there is none.
-std::string NearestName(const std::string& word, const std::vector<std::string>& names);
+// Those of `names` that `word` may stand for: all that begin with it, from two letters on; else the
+// nearest one of which it is a slip, where fewer letters differ than a third of them, and at least
+// one may. None if there is no such name.
+std::vector<std::string> NamesMeant(
+  const std::string& word, const std::vector<std::string>& names);
 
 }

@@ -50,6 +50,7 @@ std::string MessageOfCommand(std::vector<std::string> arguments)
 {
   CLI::App app("", "kdstream-test");
   app.require_subcommand(1);
+  app.set_version_flag("--version", "1.2.3");
   std::string store;
   unsigned level = 0, partition = 0;
   app.add_subcommand("info")->add_option("STORE", store)->required();
@@ -101,6 +102,18 @@ TEST(UsageMessage, CommandsToo)
   EXPECT_EQ(MessageOfCommand({ "frobnicate" }),
     "there is no command \"frobnicate\"; there is info or extract");
   EXPECT_EQ(MessageOfCommand({}), "a command is missing: info or extract");
+  // The command is named, whatever options follow it or stand before it.
+  EXPECT_EQ(MessageOfCommand({ "inof", "m.kds", "--json" }),
+    "there is no command \"inof\"; did you mean info?");
+  EXPECT_EQ(MessageOfCommand({ "--level", "3", "extrat", "m.kds" }),
+    "there is no command \"extrat\"; did you mean extract?");
+  EXPECT_EQ(MessageOfCommand({ "--jsn" }), "there is no option --jsn");
+  EXPECT_EQ(MessageOfCommand({ "--level", "3", "extract", "m.kds" }),
+    "--level belongs behind the command: kdstream-test extract … --level");
+  EXPECT_EQ(MessageOfCommand({ "--level=3", "extract", "m.kds" }),
+    "--level belongs behind the command: kdstream-test extract … --level");
+  EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--version" }),
+    "--version belongs before the command");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--lvel", "3" }),
     "there is no option --lvel; did you mean --level?");
   EXPECT_EQ(
@@ -131,9 +144,18 @@ TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
   EXPECT_EQ(MessageWith({ "--temp-dir", "/no/such" }), "--temp-dir: there is no folder /no/such");
 }
 
-TEST(UsageMessage, NearestName)
+TEST(UsageMessage, NamesMeant)
 {
-  EXPECT_EQ(NearestName("--tilte", { "--time", "--title" }), "--title") << "two letters swapped";
-  EXPECT_EQ(NearestName("--levels", { "--level", "--partition" }), "--level");
-  EXPECT_EQ(NearestName("--xyz", { "--level", "--partition" }), "");
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(NamesMeant("--tilte", { "--time", "--title" }), Names{ "--title" }) << "letters swapped";
+  EXPECT_EQ(NamesMeant("--levels", { "--level", "--partition" }), Names{ "--level" });
+  EXPECT_EQ(NamesMeant("--xyz", { "--level", "--partition" }), Names{});
+  // The beginning of a name counts for more than a few slips.
+  EXPECT_EQ(NamesMeant("--vertice", { "--version", "--vertices-per-partition" }),
+    Names{ "--vertices-per-partition" });
+  EXPECT_EQ(NamesMeant("--mem", { "--median", "--memory" }), Names{ "--memory" });
+  EXPECT_EQ(NamesMeant("--part", { "--partitions", "--level", "--partitioner" }),
+    (Names{ "--partitions", "--partitioner" }));
+  EXPECT_EQ(NamesMeant("ver", { "info", "verify" }), Names{ "verify" });
+  EXPECT_EQ(NamesMeant("--x", { "--xyzzy" }), Names{}) << "one letter is no beginning";
 }
