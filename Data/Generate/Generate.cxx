@@ -74,7 +74,7 @@ int Generate(const std::string& program, const CommandLine& line)
   if (!line.quiet)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.file, seconds.count());
+    PrintWritten(program, line.file, "", seconds.count());
   }
   return exitDone;
 }

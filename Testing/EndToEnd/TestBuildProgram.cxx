@@ -41,6 +41,11 @@ TEST_F(BuildProgram, HelpAndVersion)
     const Outcome help = RunTool(this->Folder, name, { "--help" });
     EXPECT_EQ(help.exitCode, 0);
     EXPECT_NE(help.out.find("\nExample:\n  kdstream-" + name), std::string::npos) << help.out;
+    EXPECT_NE(
+      help.out.find(name == "build" ? "\nUsage: kdstream-build INPUT -o STORE.kds [options]\n"
+                                    : "\nUsage: kdstream-generate KIND FILE [options]\n"),
+      std::string::npos)
+      << help.out;
     std::istringstream lines(help.out);
     for (std::string line; std::getline(lines, line);)
     {
@@ -383,9 +388,9 @@ TEST_F(BuildProgram, UnwritableOutputIsNamed)
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", "no/s.json" }).err,
     "kdstream-build: error: no/s.json: cannot create a file in no: No such file or directory\n");
-  const Outcome outcome = this->Store({ "extract", "m.kds", "--all", "-o", "no/x.ply" });
+  const Outcome outcome = this->Store({ "extract", "m.kds", "--all", "-o", "in.ply/x.ply" });
   EXPECT_EQ(outcome.exitCode, 1);
-  EXPECT_EQ(outcome.err.rfind("kdstream-store: error: no/x.ply: ", 0), 0U) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("kdstream-store: error: in.ply/x.ply: ", 0), 0U) << outcome.err;
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.doc" }).exitCode, 2);
 }
 

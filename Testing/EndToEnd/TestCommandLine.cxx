@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What --help lists and what doc/cli.md promises are the same options, for every program that was
-// built.
+// What --help lists and what doc/cli.md promises are the same options, which take the same values,
+// for every program that was built.
 #include "Testing/EndToEnd/Process.h"
 
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -69,6 +70,67 @@ Options ListedOptions(const std::string& section)
   return options;
 }
 
+using Values = std::map<std::string, std::string>;
+
+// Adds the names of a text "-o, --output STORE.kds", each with what it takes; nothing for a flag.
+void AddValues(const std::string& text, Values& values)
+{
+  std::vector<std::string> names;
+  std::string value;
+  std::istringstream words(text);
+  for (std::string word; words >> word;)
+  {
+    if (word.back() == ',')
+    {
+      word.pop_back();
+    }
+    (word[0] == '-' ? names.emplace_back() : value) = word;
+  }
+  for (const std::string& name : names)
+  {
+    values[name] = value;
+  }
+}
+
+// What the options of a help text take: its lines "  --NAME VALUE    description".
+Values OfferedValues(const std::string& help)
+{
+  Values values;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);)
+  {
+    if (line.starts_with("  -"))
+    {
+      AddValues(line.substr(2, line.find("  ", 2) - 2), values);
+    }
+  }
+  return values;
+}
+
+// What the options in the tables of a section take: `--NAME VALUE` in the first column.
+Values ListedValues(const std::string& section)
+{
+  Values values;
+  std::istringstream lines(section);
+  for (std::string line; std::getline(lines, line);)
+  {
+    if (!line.starts_with("| `-"))
+    {
+      continue;
+    }
+    std::erase(line, '\\'); // of bars
+    const std::string names = line.substr(2, line.find(" | ") - 2);
+    for (std::size_t begin = names.find("`-"); begin != std::string::npos;)
+    {
+      const std::size_t end = names.find('`', begin + 1);
+      AddValues(names.substr(begin + 1, end - begin - 1), values);
+      begin = names.find("`-", end + 1);
+    }
+  }
+  values.erase("-o"); // stands beside --output, which has the value
+  return values;
+}
+
 // The commands that a section describes: its headings "### NAME" that are a single word.
 std::vector<std::string> CommandsOf(const std::string& section)
 {
@@ -101,13 +163,15 @@ TEST(CommandLine, HelpAndDocumentListTheSameOptions)
     }
     ++programs;
     const std::string section = SectionOf(document, program);
-    Options offered = OptionsIn(RunTool(folder, name, { "--help" }).out);
+    std::string helpTexts = RunTool(folder, name, { "--help" }).out;
+    Options offered = OptionsIn(helpTexts);
     for (const std::string& command : CommandsOf(section))
     {
       const Outcome help = RunTool(folder, name, { command, "--help" });
       EXPECT_NE(help.out.find(program + " " + command), std::string::npos)
         << "there is no command " << command;
       offered.merge(OptionsIn(help.out));
+      helpTexts += help.out;
     }
     EXPECT_FALSE(offered.empty());
     const Options told = OptionsIn(section);
@@ -118,6 +182,12 @@ TEST(CommandLine, HelpAndDocumentListTheSameOptions)
     for (const std::string& option : ListedOptions(section))
     {
       EXPECT_EQ(offered.count(option), 1U) << option << " is not in --help";
+    }
+    const Values helpValues = OfferedValues(helpTexts);
+    for (const auto& [option, value] : ListedValues(section))
+    {
+      ASSERT_EQ(helpValues.count(option), 1U) << option;
+      EXPECT_EQ(value, helpValues.at(option)) << option << " in doc/cli.md and in --help";
     }
   }
   EXPECT_GE(programs, 2U) << "kdstream-build and kdstream-store are always there";

@@ -83,13 +83,58 @@ TEST_F(StoreFiles, FoldersAreMadeAndGoAgainWhereABuildFails)
   EXPECT_EQ(this->Store({ "verify", "there/models/2026/statue.kds" }).exitCode, 0);
   const Outcome inFile = this->Build({ "-o", "in.ply/a.kds" });
   EXPECT_EQ(inFile.exitCode, 1);
-  EXPECT_EQ(inFile.err.rfind("kdstream-build: error: in.ply/a.kds: ", 0), 0U) << inFile.err;
+  EXPECT_EQ(inFile.err, "kdstream-build: error: in.ply/a.kds: no file can be in in.ply, which is a "
+                        "file, not a folder\n");
+  const Outcome belowFile = this->Build({ "-o", "in.ply/models/a.kds" });
+  EXPECT_EQ(belowFile.exitCode, 1);
+  EXPECT_EQ(belowFile.err, "kdstream-build: error: in.ply/models/a.kds: no file can be in in.ply, "
+                           "which is a file, not a folder\n");
+  const Outcome statsInFile = this->Build({ "-o", "b.kds", "--stats", "in.ply/s.json" });
+  EXPECT_EQ(statsInFile.err,
+    "kdstream-build: error: in.ply/s.json: no file can be in in.ply, which "
+    "is a file, not a folder\n");
+}
+
+TEST_F(StoreFiles, ExtractMakesFoldersToo)
+{
+  ASSERT_EQ(this->Build({ "-o", "m.kds" }).exitCode, 0);
+  EXPECT_EQ(
+    this->Store({ "extract", "m.kds", "--level", "99", "-o", "new/deep/x.ply" }).exitCode, 2);
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "new/deep/x.doc" }).exitCode, 2);
+  EXPECT_EQ(this->Files(), (Names{ "in.ply", "m.kds" }));
+  const Outcome extracted = this->Store({ "extract", "m.kds", "--all", "-o", "new/deep/x.ply" });
+  EXPECT_EQ(extracted.exitCode, 0) << extracted.err;
+  EXPECT_EQ(this->Files(), (Names{ "in.ply", "m.kds", "new", "new/deep", "new/deep/x.ply" }));
+  const std::string start = "kdstream-store: wrote new/deep/x.ply: 1600 triangles, ";
+  EXPECT_EQ(extracted.err.rfind(start, 0), 0U) << extracted.err;
+  EXPECT_EQ(extracted.err.find('\n'), extracted.err.size() - 1) << extracted.err;
+  EXPECT_EQ(extracted.out, "");
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.ply", "--quiet" }).err, "");
+}
+
+TEST_F(StoreFiles, StatisticsNeverReplaceAnotherStore)
+{
+  ASSERT_EQ(this->Build({ "-o", "old.kds" }).exitCode, 0);
+  const std::string before = ReadWhole(this->Folder / "old.kds");
+  fs::create_symlink("old.kds", this->Folder / "link.json");
+  for (const std::string stats : { "old.kds", "link.json" })
+  {
+    const Outcome refused = this->Build({ "-o", "new.kds", "--stats", stats });
+    EXPECT_EQ(refused.exitCode, 2);
+    EXPECT_EQ(refused.err,
+      "kdstream-build: error: " + stats + ": is a store, and would be none any more\n");
+  }
+  EXPECT_TRUE(ReadWhole(this->Folder / "old.kds") == before);
+  EXPECT_EQ(this->Files(), (Names{ "in.ply", "link.json", "old.kds" }));
+  std::ofstream(this->Folder / "s.json") << "statistics of before";
+  EXPECT_EQ(this->Build({ "-o", "new.kds", "--stats", "s.json" }).exitCode, 0);
 }
 
 TEST_F(StoreFiles, NamesThatNoServerServesAreRefused)
 {
-  for (const std::string& stem : { std::string("my statue"), std::string("b\xC3\xBCste"),
-         std::string("a+b"), std::string(129, 'x'), std::string("..") })
+  for (const std::string& stem :
+    { std::string(), std::string("my statue"), std::string("b\xC3\xBCste"), std::string("a+b"),
+      std::string(129, 'x'), std::string("..") })
   {
     const Outcome refused = this->Build({ "-o", "models/" + stem + ".kds" });
     EXPECT_EQ(refused.exitCode, 2) << stem;
@@ -137,7 +182,11 @@ TEST_F(StoreFiles, TextsAreChangedWithoutABuild)
   const Outcome edited =
     this->Store({ "edit", "m.kds", "--title", "Statue", "--credit", "", "--unit", "mm" });
   EXPECT_EQ(edited.exitCode, 0) << edited.err;
-  EXPECT_EQ(edited.out + edited.err, "");
+  EXPECT_EQ(edited.out, "");
+  EXPECT_EQ(
+    edited.err.rfind("kdstream-store: wrote m.kds: another title, credit and unit, ", 0), 0U)
+    << edited.err;
+  EXPECT_EQ(this->Store({ "edit", "m.kds", "--title", "Statue", "--quiet" }).err, "");
   Json expected = before, after = this->Info("m.kds");
   expected["title"] = "Statue";
   expected["credit"] = "";

@@ -106,7 +106,7 @@ TEST_F(StoreProgram, StlSaysWhatItLoses)
   doubles.scalarType = ScalarType::Float64;
   this->Write("in.ply", doubles);
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
-  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.stl" }).err,
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "x.stl", "--quiet" }).err,
     "kdstream-store: warning: x.stl: STL holds floats; the coordinates were doubles and are "
     "rounded\n");
 }

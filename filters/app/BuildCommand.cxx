@@ -46,6 +46,7 @@ void AddPartitionOptions(CLI::App& app, BuildCommand& line)
       "how many partitions instead: a power of two for kdtree, any number for kmeans, roughly so "
       "many for octree")
     ->check(CLI::Range(1U, 1U << 30))
+    ->type_name("K")
     ->excludes(size)
     ->group(group);
   app
@@ -144,9 +145,9 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     ->check(onOff)
     ->capture_default_str()
     ->group("Input");
-  app.add_option("-o,--output", line.output, "the store to write: NAME.kds")
+  app.add_option("-o,--output", line.output, "the store to write")
     ->required()
-    ->type_name("STORE")
+    ->type_name("STORE.kds")
     ->group("Output");
   app
     .add_option("--precision", line.precision,
@@ -319,7 +320,8 @@ void TellAmounts(BuildCommand& line, ProgressReporter& progress)
 
 Status CheckStoreName(const std::filesystem::path& store)
 {
-  if (store.extension() == ".kds" && !IsModelId(store.stem().string()))
+  const std::string name = store.filename().string(), ending = ".kds";
+  if (name.ends_with(ending) && !IsModelId(name.substr(0, name.size() - ending.size())))
   {
     return Error{ ErrorCode::InvalidArgument,
       "no server serves a store of this name: before .kds it needs " + std::string(modelIdRule) };

@@ -28,7 +28,8 @@ constexpr const char* description =
 constexpr const char* footer =
   "INPUT is a .ply, .stl or .obj mesh or cloud that all ranks can read. --memory, --threads and "
   "--temp-dir count for each rank, which holds in files what is not worked on. Other formats, the "
-  "baselines (--partitioner), --reconstruct and --resume are for kdstream-build alone.\n\n"
+  "baselines, surfaces of point clouds and going on with a killed build are for kdstream-build "
+  "alone.\n\n"
   "Example:\n"
   "  mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
 
@@ -61,9 +62,37 @@ std::size_t RanksHere(std::size_t ranks)
   return ranks;
 }
 
+// What only one process does. Not in this program's help, but understood, to say where it is done.
+void HideOptionsOfOneProcess(CLI::App& app)
+{
+  for (const char* const name : { "--partitioner", "--reconstruct", "--resume" })
+  {
+    app.get_option(name)->group("");
+  }
+  app.get_option("--vertices-per-partition")->description("most vertices of a partition");
+  app.get_option("--partitions")->description("how many partitions instead: a power of two");
+}
+
+// Errors: InvalidArgument.
+Status CheckOptions(const BuildCommand& line)
+{
+  const auto refuse = [](const std::string& what) {
+    return Error{ ErrorCode::InvalidArgument, what + ": kdstream-build does that" };
+  };
+  if (line.build.partitioner != Partitioner::KdTree)
+  {
+    return refuse("--partitioner " + line.partitioner + " is for one process");
+  }
+  if (!line.reconstruct.empty())
+  {
+    return refuse("--reconstruct is for one process");
+  }
+  return line.build.resume ? Status(refuse("--resume is for one process")) : Status{};
+}
+
 Status CheckInput(const BuildCommand& line)
 {
-  if (!line.reconstruct.empty() || NeedsConversion(line.input))
+  if (NeedsConversion(line.input))
   {
     return Error{ ErrorCode::Unsupported,
       "has to be converted first: kdstream-build does that, or kdstream-convert to a .ply" };
@@ -101,6 +130,10 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
 {
   const std::string& program = app.get_name();
   if (Status status = Interpret(app, line); !status) // the same on all ranks
+  {
+    return PrintError(program, "", status.GetError());
+  }
+  if (Status status = CheckOptions(line); !status)
   {
     return PrintError(program, "", status.GetError());
   }
@@ -143,7 +176,7 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   if (!line.quiet)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, seconds.count());
+    PrintWritten(program, line.output, "", seconds.count());
   }
   return WriteStats(program, line, *report);
 }
@@ -171,6 +204,7 @@ int main(int argc, char** argv)
   CLI::App app(description, "kdstream-build-mpi");
   app.footer(footer);
   AddBuildOptions(app, line);
+  HideOptionsOfOneProcess(app);
   return RunProgram(app, argc, argv,
     [&]()
     {

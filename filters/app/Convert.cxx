@@ -3,6 +3,7 @@
 // reads. A process of its own: VTK and PCL take what memory they like, and may end with the process
 // on hostile input.
 #include "filters/app/ConvertedInput.h"
+#include "filters/app/OutputFolders.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
 #include "filters/meshio/FileEnding.h"
@@ -172,6 +173,11 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
 
 int Convert(const std::string& program, const CommandLine& line)
 {
+  Result<OutputFolders> folders = OutputFolders::Make(line.output);
+  if (!folders)
+  {
+    return PrintError(program, line.output, folders.GetError());
+  }
   const Result<std::filesystem::path> output =
     CheckOutput(line.output, OutputKind::File, { line.input });
   if (!output)
@@ -209,10 +215,11 @@ int Convert(const std::string& program, const CommandLine& line)
   {
     return PrintError(program, line.output, written.GetError());
   }
+  folders->Keep();
   if (!line.quiet && !line.progressLines)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, seconds.count());
+    PrintWritten(program, line.output, "", seconds.count());
   }
   return exitDone;
 }

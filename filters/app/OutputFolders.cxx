@@ -14,22 +14,27 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
   namespace fs = std::filesystem;
   std::error_code status;
   std::vector<fs::path> missing; // each is the folder of the one before
-  for (fs::path folder = file.parent_path(); !folder.empty() && !fs::exists(folder, status);
-       folder = folder.parent_path())
+  fs::path folder = file.parent_path();
+  for (; !folder.empty() && !fs::exists(folder, status); folder = folder.parent_path())
   {
     missing.push_back(folder);
   }
+  if (!folder.empty() && !fs::is_directory(folder, status))
+  {
+    return Error{ ErrorCode::InputOutput,
+      "no file can be in " + folder.string() + ", which is a file, not a folder" };
+  }
   OutputFolders folders;
-  for (auto folder = missing.rbegin(); folder != missing.rend(); ++folder)
+  for (auto next = missing.rbegin(); next != missing.rend(); ++next)
   {
     // "a/b/" has the parent "a/b", and "." is there as soon as what it is in.
-    if (fs::create_directory(*folder, status))
+    if (fs::create_directory(*next, status))
     {
-      folders.Made.push_back(*folder);
+      folders.Made.push_back(*next);
     }
     else if (status)
     {
-      return SystemError("cannot make the folder " + folder->string(), status.value());
+      return SystemError("cannot make the folder " + next->string(), status.value());
     }
   }
   return folders;

@@ -2,6 +2,7 @@
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
+#include "filters/app/OutputFolders.h"
 #include "filters/app/ReadAnyMesh.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/SystemReason.h"
@@ -16,6 +17,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -29,16 +31,16 @@ using namespace kdstream;
 constexpr const char* description =
   "Tells what a store holds, checks it, and writes meshes out of it.";
 
-constexpr const char* examples = "Examples:\n"
-                                 "  kdstream-store info dragon.kds\n"
-                                 "  kdstream-store verify dragon.kds\n"
-                                 "  kdstream-store extract dragon.kds --level 12 -o dragon12.ply\n"
-                                 "  kdstream-store extract dragon.kds --region 300 --rings 1 "
-                                 "--in-context 12 -o region.vtp\n"
-                                 "  kdstream-store distance dragon.kds --level 13 --against "
-                                 "dragon.ply\n"
-                                 "  kdstream-store edit dragon.kds --title \"Stanford dragon\" "
-                                 "--unit mm";
+// What each command's help ends with, and the program's with all of them.
+constexpr const char* infoExample = "  kdstream-store info dragon.kds\n";
+constexpr const char* verifyExample = "  kdstream-store verify dragon.kds\n";
+constexpr const char* extractExamples =
+  "  kdstream-store extract dragon.kds --level 12 -o dragon12.ply\n"
+  "  kdstream-store extract dragon.kds --region 300 --rings 1 --in-context 12 -o region.vtp\n";
+constexpr const char* distanceExample =
+  "  kdstream-store distance dragon.kds --level 13 --against dragon.ply\n";
+constexpr const char* editExample =
+  "  kdstream-store edit dragon.kds --title \"Stanford dragon\" --unit mm\n";
 
 struct CommandLine
 {
@@ -234,6 +236,27 @@ Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
   return GlueStoreMesh(store, all);
 }
 
+// "title, credit and unit": those of the texts that are given.
+std::string NamesOf(const StoreTexts& texts)
+{
+  std::vector<std::string> names;
+  for (const auto& [name, given] :
+    { std::pair{ "title", texts.title.has_value() }, { "credit", texts.credit.has_value() },
+      { "license", texts.license.has_value() }, { "unit", texts.unit.has_value() } })
+  {
+    if (given)
+    {
+      names.emplace_back(name);
+    }
+  }
+  std::string all;
+  for (std::size_t i = 0; i < names.size(); ++i)
+  {
+    all += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  }
+  return all;
+}
+
 class Commands
 {
 public:
@@ -286,29 +309,7 @@ public:
 
   int Extract()
   {
-    return this->WithStore(
-      [this](const Store& store)
-      {
-        const auto output = CheckOutput(this->Line.output, OutputKind::File, { this->Line.store });
-        if (!output)
-        {
-          return PrintError(this->Program, this->Line.output, output.GetError());
-        }
-        const Result<Mesh> mesh = ExtractMesh(store, this->Line);
-        if (!mesh)
-        {
-          return PrintError(this->Program, this->Line.store, mesh.GetError());
-        }
-        if (Status status = WriteMesh(*output, *mesh); !status)
-        {
-          return PrintError(this->Program, this->Line.output, status.GetError());
-        }
-        for (const std::string& loss : LossesOfFormat(*output, *mesh))
-        {
-          std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
-        }
-        return exitDone;
-      });
+    return this->WithStore([this](const Store& store) { return this->Extract(store); });
   }
 
   int Edit()
@@ -320,6 +321,7 @@ public:
       return PrintError(this->Program, this->Line.store, store.GetError());
     }
     CatchInterrupts();
+    const auto begin = std::chrono::steady_clock::now();
     Result<ModelDescription> edited = Error{};
     {
       ProgressReporter progress(this->Program, this->Line.quiet);
@@ -328,7 +330,12 @@ public:
       edited = EditStore(*store, this->Line.texts, execution);
     }
     ReleaseInterrupts();
-    return edited ? exitDone : PrintError(this->Program, this->Line.store, edited.GetError());
+    if (!edited)
+    {
+      return PrintError(this->Program, this->Line.store, edited.GetError());
+    }
+    this->TellWritten(this->Line.store, "another " + NamesOf(this->Line.texts), begin);
+    return exitDone;
   }
 
   int Distance()
@@ -344,6 +351,51 @@ public:
   }
 
 private:
+  using Moment = std::chrono::steady_clock::time_point;
+
+  void TellWritten(const std::string& file, const std::string& content, Moment begin) const
+  {
+    if (!this->Line.quiet)
+    {
+      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+      PrintWritten(this->Program, file, content, seconds.count());
+    }
+  }
+
+  int Extract(const Store& store) const
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    Result<OutputFolders> folders = OutputFolders::Make(this->Line.output);
+    if (!folders)
+    {
+      return PrintError(this->Program, this->Line.output, folders.GetError());
+    }
+    const auto output = CheckOutput(this->Line.output, OutputKind::File, { this->Line.store });
+    if (!output)
+    {
+      return PrintError(this->Program, this->Line.output, output.GetError());
+    }
+    const Result<Mesh> mesh = ExtractMesh(store, this->Line);
+    if (!mesh)
+    {
+      return PrintError(this->Program, this->Line.store, mesh.GetError());
+    }
+    if (Status status = WriteMesh(*output, *mesh); !status)
+    {
+      return PrintError(this->Program, this->Line.output, status.GetError());
+    }
+    folders->Keep();
+    for (const std::string& loss : LossesOfFormat(*output, *mesh))
+    {
+      std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
+    }
+    this->TellWritten(this->Line.output,
+      mesh->triangles.empty() ? std::to_string(mesh->points.size()) + " points"
+                              : std::to_string(mesh->triangles.size()) + " triangles",
+      begin);
+    return exitDone;
+  }
+
   int PrintDistance(const Store& store) const
   {
     const Result<Mesh> level = ExtractMesh(store, this->Line);
@@ -407,7 +459,7 @@ private:
 void AddExtract(CLI::App& extract, CommandLine& line)
 {
   extract.add_option("STORE", line.store, "the store")->required();
-  auto* what = extract.add_option_group("what", "Which mesh (exactly one of these)");
+  auto* what = extract.add_option_group("WHAT", "exactly one of");
   what->add_option("--level", line.level, "level D, whole")->type_name("D");
   what->add_option("--partition", line.partition, "partition I of the original")->type_name("I");
   auto* region =
@@ -433,22 +485,25 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   context->needs(region);
   extract
     .add_option("-o,--output", line.output, "the mesh to write: .ply, .vtp, .stl, .obj or .wrl")
-    ->type_name("FILE")
+    ->type_name("OUT")
     ->required()
     ->group("Output");
+  extract.add_flag("--quiet", line.quiet, "no line at the end")->group("Output");
+  extract.footer(std::string("Examples:\n") + extractExamples);
 }
 
 void AddEdit(CLI::App& edit, CommandLine& line)
 {
   edit.add_option("STORE", line.store, "the store")->required();
-  auto* texts = edit.add_option_group("texts", "at least one of; an empty one removes the text");
+  auto* texts = edit.add_option_group("TEXTS", "at least one of; an empty one removes the text");
   CheckText(texts->add_option("--title", line.texts.title, "name of the model"));
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
   CheckText(
     texts->add_option("--license,--licence", line.texts.license, "what may be done with it"));
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
   texts->require_option(1, 0);
-  edit.add_flag("--quiet", line.quiet, "no progress");
+  edit.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
+  edit.footer(std::string("Example:\n") + editExample);
 }
 
 void AddDistance(CLI::App& distance, CommandLine& line)
@@ -471,6 +526,7 @@ void AddDistance(CLI::App& distance, CommandLine& line)
       "as JSON: rms_forward (from the mesh to the level), rms_backward, hausdorff, diagonal")
     ->group(output);
   distance.add_flag("--quiet", line.quiet, "no progress")->group(output);
+  distance.footer(std::string("Example:\n") + distanceExample);
 }
 
 }
@@ -480,13 +536,16 @@ int main(int argc, char** argv)
   CommandLine line;
   CLI::App app(description, "kdstream-store");
   app.require_subcommand(1);
-  app.footer(examples);
+  app.footer(std::string("Examples:\n") + infoExample + verifyExample + extractExamples +
+             distanceExample + editExample);
   CLI::App* info = app.add_subcommand("info", "tells what the store holds");
   info->add_option("STORE", line.store, "the store")->required();
   info->add_flag("--json", line.json, "as JSON")->group("Output");
+  info->footer(std::string("Example:\n") + infoExample);
   CLI::App* verify =
     app.add_subcommand("verify", "reads and checks everything, and names what is damaged");
   verify->add_option("STORE", line.store, "the store")->required();
+  verify->footer(std::string("Example:\n") + verifyExample);
   CLI::App* extract = app.add_subcommand("extract", "writes a mesh out of the store");
   AddExtract(*extract, line);
   CLI::App* distance = app.add_subcommand(

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <sstream>
 #include <vector>
@@ -82,6 +83,17 @@ std::string Conditions(const CLI::Option& option, const ValueWords& words)
   return text;
 }
 
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app)
+{
+  return app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
+}
+
+// The option groups, which CLI11 keeps as commands without a name.
+std::vector<const CLI::App*> ChoicesOf(const CLI::App& app)
+{
+  return app.get_subcommands([](const CLI::App* command) { return command->get_name().empty(); });
+}
+
 }
 
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent)
@@ -137,14 +149,38 @@ std::string HelpFormatter::Row(const std::string& name, const std::string& text)
 
 std::string HelpFormatter::make_description(const CLI::App* app) const
 {
-  return WrapText(app->get_description(), this->Width) + "\n\n";
+  std::string text = app->get_description();
+  if (app->get_parent() != nullptr && !text.empty()) // in a list of commands it is no sentence
+  {
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    text += ".";
+  }
+  return WrapText(text, this->Width) + "\n\n";
 }
 
 std::string HelpFormatter::make_usage(const CLI::App* app, std::string name) const
 {
-  std::string usage = CLI::Formatter::make_usage(app, name);
-  usage.erase(usage.find_last_not_of('\n') + 1);
-  return WrapText(usage, this->Width) + "\n";
+  std::string usage = "Usage: " + name;
+  if (!CommandsOf(*app).empty())
+  {
+    usage += " COMMAND";
+  }
+  for (const CLI::Option* const option :
+    app->get_options([](const CLI::Option* o) { return o->get_positional(); }))
+  {
+    usage += " " + this->make_option_usage(option);
+  }
+  for (const CLI::App* const choice : ChoicesOf(*app))
+  {
+    usage += " " + choice->get_group();
+  }
+  for (const CLI::Option* const option :
+    app->get_options([](const CLI::Option* o) { return o->nonpositional() && o->get_required(); }))
+  {
+    const std::string names = option->get_name(false, true);
+    usage += " " + names.substr(0, names.find(',')) + " " + WordsOf(*option).name;
+  }
+  return WrapText(usage + " [options]", this->Width) + "\n";
 }
 
 std::string HelpFormatter::make_positionals(const CLI::App* app) const
@@ -159,10 +195,36 @@ std::string HelpFormatter::make_positionals(const CLI::App* app) const
 }
 
 std::string HelpFormatter::make_help(
-  const CLI::App* app, std::string name, CLI::AppFormatMode mode) const
+  const CLI::App* app, std::string name, CLI::AppFormatMode /*mode*/) const
 {
   return this->make_description(app) + this->make_usage(app, name) + this->make_positionals(app) +
-         this->MakeGroups(app) + this->make_subcommands(app, mode) + "\n" + this->make_footer(app);
+         this->MakeCommands(app) + this->MakeChoices(app) + this->MakeGroups(app) + "\n" +
+         this->make_footer(app);
+}
+
+std::string HelpFormatter::MakeCommands(const CLI::App* app) const
+{
+  std::string text;
+  for (const CLI::App* const command : CommandsOf(*app))
+  {
+    text += this->make_subcommand(command);
+  }
+  return text.empty() ? text : "\nCommands:\n" + text;
+}
+
+std::string HelpFormatter::MakeChoices(const CLI::App* app) const
+{
+  std::string text;
+  for (const CLI::App* const choice : ChoicesOf(*app))
+  {
+    text += "\n" + choice->get_group() + ", " + choice->get_description() + ":\n";
+    for (const CLI::Option* const option :
+      choice->get_options([&](const CLI::Option* o) { return o != choice->get_help_ptr(); }))
+    {
+      text += this->make_option(option, false);
+    }
+  }
+  return text;
 }
 
 std::string HelpFormatter::MakeGroups(const CLI::App* app) const
@@ -187,21 +249,6 @@ std::string HelpFormatter::MakeGroups(const CLI::App* app) const
 std::string HelpFormatter::make_subcommand(const CLI::App* command) const
 {
   return this->Row(command->get_name(), command->get_description());
-}
-
-// Of an option group, which CLI11 keeps as a command without a name.
-std::string HelpFormatter::make_expanded(const CLI::App* command) const
-{
-  if (!command->get_name().empty())
-  {
-    return CLI::Formatter::make_expanded(command);
-  }
-  std::string text = "\n" + command->get_description() + ":\n";
-  for (const CLI::Option* const option : command->get_options({}))
-  {
-    text += this->make_option(option, false);
-  }
-  return text;
 }
 
 std::string HelpFormatter::make_footer(const CLI::App* app) const

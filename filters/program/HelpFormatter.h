@@ -14,9 +14,10 @@ namespace kdstream
 // that do not fit one go to the next, and those of a line that is indented `indent` further in.
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
 
-// Description, usage, options by their groups in the order in which they were added, each with its
-// values and its default, commands, and the footer, where examples belong. No line is longer than
-// the terminal is wide, or 100 characters.
+// Description; usage, with all that must be given; commands; options by their groups in the order
+// in which they were added, those of which some must be given first, each with its values and its
+// default; and the footer, where examples belong. No line is longer than the terminal is wide, or
+// 100 characters.
 class HelpFormatter : public CLI::Formatter
 {
 public:
@@ -28,11 +29,13 @@ public:
   std::string make_usage(const CLI::App* app, std::string name) const override;
   std::string make_positionals(const CLI::App* app) const override;
   std::string make_subcommand(const CLI::App* command) const override;
-  std::string make_expanded(const CLI::App* command) const override;
   std::string make_footer(const CLI::App* app) const override;
   std::string make_option(const CLI::Option* option, bool isPositional) const override;
 
 private:
+  std::string MakeCommands(const CLI::App* app) const;
+  // Of the groups of which some options must be given, CLI11's option groups.
+  std::string MakeChoices(const CLI::App* app) const;
   std::string MakeGroups(const CLI::App* app) const;
   // `name` in the first column, `text` wrapped in the second.
   std::string Row(const std::string& name, const std::string& text) const;

@@ -30,6 +30,17 @@ extern "C" void OnInterrupt(int signal)
   std::signal(signal, SIG_DFL); // a second one ends the process
 }
 
+// Whether the file begins as a store: an SQLite database of the application "KDS1"
+// (doc/formats.md).
+bool IsStore(const std::filesystem::path& file)
+{
+  constexpr std::size_t applicationBegin = 68, applicationSize = 4;
+  std::string bytes(applicationBegin + applicationSize, ' ');
+  std::ifstream stream(file, std::ios::binary);
+  return stream.read(bytes.data(), std::streamsize(bytes.size())) && bytes.starts_with("SQLite") &&
+         bytes.substr(applicationBegin) == "KDS1";
+}
+
 }
 
 int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work)
@@ -68,13 +79,14 @@ int PrintError(std::string_view program, const std::string& file, const Error& e
   return error.code == ErrorCode::InvalidArgument ? exitUsage : exitFailed;
 }
 
-void PrintWritten(std::string_view program, const std::string& file, double seconds)
+void PrintWritten(
+  std::string_view program, const std::string& file, const std::string& content, double seconds)
 {
   std::error_code failed;
   const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
   char time[32] = {};
   std::snprintf(time, sizeof(time), "%.1f s", seconds);
-  std::cerr << program << ": wrote " << file << ": "
+  std::cerr << program << ": wrote " << file << ": " << content << (content.empty() ? "" : ", ")
             << (failed ? "" : BytesText(double(bytes)) + " in ")
             << (seconds < 10 ? time : DurationText(seconds)) << "\n";
 }
@@ -185,7 +197,16 @@ Result<std::filesystem::path> CheckOutput(
              ? Result<fs::path>(target)
              : Error{ ErrorCode::InputOutput, "cannot be written: it is not a regular file" };
   }
+  if (exists && kind == OutputKind::Stream && IsStore(target))
+  {
+    return Error{ ErrorCode::InvalidArgument, "is a store, and would be none any more" };
+  }
   const fs::path folder = target.has_parent_path() ? target.parent_path() : ".";
+  if (fs::exists(folder, status) && !fs::is_directory(folder, status))
+  {
+    return Error{ ErrorCode::InputOutput,
+      "no file can be in " + folder.string() + ", which is a file, not a folder" };
+  }
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
   {
     return SystemError("cannot create a file in " + folder.string(), errno);

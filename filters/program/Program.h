@@ -35,8 +35,10 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
 int PrintError(std::string_view program, const std::string& file, const Error& error);
 
 // The last line of a program that has made a file, on stderr:
-// "kdstream-build: wrote m.kds: 14 MB in 3.4 s".
-void PrintWritten(std::string_view program, const std::string& file, double seconds);
+// "kdstream-build: wrote m.kds: 14 MB in 3.4 s"; with `content`, which may be empty, before the
+// size: "kdstream-store: wrote m.ply: 4096 triangles, 80 kB in 0.1 s".
+void PrintWritten(
+  std::string_view program, const std::string& file, const std::string& content, double seconds);
 
 // "256M", "1.5G" (binary units), or a number of bytes.
 Result<std::uint64_t> ParseSize(const std::string& text);
@@ -50,12 +52,13 @@ std::uint64_t FreeMemory();
 enum class OutputKind
 {
   File,  // a regular file, new or replaced
-  Stream // also a terminal, a pipe, /dev/stdout
+  Stream // also a terminal, a pipe, /dev/stdout; no store that is there
 };
 
 // Where an output goes: `file`, or what it links to. Called before the work, so that nothing is
-// done in vain. Errors: InvalidArgument where it is one of `inputs`; InputOutput for a folder, for
-// something that is no regular file, and where no file can be created.
+// done in vain. Errors: InvalidArgument where it is one of `inputs`, or a store that is no place
+// for a Stream; InputOutput for a folder, for something that is no regular file, and where no file
+// can be created.
 Result<std::filesystem::path> CheckOutput(
   const std::string& file, OutputKind kind, std::initializer_list<std::string> inputs);
 

@@ -175,7 +175,8 @@ std::string MissingCommand(const CLI::App& app)
     return "a command is missing: " + AnyOf(names);
   }
   const std::string meant = DidYouMean(*word, names);
-  return "there is no command " + Quoted(*word) + (meant.empty() ? "; there is " + AnyOf(names) : meant);
+  return "there is no command " + Quoted(*word) +
+         (meant.empty() ? "; there is " + AnyOf(names) : meant);
 }
 
 // An option of the command that stands before it.
@@ -281,10 +282,9 @@ std::string WordsOfConversion(const CLI::App& app, const std::string& told)
     type = option ? option->get_type_name() : type;
   }
   return *name + ": " + Quoted(*value) +
-         (StartsWith(type, "UINT")     ? " is not a whole number, or too large a one"
-           : StartsWith(type, "INT")   ? " is not a whole number, or too large a one"
+         (type.empty()                 ? " is not a value that it takes"
            : StartsWith(type, "FLOAT") ? " is not a number"
-                                       : " is not a value that it takes");
+                                       : " is not a whole number, or too large a one");
 }
 
 std::string WordsOfMissing(const CLI::App& app, const std::string& told)
@@ -319,8 +319,7 @@ std::string WordsOfMismatch(const std::string& told)
 
 }
 
-std::vector<std::string> NamesMeant(
-  const std::string& word, const std::vector<std::string>& names)
+std::vector<std::string> NamesMeant(const std::string& word, const std::vector<std::string>& names)
 {
   constexpr std::size_t leastLetters = 2;
   std::vector<std::string> meant;

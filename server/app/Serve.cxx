@@ -38,7 +38,7 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app.add_option("DIR", line.folder, "the folder of the stores")->required();
   const char* const address = "Address";
   app.add_option("--host", server.host, "name or address to listen at; 0.0.0.0: the whole network")
-    ->type_name("HOST")
+    ->type_name("ADDRESS")
     ->capture_default_str()
     ->group(address);
   app.add_option("--port", server.port, "port to listen at; 0: any that is free")
@@ -173,6 +173,15 @@ int Serve(const std::string& program, CommandLine& line)
   }
   if (!line.accessLog.empty())
   {
+    if (line.accessLog != "-")
+    {
+      const auto place = CheckOutput(
+        line.accessLog, OutputKind::Stream, { line.server.tlsCertificate, line.server.tlsKey });
+      if (!place)
+      {
+        return PrintError(program, line.accessLog, place.GetError());
+      }
+    }
     const auto log = AccessLog::Open(line.accessLog);
     if (!log)
     {

@@ -94,9 +94,10 @@ void AddPictureOptions(CLI::App& app, CommandLine& line)
     { "resolution", SurfaceColoring::Resolution } };
   app
     .add_option("--colour-by", line.coloring,
-      "colours of the surface: own (the model's, where it has some), none, partition or "
-      "resolution")
+      "colours of the surface: own (the model's, where it has some), none, or one for each "
+      "partition or resolution")
     ->transform(CLI::CheckedTransformer(colorings).description(""))
+    ->type_name("own|none|partition|resolution")
     ->default_str("own")
     ->group(group);
   app.add_option("--screenshot", line.screenshot, "write what is shown at the end (NAME.png)")
@@ -110,7 +111,7 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app.add_option("URL", line.url, "the server: http://HOST:PORT")->required();
   const char* const model = "Model";
   app.add_option("--model", line.model, "its name [default: the server's only one]")
-    ->type_name("NAME")
+    ->type_name("ID")
     ->group(model);
   app
     .add_option(

@@ -440,8 +440,10 @@ TEST(BuildMpi, SaysWhatItDoesNotDo)
     EXPECT_EQ(outcome.exitCode, exitCode);
     EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
   };
-  check({ "mesh.ply", "--partitioner", "octree" }, 1, "octree and k-means");
-  check({ "mesh.ply", "--resume" }, 1, "resumed by kdstream-build alone");
+  check({ "mesh.ply", "--partitioner", "octree" }, 2,
+    "--partitioner octree is for one process: kdstream-build does that");
+  check({ "mesh.ply", "--resume" }, 2, "--resume is for one process: kdstream-build does that");
+  check({ "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct is for one process");
   check({ "mesh.ply", "--memory", "8M" }, 1, "takes at least 64 MiB on each");
   check({ "mesh.ply", "--precision", "7" }, 2, "neither 8 to 24 bits");
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});

@@ -39,6 +39,10 @@ std::string Help(std::size_t width)
   app.add_option("--partitions", number, "how many instead")
     ->excludes(sizeOption)
     ->group("Partitions");
+  app.add_option("-o,--output", title, "the store")
+    ->required()
+    ->type_name("STORE")
+    ->group("Output");
   app.add_option("-w,--weld", weld, "join vertices")
     ->check(CLI::IsMember({ "on", "off" }))
     ->capture_default_str()
@@ -73,13 +77,15 @@ TEST(HelpFormatter, GroupsValuesDefaultsAndTheExample)
 {
   EXPECT_EQ(Help(100),
     "Cuts a mesh into partitions, and writes them to a store that is streamed from.\n\n"
-    "Usage: kdstream-test [OPTIONS] INPUT\n\n"
+    "Usage: kdstream-test INPUT -o STORE [options]\n\n"
     "  INPUT                       the mesh\n\n"
     "Partitions:\n"
     "  --vertices-per-partition N  most vertices of a partition, of which a long story is told "
     "elsewhere\n"
     "                              [1 to 1048576, default 2000] (not with --partitions)\n"
     "  --partitions N              how many instead (not with --vertices-per-partition)\n\n"
+    "Output:\n"
+    "  -o, --output STORE          the store\n\n"
     "Input:\n"
     "  -w, --weld on|off           join vertices [default on]\n\n"
     "Help:\n"
@@ -87,6 +93,52 @@ TEST(HelpFormatter, GroupsValuesDefaultsAndTheExample)
     "  --version                   name and version\n\n"
     "Example:\n"
     "  kdstream-test dragon.ply\n");
+}
+
+TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
+{
+  CLI::App app("Looks at stores.", "kdstream-test");
+  app.require_subcommand(1);
+  CLI::App* const extract = app.add_subcommand("extract", "writes a mesh out of the store");
+  std::string store, output;
+  unsigned level = 0;
+  bool all = false, quiet = false;
+  extract->add_option("STORE", store, "the store")->required();
+  CLI::App* const what = extract->add_option_group("WHAT", "exactly one of");
+  what->add_option("--level", level, "level D")->type_name("D");
+  what->add_flag("--all", all, "all of it");
+  what->require_option(1);
+  extract->add_option("-o,--output", output, "the mesh")
+    ->required()
+    ->type_name("FILE")
+    ->group("Output");
+  extract->add_flag("--quiet", quiet, "no line at the end")->group("Output");
+  app.footer("Examples:\n  kdstream-test extract a.kds --all -o a.ply");
+  extract->footer("Example:\n  kdstream-test extract b.kds --all -o b.ply");
+  SetUpHelp(app, "1.2.3");
+  EXPECT_EQ(extract->help("kdstream-test"),
+    "Writes a mesh out of the store.\n\n"
+    "Usage: kdstream-test extract STORE WHAT -o FILE [options]\n\n"
+    "  STORE                       the store\n\n"
+    "WHAT, exactly one of:\n"
+    "  --level D                   level D\n"
+    "  --all                       all of it\n\n"
+    "Output:\n"
+    "  -o, --output FILE           the mesh\n"
+    "  --quiet                     no line at the end\n\n"
+    "Help:\n"
+    "  -h, --help                  this text\n\n"
+    "Example:\n"
+    "  kdstream-test extract b.kds --all -o b.ply\n");
+  EXPECT_EQ(app.help(), "Looks at stores.\n\n"
+                        "Usage: kdstream-test COMMAND [options]\n\n"
+                        "Commands:\n"
+                        "  extract                     writes a mesh out of the store\n\n"
+                        "Help:\n"
+                        "  -h, --help                  this text\n"
+                        "  --version                   name and version\n\n"
+                        "Examples:\n"
+                        "  kdstream-test extract a.kds --all -o a.ply\n");
 }
 
 TEST(HelpFormatter, VersionNamesTheProgram)

@@ -25,6 +25,7 @@ std::string MessageOf(std::vector<std::string> arguments)
   app.add_option("-o,--output", output)->required();
   auto* const titleOption = app.add_option("--title", title);
   app.add_option("--port", port);
+  app.add_option("--partitions", port)->type_name("K");
   app.add_option("--radius", radius);
   app.add_option("--threads", threads)->check(CLI::Range(1U, 1024U));
   app.add_option("--weld", weld)->check(CLI::IsMember({ "on", "off" }));
@@ -112,8 +113,8 @@ TEST(UsageMessage, CommandsToo)
     "--level belongs behind the command: kdstream-test extract … --level");
   EXPECT_EQ(MessageOfCommand({ "--level=3", "extract", "m.kds" }),
     "--level belongs behind the command: kdstream-test extract … --level");
-  EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--version" }),
-    "--version belongs before the command");
+  EXPECT_EQ(
+    MessageOfCommand({ "extract", "m.kds", "--version" }), "--version belongs before the command");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--lvel", "3" }),
     "there is no option --lvel; did you mean --level?");
   EXPECT_EQ(
@@ -137,6 +138,8 @@ TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
     "--port: \"99999\" is not a whole number, or too large a one");
   EXPECT_EQ(MessageWith({ "--port", "http" }),
     "--port: \"http\" is not a whole number, or too large a one");
+  EXPECT_EQ(MessageWith({ "--partitions", "all" }),
+    "--partitions: \"all\" is not a whole number, or too large a one");
   EXPECT_EQ(MessageWith({ "--radius", "wide" }), "--radius: \"wide\" is not a number");
   EXPECT_EQ(MessageWith({ "--threads", "0" }), "--threads: \"0\" is not a number from 1 to 1024");
   EXPECT_EQ(MessageWith({ "--weld", "maybe" }), "--weld: \"maybe\" is not on or off");
@@ -147,7 +150,8 @@ TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
 TEST(UsageMessage, NamesMeant)
 {
   using Names = std::vector<std::string>;
-  EXPECT_EQ(NamesMeant("--tilte", { "--time", "--title" }), Names{ "--title" }) << "letters swapped";
+  EXPECT_EQ(NamesMeant("--tilte", { "--time", "--title" }), Names{ "--title" })
+    << "letters swapped";
   EXPECT_EQ(NamesMeant("--levels", { "--level", "--partition" }), Names{ "--level" });
   EXPECT_EQ(NamesMeant("--xyz", { "--level", "--partition" }), Names{});
   // The beginning of a name counts for more than a few slips.

@@ -204,6 +204,8 @@ TEST_F(Serve, FindsThePageThatIsInstalledWithIt)
 
 TEST_F(Serve, TellsWhyItCannotServe)
 {
+  this->Build("one.kds");
+  const std::uintmax_t bytes = fs::file_size(this->stores / "one.kds");
   Process first({ this->stores, "--port", "0" });
   const auto port = std::to_string(first.Port());
   const std::pair<std::vector<std::string>, int> wrong[] = {
@@ -218,14 +220,17 @@ TEST_F(Serve, TellsWhyItCannotServe)
     { { this->stores, "--port", "0", "--web", this->folder / "missing" }, 1 },
     { { this->stores, "--port", "0", "--web", this->stores }, 1 }, // no page
     { { this->stores, "--port", "0", "--access-log", this->folder / "missing/log" }, 1 },
+    { { this->stores, "--port", "0", "--access-log", this->stores / "one.kds" }, 2 },
   };
   for (const auto& [arguments, code] : wrong)
   {
     Process serve(arguments);
+    EXPECT_EQ(serve.OutLine(), ""); // it has ended
+    serve.Signal(SIGTERM);          // if it has not
     EXPECT_EQ(serve.ErrorLine().substr(0, 23), "kdstream-serve: error: ");
-    EXPECT_EQ(serve.OutLine(), "");
     EXPECT_EQ(serve.Wait(), code) << (arguments.empty() ? "" : arguments.back());
   }
+  EXPECT_EQ(fs::file_size(this->stores / "one.kds"), bytes) << "no line of a log in a store";
 }
 
 int main(int argc, char** argv)
