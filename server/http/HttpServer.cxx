@@ -3,10 +3,15 @@
 
 #include "server/http/HttpConnection.h"
 
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+
 #include <openssl/err.h>
 #include <openssl/x509.h>
 
-#include <array>
 #include <cerrno>
 #include <fstream>
 #include <memory>
@@ -246,20 +251,9 @@ void HttpServer::Implementation::Serve(tcp::socket socket)
     this->State.Counters.ConnectionRefused();
     return;
   }
-  beast::tcp_stream stream(std::move(socket));
-  if (this->IsTls())
-  {
-    std::make_shared<HttpConnection<beast::ssl_stream<beast::tcp_stream>>>(
-      beast::ssl_stream<beast::tcp_stream>(std::move(stream), this->Tls), this->State,
-      std::move(seat), refused ? this->Refusals : nullptr)
-      ->Run();
-  }
-  else
-  {
-    std::make_shared<HttpConnection<beast::tcp_stream>>(
-      std::move(stream), this->State, std::move(seat), refused ? this->Refusals : nullptr)
-      ->Run();
-  }
+  ServeHttp(
+    this->IsTls() ? ClientSocket(std::move(socket), this->Tls) : ClientSocket(std::move(socket)),
+    this->State, std::move(seat), refused ? this->Refusals : nullptr);
 }
 
 void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)

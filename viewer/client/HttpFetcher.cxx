@@ -5,8 +5,13 @@
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/read_size.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
 
 #include <chrono>
 #include <optional>
@@ -23,6 +28,7 @@ using boost::system::error_code;
 
 constexpr std::chrono::seconds fetchConnectTimeout{ 10 };
 constexpr std::chrono::seconds stallTimeout{ 30 };
+constexpr std::size_t bytesAtOnce = 65536;
 }
 
 class HttpFetcher::Connection : public std::enable_shared_from_this<Connection>
@@ -79,17 +85,13 @@ private:
 
   void Write()
   {
-    this->Request = {};
-    this->Request.method(http::verb::get);
-    this->Request.target(this->What.target);
-    this->Request.version(11);
-    this->Request.set(http::field::host, this->Server.Authority());
-    this->Request.set(http::field::user_agent, "kdstream");
+    this->Request = "GET " + this->What.target + " HTTP/1.1\r\nHost: " + this->Server.Authority() +
+                    "\r\nUser-Agent: kdstream\r\n\r\n";
     this->Buffer.clear();
     this->Parser.emplace();
     this->Parser->body_limit(this->What.mostBytes);
     this->Stream.expires_after(stallTimeout);
-    http::async_write(this->Stream, this->Request,
+    asio::async_write(this->Stream, asio::buffer(this->Request),
       [self = this->shared_from_this()](error_code error, std::size_t)
       { error ? self->Lost(error) : self->Read(); });
   }
@@ -98,25 +100,40 @@ private:
   void Read()
   {
     this->Stream.expires_after(stallTimeout);
-    http::async_read_some(this->Stream, this->Buffer, *this->Parser,
-      [self = this->shared_from_this()](error_code error, std::size_t)
+    this->Stream.async_read_some(this->Buffer.prepare(beast::read_size(this->Buffer, bytesAtOnce)),
+      [self = this->shared_from_this()](error_code error, std::size_t bytes)
       {
-        if (error == http::error::body_limit)
-        {
-          self->Disconnect();
-          self->Finish(
-            Error{ ErrorCode::LimitExceeded, self->What.target + " is larger than " +
-                                               std::to_string(self->What.mostBytes) + " bytes" });
-        }
-        else if (error)
-        {
-          self->Lost(error);
-        }
-        else
-        {
-          self->Parser->is_done() ? self->Answer() : self->Read();
-        }
+        self->Buffer.commit(bytes);
+        self->Parse(error);
       });
+  }
+
+  // Goes on with the answer in what has come so far; `error` is what the socket said.
+  void Parse(error_code error)
+  {
+    if (error == asio::error::eof && this->Parser->got_some())
+    {
+      error = {};
+      this->Parser->put_eof(error);
+    }
+    while (!error && !this->Parser->is_done() && this->Buffer.size() != 0)
+    {
+      this->Buffer.consume(this->Parser->put(this->Buffer.data(), error));
+    }
+    if (error == http::error::body_limit)
+    {
+      this->Disconnect();
+      this->Finish(Error{ ErrorCode::LimitExceeded,
+        this->What.target + " is larger than " + std::to_string(this->What.mostBytes) + " bytes" });
+    }
+    else if (error && error != http::error::need_more)
+    {
+      this->Lost(error);
+    }
+    else
+    {
+      this->Parser->is_done() ? this->Answer() : this->Read();
+    }
   }
 
   void Answer()
@@ -171,7 +188,7 @@ private:
   int Retries = 0;
   HttpFetch What;
   Handler Done;
-  http::request<http::empty_body> Request;
+  std::string Request;
   beast::flat_buffer Buffer;
   std::optional<http::response_parser<http::string_body>> Parser;
 };

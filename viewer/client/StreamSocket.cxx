@@ -8,8 +8,9 @@
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/websocket.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/websocket/stream.hpp>
 
 #include <chrono>
 #include <deque>
@@ -169,7 +170,7 @@ private:
   ServerUrl Server;
   Handlers Callbacks;
   asio::ip::tcp::resolver Resolver;
-  websocket::stream<beast::tcp_stream> Socket;
+  websocket::stream<beast::tcp_stream, false> Socket; // false: no code for compression
   websocket::response_type Answer;
   beast::flat_buffer Incoming;
   std::deque<std::string> Outgoing; // the first is being written

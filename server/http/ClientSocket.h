@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The bytes from and to one client, plain or through TLS: one type for both, so that what is built
+// upon it (HTTP, WebSocket) is compiled once. Internal to the server.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/error.hpp>
+#include <boost/beast/core/role.hpp>
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+namespace boost::asio::ssl
+{
+class context;
+}
+
+namespace kdstream
+{
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+
+// A handler of any type, called at most once. It has no executor of its own, so that Asio calls it
+// on the socket's.
+template <class... Arguments>
+class AnyHandler
+{
+public:
+  template <class Handler,
+    class = std::enable_if_t<!std::is_same_v<std::decay_t<Handler>, AnyHandler>>>
+  AnyHandler(Handler&& handler) // NOLINT(bugprone-forwarding-reference-overload)
+    : Held(std::make_unique<Holder<std::decay_t<Handler>>>(std::forward<Handler>(handler)))
+  {
+  }
+
+  void operator()(Arguments... arguments)
+  {
+    const auto held = std::move(this->Held);
+    held->Call(arguments...);
+  }
+
+private:
+  struct Callable
+  {
+    virtual ~Callable() = default;
+    virtual void Call(Arguments... arguments) = 0;
+  };
+  template <class Handler>
+  struct Holder final : Callable
+  {
+    explicit Holder(Handler handler)
+      : Kept(std::move(handler))
+    {
+    }
+    void Call(Arguments... arguments) override { this->Kept(arguments...); }
+    Handler Kept;
+  };
+  std::unique_ptr<Callable> Held;
+};
+
+// A connected socket as Boost's AsyncReadStream and AsyncWriteStream, which hide whether there is
+// TLS. Handlers run on the socket's executor. Functions: one at a time.
+class ClientSocket
+{
+public:
+  using executor_type = asio::any_io_executor;
+  using ErrorHandler = AnyHandler<beast::error_code>;
+  using BytesHandler = AnyHandler<beast::error_code, std::size_t>;
+
+  explicit ClientSocket(asio::ip::tcp::socket socket);
+  // REQUIRES: the context outlives the socket.
+  ClientSocket(asio::ip::tcp::socket socket, asio::ssl::context& tls);
+  ClientSocket(ClientSocket&&) noexcept;
+  ~ClientSocket();
+
+  executor_type get_executor() const noexcept;
+  asio::ip::tcp::socket& Tcp();
+
+  // What is under way, and what begins before the next call of these, fails after `time`, or never.
+  void ExpireAfter(std::chrono::milliseconds time);
+  void ExpireNever();
+  // Ends the connection at once: what is under way fails.
+  void Close();
+
+  // TLS's handshake; a plain socket is ready at once.
+  void Handshake(ErrorHandler handler);
+  // Tells the client that nothing more will be sent.
+  void EndOutput(ErrorHandler handler);
+
+  template <class Buffers, class Handler>
+  void async_read_some(const Buffers& buffers, Handler&& handler)
+  {
+    this->ReadSome(FirstBuffer(buffers), BytesHandler(std::forward<Handler>(handler)));
+  }
+  template <class Buffers, class Handler>
+  void async_write_some(const Buffers& buffers, Handler&& handler)
+  {
+    this->WriteSome(Output(buffers), BytesHandler(std::forward<Handler>(handler)));
+  }
+
+  // What Beast asks of a stream that a WebSocket runs on.
+  friend void beast_close_socket(ClientSocket& socket) { socket.Close(); }
+  template <class Handler>
+  friend void async_teardown(beast::role_type, ClientSocket& socket, Handler&& handler)
+  {
+    socket.TearDown(ErrorHandler(std::forward<Handler>(handler)));
+  }
+
+  // The parts of a message that are written at once, as a buffer sequence of one type.
+  class Output
+  {
+  public:
+    template <class Buffers>
+    explicit Output(const Buffers& buffers)
+    {
+      const auto end = asio::buffer_sequence_end(buffers);
+      for (auto each = asio::buffer_sequence_begin(buffers);
+           each != end && this->Count < this->Parts.size(); ++each)
+      {
+        this->Parts[this->Count++] = asio::const_buffer(*each);
+      }
+    }
+    using value_type = asio::const_buffer;
+    using const_iterator = const asio::const_buffer*;
+    const_iterator begin() const { return this->Parts.data(); }
+    const_iterator end() const { return this->Parts.data() + this->Count; }
+
+  private:
+    std::array<asio::const_buffer, 16> Parts; // what follows is left to the next call
+    std::size_t Count = 0;
+  };
+
+  class Layers;
+
+private:
+  template <class Buffers>
+  static asio::mutable_buffer FirstBuffer(const Buffers& buffers)
+  {
+    const auto first = asio::buffer_sequence_begin(buffers);
+    return first == asio::buffer_sequence_end(buffers) ? asio::mutable_buffer()
+                                                       : asio::mutable_buffer(*first);
+  }
+  void ReadSome(asio::mutable_buffer buffer, BytesHandler handler);
+  void WriteSome(const Output& buffers, BytesHandler handler);
+  void TearDown(ErrorHandler handler);
+
+  std::unique_ptr<Layers> Below;
+};
+
+}

@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/HttpConnection.h"
+
+#include "server/http/StreamConnection.h"
+#include "server/protocol/ResourcePath.h"
+
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/read_size.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// The current time in the format of the Date field, whatever the locale.
+std::string HttpDate()
+{
+  constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
+  constexpr const char* months[] = { "Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep",
+    "Oct", "Nov", "Dec" };
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[40];
+  std::snprintf(text, sizeof text, "%s, %02d %s %d %02d:%02d:%02d GMT", days[utc.tm_wday],
+    utc.tm_mday, months[utc.tm_mon], utc.tm_year + 1900, utc.tm_hour, utc.tm_min, utc.tm_sec);
+  return text;
+}
+
+class HttpConnection
+  : public Drainable
+  , public std::enable_shared_from_this<HttpConnection>
+{
+public:
+  HttpConnection(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
+    std::shared_ptr<void> refusal)
+    : Executor(socket.get_executor())
+    , Socket(std::move(socket))
+    , State(state)
+    , Seat(std::move(seat))
+    , Refusal(std::move(refusal))
+  {
+  }
+
+  ~HttpConnection() override { this->State.Leave(this); }
+
+  void Run()
+  {
+    this->State.Enter(this->shared_from_this());
+    beast::error_code error;
+    auto& socket = this->Socket.Tcp();
+    socket.set_option(asio::ip::tcp::no_delay(true), error);
+    const auto address = socket.remote_endpoint(error).address();
+    this->Client = error ? "-" : address.to_string();
+    asio::dispatch(this->Executor,
+      [self = this->shared_from_this()]
+      {
+        self->Socket.ExpireAfter(self->State.Options.requestTimeout);
+        self->Socket.Handshake(
+          [self](beast::error_code failed)
+          {
+            if (!failed)
+            {
+              self->Read();
+            }
+          });
+      });
+  }
+
+  void Drain() override
+  {
+    asio::post(this->Executor,
+      [self = this->shared_from_this()]
+      {
+        const bool idle = self->Parser && !self->Parser->got_some() && self->Input.size() == 0;
+        if (idle && !self->Answering) // has not become a WebSocket either
+        {
+          self->Socket.Close();
+        }
+      });
+  }
+
+private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::uint32_t headerBytes = 8192;
+
+  void Read()
+  {
+    this->Answering = false;
+    if (this->State.Draining() && this->Input.size() == 0)
+    {
+      this->Close();
+      return;
+    }
+    this->Parser.emplace();
+    this->Parser->header_limit(headerBytes);
+    this->Parser->body_limit(0);
+    this->Parser->eager(true);
+    this->Socket.ExpireAfter(this->State.Options.requestTimeout);
+    this->Parse();
+  }
+
+  // Goes on with the request in what has come so far.
+  void Parse()
+  {
+    beast::error_code error;
+    while (!error && !this->Parser->is_done() && this->Input.size() != 0)
+    {
+      this->Input.consume(this->Parser->put(this->Input.data(), error));
+    }
+    if (error == beast::http::error::need_more)
+    {
+      error = {};
+    }
+    if (!error && !this->Parser->is_done() && this->Input.size() < this->Input.max_size())
+    {
+      this->ReadSome();
+      return;
+    }
+    this->OnRead(error || this->Parser->is_done() ? error : beast::http::error::buffer_overflow);
+  }
+
+  void ReadSome()
+  {
+    this->Socket.async_read_some(
+      this->Input.prepare(beast::read_size(this->Input, this->Input.max_size())),
+      [self = this->shared_from_this()](beast::error_code error, std::size_t bytes)
+      {
+        self->Input.commit(bytes);
+        if (error)
+        {
+          self->OnRead(error);
+        }
+        else
+        {
+          self->Parse();
+        }
+      });
+  }
+
+  void OnRead(beast::error_code error)
+  {
+    namespace http = beast::http;
+    this->Answering = true;
+    this->Began = Clock::now();
+    const auto& request = this->Parser->get();
+    if (error == asio::error::eof)
+    {
+      this->Close();
+    }
+    else if (error == http::error::header_limit || error == http::error::buffer_overflow)
+    {
+      this->Refuse(
+        431, "the request's header is larger than " + std::to_string(headerBytes) + " bytes");
+    }
+    else if (error == http::error::body_limit || error == http::error::unexpected_body)
+    {
+      this->Refuse(413, "requests with a body are not accepted");
+    }
+    else if (error.category() == make_error_code(http::error::bad_method).category())
+    {
+      this->Refuse(400, "the request is not HTTP: " + error.message());
+    }
+    else if (error)
+    {
+      return; // the client has gone, or took too long
+    }
+    else if (!this->Seat)
+    {
+      this->State.Counters.ConnectionRefused();
+      this->Refuse(503, "there are too many connections");
+    }
+    else if (request.version() >= 11 && request.count(http::field::host) != 1)
+    {
+      this->Refuse(400, "the request must name one host");
+    }
+    else if (beast::websocket::is_upgrade(request))
+    {
+      this->Upgrade();
+    }
+    else
+    {
+      this->Send(this->State.Answers.Answer(this->Plain()), request.keep_alive());
+    }
+  }
+
+  HttpRequest Plain() const
+  {
+    namespace http = beast::http;
+    const auto& request = this->Parser->get();
+    const auto field = [&](http::field name)
+    {
+      const auto value = request[name];
+      return std::string(value.data(), value.size());
+    };
+    std::string encodings;
+    const auto range = request.equal_range(http::field::accept_encoding);
+    for (auto each = range.first; each != range.second; ++each)
+    {
+      encodings += encodings.empty() ? "" : ",";
+      encodings.append(each->value().data(), each->value().size());
+    }
+    const auto method = request.method_string();
+    const auto target = request.target();
+    return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
+      field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
+      encodings };
+  }
+
+  // Answers with an error and closes the connection.
+  void Refuse(unsigned status, const std::string& message)
+  {
+    auto response = this->State.Answers.Failure(status, message);
+    response.omitBody = this->Parser->get().method() == beast::http::verb::head;
+    this->Send(std::move(response), false);
+  }
+
+  void Upgrade()
+  {
+    namespace http = beast::http;
+    const auto& request = this->Parser->get();
+    const auto text = [&](http::field name)
+    {
+      const auto value = request[name];
+      return std::string(value.data(), value.size());
+    };
+    const auto target = this->Plain().target;
+    if (target.substr(0, target.find('?')) != protocol::streamPath)
+    {
+      this->Refuse(404, "there is no WebSocket at this path");
+      return;
+    }
+    if (!http::token_list(text(http::field::sec_websocket_protocol))
+           .exists(std::string(protocol::streamSubprotocol)))
+    {
+      this->Refuse(400, "the WebSocket's subprotocol must be kdstream.v1");
+      return;
+    }
+    if (!this->State.Answers.MayStream(text(http::field::origin), text(http::field::host)))
+    {
+      this->Refuse(403, "pages of this origin may not open a stream");
+      return;
+    }
+    if (this->Input.size() != 0)
+    {
+      this->Refuse(400, "the client sent data before the WebSocket was open");
+      return;
+    }
+    ServeStream(std::move(this->Socket), this->State, std::move(this->Seat),
+      AccessRecord{ this->Client, "STREAM", target, 101, 0, 0 }, request);
+  }
+
+  void Send(HttpResponse response, bool keepAlive)
+  {
+    this->Answer = std::move(response);
+    this->KeepAlive = keepAlive && !this->State.Draining();
+    this->WriteHead();
+    const bool hasBody = this->Answer.body && !this->Answer.omitBody;
+    this->BodyBytes = hasBody ? this->Answer.length : 0;
+    const auto* body = hasBody ? this->Answer.body->data() + this->Answer.begin : nullptr;
+    const auto patience = std::chrono::seconds(this->BodyBytes >> 14);
+    this->Socket.ExpireAfter(this->State.Options.answerTimeout + patience);
+    asio::async_write(
+      this->Socket,
+      std::array{ asio::const_buffer(this->Head.data(), this->Head.size()),
+        asio::const_buffer(body, this->BodyBytes) },
+      [](beast::error_code error, std::size_t) // how much to write at once
+      { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
+      [self = this->shared_from_this()](beast::error_code error, std::size_t)
+      { self->OnSent(error); });
+  }
+
+  // The answer's status line and fields.
+  void WriteHead()
+  {
+    const bool old = this->Parser->get().version() == 10;
+    const auto reason =
+      beast::http::obsolete_reason(static_cast<beast::http::status>(this->Answer.status));
+    this->Head = old ? "HTTP/1.0 " : "HTTP/1.1 ";
+    this->Head += std::to_string(this->Answer.status) + " ";
+    this->Head.append(reason.data(), reason.size());
+    this->Head += "\r\n";
+    const auto field = [this](std::string_view name, std::string_view value)
+    { this->Head.append(name).append(": ").append(value).append("\r\n"); };
+    for (const auto& [name, value] : this->Answer.fields)
+    {
+      field(name, value);
+    }
+    field("Date", HttpDate());
+    if (this->KeepAlive == old) // what this version would not take for granted
+    {
+      field("Connection", old ? "keep-alive" : "close");
+    }
+    if (this->Answer.status != 304 && this->Answer.status != 204)
+    {
+      field("Content-Length", std::to_string(this->Answer.length));
+    }
+    this->Head += "\r\n";
+  }
+
+  void OnSent(beast::error_code error)
+  {
+    const auto& request = this->Parser->get();
+    const auto sent = error ? 0 : this->BodyBytes;
+    const std::chrono::duration<double> time = Clock::now() - this->Began;
+    this->State.Counters.CountRequest(this->Answer.status);
+    this->State.Counters.CountBytes(sent);
+    const auto method = request.method_string();
+    const auto target = request.target();
+    this->State.Log({ this->Client, std::string(method.data(), method.size()),
+      std::string(target.data(), target.size()), this->Answer.status, sent, time.count() });
+    this->Answer = {};
+    if (!error && this->KeepAlive)
+    {
+      this->Read();
+    }
+    else if (!error)
+    {
+      this->Close();
+    }
+  }
+
+  // Sends no more, and for a moment reads what the client still sends: if the socket were closed
+  // with unread bytes, the kernel would discard an answer that is still on its way.
+  void Close()
+  {
+    this->Socket.ExpireAfter(std::chrono::seconds(2));
+    this->Socket.EndOutput(
+      [self = this->shared_from_this()](beast::error_code error)
+      {
+        if (!error)
+        {
+          self->DiscardInput();
+        }
+      });
+  }
+
+  void DiscardInput()
+  {
+    this->Socket.async_read_some(asio::buffer(this->Discarded),
+      [self = this->shared_from_this()](beast::error_code error, std::size_t)
+      {
+        if (!error)
+        {
+          self->DiscardInput();
+        }
+      });
+  }
+
+  // A copy, because Socket is moved away when it becomes a WebSocket.
+  ClientSocket::executor_type Executor;
+  ClientSocket Socket;
+  ServerState& State;
+  std::shared_ptr<void> Seat, Refusal;
+  std::string Client;
+  beast::flat_buffer Input{ headerBytes + 1024 };
+  std::optional<beast::http::request_parser<beast::http::empty_body>> Parser;
+  HttpResponse Answer;
+  std::string Head; // what is sent before the body
+  std::size_t BodyBytes = 0;
+  bool KeepAlive = false;
+  std::array<char, 4096> Discarded{};
+  Clock::time_point Began;
+  bool Answering = false;
+};
+
+}
+
+void ServeHttp(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
+  std::shared_ptr<void> refusal)
+{
+  std::make_shared<HttpConnection>(std::move(socket), state, std::move(seat), std::move(refusal))
+    ->Run();
+}
+
+}

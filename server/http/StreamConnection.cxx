@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// At most one message is being written, and the next one is made only when it has been sent. So a
+// client that does not read costs the memory of one frame, and a cancel takes effect at the next
+// frame.
+#include "server/http/StreamConnection.h"
+
+#include "server/protocol/ResourcePath.h"
+#include "server/session/Conversation.h"
+
+#include <boost/asio/post.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/stream.hpp>
+
+#include <chrono>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace kdstream
+{
+
+namespace
+{
+
+class StreamConnection
+  : public Drainable
+  , public std::enable_shared_from_this<StreamConnection>
+{
+public:
+  StreamConnection(
+    ClientSocket socket, ServerState& state, std::shared_ptr<void> seat, AccessRecord record)
+    : Socket(std::move(socket))
+    , State(state)
+    , Seat(std::move(seat))
+    , Record(std::move(record))
+    , Talk(state.Models)
+  {
+    this->State.Counters.StreamOpened();
+  }
+
+  ~StreamConnection() override
+  {
+    this->State.Leave(this);
+    this->State.Counters.StreamClosed();
+    const std::chrono::duration<double> time = Clock::now() - this->Opened;
+    this->Record.seconds = time.count();
+    this->State.Log(this->Record);
+  }
+
+  void Run(const beast::http::request<beast::http::empty_body>& request)
+  {
+    namespace websocket = beast::websocket;
+    this->State.Enter(this->shared_from_this());
+    this->Socket.next_layer().ExpireNever();
+    this->Socket.set_option(websocket::stream_base::timeout{
+      this->State.Options.requestTimeout, this->State.Options.streamTimeout, true });
+    this->Socket.set_option(websocket::stream_base::decorator(
+      [](websocket::response_type& response)
+      {
+        response.set(
+          beast::http::field::sec_websocket_protocol, std::string(protocol::streamSubprotocol));
+      }));
+    // More than a conversation accepts, so that the conversation can refuse it in words; but not
+    // unlimited.
+    this->Socket.read_message_max(16 * protocol::maximumClientMessageBytes);
+    this->Socket.auto_fragment(false);
+    this->LimitUnsentBytes();
+    this->Socket.async_accept(request,
+      [self = this->shared_from_this()](beast::error_code error)
+      {
+        if (!error)
+        {
+          self->Accepted = true;
+          self->Read();
+          self->Write();
+        }
+      });
+  }
+
+  void Drain() override
+  {
+    asio::post(this->Socket.get_executor(),
+      [self = this->shared_from_this()]
+      {
+        self->Talk.Drain();
+        if (self->Accepted)
+        {
+          self->Write();
+        }
+      });
+  }
+
+private:
+  using Clock = std::chrono::steady_clock;
+
+  // Without this the kernel would buffer megabytes for a slow client, and a cancel would have to
+  // wait until they are sent.
+  void LimitUnsentBytes()
+  {
+#ifdef TCP_NOTSENT_LOWAT
+    const int bytes = 2 * static_cast<int>(protocol::maximumFrameBytes);
+    auto& socket = this->Socket.next_layer().Tcp();
+    ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, sizeof bytes);
+#endif
+  }
+
+  void Read()
+  {
+    // After the conversation has ended we read on only to find the client's close frame.
+    if (this->Reading || !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
+    {
+      return;
+    }
+    this->Reading = true;
+    this->Socket.async_read(this->Input,
+      [self = this->shared_from_this()](beast::error_code error, std::size_t)
+      {
+        self->Reading = false;
+        if (!error)
+        {
+          self->Take();
+          self->Read();
+          self->Write();
+        }
+      });
+  }
+
+  void Take()
+  {
+    if (this->Socket.got_text())
+    {
+      const auto data = this->Input.cdata();
+      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() });
+    }
+    else
+    {
+      this->Talk.ReceiveBinary();
+    }
+    this->Input.consume(this->Input.size());
+  }
+
+  void Write()
+  {
+    if (this->Writing)
+    {
+      return;
+    }
+    const auto failedBefore = this->Talk.FailedBlobs();
+    auto message = this->Talk.NextMessage();
+    for (auto i = failedBefore; i < this->Talk.FailedBlobs(); ++i)
+    {
+      this->State.Counters.CountFailedBlob();
+    }
+    if (!message)
+    {
+      this->CloseIfEnded();
+      return;
+    }
+    this->Output = std::move(*message);
+    this->Writing = true;
+    this->Socket.text(std::holds_alternative<std::string>(this->Output));
+    const auto bytes = std::visit([](const auto& m) { return asio::buffer(m); }, this->Output);
+    this->Socket.async_write(bytes,
+      [self = this->shared_from_this()](beast::error_code error, std::size_t sent)
+      {
+        self->Writing = false;
+        self->Record.bytes += sent;
+        self->State.Counters.CountBytes(sent);
+        if (!error)
+        {
+          self->Write();
+          self->Read();
+        }
+      });
+  }
+
+  void CloseIfEnded()
+  {
+    const auto reason = this->Talk.Closing();
+    if (!reason || this->ClosingNow)
+    {
+      return;
+    }
+    this->ClosingNow = true;
+    this->Writing = true;
+    this->Socket.async_close(
+      beast::websocket::close_reason(
+        static_cast<beast::websocket::close_code>(static_cast<std::uint16_t>(*reason))),
+      [self = this->shared_from_this()](beast::error_code) {});
+  }
+
+  beast::websocket::stream<ClientSocket, false> Socket; // false: no code for compression
+  ServerState& State;
+  std::shared_ptr<void> Seat;
+  AccessRecord Record;
+  Conversation Talk;
+  Clock::time_point Opened = Clock::now();
+  beast::flat_buffer Input;
+  Conversation::Message Output;
+  bool Accepted = false;
+  bool Reading = false;
+  bool Writing = false;
+  bool ClosingNow = false;
+};
+
+}
+
+void ServeStream(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
+  AccessRecord record, const beast::http::request<beast::http::empty_body>& request)
+{
+  std::make_shared<StreamConnection>(std::move(socket), state, std::move(seat), std::move(record))
+    ->Run(request);
+}
+
+}
