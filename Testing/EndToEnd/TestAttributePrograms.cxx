@@ -33,7 +33,7 @@ protected:
   // What kdstream-store says on stderr.
   std::string Extract(std::vector<std::string> what, const std::string& output)
   {
-    what.insert(what.begin(), { "extract", "m.kds", "-o", output });
+    what.insert(what.begin(), { "extract", "m.kds", "-o", output, "--quiet" });
     const Outcome outcome = RunTool(this->Folder, "store", what);
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
     return outcome.err;
