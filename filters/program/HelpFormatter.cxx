@@ -102,6 +102,11 @@ std::string WrapText(const std::string& text, std::size_t width, std::size_t ind
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
   {
+    if (line.size() <= width) // with its columns
+    {
+      wrapped += line + "\n";
+      continue;
+    }
     const std::size_t own = IndentOf(line);
     const std::string further(own == 0 ? 0 : own + indent, ' ');
     std::istringstream words(line);

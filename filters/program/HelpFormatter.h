@@ -11,7 +11,8 @@ namespace kdstream
 {
 
 // Lines of at most `width` characters, broken between words. Lines of `text` stay lines; the words
-// that do not fit one go to the next, and those of a line that is indented `indent` further in.
+// that do not fit one go to the next, and those of a line that is indented `indent` further in; a
+// line that fits stays as it is.
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
 
 // Description; usage, with all that must be given; commands; options by their groups in the order

@@ -300,7 +300,17 @@ std::string WordsOfMissing(const CLI::App& app, const std::string& told)
            " is needed";
   }
   const auto name = Between(told, "", " is required");
-  return name ? *name + " is missing" : told;
+  if (!name)
+  {
+    return told;
+  }
+  std::string what;
+  for (const CLI::App* const part : Parsed(app))
+  {
+    const CLI::Option* const option = part->get_option_no_throw(*name);
+    what = option ? option->get_description() : what;
+  }
+  return *name + " is missing" + (what.empty() ? "" : ": ") + what;
 }
 
 std::string WordsOfMismatch(const std::string& told)

@@ -17,7 +17,6 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error);
 // Those of `names` that `word` may stand for: all that begin with it, from two letters on; else the
 // nearest one of which it is a slip, where fewer letters differ than a third of them, and at least
 // one may. None if there is no such name.
-std::vector<std::string> NamesMeant(
-  const std::string& word, const std::vector<std::string>& names);
+std::vector<std::string> NamesMeant(const std::string& word, const std::vector<std::string>& names);
 
 }

@@ -22,8 +22,7 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Looks at a model of a KdStream server without a screen: this version opens no window yet, so "
-  "--offscreen is required.\n"
+  "Looks at a model of a KdStream server without a screen: this version opens no window yet.\n"
   "It shows the model in the level of detail that fits the window, or plays a recorded session "
   "(--replay), writes what is asked for, and ends.";
 
@@ -71,7 +70,10 @@ std::string CheckPicture(const std::string& file)
 void AddPictureOptions(CLI::App& app, CommandLine& line)
 {
   const char* const group = "Picture";
-  app.add_option("--offscreen", line.offscreen, "how to draw; auto: the first that works")
+  app
+    .add_option("--offscreen", line.offscreen,
+      "how to draw, since this version opens no window yet; auto: the first that works")
+    ->required()
     ->check(CLI::IsMember({ "auto", "egl", "osmesa", "x11" }))
     ->group(group);
   app
@@ -328,12 +330,6 @@ int main(int argc, char** argv)
   return RunProgram(app, argc, argv,
     [&]()
     {
-      if (line.offscreen.empty())
-      {
-        return PrintError(app.get_name(), "",
-          { ErrorCode::InvalidArgument,
-            "the interactive window comes in a later version: --offscreen auto is required" });
-      }
       CatchInterrupts();
       const Result<int> exitCode = View(app.get_name(), line);
       return exitCode ? *exitCode : PrintError(app.get_name(), "", exitCode.GetError());

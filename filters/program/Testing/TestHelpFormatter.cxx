@@ -62,6 +62,9 @@ TEST(HelpFormatter, WrapsBetweenWordsAndKeepsLines)
   EXPECT_EQ(WrapText("a\n\nb", 10), "a\n\nb");
   EXPECT_EQ(WrapText("incomprehensibilities are long", 5), "incomprehensibilities\nare\nlong");
   EXPECT_EQ(WrapText("", 5), "");
+  EXPECT_EQ(
+    WrapText("  .ply     a mesh\n  .xyz.gz  points", 20), "  .ply     a mesh\n  .xyz.gz  points")
+    << "columns";
 }
 
 TEST(HelpFormatter, NoLineIsWiderThanTheTerminal)

@@ -22,7 +22,7 @@ std::string MessageOf(std::vector<std::string> arguments)
   double radius = 0;
   bool all = false;
   app.add_option("INPUT", input)->required();
-  app.add_option("-o,--output", output)->required();
+  app.add_option("-o,--output", output, "the store to write")->required();
   auto* const titleOption = app.add_option("--title", title);
   app.add_option("--port", port);
   app.add_option("--partitions", port)->type_name("K");
@@ -123,7 +123,7 @@ TEST(UsageMessage, CommandsToo)
 
 TEST(UsageMessage, WhatIsMissing)
 {
-  EXPECT_EQ(MessageOf({ "in.ply" }), "--output is missing");
+  EXPECT_EQ(MessageOf({ "in.ply" }), "--output is missing: the store to write");
   EXPECT_EQ(MessageOf({ "-o", "m.kds" }), "INPUT is missing");
   EXPECT_EQ(MessageWith({ "--title" }), "--title needs a value");
   EXPECT_EQ(MessageWith({ "--title", "a", "--title", "b" }), "--title may be given once");
