@@ -246,7 +246,10 @@ std::string HelpFormatter::MakeGroups(const CLI::App* app) const
     {
       options += this->make_option(option, false);
     }
-    text += group.empty() || options.empty() ? "" : "\n" + group + ":\n" + options;
+    if (!group.empty() && !options.empty())
+    {
+      text.append("\n").append(group).append(":\n").append(options);
+    }
   }
   return text;
 }
