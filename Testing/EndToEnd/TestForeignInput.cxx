@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <csignal>
+#include <sstream>
 #include <thread>
 
 using namespace kdstream;
@@ -246,6 +247,28 @@ TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
   this->WriteText("line.xyz", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n");
   EXPECT_EQ(this->Build({ "line.xyz", "-o", "m.kds", "--reconstruct", "poisson" }).err,
     "kdstream-build: error: line.xyz: all points lie on one line: there is no surface\n");
+}
+
+// PCL tells nothing while it makes the surface: no fraction may stand still meanwhile.
+TEST_F(TestForeignInput, ReconstructionTellsAFractionOfTheNormalsAlone)
+{
+  Mesh cloud = DisplacedSphere(4);
+  cloud.triangles.clear();
+  ASSERT_TRUE(WriteMesh(this->Folder / "cloud.ply", cloud));
+  const Outcome converted = RunTool(this->Folder, "convert",
+    { "cloud.ply", "-o", "out.ply", "--reconstruct", "poisson", "--progress-lines" });
+  if (converted.err.find("needs PCL") != std::string::npos)
+  {
+    GTEST_SKIP() << "built without PCL";
+  }
+  ASSERT_EQ(converted.exitCode, 0) << converted.err;
+  EXPECT_NE(converted.err.find(" normals\n"), std::string::npos) << converted.err;
+  EXPECT_NE(converted.err.find("progress 0 surface\n"), std::string::npos) << converted.err;
+  std::istringstream lines(converted.err);
+  for (std::string line; std::getline(lines, line);)
+  {
+    EXPECT_TRUE(!line.ends_with(" surface") || line == "progress 0 surface") << line;
+  }
 }
 
 TEST_F(TestForeignInput, TheDragonsPointsBecomeTheDragon)

@@ -125,8 +125,9 @@ int vtkPCLSurfaceReconstruction::RequestData(
   options.pointWeight = this->PointWeight;
   options.trimDistance = this->TrimDistance;
 
-  const Execution execution = MakeAlgorithmExecution(
-    *this, { { "neighbors", 0, 0.2 }, { "normals", 0.2, 0.4 }, { "surface", 0.4, 1 } });
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "neighbors", 0, 0.2 }, { "normals", 0.2, SurfaceProgress },
+                                    { "surface", SurfaceProgress, 1 } });
   const Result<std::vector<Vec3>> points = ReadPoints(*input, execution);
   Result<Reconstruction> surface = Error{};
   if (!points)

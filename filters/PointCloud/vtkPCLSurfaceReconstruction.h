@@ -61,6 +61,12 @@ public:
     TOWARDS_VIEWPOINT = 1
   };
 
+  /**
+   * The progress at which neighbours and normals are done and PCL begins, which tells nothing
+   * before it has finished.
+   */
+  static constexpr double SurfaceProgress = 0.4;
+
   ///@{
   /**
    * How the surface is made. Default GREEDY.

@@ -55,13 +55,17 @@ Result<ForeignMesh> ReconstructMesh(
   command->SetCallback(
     [](vtkObject* caller, unsigned long, void* data, void* fraction)
     {
+      // A fraction of all would stand still for most of the time.
+      const double ofNormals =
+        *static_cast<const double*>(fraction) / vtkPCLSurfaceReconstruction::SurfaceProgress;
+      const Execution& report = *static_cast<Execution*>(data);
       const bool goOn =
-        static_cast<Execution*>(data)->progress("surface", *static_cast<const double*>(fraction));
+        ofNormals < 1 ? report.progress("normals", ofNormals) : report.progress("surface", 0);
       static_cast<vtkAlgorithm*>(caller)->SetAbortExecute(goOn ? 0 : 1);
     });
   filter->AddObserver(vtkCommand::ProgressEvent, command);
   filter->Update();
-  Status status = execution.Report("surface", 1);
+  Status status = execution.Report("surface", 0);
   if (status)
   {
     status = messages.FirstError();

@@ -50,6 +50,17 @@ bool TellsSomething(double fraction)
   return fraction > 0 && fraction < 1;
 }
 
+// A part of the bar that goes to and fro, ten places a second: how far the work is, is not known,
+// but it goes on.
+std::string MovingBar(std::size_t width, double seconds)
+{
+  constexpr std::size_t part = 6;
+  const std::size_t way = width - part;
+  const auto steps = static_cast<std::size_t>(seconds * 10) % (2 * way);
+  const std::size_t place = std::min(steps, 2 * way - steps);
+  return std::string(place, ' ') + std::string(part, '#') + std::string(way - place, ' ');
+}
+
 // What follows the step and its fraction.
 std::string Rest(const ProgressState& state, const char* separator)
 {
@@ -105,9 +116,11 @@ std::string ProgressBar(const ProgressState& state, std::size_t columns)
   constexpr std::size_t width = 30;
   const bool tells = TellsSomething(state.fraction);
   const auto done = static_cast<std::size_t>(state.fraction * width);
+  const std::string bar = tells ? std::string(done, '#') + std::string(width - done, ' ')
+                                : MovingBar(width, state.seconds);
   std::string text =
     state.step + std::string(state.step.size() < 8 ? 8 - state.step.size() : 0, ' ');
-  text += " [" + std::string(done, '#') + std::string(width - done, ' ') + "] ";
+  text += " [" + bar + "] ";
   const std::string percent = tells ? PercentText(state.fraction) : "";
   text += std::string(percent.size() < 5 ? 5 - percent.size() : 0, ' ') + percent;
   text += Rest(state, "  ");

@@ -39,6 +39,7 @@ struct ProgressState
 // beginning and the end of a step, is left out.
 std::string ProgressText(const ProgressState& state);
 // The same behind a bar: "levels   [##########          ]  35 %  42 s  …", at most `columns` wide.
+// Where the fraction tells nothing a part of the bar goes to and fro.
 std::string ProgressBar(const ProgressState& state, std::size_t columns);
 
 // "4 s", "3 min 20 s", "1 h 12 min"; "250 kB", "14 MB"; "2.1 M", "850 k".

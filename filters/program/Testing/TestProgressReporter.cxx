@@ -45,8 +45,22 @@ TEST(ProgressReporter, ABarFitsTheTerminal)
   EXPECT_EQ(ProgressBar(state, 200),
     "levels   [###############               ]  50 %  42 s  2.1 M triangles/s");
   EXPECT_EQ(ProgressBar(state, 50).size(), 50U);
-  EXPECT_EQ(ProgressBar({ "surface", 0, 12, {}, {}, {} }, 200),
-    "surface  [                              ]        12 s");
+}
+
+TEST(ProgressReporter, ABarMovesWhereAStepTellsNothing)
+{
+  const auto bar = [](double fraction, double seconds) {
+    return ProgressBar({ "surface", fraction, seconds, {}, {}, {} }, 200);
+  };
+  EXPECT_EQ(bar(0, 0), "surface  [######                        ]        0 s");
+  EXPECT_EQ(bar(0, 1.2), "surface  [            ######            ]        1 s");
+  EXPECT_EQ(bar(1, 2.4), "surface  [                        ######]        2 s");
+  EXPECT_EQ(bar(1, 3.6), "surface  [            ######            ]        3 s") << "back again";
+  EXPECT_EQ(bar(0, 4.8), "surface  [######                        ]        4 s");
+  for (unsigned tenths = 1; tenths < 200; ++tenths)
+  {
+    EXPECT_NE(bar(0, 0.1 * tenths + 0.05), bar(0, 0.1 * tenths - 0.05)) << tenths;
+  }
 }
 
 TEST(ProgressReporter, GoesOnWhileNothingIsReported)
