@@ -22,6 +22,7 @@ enum class ErrorCode
   Unsupported,     // well-formed, but this version does not do it
   NotFound,        // no such file, model, piece
   Damaged,         // a checksum or a structure inside a store does not hold
+  Changed,         // a file is no longer what it was when it was opened
   LimitExceeded,   // a memory or size limit forbids the work
   InputOutput,     // the operating system refused
   Cancelled        // the caller's progress function asked to stop

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/Sqlite.h"
 
+#include "filters/store/DescriptorVfs.h"
+
 #include <sqlite3.h>
 
 #include <system_error>
@@ -42,10 +44,10 @@ Result<std::string> UriOf(const std::filesystem::path& file)
   return uri;
 }
 
-Result<Database> Open(const std::string& name, int flags, ErrorCode code)
+Result<Database> Open(const std::string& name, int flags, ErrorCode code, const char* vfs = nullptr)
 {
   sqlite3* raw = nullptr;
-  const int status = sqlite3_open_v2(name.c_str(), &raw, flags, nullptr);
+  const int status = sqlite3_open_v2(name.c_str(), &raw, flags, vfs);
   Database database(raw);
   if (status != SQLITE_OK)
   {
@@ -66,12 +68,15 @@ void Statement::Finalize::operator()(sqlite3_stmt* statement) const
   sqlite3_finalize(statement);
 }
 
-Result<Database> OpenForReading(const std::filesystem::path& file)
+Result<Database> OpenForReading(int descriptor)
 {
-  const Result<std::string> uri = UriOf(file);
-  KDSTREAM_TRY(uri);
-  return Open(*uri + "?mode=ro&immutable=1",
-    SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, ErrorCode::Damaged);
+  const char* const vfs = DescriptorVfs();
+  if (!vfs)
+  {
+    return Error{ ErrorCode::LimitExceeded, "out of memory" };
+  }
+  return Open("file:/store?immutable=1&descriptor=" + std::to_string(descriptor),
+    SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, ErrorCode::Damaged, vfs);
 }
 
 Result<Database> OpenForWriting(const std::filesystem::path& file)
@@ -170,8 +175,9 @@ Result<bool> Statement::Step()
     return false;
   }
   sqlite3* database = sqlite3_db_handle(this->Handle.get());
-  return SqliteError(database,
-    status == SQLITE_FULL || status == SQLITE_IOERR ? ErrorCode::InputOutput : ErrorCode::Damaged);
+  return SqliteError(database, (status & 0xFF) == SQLITE_FULL || (status & 0xFF) == SQLITE_IOERR
+                                 ? ErrorCode::InputOutput
+                                 : ErrorCode::Damaged);
 }
 
 void Statement::Reset()

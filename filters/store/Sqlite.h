@@ -24,8 +24,9 @@ struct CloseDatabase
 };
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 
-// Read-only and immutable: no journal is looked for, no lock is taken.
-Result<Database> OpenForReading(const std::filesystem::path& file);
+// The file of an open descriptor, which must stay open as long as the database. Read-only and
+// immutable: no journal is looked for, no lock is taken, pages that were read are kept.
+Result<Database> OpenForReading(int descriptor);
 Result<Database> OpenForWriting(const std::filesystem::path& file);
 
 // What went wrong in the last call on `database`, in our words: SQLite's are about databases, and

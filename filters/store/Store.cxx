@@ -3,10 +3,10 @@
 
 #include "filters/model/ModelJson.h"
 #include "filters/store/Sqlite.h"
+#include "filters/store/StoreFile.h"
 #include "filters/store/StoreSchema.h"
 
 #include <sqlite3.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <mutex>
@@ -26,25 +26,6 @@ constexpr const char* selectMislabelled =
 constexpr const char* selectTreePage = "SELECT data, checksum FROM tree WHERE page = ?";
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
 
-// Which file a path names: another one after a rename over it.
-struct FileIdentity
-{
-  dev_t device = 0;
-  ino_t inode = 0;
-  off_t size = 0;
-  bool operator==(const FileIdentity&) const = default;
-
-  static FileIdentity Of(const std::filesystem::path& file)
-  {
-    struct stat status = {};
-    if (::stat(file.c_str(), &status) != 0)
-    {
-      return {};
-    }
-    return { status.st_dev, status.st_ino, status.st_size };
-  }
-};
-
 // One connection with its statements: used by one thread at a time.
 struct Reader
 {
@@ -56,6 +37,18 @@ struct Reader
 Error Damaged(const std::string& blob, const std::string& what)
 {
   return { ErrorCode::Damaged, blob + ": " + what };
+}
+
+// Whether the same may succeed later.
+bool IsTransient(const Error& error)
+{
+  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
+}
+
+// What has failed on the way to a blob: what may pass stays what it is, all else is damage.
+Error OfBlob(const std::string& blob, const Error& error)
+{
+  return { IsTransient(error) ? error.code : ErrorCode::Damaged, blob + ": " + error.message };
 }
 
 Result<ModelDescription> ReadInfo(sqlite3* database)
@@ -105,13 +98,64 @@ Result<ModelDescription> ReadInfo(sqlite3* database)
 
 }
 
-// The connections: as many as threads have read at the same time.
+// The connections to one file: as many as threads have read at the same time.
 struct Store::Connection
 {
-  std::filesystem::path file;
-  FileIdentity identity;
-  std::mutex mutex;
+  std::unique_ptr<const StoreFile> file;
+  std::string digest;
+  std::mutex mutex; // for what follows
+  FileState state;
+  bool changed = false;
   std::vector<std::unique_ptr<Reader>> idle;
+
+  // Whether what has just been read is of the model that was opened: whoever writes to the file
+  // changes its state first. Errors: Changed; InputOutput and LimitExceeded where it cannot be
+  // told.
+  Status CheckUnchanged()
+  {
+    const std::lock_guard lock(this->mutex);
+    for (int tries = 0; tries < 3 && !this->changed; ++tries)
+    {
+      const Result<FileState> now = this->file->State();
+      KDSTREAM_TRY(now);
+      if (*now == this->state)
+      {
+        return {};
+      }
+      if (!now->SameContent(this->state))
+      {
+        break;
+      }
+      const Result<std::string> digestNow = this->ReadDigest();
+      const Result<FileState> after = this->file->State();
+      KDSTREAM_TRY(after);
+      if (*after == *now) // else once more
+      {
+        KDSTREAM_TRY(digestNow);
+        if (*digestNow != this->digest)
+        {
+          break;
+        }
+        this->state = *now; // it has got another name or permission, no other content
+        return {};
+      }
+    }
+    this->changed = true;
+    return Error{ ErrorCode::Changed, "the file was changed while it was open" };
+  }
+
+  // By a connection that has kept no pages.
+  Result<std::string> ReadDigest() const
+  {
+    const Result<kdstream::Database> database = OpenForReading(this->file->Descriptor());
+    KDSTREAM_TRY(database);
+    const Result<ModelDescription> info = ReadInfo(database->get());
+    if (!info && IsTransient(info.GetError()))
+    {
+      return info.GetError();
+    }
+    return info ? info->digest : std::string(); // another content, damaged or not
+  }
 
   Result<std::unique_ptr<Reader>> Take()
   {
@@ -124,17 +168,12 @@ struct Store::Connection
         return reader;
       }
     }
-    Result<kdstream::Database> database = OpenForReading(this->file);
+    Result<kdstream::Database> database = OpenForReading(this->file->Descriptor());
     KDSTREAM_TRY(database);
     Result<Statement> piece = Statement::Prepare(database->get(), selectPiece);
     Result<Statement> treePage = Statement::Prepare(database->get(), selectTreePage);
     KDSTREAM_TRY(piece);
     KDSTREAM_TRY(treePage);
-    if (FileIdentity::Of(this->file) != this->identity)
-    {
-      // Its blobs must not pass for those of the digest that this store was opened with.
-      return Error{ ErrorCode::Damaged, "the file was replaced while it was open" };
-    }
     return std::make_unique<Reader>(
       Reader{ std::move(*database), std::move(*piece), std::move(*treePage) });
   }
@@ -167,16 +206,28 @@ struct Store::Connection
   Result<std::vector<std::uint8_t>> Read(Statement Reader::*select, std::int64_t key, int column,
     const std::string& name, const IsWhole& isWhole)
   {
+    Result<std::vector<std::uint8_t>> blob = this->ReadRow(select, key, column, name, isWhole);
+    const Status unchanged = this->CheckUnchanged();
+    return unchanged
+             ? blob
+             : Error{ unchanged.GetError().code, name + ": " + unchanged.GetError().message };
+  }
+
+private:
+  template <class IsWhole>
+  Result<std::vector<std::uint8_t>> ReadRow(Statement Reader::*select, std::int64_t key, int column,
+    const std::string& name, const IsWhole& isWhole)
+  {
     Result<std::unique_ptr<Reader>> reader = this->Take();
     if (!reader)
     {
-      return Damaged(name, reader.GetError().message);
+      return OfBlob(name, reader.GetError());
     }
     Statement& statement = (*reader).get()->*select;
     statement.Bind(1, key);
     const Result<bool> row = statement.Step();
     Result<std::vector<std::uint8_t>> result =
-      Damaged(name, row ? "row is missing" : row.GetError().message);
+      row ? Damaged(name, "row is missing") : OfBlob(name, row.GetError());
     if (row && *row)
     {
       const auto data = statement.Blob(column);
@@ -195,21 +246,27 @@ Store::~Store() = default;
 
 Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
 {
-  std::error_code status;
-  if (!std::filesystem::is_regular_file(file, status))
-  {
-    return Error{ ErrorCode::NotFound, status ? status.message() : "is not a file" };
-  }
-  const FileIdentity identity = FileIdentity::Of(file);
-  Result<kdstream::Database> database = OpenForReading(file);
+  Result<std::unique_ptr<const StoreFile>> opened = StoreFile::Open(file);
+  KDSTREAM_TRY(opened);
+  const Result<FileState> state = (*opened)->State();
+  KDSTREAM_TRY(state);
+  Result<kdstream::Database> database = OpenForReading((*opened)->Descriptor());
   KDSTREAM_TRY(database);
   Result<ModelDescription> info = ReadInfo(database->get());
+  const Result<FileState> after = (*opened)->State();
+  KDSTREAM_TRY(after);
+  if (!(*after == *state))
+  {
+    return Error{ ErrorCode::InputOutput, "is being written" };
+  }
   KDSTREAM_TRY(info);
+  database->reset(); // before the file is closed, should there be no memory for the store
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
   store->Database = std::make_unique<Connection>();
-  store->Database->file = file;
-  store->Database->identity = identity;
+  store->Database->digest = store->Information.digest;
+  store->Database->state = *state;
+  store->Database->file = std::move(*opened);
   return store;
 }
 

@@ -17,13 +17,16 @@
 namespace kdstream
 {
 
-// Reads one store. Any number of threads may read at once. The file must not change while it is
-// open: it is opened read-only and immutable.
+// Reads one store. Any number of threads may read at once. The store is the file that was opened,
+// by one descriptor: where another file takes its name, the old one is read on. Where the file
+// itself is written to or truncated (its size, times or digest differ), every read fails from then
+// on.
 class Store
 {
 public:
-  // Opens and checks the metadata. Errors: NotFound; Damaged, naming what; Unsupported for another
-  // store version.
+  // Opens and checks the metadata; a file that was changed in the last 20 ms is waited for. Errors:
+  // NotFound; Damaged, naming what; Unsupported for another store version; InputOutput where the
+  // file cannot be opened or is being written; LimitExceeded for want of memory.
   static Result<std::shared_ptr<Store>> Open(const std::filesystem::path& file);
   ~Store();
 
@@ -31,7 +34,8 @@ public:
 
   // The encoded piece / tree page, its checksum verified.
   // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where
-  // bytes are wrong.
+  // bytes are wrong; Changed where the file is no longer the one that was opened; InputOutput and
+  // LimitExceeded where the same may succeed later (the disk, memory).
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
   Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const;
 

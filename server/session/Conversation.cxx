@@ -29,6 +29,8 @@ unsigned HttpCode(ErrorCode code)
       return 404;
     case ErrorCode::LimitExceeded:
       return 413;
+    case ErrorCode::Changed:
+      return 410;
     case ErrorCode::Damaged:
     case ErrorCode::InputOutput:
     case ErrorCode::Cancelled:

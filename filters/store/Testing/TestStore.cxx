@@ -332,7 +332,7 @@ TEST_F(StoreTest, ManyThreadsReadAtOnce)
   EXPECT_EQ(bad, 0U);
 }
 
-TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
+TEST_F(StoreTest, ARenameOverTheFileLeavesReadersOnTheOldOne)
 {
   BuildOptions options;
   options.tree.verticesPerPartition = 200;
@@ -343,7 +343,7 @@ TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
   const auto before = store->ReadPieceBlob(id);
   ASSERT_TRUE(before);
   this->Build(Torus(97, 48), options);
-  // One connection is open on the old file; others would open the new one.
+  // One connection is open on the old file, others are still to be opened.
   std::atomic<unsigned> wrong{ 0 };
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 8; ++t)
@@ -354,7 +354,7 @@ TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
         for (unsigned i = 0; i < 50; ++i)
         {
           const auto blob = store->ReadPieceBlob(id);
-          wrong += blob && *blob != *before;
+          wrong += !blob || *blob != *before;
         }
       });
   }
@@ -363,11 +363,72 @@ TEST_F(StoreTest, AReplacedFileIsNotMixedWithTheOldOne)
     thread.join();
   }
   EXPECT_EQ(wrong, 0U);
-  EXPECT_EQ(unread->ReadPieceBlob(id).GetError().message,
-    "partitions/0: the file was replaced while it was open");
+  const auto late = unread->ReadPieceBlob(id);
+  ASSERT_TRUE(late) << late.GetError().message;
+  EXPECT_EQ(*late, *before);
+  fs::remove(this->File());
+  EXPECT_EQ(*unread->ReadPieceBlob(id), *before);
+  this->Build(Torus(97, 48), options);
   const auto fresh = Store::Open(this->File());
   ASSERT_TRUE(fresh);
   EXPECT_NE(*(*fresh)->ReadPieceBlob(id), *before);
+}
+
+// The bytes of `from` take the place of those of `to`, in the same file, as by cp.
+void OverwriteInPlace(const fs::path& from, const fs::path& to)
+{
+  std::ifstream in(from, std::ios::binary);
+  std::ofstream out(to, std::ios::binary); // truncates
+  out << in.rdbuf();
+}
+
+TEST_F(StoreTest, AFileThatIsOverwrittenIsReadNoMore)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  this->Build(Torus(96, 48), options);
+  const PieceId id{ Resolution::Original(), 32 };
+  const fs::path other = this->File("other.kds"), kept = this->File("kept.kds");
+  ASSERT_TRUE(BuildStore(Torus(97, 48), "torus.ply", other, options));
+  fs::copy(this->File(), kept);
+  const std::uintmax_t size = std::max(fs::file_size(this->File()), fs::file_size(other));
+  fs::resize_file(this->File(), size);
+  fs::resize_file(other, size);
+  const auto store = *Store::Open(this->File());
+  ASSERT_TRUE(store->ReadPieceBlob(id));
+  const auto read = [&store](PieceId piece)
+  {
+    const auto blob = store->ReadPieceBlob(piece);
+    return blob ? std::optional<ErrorCode>() : blob.GetError().code;
+  };
+
+  // Its name, links and permissions are not its content.
+  fs::permissions(this->File(), fs::perms::owner_all);
+  fs::rename(this->File(), this->File("moved.kds"));
+  fs::create_hard_link(this->File("moved.kds"), this->File());
+  EXPECT_EQ(read(id), std::nullopt);
+
+  // Another store of the same size, which says that it is as old.
+  const auto written = fs::last_write_time(this->File());
+  OverwriteInPlace(other, this->File());
+  fs::last_write_time(this->File(), written);
+  EXPECT_EQ(read({ Resolution::Original(), 33 }), ErrorCode::Changed);
+  EXPECT_EQ(read(id), ErrorCode::Changed);
+  OverwriteInPlace(kept, this->File());
+  EXPECT_EQ(read(id), ErrorCode::Changed) << "once changed is changed for ever";
+}
+
+TEST_F(StoreTest, AFileThatIsTruncatedIsReadNoMore)
+{
+  this->Build(Torus(96, 48), {});
+  const auto store = *Store::Open(this->File());
+  fs::resize_file(this->File(), fs::file_size(this->File()) / 2);
+  for (const PieceId id : store->PieceIds())
+  {
+    const auto blob = store->ReadPieceBlob(id);
+    ASSERT_FALSE(blob);
+    EXPECT_EQ(blob.GetError().code, ErrorCode::Changed) << blob.GetError().message;
+  }
 }
 
 TEST_F(StoreTest, AFailedBuildLeavesNothingAndKeepsTheOldStore)

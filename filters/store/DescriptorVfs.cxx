@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/store/DescriptorVfs.h"
+
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace kdstream
+{
+namespace
+{
+
+struct DescriptorFile
+{
+  sqlite3_file base;
+  int descriptor;
+};
+
+int DescriptorOf(sqlite3_file* file)
+{
+  return reinterpret_cast<DescriptorFile*>(file)->descriptor;
+}
+
+int Close(sqlite3_file*)
+{
+  return SQLITE_OK;
+}
+
+int Read(sqlite3_file* file, void* data, int bytes, sqlite3_int64 offset)
+{
+  auto* to = static_cast<char*>(data);
+  while (bytes > 0)
+  {
+    const ssize_t got = ::pread(DescriptorOf(file), to, static_cast<std::size_t>(bytes), offset);
+    if (got < 0 && errno == EINTR)
+    {
+      continue;
+    }
+    if (got < 0)
+    {
+      return SQLITE_IOERR_READ;
+    }
+    if (got == 0)
+    {
+      std::memset(to, 0, static_cast<std::size_t>(bytes)); // as SQLite asks for
+      return SQLITE_IOERR_SHORT_READ;
+    }
+    to += got;
+    bytes -= static_cast<int>(got);
+    offset += got;
+  }
+  return SQLITE_OK;
+}
+
+int FileSize(sqlite3_file* file, sqlite3_int64* bytes)
+{
+  struct stat status = {};
+  if (::fstat(DescriptorOf(file), &status) != 0)
+  {
+    return SQLITE_IOERR_FSTAT;
+  }
+  *bytes = status.st_size;
+  return SQLITE_OK;
+}
+
+int Write(sqlite3_file*, const void*, int, sqlite3_int64)
+{
+  return SQLITE_READONLY;
+}
+
+int Truncate(sqlite3_file*, sqlite3_int64)
+{
+  return SQLITE_READONLY;
+}
+
+int Sync(sqlite3_file*, int)
+{
+  return SQLITE_OK;
+}
+
+int Lock(sqlite3_file*, int)
+{
+  return SQLITE_OK;
+}
+
+int CheckReservedLock(sqlite3_file*, int* isLocked)
+{
+  *isLocked = 0;
+  return SQLITE_OK;
+}
+
+int FileControl(sqlite3_file*, int, void*)
+{
+  return SQLITE_NOTFOUND;
+}
+
+int SectorSize(sqlite3_file*)
+{
+  return 4096;
+}
+
+int DeviceCharacteristics(sqlite3_file*)
+{
+  return SQLITE_IOCAP_IMMUTABLE;
+}
+
+constexpr sqlite3_io_methods methods{ 1, Close, Read, Write, Truncate, Sync, FileSize, Lock, Lock,
+  CheckReservedLock, FileControl, SectorSize, DeviceCharacteristics, nullptr, nullptr, nullptr,
+  nullptr, nullptr, nullptr };
+
+// pAppData is the file system of the platform, which makes temporary files.
+int Open(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, int* outFlags)
+{
+  if (!(flags & SQLITE_OPEN_MAIN_DB))
+  {
+    auto* platform = static_cast<sqlite3_vfs*>(vfs->pAppData);
+    return platform->xOpen(platform, name, file, flags, outFlags);
+  }
+  file->pMethods = nullptr;
+  const auto descriptor = sqlite3_uri_int64(name, "descriptor", -1);
+  if (descriptor < 0)
+  {
+    return SQLITE_CANTOPEN;
+  }
+  auto* opened = reinterpret_cast<DescriptorFile*>(file);
+  opened->base.pMethods = &methods;
+  opened->descriptor = static_cast<int>(descriptor);
+  if (outFlags)
+  {
+    *outFlags = (flags & ~SQLITE_OPEN_READWRITE) | SQLITE_OPEN_READONLY;
+  }
+  return SQLITE_OK;
+}
+
+// No journal lies beside it.
+int Access(sqlite3_vfs*, const char*, int, int* exists)
+{
+  *exists = 0;
+  return SQLITE_OK;
+}
+
+int FullPathname(sqlite3_vfs*, const char* name, int bytes, char* full)
+{
+  const std::size_t length = std::strlen(name) + 1;
+  if (length > static_cast<std::size_t>(bytes))
+  {
+    return SQLITE_CANTOPEN;
+  }
+  std::memcpy(full, name, length);
+  return SQLITE_OK;
+}
+
+const char* Register()
+{
+  static sqlite3_vfs vfs = {};
+  sqlite3_vfs* const platform = sqlite3_vfs_find(nullptr);
+  if (!platform)
+  {
+    return nullptr;
+  }
+  vfs = *platform; // time, sleep and randomness stay the platform's
+  vfs.szOsFile = std::max(platform->szOsFile, static_cast<int>(sizeof(DescriptorFile)));
+  vfs.pNext = nullptr;
+  vfs.zName = "kdstream-descriptor";
+  vfs.pAppData = platform;
+  vfs.xOpen = Open;
+  vfs.xAccess = Access;
+  vfs.xFullPathname = FullPathname;
+  return sqlite3_vfs_register(&vfs, 0) == SQLITE_OK ? vfs.zName : nullptr;
+}
+
+}
+
+const char* DescriptorVfs()
+{
+  static const char* const name = Register();
+  return name;
+}
+
+}

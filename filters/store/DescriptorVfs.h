@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A file system for SQLite in which a file is named by an open descriptor, so that all connections
+// to a store read the same file, whatever its path names meanwhile. Read-only; nothing is locked.
+// For Sqlite.cxx alone.
+#pragma once
+
+namespace kdstream
+{
+
+// The name to open a database with ("vfs"); the descriptor is the URI's parameter "descriptor". It
+// stays open as long as the database, and is not closed with it. Null where SQLite has no memory.
+const char* DescriptorVfs();
+
+}

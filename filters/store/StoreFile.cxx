@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/store/StoreFile.h"
+
+#include "filters/core/SystemReason.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <ctime>
+#include <thread>
+
+namespace kdstream
+{
+namespace
+{
+
+// File systems stamp a file with the time of the kernel's last tick: 10 ms at the slowest.
+constexpr std::chrono::milliseconds clockStep{ 20 };
+constexpr int mostWaits = 10;
+
+bool SameTime(const timespec& a, const timespec& b)
+{
+  return a.tv_sec == b.tv_sec && a.tv_nsec == b.tv_nsec;
+}
+
+// Whether another change of a file that was changed at `time` would get a later time.
+bool IsPast(const timespec& time)
+{
+  timespec now = {};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  const std::chrono::nanoseconds age = std::chrono::seconds(now.tv_sec - time.tv_sec) +
+                                       std::chrono::nanoseconds(now.tv_nsec - time.tv_nsec);
+  return age > clockStep;
+}
+
+}
+
+bool FileState::SameContent(const FileState& other) const
+{
+  return this->device == other.device && this->inode == other.inode && this->size == other.size &&
+         SameTime(this->modified, other.modified);
+}
+
+bool FileState::operator==(const FileState& other) const
+{
+  return this->SameContent(other) && SameTime(this->changed, other.changed);
+}
+
+Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::path& file)
+{
+  // Not waiting for a writer, should it be a pipe.
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0)
+  {
+    const int reason = errno;
+    const bool missing = reason == ENOENT || reason == ENOTDIR;
+    return Error{ missing ? ErrorCode::NotFound : ErrorCode::InputOutput,
+      missing ? SystemReason(reason) : "cannot be opened: " + SystemReason(reason) };
+  }
+  std::unique_ptr<const StoreFile> opened(new StoreFile(descriptor));
+  Result<FileState> before = opened->State();
+  KDSTREAM_TRY(before);
+  for (int waits = 0; waits < mostWaits; ++waits)
+  {
+    if (IsPast(before->changed))
+    {
+      return opened;
+    }
+    std::this_thread::sleep_for(clockStep + std::chrono::milliseconds(1));
+    Result<FileState> after = opened->State();
+    KDSTREAM_TRY(after);
+    if (*after == *before)
+    {
+      return opened; // also where the file system's clock is ahead of ours
+    }
+    before = std::move(after);
+  }
+  return Error{ ErrorCode::InputOutput, "is being written" };
+}
+
+StoreFile::~StoreFile()
+{
+  ::close(this->Handle);
+}
+
+Result<FileState> StoreFile::State() const
+{
+  struct stat status = {};
+  if (::fstat(this->Handle, &status) != 0)
+  {
+    return SystemError("cannot be read", errno);
+  }
+  if (!S_ISREG(status.st_mode))
+  {
+    return Error{ ErrorCode::NotFound, "is not a file" };
+  }
+  return FileState{ status.st_dev, status.st_ino, status.st_size, status.st_mtim, status.st_ctim };
+}
+
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The file of an open store, and whether it is still what it was. For filters/store alone.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <memory>
+
+namespace kdstream
+{
+
+// What a file says of its content without being read.
+struct FileState
+{
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t size = 0;
+  timespec modified = {}; // of the content; whoever writes it may set it back
+  timespec changed = {};  // of the content, the name, the permissions …; nobody can set it back
+
+  // The same file, with as much in it, last written at the same time.
+  bool SameContent(const FileState& other) const;
+  // Nothing at all has been done to it.
+  bool operator==(const FileState& other) const;
+};
+
+// One descriptor of a file, whatever happens to its name: a file that is renamed over or removed
+// stays readable. Threads: all may use it at once.
+class StoreFile
+{
+public:
+  // Opens a file that nobody is changing: waits until its last change is older than what the file
+  // system's clock can tell apart (20 ms), so that a later change shows in its state.
+  // Errors: NotFound where there is no such file; InputOutput where it cannot be opened, or goes on
+  // changing.
+  static Result<std::unique_ptr<const StoreFile>> Open(const std::filesystem::path& file);
+  ~StoreFile();
+  StoreFile(const StoreFile&) = delete;
+  StoreFile& operator=(const StoreFile&) = delete;
+
+  int Descriptor() const { return this->Handle; }
+  // Errors: InputOutput.
+  Result<FileState> State() const;
+
+private:
+  explicit StoreFile(int descriptor)
+    : Handle(descriptor)
+  {
+  }
+  int Handle;
+};
+
+}
