@@ -354,15 +354,12 @@ private:
     halves[0] = { cell.depth + 1, 2 * cell.index, { cell.range.begin, lower }, to, {} };
     halves[1] = { cell.depth + 1, 2 * cell.index + 1,
       { cell.range.begin + lower, cell.range.size - lower }, to, {} };
-    switch (axis)
+    if (axis == 0)
     {
-      case 0:
-        return this->Divide<0>(cell, *median, *to, halves);
-      case 1:
-        return this->Divide<1>(cell, *median, *to, halves);
-      default:
-        return this->Divide<2>(cell, *median, *to, halves);
+      return this->Divide<0>(cell, *median, *to, halves);
     }
+    return axis == 1 ? this->Divide<1>(cell, *median, *to, halves)
+                     : this->Divide<2>(cell, *median, *to, halves);
   }
 
   Result<KeyRange> Median(const FileCell& cell, std::size_t axis, std::uint64_t rank)
