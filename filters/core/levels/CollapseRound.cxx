@@ -75,7 +75,7 @@ Status CollapseRound::Run()
   KDSTREAM_TRY(this->MakeLists());
   KDSTREAM_TRY(this->Threshold.Take(this->ReportFrom(0.7, 0.7)));
   KDSTREAM_TRY(this->KeepTargets());
-  if (this->MayOverflow())
+  if (this->AnyMayOverflow())
   {
     KDSTREAM_TRY(this->EmptyNodes());
   }
@@ -139,22 +139,47 @@ Status CollapseRound::KeepTargets()
 
 // Whether a node might hold too many clusters. Counts all that have no triangles, though some of
 // them may be grouped still.
-bool CollapseRound::MayOverflow() const
+bool CollapseRound::MayOverflow(std::size_t node) const
 {
-  const std::size_t nodes = this->NodeCount(), parts = this->Lists.Count() / nodes;
-  for (std::size_t node = 0; node < nodes; ++node)
+  const std::size_t parts = this->Lists.Count() / this->NodeCount();
+  std::size_t clusters = 0;
+  for (std::size_t p = node * parts; p < (node + 1) * parts; ++p)
   {
-    std::size_t clusters = 0;
-    for (std::size_t p = node * parts; p < (node + 1) * parts; ++p)
-    {
-      clusters += this->Lists.Of(p).clusters - this->Lists.Of(p).taken;
-    }
-    if (clusters > MostOfNode(this->Depths, this->Depth))
-    {
-      return true;
-    }
+    clusters += this->Lists.Of(p).clusters - this->Lists.Of(p).taken;
   }
-  return false;
+  return clusters > MostOfNode(this->Depths, this->Depth);
+}
+
+bool CollapseRound::AnyMayOverflow() const
+{
+  std::size_t node = 0;
+  while (node < this->NodeCount() && !this->MayOverflow(node))
+  {
+    ++node;
+  }
+  return node < this->NodeCount();
+}
+
+// Whether parts of a node have merges that are not taken, or not even found.
+bool CollapseRound::HasMore(std::size_t node) const
+{
+  const std::size_t parts = this->Lists.Count() / this->NodeCount();
+  const auto lists = std::span(this->Lists.All()).subspan(node * parts, parts);
+  return std::any_of(lists.begin(), lists.end(),
+    [](const ListSummary& list) { return !list.whole || list.taken < list.merges; });
+}
+
+// Whether a node of the block that might hold too many clusters has any more to take. Blocks of
+// which no node has need not be loaded: where edges cannot collapse that is most of them.
+bool CollapseRound::MayTakeMore(std::size_t block) const
+{
+  const std::size_t nodes = this->NodeCount() / this->Blocks.Count();
+  std::size_t node = block * nodes;
+  while (node < (block + 1) * nodes && !(this->MayOverflow(node) && this->HasMore(node)))
+  {
+    ++node;
+  }
+  return node < (block + 1) * nodes;
 }
 
 Status CollapseRound::EmptyNodes()
@@ -170,6 +195,10 @@ Status CollapseRound::TakeMoreWhereFull()
   const BlockRange here = this->Blocks.Here();
   for (std::size_t block = here.begin; block < here.end; ++block)
   {
+    if (!this->MayTakeMore(block))
+    {
+      continue;
+    }
     const Result<Merging> merging = this->MergingOf(block);
     KDSTREAM_TRY(merging);
     const Result<bool> taken = this->TakeMore(block, merging->ExcessOfNodes());

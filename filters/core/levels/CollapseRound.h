@@ -47,7 +47,10 @@ public:
 private:
   Status MakeLists();
   Status KeepTargets();
-  bool MayOverflow() const;
+  bool MayOverflow(std::size_t node) const;
+  bool AnyMayOverflow() const;
+  bool HasMore(std::size_t node) const;
+  bool MayTakeMore(std::size_t block) const;
   Status EmptyNodes();
   Status TakeMoreWhereFull();
   Result<bool> TakeMore(std::size_t block, const std::vector<std::size_t>& excess);
