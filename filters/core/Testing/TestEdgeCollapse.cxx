@@ -431,11 +431,10 @@ TEST(EdgeCollapse, KnotsTakeStepsInProportion)
 }
 
 // Triangles between any vertices near each other, as the clusters of a soup have them: most merges
-// would turn one over, and trying them again whenever a neighbour changes goes on for ever. Such a
-// part may not take hundreds of times what a surface does, and keeps nearly all merges that it had.
-TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
+// would turn one over. side³ vertices.
+CollapsePart Tangle(unsigned side, std::size_t trianglesPerVertex)
 {
-  constexpr unsigned side = 20, reach = 2;
+  constexpr unsigned reach = 2;
   Mesh tangle;
   std::mt19937 random(7);
   for (unsigned i = 0; i < side * side * side; ++i)
@@ -458,7 +457,7 @@ TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
     }
     return found;
   };
-  while (tangle.triangles.size() < 2 * tangle.points.size())
+  while (tangle.triangles.size() < trianglesPerVertex * tangle.points.size())
   {
     const auto a = static_cast<VertexId>(random() % tangle.points.size());
     const VertexId b = near(a), c = near(a);
@@ -469,10 +468,29 @@ TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
   }
   CollapsePart part = PartOf(tangle);
   part.areaPerVertex = 1;
+  return part;
+}
+
+// Trying refused merges again whenever a neighbour changes would go on for ever. A tangle may not
+// take hundreds of times what a surface does, and keeps nearly all merges that it had.
+TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
+{
+  CollapsePart part = Tangle(20, 2);
+  const std::size_t vertices = part.positions.size(), triangles = part.triangles.size();
   EdgeCollapse engine(std::move(part));
-  EXPECT_FALSE(engine.Run(tangle.points.size() / 4));
-  EXPECT_LT(engine.Steps(), 100 * (tangle.points.size() + tangle.triangles.size()));
+  EXPECT_FALSE(engine.Run(vertices / 4));
+  EXPECT_LT(engine.Steps(), 100 * (vertices + triangles));
   EXPECT_GT(engine.Merges().size(), 4600U); // 5,124 if all is tried for ever
+}
+
+// A tangle so dense that hardly any edge can collapse: not even all edges are tried.
+TEST(EdgeCollapse, HopelessTanglesAreGivenUp)
+{
+  CollapsePart part = Tangle(16, 8);
+  const std::size_t vertices = part.positions.size(), triangles = part.triangles.size();
+  EdgeCollapse engine(std::move(part));
+  EXPECT_FALSE(engine.Run(vertices / 4));
+  EXPECT_LT(engine.Steps(), 36 * (vertices + triangles)); // 61 times if all edges are tried
 }
 
 // The hub of a fan, which may be fixed: its triangles are walked through once, not once for each

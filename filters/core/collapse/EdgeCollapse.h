@@ -65,12 +65,14 @@ struct Merge
 // has a price too (areaPerVertex). An edge is left alone while its merge would turn the normal of a
 // triangle by more than about 80°, or would change the topology (link condition) or pinch the
 // boundary; it is tried again when a neighbour has changed, a bounded number of times for each
-// vertex, and in all only until several times as much has been looked at as a surface takes. So
-// tangled triangles, most of whose edges can never collapse, take time in proportion too. Boundary
-// edges are those of a single triangle, unless both ends are fixed. Any triangles will do:
-// duplicates, folds and edges of many triangles only keep their neighbourhood from collapsing. So
-// do vertices of very many triangles, hubs of fans: an edge whose ends have more than
-// mostTriangles together waits until collapses around it have left fewer.
+// vertex, and in all only until several times as much has been looked at as a surface takes. From
+// then on what would turn a normal is refused at the first such triangle, and where hardly a merge
+// is found for all that is looked at, no more are: Run returns false. So tangled triangles, most of
+// whose edges can never collapse, take time in proportion too. Boundary edges are those of a single
+// triangle, unless both ends are fixed. Any triangles will do: duplicates, folds and edges of many
+// triangles only keep their neighbourhood from collapsing. So do vertices of very many triangles,
+// hubs of fans: an edge whose ends have more than mostTriangles together waits until collapses
+// around it have left fewer.
 // Complexity: O(m log m) for m merges and edges of ordinary surfaces. Whatever the triangles are,
 // an edge is looked at when it is found and when an end has merged, and costs at most mostTriangles
 // triangles each time: linear in the size, but up to hundreds of times a surface where vertices
@@ -85,7 +87,8 @@ public:
   explicit EdgeCollapse(CollapsePart part);
 
   // Merges until at most `vertices` vertices and at most `triangles` triangles are left. Vertices
-  // that are fixed or touch no triangle do not count. False: no edge can collapse any more.
+  // that are fixed or touch no triangle do not count. False: no edge can collapse any more, or too
+  // few to go on.
   bool Run(std::size_t vertices, std::size_t triangles = any);
   // Goes on until a merge has cost more than `error`, or at most `vertices` vertices are left.
   // False as above.
@@ -121,6 +124,8 @@ private:
   void PushWaiting();
   void PushAt(const Edge& edge, double cost);
   bool IsCurrent(const EdgeCandidate& edge) const;
+  bool IsHopeless() const;
+  bool TurnsAny(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
   bool ShareAnEdgeOpposite(std::uint32_t facing) const;
   bool MayTryAgain() const { return this->Steps() <= this->MostStepsOfRetries; }

@@ -43,6 +43,16 @@ double LongestSide(std::span<const Vec3> positions, const EdgeStar& star, Vertex
 
 }
 
+bool MergedStar::TurnsNormal(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& to)
+{
+  const Vec3 before = Cross(kdstream::Minus(q, p), kdstream::Minus(r, p));
+  const Vec3 after = Cross(kdstream::Minus(q, to), kdstream::Minus(r, to));
+  const double squaredBefore = Dot(before, before), cosine = Dot(before, after); // × both lengths
+  const bool keeps =
+    cosine > 0 && cosine * cosine > flipCosine * flipCosine * squaredBefore * Dot(after, after);
+  return squaredBefore > 0 && !keeps;
+}
+
 void MergedStar::Set(std::span<const Vec3> positions, const EdgeStar& star, VertexId u, VertexId v,
   const Vec3& position)
 {

@@ -16,6 +16,10 @@ namespace kdstream
 class MergedStar
 {
 public:
+  // Whether the normal of a triangle turns by more than about 80° when its corner p goes to another
+  // place. What KeepsNormals asks of a whole star.
+  static bool TurnsNormal(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& to);
+
   // star: of the edge from u to v, whose merged vertex lies at `position`.
   void Set(std::span<const Vec3> positions, const EdgeStar& star, VertexId u, VertexId v,
     const Vec3& position);

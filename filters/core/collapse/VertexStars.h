@@ -51,6 +51,9 @@ public:
   // Calls visit(side) for each triangle of a vertex.
   template <class Visit>
   void ForEachSide(VertexId v, const Visit& visit) const;
+  // Whether test(side) is true for a triangle of a vertex; looks no further then.
+  template <class Test>
+  bool AnySide(VertexId v, const Test& test) const;
   // O(triangles of both).
   void Gather(VertexId u, VertexId v, EdgeStar& star) const;
   // Hands v's triangles to u; those that have both u and v are removed. star: what Gather found.
@@ -90,14 +93,26 @@ inline StarSide VertexStars::SideAt(Corner corner) const
 template <class Visit>
 void VertexStars::ForEachSide(VertexId v, const Visit& visit) const
 {
+  this->AnySide(v,
+    [&](const StarSide& side)
+    {
+      visit(side);
+      return false;
+    });
+}
+
+template <class Test>
+bool VertexStars::AnySide(VertexId v, const Test& test) const
+{
   for (Corner corner = this->First[v]; corner != none; corner = this->Next[corner])
   {
     const StarSide side = this->SideAt(corner);
-    if (!IsGone(side))
+    if (!IsGone(side) && test(side))
     {
-      visit(side);
+      return true;
     }
   }
+  return false;
 }
 
 template <class Loose>
