@@ -39,6 +39,27 @@ Error Damaged(const std::string& blob, const std::string& what)
   return { ErrorCode::Damaged, blob + ": " + what };
 }
 
+// What readers take memory for in advance (the tree, lists of pieces) grows with the partitions,
+// each of which has a row with a blob.
+Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
+{
+  constexpr std::uint64_t leastRowBytes = 16;
+  const std::uint64_t partitions = std::uint64_t{ 1 } << info.depths.partition;
+  if (fileBytes / leastRowBytes < partitions / 2) // more than half of them are there
+  {
+    return Damaged("metadata", "a file of " + std::to_string(fileBytes) +
+                                 " bytes has no room for partitions of depth " +
+                                 std::to_string(info.depths.partition));
+  }
+  return {};
+}
+
+bool HasTreePage(NodeId page, const TreeDepths& depths)
+{
+  const unsigned depth = page == 0 ? 1 : DepthOfNode(page);
+  return depth % treePageDepths == 0 && (depth == 0 || depth < depths.partition);
+}
+
 // Whether the same may succeed later.
 bool IsTransient(const Error& error)
 {
@@ -142,6 +163,12 @@ struct Store::Connection
     }
     this->changed = true;
     return Error{ ErrorCode::Changed, "the file was changed while it was open" };
+  }
+
+  FileState State()
+  {
+    const std::lock_guard lock(this->mutex);
+    return this->state;
   }
 
   // By a connection that has kept no pages.
@@ -260,6 +287,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
     return Error{ ErrorCode::InputOutput, "is being written" };
   }
   KDSTREAM_TRY(info);
+  KDSTREAM_TRY(CheckCounts(*info, static_cast<std::uint64_t>(state->size)));
   database->reset(); // before the file is closed, should there be no memory for the store
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
@@ -268,6 +296,16 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   store->Database->state = *state;
   store->Database->file = std::move(*opened);
   return store;
+}
+
+Status Store::CheckUnchanged() const
+{
+  return this->Database->CheckUnchanged();
+}
+
+bool Store::IsFile(const std::filesystem::path& file) const
+{
+  return this->Database->CheckUnchanged() && FileState::Of(file) == this->Database->State();
 }
 
 std::string Store::BlobName(PieceId id, const TreeDepths& depths)
@@ -309,8 +347,7 @@ Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
 
 Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
 {
-  const std::vector<NodeId> pages = TreePages(this->Information.depths);
-  if (!std::binary_search(pages.begin(), pages.end(), page))
+  if (!HasTreePage(page, this->Information.depths))
   {
     return Error{ ErrorCode::NotFound, "the model has no such tree page" };
   }

@@ -24,6 +24,9 @@ namespace kdstream
 class Store
 {
 public:
+  // No blob is larger: servers and clients would not take it.
+  static constexpr std::uint64_t largestBlobBytes = std::uint64_t{ 64 } << 20;
+
   // Opens and checks the metadata; a file that was changed in the last 20 ms is waited for. Errors:
   // NotFound; Damaged, naming what; Unsupported for another store version; InputOutput where the
   // file cannot be opened or is being written; LimitExceeded for want of memory.
@@ -31,6 +34,12 @@ public:
   ~Store();
 
   const ModelDescription& Info() const { return this->Information; }
+
+  // Whether the file is still the one that was opened, as every read checks after it. Errors:
+  // Changed; InputOutput and LimitExceeded where it cannot be told.
+  Status CheckUnchanged() const;
+  // Whether the path `file` leads to the very file that is open, unchanged.
+  bool IsFile(const std::filesystem::path& file) const;
 
   // The encoded piece / tree page, its checksum verified.
   // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where

@@ -24,6 +24,11 @@ bool SameTime(const timespec& a, const timespec& b)
   return a.tv_sec == b.tv_sec && a.tv_nsec == b.tv_nsec;
 }
 
+FileState StateOf(const struct stat& status)
+{
+  return { status.st_dev, status.st_ino, status.st_size, status.st_mtim, status.st_ctim };
+}
+
 // Whether another change of a file that was changed at `time` would get a later time.
 bool IsPast(const timespec& time)
 {
@@ -45,6 +50,12 @@ bool FileState::SameContent(const FileState& other) const
 bool FileState::operator==(const FileState& other) const
 {
   return this->SameContent(other) && SameTime(this->changed, other.changed);
+}
+
+FileState FileState::Of(const std::filesystem::path& file)
+{
+  struct stat status = {};
+  return ::stat(file.c_str(), &status) == 0 ? StateOf(status) : FileState{};
 }
 
 Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::path& file)
@@ -95,7 +106,7 @@ Result<FileState> StoreFile::State() const
   {
     return Error{ ErrorCode::NotFound, "is not a file" };
   }
-  return FileState{ status.st_dev, status.st_ino, status.st_size, status.st_mtim, status.st_ctim };
+  return StateOf(status);
 }
 
 }

@@ -25,6 +25,9 @@ struct FileState
   bool SameContent(const FileState& other) const;
   // Nothing at all has been done to it.
   bool operator==(const FileState& other) const;
+
+  // Of the file at a path; of none, all zero.
+  static FileState Of(const std::filesystem::path& file);
 };
 
 // One descriptor of a file, whatever happens to its name: a file that is renamed over or removed

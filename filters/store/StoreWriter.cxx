@@ -4,6 +4,7 @@
 #include "filters/core/SystemReason.h"
 #include "filters/store/DeviationList.h"
 #include "filters/store/Sqlite.h"
+#include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
 #include "filters/store/UnfinishedStore.h"
 
@@ -144,6 +145,12 @@ Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
 {
   ModelDescription& info = this->S->info;
+  if (data.size() > Store::largestBlobBytes)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      Store::BlobName(piece.id, info.depths) + " takes " + std::to_string(data.size()) +
+        " bytes, more than the 64 MiB that servers send: make partitions of fewer vertices" };
+  }
   ResolutionDescription& resolution =
     piece.id.resolution.IsOriginal() ? info.original : info.levels[piece.id.resolution.Depth()];
   resolution.vertices += piece.ownVertices;

@@ -26,6 +26,7 @@ public:
 
   // All tree pages first, ascending; then the pieces, coarse to fine, nodes ascending: the order of
   // the digest.
+  // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
 

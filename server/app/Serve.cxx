@@ -27,6 +27,7 @@ constexpr const char* examples = "Example:\n"
 struct CommandLine
 {
   std::string folder, web, accessLog;
+  std::chrono::seconds::rep grace = StoreCatalog::defaultGrace.count();
   HttpServerOptions server;
 };
 
@@ -79,6 +80,13 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
     ->group(load);
+  app
+    .add_option(
+      "--grace", line.grace, "seconds for which a replaced store's old digest is still answered")
+    ->check(CLI::Range(std::chrono::seconds::rep{ 0 }, std::chrono::seconds::rep{ 1000000 }))
+    ->type_name("SECONDS")
+    ->capture_default_str()
+    ->group(load);
   app.add_option("--access-log", line.accessLog, "write a line for every request; -: on stderr")
     ->type_name("FILE")
     ->group(load);
@@ -128,10 +136,15 @@ void WarnOfEmptyFolder(
 void WaitForEnd(const sigset_t& signals, const std::string& program, const std::string& folder,
   StoreCatalog& catalog)
 {
+  constexpr timespec second{ 1, 0 };
   for (int signal = 0; signal != SIGTERM && signal != SIGINT;)
   {
-    sigwait(&signals, &signal);
-    if (signal == SIGHUP)
+    signal = sigtimedwait(&signals, nullptr, &second);
+    if (signal < 0)
+    {
+      catalog.Refresh();
+    }
+    else if (signal == SIGHUP)
     {
       if (const auto status = catalog.Reload(); !status)
       {
@@ -146,9 +159,11 @@ void WaitForEnd(const sigset_t& signals, const std::string& program, const std::
 int Serve(const std::string& program, CommandLine& line)
 {
   const sigset_t signals = BlockSignals();
-  StoreCatalog catalog(line.folder,
+  StoreCatalog catalog(
+    line.folder,
     [&program](const std::filesystem::path& file, const std::string& what)
-    { PrintWarning(program, file.string(), what); });
+    { PrintWarning(program, file.string(), what); },
+    std::chrono::seconds(line.grace));
   if (const auto status = catalog.Reload(); !status)
   {
     return PrintError(program, line.folder, status.GetError());

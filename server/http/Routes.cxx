@@ -4,6 +4,7 @@
 #include "filters/model/ModelJson.h"
 #include "server/http/ConditionalRequest.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/session/Refusal.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -165,6 +166,10 @@ HttpResponse Routes::Failure(unsigned status, std::string_view message) const
   json.BeginObject().Member("error", message).EndObject();
   auto response = Whole(status, "application/json", Bytes(json.Text() + "\n"));
   response.fields.emplace_back("Cache-Control", "no-store");
+  if (status == 503)
+  {
+    response.fields.emplace_back("Retry-After", "1"); // in seconds
+  }
   return response;
 }
 
@@ -225,28 +230,46 @@ HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path
   }
   if (resource->kind == protocol::ResourcePath::Kind::Model)
   {
-    auto body = Bytes(WriteModel(model->Description()));
-    auto tag = TagOf(*body);
-    return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+    return this->AnswerModel(request, *model);
   }
-  if (resource->digest != model->Description().digest)
+  const auto same = this->Models.FindDigest(resource->model, resource->digest);
+  if (!same)
   {
     return this->Failure(410, resource->model + " has another digest now: read its model.json");
   }
-  const auto name = protocol::BlobName(resource->blob);
-  auto blob = model->ReadBlob(resource->blob);
-  if (!blob && blob.GetError().code == ErrorCode::NotFound)
+  return this->AnswerBlob(request, *same, resource->blob);
+}
+
+HttpResponse Routes::AnswerModel(const HttpRequest& request, const ServedModel& model) const
+{
+  if (!model.CheckUnchanged())
   {
-    return this->Failure(404, resource->model + " has no " + name);
+    const auto refusal = RefuseModel(model.Description().id);
+    return this->Failure(refusal.status, refusal.message);
   }
+  auto body = Bytes(WriteModel(model.Description()));
+  auto tag = TagOf(*body);
+  return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+}
+
+HttpResponse Routes::AnswerBlob(
+  const HttpRequest& request, const ServedModel& model, const protocol::BlobId& id) const
+{
+  const auto& description = model.Description();
+  const auto name = protocol::BlobName(id);
+  auto blob = model.ReadBlob(id);
   if (!blob)
   {
-    this->Counters.CountFailedBlob();
-    return this->Failure(500, name + " of " + resource->model + " is damaged on the server");
+    const auto refusal = RefusePart(description.id, name, blob.GetError());
+    if (refusal.IsFailure())
+    {
+      this->Counters.CountFailedBlob();
+    }
+    return this->Failure(refusal.status, refusal.message);
   }
   // The digest covers the content, so digest and name identify the bytes.
   return Ranged(request, Cacheable(request, "application/octet-stream", std::move(*blob),
-                           "\"" + resource->digest + "/" + name + "\"", forEver));
+                           "\"" + description.digest + "/" + name + "\"", forEver));
 }
 
 HttpResponse Routes::AnswerModelList(const HttpRequest& request) const

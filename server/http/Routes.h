@@ -44,6 +44,9 @@ private:
   HttpResponse Route(const HttpRequest& request, std::string_view path) const;
   HttpResponse AnswerApi(const HttpRequest& request, std::string_view path) const;
   HttpResponse AnswerModelList(const HttpRequest& request) const;
+  HttpResponse AnswerModel(const HttpRequest& request, const ServedModel& model) const;
+  HttpResponse AnswerBlob(
+    const HttpRequest& request, const ServedModel& model, const protocol::BlobId& id) const;
   HttpResponse AnswerFile(const HttpRequest& request, std::string_view path) const;
   HttpResponse Preflight() const;
 

@@ -31,12 +31,15 @@ public:
 
   virtual const ModelDescription& Description() const = 0;
 
+  // Whether the model can still be read as it is described. Errors: Changed where its store was
+  // written to; InputOutput where that cannot be told.
+  virtual Status CheckUnchanged() const { return {}; }
+
   // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model.
-  // Errors: Damaged.
+  // Errors: Damaged; Changed; InputOutput and LimitExceeded where the same may succeed later.
   virtual Result<std::span<const Box>> Boxes() const = 0;
 
-  // Errors: NotFound where the model has no such blob; Damaged or InputOutput where it cannot be
-  // read.
+  // Errors: NotFound where the model has no such blob; else those of Boxes.
   virtual Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const = 0;
 };
 
@@ -50,6 +53,14 @@ public:
 
   // The model, or null.
   virtual std::shared_ptr<const ServedModel> Find(std::string_view id) const = 0;
+
+  // The model with just this digest, be it the present one or one that it has replaced, or null.
+  virtual std::shared_ptr<const ServedModel> FindDigest(
+    std::string_view id, std::string_view digest) const
+  {
+    auto model = this->Find(id);
+    return model && model->Description().digest == digest ? model : nullptr;
+  }
 };
 
 }

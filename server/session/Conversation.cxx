@@ -2,6 +2,7 @@
 #include "server/session/Conversation.h"
 
 #include "server/session/BlobList.h"
+#include "server/session/Refusal.h"
 
 #include <algorithm>
 #include <utility>
@@ -16,28 +17,6 @@ using protocol::ServerMessage;
 
 constexpr std::uint64_t bytesBetweenProgress = std::uint64_t{ 1 } << 20;
 constexpr const char* stopping = "the server is stopping";
-
-unsigned HttpCode(ErrorCode code)
-{
-  switch (code)
-  {
-    case ErrorCode::InvalidInput:
-    case ErrorCode::InvalidArgument:
-    case ErrorCode::Unsupported:
-      return 400;
-    case ErrorCode::NotFound:
-      return 404;
-    case ErrorCode::LimitExceeded:
-      return 413;
-    case ErrorCode::Changed:
-      return 410;
-    case ErrorCode::Damaged:
-    case ErrorCode::InputOutput:
-    case ErrorCode::Cancelled:
-      return 500;
-  }
-  return 500;
-}
 
 }
 
@@ -226,9 +205,9 @@ void Conversation::Start(const protocol::ClientMessage& message)
   if (!list)
   {
     const Error& error = list.GetError();
-    const unsigned code = HttpCode(error.code);
-    this->AnswerError(
-      message.request, code, code == 500 ? "the model's tree is damaged" : error.message);
+    const bool missing = error.code == ErrorCode::NotFound; // the error says which blob
+    const auto refusal = RefusePart(this->Model->Description().id, "tree", error);
+    this->AnswerError(message.request, refusal.status, missing ? error.message : refusal.message);
     return;
   }
   this->Current = std::make_unique<Job>();
@@ -243,6 +222,12 @@ void Conversation::Open(std::uint32_t request, const protocol::OpenRequest& body
   if (!model)
   {
     this->AnswerError(request, 404, "there is no model " + body.model);
+    return;
+  }
+  if (!model->CheckUnchanged())
+  {
+    const auto refusal = RefuseModel(body.model);
+    this->AnswerError(request, refusal.status, refusal.message);
     return;
   }
   this->Model = std::move(model);
@@ -268,7 +253,7 @@ std::optional<Conversation::Message> Conversation::Continue()
   {
     return this->NextFrame();
   }
-  else if (job.next == job.list.count)
+  else if (this->Current && job.next == job.list.count)
   {
     this->Answer(job.End(false));
     this->Current.reset();
@@ -277,27 +262,34 @@ std::optional<Conversation::Message> Conversation::Continue()
 }
 
 // Reads the next blob of the current request. False if it cannot be read: then the client has been
-// told.
+// told, and where none of the others can be read either, the request has ended.
 bool Conversation::NextBlob()
 {
   Job& job = *this->Current;
   const auto id = job.list.At(job.next++);
-  const auto blob = job.model->ReadBlob(id);
-  const bool good = blob && !(*blob)->empty() && (*blob)->size() <= protocol::maximumBlobBytes;
-  if (!good)
+  auto blob = job.model->ReadBlob(id);
+  if (blob && ((*blob)->empty() || (*blob)->size() > protocol::maximumBlobBytes))
   {
-    ++job.failedBlobs;
-    ++this->Failed;
-    const bool missing = !blob && blob.GetError().code == ErrorCode::NotFound;
-    this->Answer({ job.request,
-      protocol::ErrorAnswer{ static_cast<std::uint16_t>(missing ? 404 : 500),
-        protocol::BlobName(id) + (missing ? " does not exist" : " is damaged on the server"),
-        id } });
+    blob = Error{ ErrorCode::Damaged, "no size of a blob" };
+  }
+  if (blob)
+  {
+    job.bytes = *blob;
+    job.offset = 0;
+    return true;
+  }
+  const auto refusal =
+    RefusePart(job.model->Description().id, protocol::BlobName(id), blob.GetError());
+  this->Failed += refusal.IsFailure();
+  if (blob.GetError().code == ErrorCode::Changed)
+  {
+    this->AnswerError(job.request, refusal.status, refusal.message);
+    this->Current.reset();
     return false;
   }
-  job.bytes = *blob;
-  job.offset = 0;
-  return true;
+  ++job.failedBlobs;
+  this->Answer({ job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, id } });
+  return false;
 }
 
 std::vector<std::uint8_t> Conversation::NextFrame()

@@ -24,18 +24,38 @@ public:
     const std::lock_guard lock(this->Mutex);
     this->Function(file, what);
   }
+  // Unless it is what was told of the file last.
+  void TellOnce(const std::filesystem::path& file, const std::string& what)
+  {
+    const std::lock_guard lock(this->Mutex);
+    auto& last = this->Last[file];
+    if (last != what)
+    {
+      last = what;
+      this->Function(file, what);
+    }
+  }
+  // As if nothing had been told.
+  void Forget()
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->Last.clear();
+  }
 
 private:
   std::mutex Mutex;
   Report Function;
+  std::map<std::filesystem::path, std::string> Last;
 };
 
 namespace
 {
 
-std::string LeftOut(const std::string& why)
+constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
+
+bool MayPass(const Error& error)
 {
-  return why + "; it is left out, the other stores are served";
+  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
 // The stores of a folder, by name.
@@ -62,10 +82,11 @@ Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::pat
 
 }
 
-StoreCatalog::StoreCatalog(std::filesystem::path folder, Report report)
+StoreCatalog::StoreCatalog(std::filesystem::path folder, Report report, std::chrono::seconds grace)
   : Folder(std::move(folder))
+  , Grace(grace)
   , Reports(std::make_shared<Reporter>(std::move(report)))
-  , ById(std::make_shared<const ModelMap>())
+  , Present(std::make_shared<const State>())
 {
 }
 
@@ -73,43 +94,113 @@ StoreCatalog::~StoreCatalog() = default;
 
 Status StoreCatalog::Reload()
 {
+  this->Reports->Forget();
+  return this->ReadFolder();
+}
+
+Status StoreCatalog::ReadFolder()
+{
+  const std::lock_guard reloading(this->ReloadMutex);
   const auto files = FindStores(this->Folder);
   KDSTREAM_TRY(files);
-  auto models = std::make_shared<ModelMap>();
+  const auto before = this->Current();
+  auto state = std::make_shared<State>();
   for (const auto& file : *files)
   {
-    const auto id = file.stem().string();
-    if (!IsModelId(id))
-    {
-      this->Reports->Tell(file, LeftOut("a model's name has " + std::string(modelIdRule)));
-      continue;
-    }
-    auto model = OpenStoreModel(file, id,
-      [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); });
-    if (model)
-    {
-      models->emplace(id, std::move(*model));
-    }
-    else
-    {
-      this->Reports->Tell(file, LeftOut(model.GetError().message));
-    }
+    this->Add(*state, file, *before);
   }
+  this->KeepReplaced(*state, *before);
   const std::lock_guard lock(this->Mutex);
-  this->ById = std::move(models);
+  this->Present = std::move(state);
   return {};
 }
 
-std::shared_ptr<const StoreCatalog::ModelMap> StoreCatalog::Current() const
+// The model of `file`: the one of before, if it is the same or there is no other.
+void StoreCatalog::Add(State& state, const std::filesystem::path& file, const State& before) const
+{
+  const auto id = file.stem().string();
+  if (!IsModelId(id))
+  {
+    this->Reports->TellOnce(file, "a model's name has " + std::string(modelIdRule) +
+                                    "; it is left out, the other stores are served");
+    return;
+  }
+  const auto found = before.byId.find(id);
+  const auto old = found == before.byId.end() ? nullptr : found->second;
+  if (old && old->IsFile(file))
+  {
+    state.byId.emplace(id, old);
+    return;
+  }
+  auto model = OpenStoreModel(file, id,
+    [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); });
+  if (model)
+  {
+    state.byId.emplace(id, std::move(*model));
+    return;
+  }
+  const Error& error = model.GetError();
+  state.passing = state.passing || MayPass(error);
+  this->Reports->TellOnce(file,
+    error.message +
+      (old ? "; the store of before is served" : "; it is left out, the other stores are served"));
+  if (old)
+  {
+    state.byId.emplace(id, old);
+  }
+}
+
+// Models that have given their place to another digest, now or earlier, within their grace.
+void StoreCatalog::KeepReplaced(State& state, const State& before) const
+{
+  const auto now = Clock::now();
+  state.replaced = before.replaced;
+  for (const auto& [id, old] : before.byId)
+  {
+    const auto present = state.byId.find(id);
+    if (present != state.byId.end() &&
+        present->second->Description().digest != old->Description().digest)
+    {
+      state.replaced.push_back({ old, now + this->Grace });
+    }
+  }
+  std::map<std::string, std::size_t> kept;
+  std::vector<Replaced> latestFirst;
+  for (auto each = state.replaced.rbegin(); each != state.replaced.rend(); ++each)
+  {
+    const auto& id = each->model->Description().id;
+    if (now < each->until && state.byId.count(id) != 0 && ++kept[id] <= mostReplaced)
+    {
+      latestFirst.push_back(*each);
+    }
+  }
+  state.replaced.assign(latestFirst.rbegin(), latestFirst.rend());
+}
+
+void StoreCatalog::Refresh()
+{
+  const auto present = this->Current();
+  const bool changed = std::any_of(present->byId.begin(), present->byId.end(),
+    [](const auto& entry) { return !entry.second->CheckUnchanged(); });
+  const auto now = Clock::now();
+  const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
+    [now](const Replaced& replaced) { return replaced.until <= now; });
+  if (present->passing || changed || outlived)
+  {
+    (void)this->ReadFolder(); // where the folder cannot be read, all stays as it is
+  }
+}
+
+std::shared_ptr<const StoreCatalog::State> StoreCatalog::Current() const
 {
   const std::lock_guard lock(this->Mutex);
-  return this->ById;
+  return this->Present;
 }
 
 std::vector<std::shared_ptr<const ServedModel>> StoreCatalog::Models() const
 {
   std::vector<std::shared_ptr<const ServedModel>> models;
-  for (const auto& entry : *this->Current())
+  for (const auto& entry : this->Current()->byId)
   {
     models.push_back(entry.second);
   }
@@ -118,9 +209,30 @@ std::vector<std::shared_ptr<const ServedModel>> StoreCatalog::Models() const
 
 std::shared_ptr<const ServedModel> StoreCatalog::Find(std::string_view id) const
 {
-  const auto models = this->Current();
-  const auto found = models->find(id);
-  return found == models->end() ? nullptr : found->second;
+  const auto present = this->Current();
+  const auto found = present->byId.find(id);
+  return found == present->byId.end() ? nullptr : found->second;
+}
+
+std::shared_ptr<const ServedModel> StoreCatalog::FindDigest(
+  std::string_view id, std::string_view digest) const
+{
+  const auto present = this->Current();
+  const auto found = present->byId.find(id);
+  if (found != present->byId.end() && found->second->Description().digest == digest)
+  {
+    return found->second;
+  }
+  const auto now = Clock::now();
+  for (const auto& replaced : present->replaced)
+  {
+    const auto& description = replaced.model->Description();
+    if (now < replaced.until && description.id == id && description.digest == digest)
+    {
+      return replaced.model;
+    }
+  }
+  return nullptr;
 }
 
 }

@@ -4,15 +4,19 @@
 
 #include "server/session/Catalog.h"
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
+
+class StoreModel;
 
 class StoreCatalog : public Catalog
 {
@@ -21,27 +25,57 @@ public:
   // Called from any thread, one at a time.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
-  StoreCatalog(std::filesystem::path folder, Report report);
+  static constexpr std::chrono::seconds defaultGrace{ 3600 };
+
+  // A model that has been replaced is found by its digest for `grace` longer, so that two servers
+  // behind a proxy can change at different times.
+  StoreCatalog(
+    std::filesystem::path folder, Report report, std::chrono::seconds grace = defaultGrace);
   ~StoreCatalog() override;
 
   // Reads the folder (not the folders in it), at first and whenever it may have changed. Stores
-  // that cannot be opened and names that are not model ids are reported and left out. Pointers to
-  // earlier models stay valid. Errors: NotFound or InputOutput where the folder cannot be read: the
-  // models stay as they were. Memory: 48 bytes a node of each tree.
+  // that have not changed stay open. Stores that cannot be opened and names that are not model ids
+  // are reported; where the name had a model before, that one stays. Models whose file is gone are
+  // found no more. Pointers to earlier models stay valid. Errors: NotFound or InputOutput where the
+  // folder cannot be read: the models stay as they were. Memory: 48 bytes a node of each tree.
   Status Reload();
+
+  // To be called now and then: lets go of replaced models after their grace, and where a store was
+  // overwritten, or could not be opened for the moment, does what Reload does. What has been
+  // reported already is not reported again.
+  void Refresh();
 
   std::vector<std::shared_ptr<const ServedModel>> Models() const override;
   std::shared_ptr<const ServedModel> Find(std::string_view id) const override;
+  std::shared_ptr<const ServedModel> FindDigest(
+    std::string_view id, std::string_view digest) const override;
 
 private:
   class Reporter;
-  using ModelMap = std::map<std::string, std::shared_ptr<const ServedModel>, std::less<>>;
-  std::shared_ptr<const ModelMap> Current() const;
+  using Clock = std::chrono::steady_clock;
+  struct Replaced
+  {
+    std::shared_ptr<const StoreModel> model;
+    Clock::time_point until;
+  };
+  // What is served at a time.
+  struct State
+  {
+    std::map<std::string, std::shared_ptr<const StoreModel>, std::less<>> byId;
+    std::vector<Replaced> replaced; // the oldest first
+    bool passing = false;           // something failed that may succeed soon
+  };
+  std::shared_ptr<const State> Current() const;
+  Status ReadFolder();
+  void Add(State& state, const std::filesystem::path& file, const State& before) const;
+  void KeepReplaced(State& state, const State& before) const;
 
   std::filesystem::path Folder;
+  std::chrono::seconds Grace;
   std::shared_ptr<Reporter> Reports;
+  std::mutex ReloadMutex; // one reload at a time
   mutable std::mutex Mutex;
-  std::shared_ptr<const ModelMap> ById;
+  std::shared_ptr<const State> Present;
 };
 
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/StoreModel.h"
 
+#include "filters/core/CaughtError.h"
 #include "filters/model/ModelJson.h"
 #include "filters/store/Store.h"
 
@@ -11,51 +12,89 @@
 namespace kdstream
 {
 
+static_assert(Store::largestBlobBytes == protocol::maximumBlobBytes);
+
 namespace
 {
 
-class StoreModel : public ServedModel
+// What `read` returns; an exception, for want of memory mostly, becomes an error.
+template <class Read>
+auto Caught(const Read& read) -> decltype(read())
+{
+  try
+  {
+    return read();
+  }
+  catch (...)
+  {
+    return CaughtError();
+  }
+}
+
+class ModelOfStore : public StoreModel
 {
 public:
-  StoreModel(std::shared_ptr<Store> store, ModelDescription description, DamageReport report)
+  ModelOfStore(std::shared_ptr<Store> store, ModelDescription description, DamageReport report)
     : Source(std::move(store))
     , Told(std::move(description))
     , Report(std::move(report))
-    , Tree(this->Source->ReadTree())
   {
-    if (!this->Tree)
-    {
-      this->Report(this->Tree.GetError().message);
-    }
   }
 
   const ModelDescription& Description() const override { return this->Told; }
 
+  Status CheckUnchanged() const override
+  {
+    return Caught([this] { return this->Source->CheckUnchanged(); });
+  }
+  bool IsFile(const std::filesystem::path& file) const override
+  {
+    return this->Source->IsFile(file);
+  }
+
   Result<std::span<const Box>> Boxes() const override
   {
+    const std::lock_guard lock(this->TreeMutex);
+    if (!this->Tree && this->Tree.GetError().code != ErrorCode::Damaged)
+    {
+      this->Tree = Caught([this] { return this->Source->ReadTree(); });
+      if (!this->Tree && this->Tree.GetError().code == ErrorCode::Damaged)
+      {
+        this->Report(this->Tree.GetError().message);
+      }
+    }
     KDSTREAM_TRY(this->Tree);
     return std::span<const Box>(*this->Tree);
   }
 
   Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
   {
-    auto bytes = this->Read(blob);
-    if (bytes)
-    {
-      return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
-    }
-    if (bytes.GetError().code != ErrorCode::NotFound)
+    return Caught(
+      [this, &blob]() -> Result<BlobBytes>
+      {
+        auto bytes = this->Read(blob);
+        if (bytes)
+        {
+          return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+        }
+        this->ReportDamage(blob, bytes.GetError());
+        return bytes.GetError();
+      });
+  }
+
+private:
+  void ReportDamage(const protocol::BlobId& blob, const Error& error) const
+  {
+    if (error.code == ErrorCode::Damaged)
     {
       const std::lock_guard lock(this->Mutex);
       if (this->Reported.insert(blob).second)
       {
-        this->Report(bytes.GetError().message);
+        this->Report(error.message);
       }
     }
-    return bytes.GetError();
   }
 
-private:
   Result<std::vector<std::uint8_t>> Read(const protocol::BlobId& blob) const
   {
     switch (blob.kind)
@@ -77,25 +116,33 @@ private:
   std::shared_ptr<Store> Source;
   ModelDescription Told;
   DamageReport Report;
-  Result<std::vector<Box>> Tree;
+  mutable std::mutex TreeMutex;
+  // As it was read last; not yet at first. Once it has been read it stays in its place.
+  mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "not yet read" };
   mutable std::mutex Mutex;
   mutable std::set<protocol::BlobId> Reported;
 };
 
 }
 
-Result<std::shared_ptr<const ServedModel>> OpenStoreModel(
+Result<std::shared_ptr<const StoreModel>> OpenStoreModel(
   const std::filesystem::path& file, const std::string& id, DamageReport report)
 {
-  auto store = Store::Open(file);
-  KDSTREAM_TRY(store);
-  // A description that clients would reject is rejected here, where the operator sees it.
-  ModelDescription told = (*store)->Info();
-  told.id = id;
-  auto description = ParseModel(WriteModel(told));
-  KDSTREAM_TRY(description);
-  return std::shared_ptr<const ServedModel>(
-    std::make_shared<StoreModel>(std::move(*store), std::move(*description), std::move(report)));
+  return Caught(
+    [&]() -> Result<std::shared_ptr<const StoreModel>>
+    {
+      auto store = Store::Open(file);
+      KDSTREAM_TRY(store);
+      // A description that clients would reject is rejected here, where the operator sees it.
+      ModelDescription told = (*store)->Info();
+      told.id = id;
+      auto description = ParseModel(WriteModel(told));
+      KDSTREAM_TRY(description);
+      auto model = std::make_shared<ModelOfStore>(
+        std::move(*store), std::move(*description), std::move(report));
+      (void)model->Boxes();
+      return std::shared_ptr<const StoreModel>(std::move(model));
+    });
 }
 
 }

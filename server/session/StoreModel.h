@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace kdstream
@@ -14,10 +15,19 @@ namespace kdstream
 // Told of a damaged blob, once for each. Called from any thread.
 using DamageReport = std::function<void(const std::string& what)>;
 
+class StoreModel : public ServedModel
+{
+public:
+  // Whether `file` is still the very store that this model reads, unchanged.
+  virtual bool IsFile(const std::filesystem::path& file) const = 0;
+};
+
 // Opens the store `file` as the model `id`. If its tree is damaged that is reported, and only
-// regions are refused.
-// Errors: those of Store::Open; InvalidInput where its metadata cannot be told to a client.
-Result<std::shared_ptr<const ServedModel>> OpenStoreModel(
+// regions are refused; where it cannot be read for another reason, it is tried again when it is
+// asked for.
+// Errors: those of Store::Open; InvalidInput where its metadata cannot be told to a client;
+// LimitExceeded for want of memory. Throws nothing.
+Result<std::shared_ptr<const StoreModel>> OpenStoreModel(
   const std::filesystem::path& file, const std::string& id, DamageReport report);
 
 }

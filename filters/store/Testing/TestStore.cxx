@@ -10,6 +10,7 @@
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/StoreWriter.h"
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -416,6 +417,46 @@ TEST_F(StoreTest, AFileThatIsOverwrittenIsReadNoMore)
   EXPECT_EQ(read(id), ErrorCode::Changed);
   OverwriteInPlace(kept, this->File());
   EXPECT_EQ(read(id), ErrorCode::Changed) << "once changed is changed for ever";
+}
+
+TEST_F(StoreTest, ABlobThatNoServerSendsIsNotWritten)
+{
+  this->Build(Torus(12, 6), {});
+  const auto whole = *Store::Open(this->File());
+  auto writer = StoreWriter::Create(this->File("large.kds"), whole->Info());
+  ASSERT_TRUE(writer);
+  const PieceId id{ Resolution::Original(), NodeOfPartition(0, whole->Info().depths) };
+  const Piece piece = *whole->ReadPiece(id);
+  const std::vector<std::uint8_t> bytes(Store::largestBlobBytes + 1);
+  const Status refused = (*writer)->AddPiece(piece, bytes);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.GetError().code, ErrorCode::LimitExceeded);
+  EXPECT_EQ(refused.GetError().message,
+    "partitions/0 takes 67108865 bytes, more than the 64 MiB that servers send: make partitions of "
+    "fewer vertices");
+}
+
+// The tree of one of depth 30 would take 103 GB.
+TEST_F(StoreTest, ATinyStoreThatClaimsALotIsRefused)
+{
+  this->Build(Torus(12, 6), {});
+  ModelDescription info = (*Store::Open(this->File()))->Info();
+  info.partitioner = "octree";
+  info.levels.clear();
+  for (const unsigned depth : { 14U, 22U, 30U })
+  {
+    info.depths = { depth, depth, depth };
+    info.partitions = std::uint64_t{ 1 } << depth;
+    const std::string json = MetadataOf(info);
+    Sql(this->File(), "UPDATE metadata SET value = '" + json + "', checksum = " +
+                        std::to_string(MetadataChecksum("model", json)) + " WHERE key = 'model'");
+    const auto store = Store::Open(this->File());
+    ASSERT_FALSE(store);
+    EXPECT_EQ(store.GetError().code, ErrorCode::Damaged);
+    EXPECT_NE(store.GetError().message.find("partitions of depth " + std::to_string(depth)),
+      std::string::npos)
+      << store.GetError().message;
+  }
 }
 
 TEST_F(StoreTest, AFileThatIsTruncatedIsReadNoMore)

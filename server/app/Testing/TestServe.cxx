@@ -114,10 +114,10 @@ protected:
   void SetUp() override { fs::create_directories(this->stores); }
   void TearDown() override { fs::remove_all(this->folder); }
 
-  void Build(const std::string& name) const
+  void Build(const std::string& name, double height = 1) const
   {
     Mesh mesh;
-    mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } };
+    mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, height } };
     mesh.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
     EXPECT_TRUE(BuildStore(mesh, "mesh.ply", this->stores / name, {}));
   }
@@ -157,6 +157,32 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   std::ifstream lines(log);
   const std::string text{ std::istreambuf_iterator<char>(lines), {} };
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
+}
+
+TEST_F(Serve, AnOverwrittenStoreIsOpenedAgainByItself)
+{
+  this->Build("one.kds");
+  this->Build("other", 2);
+  Process serve({ this->stores, "--port", "0" });
+  HttpTestClient client(serve.Port());
+  const auto digest = [&client]
+  {
+    const auto model = client.Get("/api/models/one/model.json");
+    return model && model->status == 200 ? ParseModel(model->body)->digest : "";
+  };
+  const auto before = digest();
+  ASSERT_FALSE(before.empty());
+  {
+    std::ifstream in(this->stores / "other", std::ios::binary);
+    std::ofstream out(this->stores / "one.kds", std::ios::binary);
+    out << in.rdbuf();
+  }
+  std::string after;
+  while (after.empty()) // until it has been seen
+  {
+    after = digest();
+  }
+  EXPECT_NE(after, before);
 }
 
 TEST_F(Serve, AnEmptyFolderIsServed)

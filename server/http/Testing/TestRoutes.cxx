@@ -117,6 +117,24 @@ TEST_F(Site, ADamagedBlobIs500AndTheRestIsServed)
   EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 1\n"), std::string::npos);
 }
 
+TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
+{
+  for (const auto code : { ErrorCode::InputOutput, ErrorCode::LimitExceeded })
+  {
+    this->model->fails = code;
+    const auto response = this->Get(this->Blob(BlobId::Partition(3)));
+    EXPECT_EQ(this->ErrorOf(response), 503u);
+    EXPECT_EQ(response.Field("Retry-After"), "1");
+    EXPECT_EQ(Text(response).find("secret"), std::string::npos);
+    EXPECT_EQ(this->Get("/api/models/dragon/model.json").status, 200u);
+  }
+  EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 2\n"), std::string::npos);
+  this->model->fails = ErrorCode::Changed;
+  EXPECT_EQ(this->ErrorOf(this->Get(this->Blob(BlobId::Partition(3)))), 410u);
+  EXPECT_EQ(this->ErrorOf(this->Get("/api/models/dragon/model.json")), 503u);
+  EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 2\n"), std::string::npos);
+}
+
 TEST_F(Site, TagsGive304)
 {
   for (const std::string& path : { std::string("/api/models.json"),

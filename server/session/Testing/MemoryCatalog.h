@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -39,6 +40,10 @@ public:
   }
 
   const ModelDescription& Description() const override { return this->Told; }
+  Status CheckUnchanged() const override
+  {
+    return this->fails == ErrorCode::Changed ? Error{ *this->fails, "changed" } : Status{};
+  }
   Result<std::span<const Box>> Boxes() const override
   {
     if (this->treeDamaged)
@@ -50,6 +55,10 @@ public:
   Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
   {
     ++this->reads;
+    if (this->fails)
+    {
+      return Error{ *this->fails, protocol::BlobName(blob) + ": secret place" };
+    }
     const auto found = this->blobs.find(blob);
     if (found == this->blobs.end())
     {
@@ -65,6 +74,7 @@ public:
   std::map<protocol::BlobId, BlobBytes> blobs;
   std::set<protocol::BlobId> damaged;
   bool treeDamaged = false;
+  std::optional<ErrorCode> fails; // how every blob does
   mutable std::atomic<std::size_t> reads{ 0 };
 
   const TreeDepths& GetDepths() const { return this->Depths; }

@@ -100,6 +100,18 @@ protected:
     EXPECT_FALSE(this->conversation.Closing());
   }
 
+  // The model can be opened, or is being replaced.
+  void ExpectOpened(std::uint32_t request, bool opened)
+  {
+    this->answers.clear();
+    this->Ask({ request, OpenRequest{ "dragon" } });
+    this->Finish();
+    ASSERT_EQ(this->answers.size(), 1u);
+    const auto& body = this->answers[0].body;
+    EXPECT_EQ(std::holds_alternative<OpenedAnswer>(body), opened);
+    EXPECT_TRUE(opened || std::get<ErrorAnswer>(body).code == 503);
+  }
+
   void ExpectBlobs(std::uint32_t request, const std::vector<BlobId>& expected)
   {
     ASSERT_EQ(this->blobs.size(), expected.size());
@@ -357,6 +369,42 @@ TEST_F(Talk, DamagedBlobsAreErrorsAndTheRestComes)
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 2u);
   EXPECT_EQ(this->Last<EndAnswer>().failed, 3u);
   EXPECT_EQ(this->conversation.FailedBlobs(), 3u);
+}
+
+TEST_F(Talk, WhatMayPassIs503ForEachBlob)
+{
+  this->OpenModel();
+  this->model->fails = ErrorCode::InputOutput;
+  this->Ask({ 2, PartitionsRequest{ { 0, 1 } } });
+  this->Finish();
+  ASSERT_EQ(this->answers.size(), 4u); // begin, two errors, end
+  for (const std::size_t i : { 1, 2 })
+  {
+    const auto* error = std::get_if<ErrorAnswer>(&this->answers[i].body);
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->code, 503);
+    EXPECT_TRUE(error->blob);
+  }
+  EXPECT_EQ(this->Last<EndAnswer>().failed, 2u);
+  this->ExpectOpened(3, true);
+}
+
+TEST_F(Talk, AChangedStoreEndsTheRequest)
+{
+  this->OpenModel();
+  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2 } } });
+  while (this->blobs.empty())
+  {
+    ASSERT_TRUE(this->Step());
+  }
+  this->model->fails = ErrorCode::Changed;
+  this->Finish();
+  EXPECT_EQ(this->Last<ErrorAnswer>().code, 410);
+  EXPECT_FALSE(this->Last<ErrorAnswer>().blob);
+  EXPECT_EQ(this->conversation.FailedBlobs(), 0u);
+  this->ExpectOpened(2, false); // its id is free again
+  this->model->fails.reset();
+  this->ExpectOpened(3, true);
 }
 
 TEST_F(Talk, ADamagedTreeForbidsRegionsOnly)

@@ -237,6 +237,77 @@ TEST_F(Folder, ADamagedTreeIsReportedAndForbidsRegionsOnly)
   EXPECT_NE(this->reports[0].find("tree/1"), std::string::npos) << this->reports[0];
 }
 
+TEST_F(Folder, AReloadKeepsWhatHasNotChangedAndWhatCannotBeReplaced)
+{
+  this->Build("same.kds", 30);
+  this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto same = this->catalog.Find("same"), sheet = this->catalog.Find("sheet");
+  std::ofstream(this->folder / "broken") << "nonsense";
+  fs::rename(this->folder / "broken", this->folder / "sheet.kds");
+  for (int i = 1; i <= 2; ++i)
+  {
+    ASSERT_TRUE(this->catalog.Reload());
+    EXPECT_EQ(this->catalog.Find("same"), same) << "opened again";
+    EXPECT_EQ(this->catalog.Find("sheet"), sheet) << "given up";
+    ASSERT_EQ(this->reports.size(), static_cast<std::size_t>(i));
+    EXPECT_EQ(
+      this->reports.back(), "sheet.kds: not a KdStream store; the store of before is served");
+    this->catalog.Refresh();
+    EXPECT_EQ(this->reports.size(), static_cast<std::size_t>(i)) << "told twice";
+  }
+  EXPECT_TRUE(sheet->ReadBlob(BlobId::Partition(0)));
+}
+
+TEST_F(Folder, AnOverwrittenStoreIsOpenedAgain)
+{
+  this->Build("sheet.kds", 60);
+  const auto other = this->Build("other", 40);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto old = this->catalog.Find("sheet");
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.Find("sheet"), old);
+  {
+    std::ifstream in(this->folder / "other", std::ios::binary);
+    std::ofstream out(this->folder / "sheet.kds", std::ios::binary);
+    out << in.rdbuf();
+  }
+  EXPECT_EQ(old->CheckUnchanged().GetError().code, ErrorCode::Changed);
+  EXPECT_EQ(old->ReadBlob(BlobId::Partition(0)).GetError().code, ErrorCode::Changed);
+  EXPECT_TRUE(this->reports.empty()) << "that is no damage";
+  this->catalog.Refresh();
+  const auto found = this->catalog.Find("sheet");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->Description().digest, other.digest);
+  EXPECT_TRUE(found->CheckUnchanged());
+}
+
+TEST_F(Folder, AReplacedModelIsFoundByItsDigestForAWhile)
+{
+  StoreCatalog hasty(this->folder, [](const fs::path&, const std::string&) {}, {});
+  const auto first = this->Build("sheet.kds", 60).digest;
+  ASSERT_TRUE(this->catalog.Reload() && hasty.Reload());
+  const auto second = this->Build("sheet.kds", 40).digest;
+  ASSERT_TRUE(this->catalog.Reload() && hasty.Reload());
+  EXPECT_EQ(this->catalog.FindDigest("sheet", second), this->catalog.Find("sheet"));
+  const auto replaced = this->catalog.FindDigest("sheet", first);
+  ASSERT_TRUE(replaced);
+  EXPECT_TRUE(replaced->ReadBlob(BlobId::Partition(0)));
+  EXPECT_FALSE(this->catalog.FindDigest("other", first));
+  EXPECT_FALSE(this->catalog.FindDigest("sheet", "0"));
+  EXPECT_FALSE(hasty.FindDigest("sheet", first)) << "without a grace";
+  for (const std::uint32_t side : { 20, 25, 30, 35 })
+  {
+    this->Build("sheet.kds", side);
+    ASSERT_TRUE(this->catalog.Reload());
+  }
+  EXPECT_FALSE(this->catalog.FindDigest("sheet", first)) << "the oldest of too many";
+  EXPECT_TRUE(this->catalog.FindDigest("sheet", second));
+  fs::remove(this->folder / "sheet.kds");
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_FALSE(this->catalog.FindDigest("sheet", second)) << "what is removed is gone at once";
+}
+
 TEST_F(Folder, ReloadingSeesNewStoresAndKeepsTheOldForWhoHoldsThem)
 {
   this->Build("sheet.kds", 60);

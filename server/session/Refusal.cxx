@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/session/Refusal.h"
+
+namespace kdstream
+{
+
+Refusal RefusePart(const std::string& model, const std::string& what, const Error& error)
+{
+  switch (error.code)
+  {
+    case ErrorCode::NotFound:
+      return { 404, model + " has no " + what };
+    case ErrorCode::Changed:
+      return { 410, model + " has another digest now: read its model.json" };
+    case ErrorCode::LimitExceeded:
+    case ErrorCode::InputOutput:
+    case ErrorCode::Cancelled:
+      return { 503, what + " of " + model + " cannot be read at the moment" };
+    case ErrorCode::InvalidArgument:
+      return { 400, error.message };
+    case ErrorCode::InvalidInput:
+    case ErrorCode::Unsupported:
+    case ErrorCode::Damaged:
+      break;
+  }
+  return { 500, what + " of " + model + " is damaged on the server" };
+}
+
+Refusal RefuseModel(const std::string& model)
+{
+  return { 503, model + " is being replaced: ask again" };
+}
+
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a client is told that cannot have what it asks for: the same by GET and by stream.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstdint>
+#include <string>
+
+namespace kdstream
+{
+
+struct Refusal
+{
+  std::uint16_t status = 500; // of HTTP
+  std::string message;        // nothing of the server's insides
+
+  // Whether the store was to blame, or the machine under it: for counting.
+  bool IsFailure() const { return this->status >= 500; }
+};
+
+// Of what the model `model` should have: `what` is a blob's name, or "tree". 404 where there is no
+// such blob; 410 where the store has been changed; 503 for what may pass (memory, the disk); 500
+// for damage.
+Refusal RefusePart(const std::string& model, const std::string& what, const Error& error);
+
+// Of a model whose store has been changed, until it is opened again: 503.
+Refusal RefuseModel(const std::string& model);
+
+}
