@@ -118,7 +118,10 @@ void ClientSocket::ExpireNever()
 
 void ClientSocket::Close()
 {
-  this->Below->Lowest().close();
+  if (this->Below) // not moved away
+  {
+    this->Below->Lowest().close();
+  }
 }
 
 void ClientSocket::Handshake(ErrorHandler handler)

@@ -74,14 +74,18 @@ public:
     asio::dispatch(this->Executor,
       [self = this->shared_from_this()]
       {
-        self->Socket.ExpireAfter(self->State.Options.requestTimeout);
-        self->Socket.Handshake(
-          [self](beast::error_code failed)
+        self->Guard(
+          [&]
           {
-            if (!failed)
-            {
-              self->Read();
-            }
+            self->Socket.ExpireAfter(self->State.Options.requestTimeout);
+            self->Socket.Handshake(
+              [self](beast::error_code failed)
+              {
+                if (!failed)
+                {
+                  self->Guard([&] { self->Read(); });
+                }
+              });
           });
       });
   }
@@ -102,6 +106,21 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::uint32_t headerBytes = 8192;
+
+  // What a handler does. What it throws, for want of memory mostly, ends this connection alone.
+  template <class Work>
+  void Guard(const Work& work) noexcept
+  {
+    try
+    {
+      work();
+    }
+    catch (...)
+    {
+      this->State.LogCaught();
+      this->Socket.Close();
+    }
+  }
 
   void Read()
   {
@@ -146,14 +165,7 @@ private:
       [self = this->shared_from_this()](beast::error_code error, std::size_t bytes)
       {
         self->Input.commit(bytes);
-        if (error)
-        {
-          self->OnRead(error);
-        }
-        else
-        {
-          self->Parse();
-        }
+        self->Guard([&] { error ? self->OnRead(error) : self->Parse(); });
       });
   }
 
@@ -199,7 +211,20 @@ private:
     }
     else
     {
-      this->Send(this->State.Answers.Answer(this->Plain()), request.keep_alive());
+      this->Send(this->AnswerToRequest(), request.keep_alive());
+    }
+  }
+
+  HttpResponse AnswerToRequest() const
+  {
+    try
+    {
+      return this->State.Answers.Answer(this->Plain());
+    }
+    catch (...)
+    {
+      this->State.LogCaught();
+      return this->State.Answers.Failure(503, "the server is short of memory");
     }
   }
 
@@ -286,7 +311,7 @@ private:
       [](beast::error_code error, std::size_t) // how much to write at once
       { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
       [self = this->shared_from_this()](beast::error_code error, std::size_t)
-      { self->OnSent(error); });
+      { self->Guard([&] { self->OnSent(error); }); });
   }
 
   // The answer's status line and fields.
@@ -349,7 +374,7 @@ private:
       {
         if (!error)
         {
-          self->DiscardInput();
+          self->Guard([&] { self->DiscardInput(); });
         }
       });
   }
@@ -361,7 +386,7 @@ private:
       {
         if (!error)
         {
-          self->DiscardInput();
+          self->Guard([&] { self->DiscardInput(); });
         }
       });
   }

@@ -71,8 +71,7 @@ public:
         if (!error)
         {
           self->Accepted = true;
-          self->Read();
-          self->Write();
+          self->GoOn();
         }
       });
   }
@@ -82,16 +81,46 @@ public:
     asio::post(this->Socket.get_executor(),
       [self = this->shared_from_this()]
       {
-        self->Talk.Drain();
-        if (self->Accepted)
-        {
-          self->Write();
-        }
+        self->Guard(
+          [&]
+          {
+            self->Talk.Drain();
+            if (self->Accepted)
+            {
+              self->Write();
+            }
+          });
       });
   }
 
 private:
   using Clock = std::chrono::steady_clock;
+
+  // What a handler does. What it throws, for want of memory mostly, ends this stream alone.
+  template <class Work>
+  void Guard(const Work& work) noexcept
+  {
+    try
+    {
+      work();
+    }
+    catch (...)
+    {
+      this->State.LogCaught();
+      this->Socket.next_layer().Close();
+    }
+  }
+
+  // Reads and writes what can be read and written now.
+  void GoOn() noexcept
+  {
+    this->Guard(
+      [this]
+      {
+        this->Write();
+        this->Read();
+      });
+  }
 
   // Without this the kernel would buffer megabytes for a slow client, and a cancel would have to
   // wait until they are sent.
@@ -118,9 +147,8 @@ private:
         self->Reading = false;
         if (!error)
         {
-          self->Take();
-          self->Read();
-          self->Write();
+          self->Guard([&] { self->Take(); });
+          self->GoOn();
         }
       });
   }
@@ -168,8 +196,7 @@ private:
         self->State.Counters.CountBytes(sent);
         if (!error)
         {
-          self->Write();
-          self->Read();
+          self->GoOn();
         }
       });
   }

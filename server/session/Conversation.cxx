@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/Conversation.h"
 
+#include "filters/core/CaughtError.h"
 #include "server/session/BlobList.h"
 #include "server/session/Refusal.h"
 
@@ -17,6 +18,19 @@ using protocol::ServerMessage;
 
 constexpr std::uint64_t bytesBetweenProgress = std::uint64_t{ 1 } << 20;
 constexpr const char* stopping = "the server is stopping";
+
+// A region may take more memory than there is.
+Result<BlobList> CaughtList(const ServedModel& model, const protocol::ClientMessage& message)
+{
+  try
+  {
+    return ListBlobs(model, message);
+  }
+  catch (...)
+  {
+    return CaughtError();
+  }
+}
 
 }
 
@@ -201,7 +215,7 @@ void Conversation::Start(const protocol::ClientMessage& message)
     this->AnswerError(message.request, 409, "no model is open");
     return;
   }
-  auto list = ListBlobs(*this->Model, message);
+  auto list = CaughtList(*this->Model, message);
   if (!list)
   {
     const Error& error = list.GetError();

@@ -116,6 +116,31 @@ TEST_F(Server, AnswersManyRequestsOnOneConnection)
   EXPECT_EQ(this->records[0].client, "127.0.0.1");
 }
 
+TEST_F(Server, WantOfMemoryIsToldAndTheConnectionGoesOn)
+{
+  const auto port = this->Start();
+  HttpTestClient client(port);
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.Ask({ 1, OpenRequest{ "dragon" } });
+  ASSERT_TRUE(stream.Await(1).opened);
+
+  this->model->throws = true;
+  const auto refused = client.Get(this->Blob(BlobId::Partition(0)));
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 503u);
+  EXPECT_EQ(refused->Field("Retry-After"), "1");
+  stream.Ask({ 2, RegionRequest{ 1, 1, {} } });
+  const auto error = stream.Await(2).error;
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->code, 503);
+  stream.Ask({ 3, PartitionsRequest{ { 0 } } });
+  EXPECT_FALSE(stream.Await(3).end) << "this one is closed";
+
+  this->model->throws = false;
+  EXPECT_EQ(client.Get(this->Blob(BlobId::Partition(0)))->status, 200u);
+}
+
 TEST_F(Server, AnswersPipelinedRequestsInOrder)
 {
   HttpTestClient client(this->Start());

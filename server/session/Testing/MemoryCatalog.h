@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <map>
+#include <new>
 #include <optional>
 #include <random>
 #include <set>
@@ -46,6 +47,10 @@ public:
   }
   Result<std::span<const Box>> Boxes() const override
   {
+    if (this->throws)
+    {
+      throw std::bad_alloc();
+    }
     if (this->treeDamaged)
     {
       return Error{ ErrorCode::Damaged, "tree/1: wrong checksum" };
@@ -55,6 +60,10 @@ public:
   Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
   {
     ++this->reads;
+    if (this->throws)
+    {
+      throw std::bad_alloc();
+    }
     if (this->fails)
     {
       return Error{ *this->fails, protocol::BlobName(blob) + ": secret place" };
@@ -74,7 +83,8 @@ public:
   std::map<protocol::BlobId, BlobBytes> blobs;
   std::set<protocol::BlobId> damaged;
   bool treeDamaged = false;
-  std::optional<ErrorCode> fails; // how every blob does
+  std::optional<ErrorCode> fails;    // how every blob does
+  std::atomic<bool> throws{ false }; // want of memory
   mutable std::atomic<std::size_t> reads{ 0 };
 
   const TreeDepths& GetDepths() const { return this->Depths; }
