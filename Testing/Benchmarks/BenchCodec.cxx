@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bytes and speed of pieces of the original: our codec, and on positions and triangles alone peers
 // at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0 and 5.
+// Then the bytes of the levels, whole pieces, beside Draco's of the same triangles on the level's
+// own grid.
 //   BenchCodec [--bits N] [--blobs FOLDER] MESH.ply …
 // Every partition is coded by itself, all coders in one go on one thread. "Positions and triangles"
 // are those of the whole piece, ghosts included, as a mesh; what ghosts, clusters and ids add is
@@ -11,12 +13,14 @@
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/DeviationBins.h"
 #include "filters/core/levels/Levels.h"
 #include "filters/core/pieces/LeafOrder.h"
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/meshio/MeshReader.h"
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -71,10 +75,12 @@ struct Pieces
   Box box;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<Piece> pieces;
-  std::size_t all = 0; // of which `pieces` are some, evenly spread
+  std::size_t all = 0;                    // of which `pieces` are some, evenly spread
+  std::vector<std::vector<Piece>> levels; // all pieces
+  std::vector<DeviationBins> deviations;  // of each level
 };
 
-// The partitions of a mesh, about 1,800 vertices each, numbered as in a store.
+// The partitions and levels of a mesh, about 1,800 vertices a piece, numbered as in a store.
 Pieces Cut(const Mesh& mesh)
 {
   const KdTree tree = Need(BuildKdTree(mesh.points, {}));
@@ -84,7 +90,7 @@ Pieces Cut(const Mesh& mesh)
   VertexTree numbered =
     NumberVertices(tree, Need(BuildLevels(mesh, tree, buckets, LevelOptions{})));
   OrderLeaves(numbered, mesh.points);
-  Pieces cut{ tree.depths, {}, mesh.scalarType, {}, 0 };
+  Pieces cut{ tree.depths, {}, mesh.scalarType, {}, 0, {}, {} };
   for (const Vec3& point : mesh.points)
   {
     cut.box.Add(point);
@@ -95,6 +101,20 @@ Pieces Cut(const Mesh& mesh)
   for (std::size_t i = 0; i < cutter.PieceCount(); i += every)
   {
     cut.pieces.push_back(cutter.Cut(i));
+  }
+  for (unsigned depth = 0; depth < numbered.levels.size(); ++depth)
+  {
+    const PieceCutter ofLevel(numbered, mesh, Resolution::Level(depth));
+    std::vector<Piece>& pieces = cut.levels.emplace_back();
+    for (std::size_t i = 0; i < ofLevel.PieceCount(); ++i)
+    {
+      pieces.push_back(ofLevel.Cut(i));
+    }
+    DeviationBins& bins = cut.deviations.emplace_back();
+    for (const double deviation : numbered.levels[depth].deviations)
+    {
+      bins.Add(deviation);
+    }
   }
   return cut;
 }
@@ -174,6 +194,7 @@ Coded CodeByUs(const Piece& piece, const CodecContext& context, EncodedBytes* pa
     parts->triangles += spent.triangles;
     parts->positions += spent.positions;
     parts->numbers += spent.numbers;
+    parts->ownKeys += spent.ownKeys;
     parts->ghostKeys += spent.ghostKeys;
     parts->ancestors += spent.ancestors;
   }
@@ -233,7 +254,7 @@ bool Bar(const char* what, double value, double most)
 // Every piece of the mesh as BenchCodecSpeed reads it.
 void KeepBlobs(const std::filesystem::path& file, const Pieces& cut, std::uint8_t bits)
 {
-  BlobFile blobs{ { cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType) }, {} };
+  BlobFile blobs{ { cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} }, {} };
   for (const Piece& piece : cut.pieces)
   {
     blobs.blobs.push_back({ piece.id, EncodePiece(piece, blobs.context) });
@@ -245,11 +266,46 @@ void KeepBlobs(const std::filesystem::path& file, const Pieces& cut, std::uint8_
   }
 }
 
+// Bytes of each level from `first` on beside Draco's. Coarser ones are hardly ever fetched.
+bool MeasureLevels(const Pieces& cut, std::uint8_t bits)
+{
+  constexpr unsigned first = 9;
+  CodecContext context{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} };
+  for (const DeviationBins& deviations : cut.deviations)
+  {
+    context.spacings.push_back(context.grid.SpacingFor(deviations.Most99()));
+  }
+  std::printf("\nlevel  vertices     bits    bytes  positions  triangles  numbers  own keys  "
+              "ghosts' keys  ancestors  Draco 5  ratio\n");
+  double ours = 0, dracos = 0, largest = 0;
+  for (unsigned depth = std::min(first, cut.depths.finest); depth < cut.levels.size(); ++depth)
+  {
+    const CoordinateGrid grid = context.GridOf(Resolution::Level(depth));
+    EncodedBytes parts;
+    std::size_t draco = 0, vertices = 0;
+    for (const Piece& piece : cut.levels[depth])
+    {
+      (void)CodeByUs(piece, context, &parts);
+      draco += CodeByDraco(OnGrid(piece, grid), 5).bytes;
+      vertices += piece.ownVertices;
+    }
+    const double ratio = parts.all / double(draco);
+    std::printf("%5u %9zu %8.2f %8.0f %10.0f %10.0f %8.0f %9.0f %13.0f %10.0f %8zu %6.2f\n", depth,
+      vertices, bits - std::log2(double(grid.spacing)), parts.all, parts.positions, parts.triangles,
+      parts.numbers, parts.ownKeys, parts.ghostKeys, parts.ancestors, draco, ratio);
+    ours += parts.all;
+    dracos += double(draco);
+    largest = std::max(largest, ratio);
+  }
+  bool met = Bar("levels, whole, to Draco, speed 5", ours / dracos, 1.6);
+  return Bar("the largest of a level", largest, 1.6) && met;
+}
+
 // Whether all bars are met.
 bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
 {
-  const CodecContext grid{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType) };
-  const CodecContext lossless{ cut.depths, CoordinateGrid::Exact(cut.scalarType) };
+  const CodecContext grid{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} };
+  const CodecContext lossless{ cut.depths, CoordinateGrid::Exact(cut.scalarType), {} };
   Row whole{ "ours, whole pieces" }, plain{ "plain" }, plainZstd{ "plain + zstd -19" },
     meshoptimizer{ "meshoptimizer" }, draco0{ "Draco, speed 0" }, draco5{ "Draco, speed 5" },
     exact{ "ours, lossless, whole pieces" }, raw{ "raw arrays + zstd -19" };
@@ -301,7 +357,7 @@ bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
   met = Bar("positions and triangles to plain + zstd -19", ratio(alone, plainZstd), 0.75) && met;
   met = Bar("what ghosts, clusters and ids add", ratio(whole, alone) - 1, 0.35) && met;
   met = Bar("lossless, whole, to raw arrays + zstd -19", ratio(exact, raw), 0.8) && met;
-  return met;
+  return MeasureLevels(cut, bits) && met;
 }
 
 }

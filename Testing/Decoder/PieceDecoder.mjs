@@ -5,10 +5,10 @@
 
 const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
-const context = { seed: 0, group: 1, samePartition: 9, steps: 10, seedVertex: 11, jump: 12, groupDifference: 13,
-  partition: 14, index: 15, otherIndex: 16, position: 17, unguided: 20, deviation: 21, ownPartition: 22, ownIndex: 23,
-  ancestorDepth: 24, ancestor: 25, reachEnd: 26, reachNode: 27, single: 28, attribute: 29 };
-const choices = 10; // contexts of few symbols, whose frequencies sum to 256
+const context = { seed: 0, group: 1, samePartition: 9, parent: 10, steps: 12, seedVertex: 13, jump: 14, groupDifference: 15,
+  partition: 16, index: 17, otherIndex: 18, position: 19, unguided: 22, ownPartition: 23, ownIndex: 24, ancestor: 25,
+  reachEnd: 26, reachNode: 27, single: 28, attribute: 29 };
+const choices = 12; // contexts of few symbols, whose frequencies sum to 256
 
 function need(holds, what) {
   if (!holds) throw new Error(what);
@@ -241,7 +241,7 @@ function walk(symbols, own, ghosts, count, stepCount) {
 function readPositions(symbols, vertices, grid) {
   const m = symbols.number(context.single), apart = symbols.number(context.single) > 0;
   need(m <= 8, "no such mode");
-  const most = 2 ** grid.bits - 1, size = grid.scalarType === 0 ? 4 : 8;
+  const most = Math.floor((2 ** grid.bits - 1 + Math.floor(grid.spacing / 2)) / grid.spacing), size = grid.scalarType === 0 ? 4 : 8;
   const greatest = size === 4 ? 3.4028234663852886e38 : Number.MAX_VALUE;
   const positions = [];
   vertices.forEach((vertex, v) => {
@@ -327,13 +327,37 @@ function readAttributes(symbols, heads, vertices, numbers, triangleCount) {
   return heads;
 }
 
+// "Ancestors": a row of ranks, coarse to fine, for each vertex that carries them.
+function readAncestors(symbols, vertices, levels) {
+  const rows = Array.from({ length: vertices }, () => new Array(levels));
+  let entries = rows.map((row) => [row]); // the rows that each entry is in
+  for (let level = levels - 1; level >= 0; --level) {
+    let last = [], next = 0;
+    const byParent = new Map();
+    for (const entry of entries) {
+      const symbol = symbols.symbol(context.parent + (level === levels - 1 ? 0 : 1));
+      need(symbol <= 9 && (symbol >= 8 || symbol < last.length), "no such parent");
+      const rank = symbol === 9 ? next + symbols.signed(context.ancestor) : symbol === 8 ? next : last[symbol];
+      need(rank >= 0 && rank < 2 ** 32 - 1, "ranks out of range");
+      if (symbol < 8) last.splice(symbol, 1);
+      last = [rank, ...last].slice(0, 8);
+      next = Math.max(next, rank + 1);
+      for (const row of entry) row[level] = rank;
+      byParent.set(rank, (byParent.get(rank) ?? []).concat(entry));
+    }
+    entries = [...byParent.keys()].sort((x, y) => x - y).map((rank) => byParent.get(rank));
+  }
+  return rows;
+}
+
 // blob: bytes, whose checksum the caller has checked. model: { partition, stitch } depths and grid {
-// bits, scalarType, origin, step }; level: a depth, or null for the original; node. The piece:
-// positions (doubles), keys ([partition, index]), deviations, ancestors (rows), reachEnds, reachNodes,
+// bits, scalarType, origin, step, spacing (the level's; 1 for the original) }; level: a depth, or null
+// for the original; node. The piece:
+// positions (doubles), keys ([partition, index]), ancestors (rows), reachEnds, reachNodes,
 // triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
-  need([0x4b, 0x44, 0x50, 5].every((byte) => reader.byte() === byte), "no piece of version 5");
+  need([0x4b, 0x44, 0x50, 6].every((byte) => reader.byte() === byte), "no piece of version 6");
   const below = level !== null && level < model.stitch;
   const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint(), steps = reader.varint();
   const reach = below ? reader.varint() : 0;
@@ -352,7 +376,8 @@ export function decodePiece(blob, model, level, node) {
   const { numbers, ghostKeys } = readNumbers(symbols, vertices, places, own);
   const positions = [];
   places.forEach((place, v) => {
-    positions[numbers[v]] = model.grid.bits === 0 ? place : place.map((q, axis) => model.grid.origin[axis] + q * model.grid.step);
+    const { bits, origin, spacing, step } = model.grid;
+    positions[numbers[v]] = bits === 0 ? place : place.map((q, axis) => origin[axis] + q * spacing * step);
   });
   const rotated = triangles.map((t) => {
     const [a, b, c] = t.map((v) => numbers[v]);
@@ -365,28 +390,20 @@ export function decodePiece(blob, model, level, node) {
   } else if (level === null) {
     ownKeys = Array.from({ length: own }, (_, i) => [node - 2 ** model.partition, i]);
   } else {
-    const partitions = symbols.array(context.ownPartition, own), indices = symbols.array(context.ownIndex, own);
-    ownKeys = partitions.map((partition, i) => [partition, indices[i]]);
+    let partition = 0, index = -1;
+    ownKeys = Array.from({ length: own }, () => {
+      const further = symbols.number(context.ownPartition), between = symbols.number(context.ownIndex);
+      partition += further;
+      index = (further > 0 ? -1 : index) + 1 + between;
+      return [partition, index];
+    });
   }
-  let deviations = [];
-  if (level !== null) {
-    const shift = 2 ** symbols.number(context.single);
-    deviations = symbols.array(context.deviation, own).map((bits) => unordered(BigInt(bits * shift), 4));
-  }
-  const ancestors = [];
-  let row = new Array(model.stitch).fill(0);
-  for (let i = 0; model.stitch > 0 && i < carriers; ++i) {
-    const differ = symbols.number(context.ancestorDepth);
-    need(differ <= model.stitch, "ranks out of range");
-    row = row.slice();
-    for (let d = model.stitch - differ; d < model.stitch; ++d) row[d] += symbols.signed(context.ancestor);
-    ancestors.push(row);
-  }
+  const ancestors = readAncestors(symbols, carriers, model.stitch);
   const reachEnds = below ? symbols.array(context.reachEnd, own) : [];
   const reachNodes = below ? symbols.array(context.reachNode, reach) : [];
   const attributes = readAttributes(symbols, heads, vertices, numbers, count);
   symbols.finish();
-  return { primitive, own, positions, keys: ownKeys.concat(ghostKeys), deviations, ancestors, reachEnds, reachNodes,
+  return { primitive, own, positions, keys: ownKeys.concat(ghostKeys), ancestors, reachEnds, reachNodes,
     triangles: rotated.sort(compare), attributes };
 }
 

@@ -22,6 +22,7 @@
 #include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/levels/LevelDeviations.h"
 #include "filters/outofcore/mesh/MeshSpill.h"
 #include "filters/outofcore/pieces/ExternalNumbers.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
@@ -228,14 +229,19 @@ private:
 
   Status WriteStore()
   {
+    KDSTREAM_TRY(Take(
+      DeviationsOfLevels(this->Levels, this->Mesh.depths, &this->Team), this->Facts.deviations));
     const ModelDescription description = this->Describe();
     std::unique_ptr<StoreWriter> writer;
     if (this->Team.IsFirst())
     {
       KDSTREAM_TRY(Take(StoreWriter::Create(this->Store, description), writer));
-      KDSTREAM_TRY(WriteTreePages(this->Boxes, this->Mesh.depths, *writer));
     }
     KDSTREAM_TRY(this->WritePieces(description.Codec(), writer.get()));
+    if (this->Team.IsFirst())
+    {
+      KDSTREAM_TRY(WriteTreePages(this->Boxes, this->Mesh.depths, *writer));
+    }
     this->Report.info = description;
     KDSTREAM_TRY(this->Exec.Report("write", 0));
     // Before the store is put in place all agree that nobody has failed.

@@ -13,6 +13,7 @@
 #include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
+#include "filters/core/levels/DeviationBins.h"
 #include "filters/core/pieces/LeafOrder.h"
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/core/tree/GatherMesh.h"
@@ -44,6 +45,13 @@ public:
   {
     Result<VertexTree> numbered = this->BuildTree();
     KDSTREAM_TRY(numbered);
+    for (const VertexTreeLevel& level : numbered->levels)
+    {
+      DeviationBins bins;
+      std::for_each(level.deviations.begin(), level.deviations.end(),
+        [&](double deviation) { bins.Add(deviation); });
+      this->Facts.deviations.push_back(bins.Most99());
+    }
     this->Clock.Finish("levels");
     const ModelDescription description = DescribeModel(this->Options, this->Facts, name);
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
@@ -181,12 +189,12 @@ private:
 
   Status WriteAll(const VertexTree& numbered, const CodecContext& codec, StoreWriter& writer)
   {
-    KDSTREAM_TRY(WriteTreePages(this->Boxes, numbered.depths, writer));
     for (unsigned d = 0; d < numbered.levels.size(); ++d)
     {
       KDSTREAM_TRY(this->WriteResolution(numbered, Resolution::Level(d), codec, writer));
     }
-    return this->WriteResolution(numbered, Resolution::Original(), codec, writer);
+    KDSTREAM_TRY(this->WriteResolution(numbered, Resolution::Original(), codec, writer));
+    return WriteTreePages(this->Boxes, numbered.depths, writer);
   }
 
   Status WriteResolution(const VertexTree& numbered, Resolution resolution,

@@ -21,6 +21,7 @@
 #include "filters/build/TreePhase.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/levels/LevelDeviations.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
 
 #include <algorithm>
@@ -242,11 +243,17 @@ private:
     KDSTREAM_TRY(this->Exec.Report("encode", 0));
     this->Report.ignoredAttributes = facts.ignored;
     this->Report.scalarType = facts.scalarType;
-    const ModelDescription description = this->Describe(facts, mesh, inconsistent);
+    std::vector<double> deviations; // of the levels
+    if (!this->ByOctree())
+    {
+      KDSTREAM_TRY(Take(DeviationsOfLevels(levels, mesh.depths), deviations));
+    }
+    const ModelDescription description =
+      this->Describe(facts, mesh, inconsistent, std::move(deviations));
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
     KDSTREAM_TRY(writer);
-    KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
+    KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
     KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
@@ -259,8 +266,8 @@ private:
                             : std::uint64_t{ 1 } << mesh.depths.partition;
   }
 
-  ModelDescription Describe(
-    const MeshFacts& facts, const MeshBlocks& mesh, std::uint64_t inconsistent)
+  ModelDescription Describe(const MeshFacts& facts, const MeshBlocks& mesh,
+    std::uint64_t inconsistent, std::vector<double> deviations)
   {
     ModelFacts model;
     model.vertices = facts.vertices;
@@ -278,6 +285,7 @@ private:
     model.box = mesh.box;
     model.scalarType = facts.scalarType;
     model.attributes = facts.attributes;
+    model.deviations = std::move(deviations);
     BuildOptions used = this->Options;
     used.weld = facts.weld;
     return DescribeModel(used, model, InputNameOf(this->Input, this->Options));

@@ -40,6 +40,10 @@ ModelDescription DescribeModel(
     return info;
   }
   info.levels.resize(facts.depths.finest + std::size_t{ 1 });
+  for (std::size_t depth = 0; depth < facts.deviations.size(); ++depth)
+  {
+    info.levels[depth].spacing = info.grid.SpacingFor(facts.deviations[depth]);
+  }
   info.levelMaker = options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
   info.representative =
     options.levels.representative == Representative::Quadric ? "quadric" : "mean";

@@ -148,7 +148,7 @@ Status WriteTreePages(const std::vector<Box>& boxes, const TreeDepths& depths, S
 {
   for (const NodeId page : TreePages(depths))
   {
-    KDSTREAM_TRY(writer.AddTreePage(page, EncodeTreePage(boxes, page, depths)));
+    KDSTREAM_TRY(writer.AddTreePage(page, EncodeTreePage(boxes, page, depths, writer.Bounds())));
   }
   return {};
 }

@@ -32,22 +32,35 @@ CoordinateGrid CoordinateGrid::Exact(ScalarType scalarType)
   return grid;
 }
 
+CoordinateGrid CoordinateGrid::Spaced(std::uint32_t steps) const
+{
+  CoordinateGrid grid = *this;
+  grid.spacing = this->Lossless() ? 1 : steps;
+  return grid;
+}
+
+std::uint32_t CoordinateGrid::SpacingFor(double deviation) const
+{
+  constexpr unsigned fewestBits = 8;
+  if (this->Lossless())
+  {
+    return 1;
+  }
+  const double most = double(std::uint32_t{ 1 } << (this->bits - fewestBits));
+  // A coordinate moves by up to half a spacing.
+  return static_cast<std::uint32_t>(std::clamp(deviation / 4 / (this->step / 2), 1.0, most));
+}
+
 std::array<std::uint32_t, 3> CoordinateGrid::Quantize(const Vec3& point) const
 {
-  const double most = double((std::uint64_t{ 1 } << this->bits) - 1);
+  const double most = this->Most(), width = this->step * this->spacing;
   std::array<std::uint32_t, 3> q{};
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const double cell = std::floor((point[k] - this->origin[k]) / this->step + 0.5);
+    const double cell = std::floor((point[k] - this->origin[k]) / width + 0.5);
     q[k] = static_cast<std::uint32_t>(std::clamp(cell, 0.0, most));
   }
   return q;
-}
-
-Vec3 CoordinateGrid::At(const std::array<std::uint32_t, 3>& q) const
-{
-  return { this->origin[0] + q[0] * this->step, this->origin[1] + q[1] * this->step,
-    this->origin[2] + q[2] * this->step };
 }
 
 Vec3 CoordinateGrid::Snap(const Vec3& point) const

@@ -17,6 +17,9 @@ struct CoordinateGrid
   ScalarType scalarType = ScalarType::Float32;
   Vec3 origin{}; // of grid point (0, 0, 0), model units; (0, 0, 0) in lossless
   double step = 1;
+  // Coordinates are whole multiples of so many steps, at least 1: of a level that can do with less
+  // (SpacingFor). 1 in lossless.
+  std::uint32_t spacing = 1;
 
   bool operator==(const CoordinateGrid&) const = default;
   bool Lossless() const { return this->bits == 0; }
@@ -25,9 +28,28 @@ struct CoordinateGrid
   static CoordinateGrid Over(const Box& box, std::uint8_t bits, ScalarType scalarType);
   static CoordinateGrid Exact(ScalarType scalarType);
 
-  // Nearest grid point, clamped to the grid. REQUIRES: !Lossless().
+  // The same grid, of which every so many-th point along each axis is used. Lossless stays as it
+  // is.
+  CoordinateGrid Spaced(std::uint32_t steps) const;
+  // How many steps may lie between the points that vertices use that lie off by `deviation`, model
+  // units: no coordinate moves by more than a quarter of it, and 256 points are left along an axis.
+  // At least 1; in lossless always. REQUIRES: spacing == 1.
+  std::uint32_t SpacingFor(double deviation) const;
+  // The greatest coordinate of a grid point.
+  std::uint32_t Most() const
+  {
+    return (((1U << this->bits) - 1) + this->spacing / 2) / this->spacing;
+  }
+
+  // Nearest grid point, clamped to the grid: in multiples of `spacing`. REQUIRES: !Lossless().
   std::array<std::uint32_t, 3> Quantize(const Vec3& point) const;
-  Vec3 At(const std::array<std::uint32_t, 3>& gridPoint) const;
+  Vec3 At(const std::array<std::uint32_t, 3>& gridPoint) const
+  {
+    // Whole steps first: that is exact.
+    return { this->origin[0] + gridPoint[0] * this->spacing * this->step,
+      this->origin[1] + gridPoint[1] * this->spacing * this->step,
+      this->origin[2] + gridPoint[2] * this->spacing * this->step };
+  }
   // What a piece holds of `point` after encoding and decoding.
   Vec3 Snap(const Vec3& point) const;
 };

@@ -26,9 +26,10 @@ constexpr std::uint64_t mostExpansion = 128;
 // About what the piece takes in memory.
 std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 {
+  const AncestorShape ancestors = shape.Ancestors();
   std::uint64_t bytes =
     32 * std::uint64_t{ shape.Vertices() } + 12 * std::uint64_t{ shape.counts.triangles } +
-    4 * std::uint64_t{ shape.reach } + 4 * std::uint64_t{ shape.Carriers() } * shape.depths.stitch;
+    4 * std::uint64_t{ shape.reach } + 4 * std::uint64_t{ ancestors.vertices } * ancestors.levels;
   for (const Attribute& attribute : piece.attributes)
   {
     bytes += std::uint64_t{ attribute.TupleSize() } *
@@ -139,7 +140,8 @@ std::vector<std::uint8_t> EncodePiece(
   const WalkCounts counts{ piece.ownVertices, piece.GhostCount(), piece.triangles.size() };
   PieceShape shape{ piece.id, context.depths, counts, 0, piece.reachNodes.size() };
   SymbolWriter symbols({ contexts::choices, contexts::attribute + piece.attributes.size() });
-  PieceWriter content(symbols, piece, shape, context.grid);
+  const CoordinateGrid grid = context.GridOf(piece.id.resolution);
+  PieceWriter content(symbols, piece, shape, grid);
   content.Write();
   shape.steps = content.StepCount();
   ByteWriter writer;
@@ -159,12 +161,14 @@ std::vector<std::uint8_t> EncodePiece(
     };
     spent->triangles =
       sum(contexts::seed, contexts::groupOf) + sum(contexts::steps, contexts::groupDifference);
-    spent->positions = sum(contexts::position, contexts::deviation);
+    spent->positions = sum(contexts::position, contexts::ownPartition);
     spent->numbers = sum(contexts::groupOf, contexts::samePartition) +
                      sum(contexts::groupDifference, contexts::ghostPartition);
-    spent->ghostKeys = sum(contexts::samePartition, contexts::choices) +
+    spent->ghostKeys = sum(contexts::samePartition, contexts::parentOf) +
                        sum(contexts::ghostPartition, contexts::position);
-    spent->ancestors = sum(contexts::ancestorDepth, contexts::reachEnd);
+    spent->ancestors =
+      sum(contexts::parentOf, contexts::choices) + sum(contexts::ancestor, contexts::reachEnd);
+    spent->ownKeys = sum(contexts::ownPartition, contexts::ancestor);
     spent->all = double(blob.size());
   }
   return blob;
@@ -185,8 +189,8 @@ Result<Piece> DecodePiece(
   ReadHead(reader, piece, shape);
   if (!reader.Failed())
   {
-    const char* wrong =
-      ReadSymbols(unsealed->subspan(reader.Position()), piece, shape, context.grid);
+    const char* wrong = ReadSymbols(
+      unsealed->subspan(reader.Position()), piece, shape, context.GridOf(expected.resolution));
     if (wrong)
     {
       reader.Fail(wrong);

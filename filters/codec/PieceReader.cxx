@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/codec/PieceReader.h"
 
+#include "filters/codec/AncestorTable.h"
 #include "filters/codec/AttributePredictor.h"
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/NumberingReader.h"
 #include "filters/codec/PackedTriangles.h"
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/PositionReader.h"
+#include "filters/codec/RecentRanks.h"
 #include "filters/codec/Sorting.h"
 #include "filters/core/SortTriangles.h"
 
@@ -29,8 +31,7 @@ const char* PieceReader::Read()
     return "vertices out of range";
   }
   this->PlaceTriangles();
-  if (!this->ReadOwnKeys() || !this->ReadDeviations() || !this->ReadAncestors() ||
-      !this->ReadReach())
+  if (!this->ReadOwnKeys() || !this->ReadAncestors() || !this->ReadReach())
   {
     return "keys out of range";
   }
@@ -172,75 +173,69 @@ bool PieceReader::ReadOwnKeys()
     }
     return first >> 32 == 0 || this->Shape.IsOriginal();
   }
-  std::vector<std::uint64_t> partitions(own), indices(own);
-  if (!this->ReadArray(contexts::ownPartition, partitions, noVertex) ||
-      !this->ReadArray(contexts::ownIndex, indices, noVertex))
-  {
-    return false;
-  }
+  // Within a partition the first vertices ascend: each is told by how many lie between.
+  std::uint64_t partition = 0, index = 0; // where the next one may be
   for (std::size_t v = 0; v < own; ++v)
   {
-    keys[v] =
-      MakeKey(static_cast<std::uint32_t>(partitions[v]), static_cast<std::uint32_t>(indices[v]));
-  }
-  return true;
-}
-
-bool PieceReader::ReadDeviations()
-{
-  if (this->Shape.IsOriginal())
-  {
-    return true;
-  }
-  const std::uint64_t shift = this->Symbols.Number(contexts::single);
-  if (shift > mostDeviationShift)
-  {
-    return false;
-  }
-  std::vector<std::uint64_t> bits(this->Shape.counts.own);
-  if (!this->ReadArray(contexts::deviation, bits, mostDeviationBits >> shift))
-  {
-    return false;
-  }
-  this->Content.deviations.resize(bits.size());
-  for (std::size_t v = 0; v < bits.size(); ++v)
-  {
-    const float deviation = FloatOfOrderedBits(static_cast<std::uint32_t>(bits[v] << shift));
-    if (!(deviation >= 0))
+    const std::uint64_t further = this->Symbols.Number(contexts::ownPartition);
+    index = (further > 0 ? 0 : index) + this->Symbols.Number(contexts::ownIndex);
+    partition += further;
+    if (further > noVertex || partition > noVertex || index > noVertex)
     {
       return false;
     }
-    this->Content.deviations[v] = deviation;
+    keys[v] = MakeKey(static_cast<std::uint32_t>(partition), static_cast<std::uint32_t>(index++));
   }
   return true;
 }
 
-// For each vertex that carries them a row of S ranks, coarse to fine: how many of the finest differ
-// from the row before, and by what.
+// Level by level, fine to coarse: of each vertex, then of each cluster that one of them is in, the
+// parent's rank.
 bool PieceReader::ReadAncestors()
 {
-  const std::size_t stitch = this->Shape.depths.stitch, rows = this->Shape.Carriers();
-  this->Content.ancestors.resize(rows * stitch);
-  std::vector<std::uint64_t> ranks(stitch);
-  for (std::size_t row = 0; stitch > 0 && row < rows; ++row)
+  const AncestorShape shape = this->Shape.Ancestors();
+  std::vector<std::uint32_t>& ranks = this->Content.ancestors;
+  ranks.resize(shape.vertices * shape.levels);
+  AncestorTable table(shape.vertices);
+  std::vector<std::uint32_t> parents;
+  for (std::size_t level = shape.levels; level-- > 0;)
   {
-    const std::uint64_t differ = this->Symbols.Number(contexts::ancestorDepth);
-    if (differ > stitch)
+    parents.resize(table.Count());
+    const bool ofVertices = level + 1 == shape.levels;
+    if (!this->ReadParents(contexts::parentOf + (ofVertices ? 0 : 1), parents))
     {
       return false;
     }
-    for (std::size_t d = stitch - static_cast<std::size_t>(differ); d < stitch; ++d)
+    for (std::size_t v = 0; v < shape.vertices; ++v)
     {
-      ranks[d] += static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
-      if (ranks[d] >= noVertex)
-      {
-        return false;
-      }
+      ranks[v * shape.levels + level] = parents[table.EntryOfVertex(v)];
     }
-    for (std::size_t d = 0; d < stitch; ++d)
+    table.Rise(parents);
+  }
+  return true;
+}
+
+bool PieceReader::ReadParents(std::size_t context, std::vector<std::uint32_t>& parents)
+{
+  RecentRanks told;
+  for (std::uint32_t& parent : parents)
+  {
+    const unsigned symbol = this->Symbols.Choice(context);
+    std::uint64_t rank = told.Next();
+    if (symbol == RecentRanks::other)
     {
-      this->Content.ancestors[row * stitch + d] = static_cast<std::uint32_t>(ranks[d]);
+      rank += static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
     }
+    else if (symbol != RecentRanks::next && !told.Find(symbol, rank))
+    {
+      return false;
+    }
+    if (rank >= noVertex)
+    {
+      return false;
+    }
+    told.Use(symbol, rank);
+    parent = static_cast<std::uint32_t>(rank);
   }
   return true;
 }

@@ -41,8 +41,8 @@ private:
   void PlaceTriangles();
   bool ReadArray(std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most);
   bool ReadOwnKeys();
-  bool ReadDeviations();
   bool ReadAncestors();
+  bool ReadParents(std::size_t context, std::vector<std::uint32_t>& parents);
   bool ReadReach();
   void ReadAttribute(std::size_t number);
 

@@ -12,6 +12,13 @@
 namespace kdstream
 {
 
+// Which ancestors a piece tells: the ranks of so many of its vertices, at levels that follow each
+// other.
+struct AncestorShape
+{
+  std::size_t vertices = 0, levels = 0;
+};
+
 struct PieceShape
 {
   PieceId id;
@@ -27,16 +34,14 @@ struct PieceShape
     return this->id.resolution < Resolution::Level(this->depths.stitch);
   }
   bool IsStitch() const { return this->id.resolution == Resolution::Level(this->depths.stitch); }
-  // Vertices that carry the ranks of their ancestors: at S all, finer only the ghosts.
-  std::size_t Carriers() const
+  // Ranks at the levels 0 … S - 1: at S of all vertices, finer of the ghosts.
+  AncestorShape Ancestors() const
   {
-    return this->IsBelowStitch() ? 0 : (this->IsStitch() ? this->Vertices() : this->counts.ghosts);
+    return { this->IsBelowStitch() ? 0
+             : this->IsStitch()    ? this->Vertices()
+                                   : this->counts.ghosts,
+      this->depths.stitch };
   }
 };
-
-// Deviations are told as ordered bits of floats, without the low bits that are 0 in all: at most so
-// many of them, and at most those of the greatest float.
-inline constexpr unsigned mostDeviationShift = 31;
-inline constexpr std::uint64_t mostDeviationBits = 0xFF7FFFFF;
 
 }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/codec/PieceWriter.h"
 
+#include "filters/codec/AncestorTable.h"
 #include "filters/codec/AttributePredictor.h"
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/NumberingWriter.h"
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/PositionWriter.h"
+#include "filters/codec/RecentRanks.h"
 
 #include <algorithm>
-#include <bit>
 #include <memory>
 
 namespace kdstream
@@ -26,7 +27,6 @@ void PieceWriter::Write()
     this->WriteVertices<GridPredictor>();
   }
   this->WriteOwnKeys();
-  this->WriteDeviations();
   this->WriteAncestors();
   this->WriteReach();
   for (std::size_t i = 0; i < this->Content.attributes.size(); ++i)
@@ -80,55 +80,51 @@ void PieceWriter::WriteOwnKeys()
     this->Symbols.Number(contexts::single, own == 0 ? 0 : this->Content.keys[0]);
     return;
   }
-  std::vector<std::uint64_t> partitions(own), indices(own);
+  // Within a partition the first vertices ascend: each is told by how many lie between.
+  std::uint64_t partition = 0, index = 0; // where the next one may be
   for (std::size_t v = 0; v < own; ++v)
   {
-    partitions[v] = PartitionOfKey(this->Content.keys[v]);
-    indices[v] = IndexOfKey(this->Content.keys[v]);
+    const VertexKey key = this->Content.keys[v];
+    const std::uint64_t further = PartitionOfKey(key) - partition;
+    this->Symbols.Number(contexts::ownPartition, further);
+    this->Symbols.Number(contexts::ownIndex, IndexOfKey(key) - (further > 0 ? 0 : index));
+    partition = PartitionOfKey(key);
+    index = std::uint64_t{ IndexOfKey(key) } + 1;
   }
-  this->WriteArray(contexts::ownPartition, partitions);
-  this->WriteArray(contexts::ownIndex, indices);
 }
 
-void PieceWriter::WriteDeviations()
-{
-  if (this->Shape.IsOriginal())
-  {
-    return;
-  }
-  unsigned shift = mostDeviationShift;
-  for (const float deviation : this->Content.deviations)
-  {
-    shift =
-      std::min(shift, static_cast<unsigned>(std::countr_zero(OrderedBits(deviation) | 1U << 31)));
-  }
-  this->Symbols.Number(contexts::single, shift);
-  std::vector<std::uint64_t> bits(this->Shape.counts.own);
-  for (std::size_t v = 0; v < bits.size(); ++v)
-  {
-    bits[v] = OrderedBits(this->Content.deviations[v]) >> shift;
-  }
-  this->WriteArray(contexts::deviation, bits);
-}
-
-// For each vertex that carries them a row of S ranks, coarse to fine: how many of the finest differ
-// from the row before, and by what.
+// Level by level, fine to coarse: of each vertex, then of each cluster that one of them is in, the
+// parent's rank.
 void PieceWriter::WriteAncestors()
 {
-  const std::size_t stitch = this->Shape.depths.stitch, rows = this->Shape.Carriers();
-  const std::vector<std::uint32_t> zeros(stitch);
-  const std::uint32_t* before = zeros.data();
-  for (std::size_t row = 0; stitch > 0 && row < rows; ++row)
+  const AncestorShape shape = this->Shape.Ancestors();
+  AncestorTable table(shape.vertices);
+  std::vector<std::uint32_t> parents;
+  for (std::size_t level = shape.levels; level-- > 0;)
   {
-    const std::uint32_t* ranks = this->Content.ancestors.data() + row * stitch;
-    const auto same =
-      static_cast<std::size_t>(std::mismatch(ranks, ranks + stitch, before).first - ranks);
-    this->Symbols.Number(contexts::ancestorDepth, stitch - same);
-    for (std::size_t d = same; d < stitch; ++d)
+    parents.resize(table.Count());
+    for (std::size_t v = 0; v < shape.vertices; ++v)
     {
-      this->Symbols.Signed(contexts::ancestor, std::int64_t{ ranks[d] } - before[d]);
+      parents[table.EntryOfVertex(v)] = this->Content.ancestors[v * shape.levels + level];
     }
-    before = ranks;
+    const bool ofVertices = level + 1 == shape.levels;
+    this->WriteParents(contexts::parentOf + (ofVertices ? 0 : 1), parents);
+    table.Rise(parents);
+  }
+}
+
+void PieceWriter::WriteParents(std::size_t context, const std::vector<std::uint32_t>& parents)
+{
+  RecentRanks told;
+  for (const std::uint64_t rank : parents)
+  {
+    const unsigned symbol = told.SymbolOf(rank);
+    this->Symbols.Choice(context, symbol);
+    if (symbol == RecentRanks::other)
+    {
+      this->Symbols.Signed(contexts::ancestor, static_cast<std::int64_t>(rank - told.Next()));
+    }
+    told.Use(symbol, rank);
   }
 }
 

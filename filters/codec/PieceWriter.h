@@ -40,8 +40,8 @@ private:
   void WriteVertices();
   void WriteArray(std::size_t context, const std::vector<std::uint64_t>& values);
   void WriteOwnKeys();
-  void WriteDeviations();
   void WriteAncestors();
+  void WriteParents(std::size_t context, const std::vector<std::uint32_t>& parents);
   void WriteReach();
   void WriteAttribute(std::size_t number);
 

@@ -42,7 +42,7 @@ public:
   static constexpr unsigned differenceBits = 26; // a difference as an unsigned number (Zigzag)
 
   GridPredictor(const CoordinateGrid& grid, unsigned reach)
-    : Most(Point{} + ((1U << grid.bits) - 1))
+    : Most(Point{} + grid.Most())
     , EdgeWeight(Point{} + (8 + reach))
     , ApexWeight(Point{} + 2 * reach)
   {
@@ -55,8 +55,7 @@ public:
   }
   static Vec3 PositionOf(const Point& point, const CoordinateGrid& grid)
   {
-    return { grid.origin[0] + point[0] * grid.step, grid.origin[1] + point[1] * grid.step,
-      grid.origin[2] + point[2] * grid.step };
+    return grid.At({ point[0], point[1], point[2] });
   }
   // Ascends with (x, y, z), as far as 64 bits tell points apart.
   static std::uint64_t SortKeyOf(const Point& point)

@@ -32,6 +32,16 @@ bool ModelDescription::HasPiece(PieceId piece) const
            : piece.resolution.Depth() < this->levels.size();
 }
 
+CodecContext ModelDescription::Codec() const
+{
+  CodecContext context{ this->depths, this->grid, {} };
+  for (const ResolutionDescription& level : this->levels)
+  {
+    context.spacings.push_back(level.spacing);
+  }
+  return context;
+}
+
 ModelSummary Summarize(const ModelDescription& model)
 {
   return { model.id, model.digest, model.title, model.vertices, model.triangles };

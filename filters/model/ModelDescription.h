@@ -24,6 +24,8 @@ namespace kdstream
 // The deepest tree that a model may have; nodes have numbers below 2^31.
 inline constexpr unsigned maximumDepth = 30;
 
+inline constexpr std::uint32_t mostSpacing = std::uint32_t{ 1 } << 24;
+
 // Counts of one resolution.
 struct ResolutionDescription
 {
@@ -35,6 +37,9 @@ struct ResolutionDescription
   // exceed. A single spike keeps the largest up through all levels; viewers steer by the other.
   double deviation = 0;
   double deviation99 = 0;
+  // Of a level: how many steps of the grid lie between the points that its vertices use, 1 …
+  // mostSpacing. 1 for the original.
+  std::uint32_t spacing = 1;
   bool operator==(const ResolutionDescription&) const = default;
 };
 
@@ -68,7 +73,7 @@ struct ModelDescription
 
   bool HasLevels() const { return !this->levels.empty(); }
   bool HasPiece(PieceId piece) const;
-  CodecContext Codec() const { return { this->depths, this->grid }; }
+  CodecContext Codec() const;
   bool operator==(const ModelDescription&) const = default;
 };
 

@@ -63,7 +63,9 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
   for (rapidjson::SizeType depth = 0; depth < count; ++depth)
   {
     reader.Integer((*levels)[depth], "depth", depth, depth);
-    model.levels.push_back(ReadResolution(reader, (*levels)[depth]));
+    ResolutionDescription& level =
+      model.levels.emplace_back(ReadResolution(reader, (*levels)[depth]));
+    level.spacing = reader.Small<std::uint32_t>((*levels)[depth], "spacing", 1, mostSpacing);
   }
 }
 

@@ -46,7 +46,7 @@ void PutServedLevels(JsonWriter& json, const std::vector<ResolutionDescription>&
   {
     json.BeginObject().Member("depth", depth);
     PutResolution(json, levels[depth]);
-    json.EndObject();
+    json.Member("spacing", levels[depth].spacing).EndObject();
   }
   json.EndArray();
 }

@@ -86,8 +86,12 @@ void PutResolution(JsonWriter& json, const ResolutionDescription& resolution, co
   }
   json.Member("deviation", resolution.deviation)
     .Member("deviation_99", resolution.deviation99)
-    .Member("pieces", resolution.pieces)
-    .Member("triangles", resolution.triangles)
+    .Member("pieces", resolution.pieces);
+  if (depth)
+  {
+    json.Member("spacing", resolution.spacing);
+  }
+  json.Member("triangles", resolution.triangles)
     .Member("vertices", resolution.vertices)
     .EndObject();
 }

@@ -387,16 +387,26 @@ bool Store::AttributesFit(const Piece& piece) const
     [](const AttributeInfo& info, const Attribute& attribute) { return attribute.Info() == info; });
 }
 
-Result<std::vector<Box>> Store::ReadTree() const
+Result<std::vector<Box>> Store::ReadTree(LevelBounds* bounds) const
 {
+  LevelBounds ofPieces = this->NoBoundsYet();
   std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
   for (const NodeId page : TreePages(this->Information.depths))
   {
     const auto blob = this->ReadTreePageBlob(page);
     KDSTREAM_TRY(blob);
-    KDSTREAM_TRY(DecodeTreePage(*blob, page, this->Information.depths, boxes));
+    KDSTREAM_TRY(DecodeTreePage(*blob, page, this->Information.depths, boxes, ofPieces));
+  }
+  if (bounds)
+  {
+    *bounds = std::move(ofPieces);
   }
   return boxes;
+}
+
+LevelBounds Store::NoBoundsYet() const
+{
+  return this->Information.HasLevels() ? NoBounds(this->Information.depths) : LevelBounds{};
 }
 
 std::vector<PieceId> Store::PieceIds() const
@@ -429,19 +439,6 @@ std::vector<Error> Store::Verify(const Execution& execution) const
     const bool named = error.message.rfind(name, 0) == 0;
     damage.push_back({ error.code, named ? error.message : name + ": " + error.message });
   };
-  std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
-  for (const NodeId page : TreePages(this->Information.depths))
-  {
-    const auto blob = this->ReadTreePageBlob(page);
-    Status status =
-      blob ? DecodeTreePage(*blob, page, this->Information.depths, boxes) : blob.GetError();
-    if (!status)
-    {
-      note(TreePageName(page), status.GetError());
-      continue;
-    }
-    digest.AddTreePage(page, *blob);
-  }
   const Status labels = this->Database->VisitMislabelled(
     [&](std::int64_t row, const Error& error) { note(this->NameOfRow(row), error); });
   if (!labels)
@@ -471,6 +468,20 @@ std::vector<Error> Store::Verify(const Execution& execution) const
       damage.push_back(status.GetError());
       return damage;
     }
+  }
+  std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
+  LevelBounds bounds = this->NoBoundsYet();
+  for (const NodeId page : TreePages(this->Information.depths))
+  {
+    const auto blob = this->ReadTreePageBlob(page);
+    Status status =
+      blob ? DecodeTreePage(*blob, page, this->Information.depths, boxes, bounds) : blob.GetError();
+    if (!status)
+    {
+      note(TreePageName(page), status.GetError());
+      continue;
+    }
+    digest.AddTreePage(page, *blob);
   }
   if (damage.empty() && digest.Hexadecimal() != this->Information.digest)
   {

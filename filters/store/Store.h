@@ -50,8 +50,8 @@ public:
 
   // Decoded.
   Result<Piece> ReadPiece(PieceId id) const;
-  // The boxes of nodes 1 … 2^(P+1) - 1, heap order.
-  Result<std::vector<Box>> ReadTree() const;
+  // The boxes of nodes 1 … 2^(P+1) - 1, heap order. bounds: gets those of the levels' pieces.
+  Result<std::vector<Box>> ReadTree(LevelBounds* bounds = nullptr) const;
 
   // Ids of every piece the model has, coarse to fine, nodes ascending.
   std::vector<PieceId> PieceIds() const;
@@ -68,6 +68,7 @@ private:
   struct Connection;
   Store();
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
+  LevelBounds NoBoundsYet() const;
   bool AttributesFit(const Piece& piece) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;

@@ -130,6 +130,10 @@ ContentDigest::ContentDigest(const ModelDescription& model)
   {
     this->Hash->Number(std::bit_cast<std::uint64_t>(value));
   }
+  for (const ResolutionDescription& level : model.levels)
+  {
+    this->Hash->Number(level.spacing);
+  }
 }
 
 ContentDigest::~ContentDigest() = default;

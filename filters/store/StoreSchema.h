@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-inline constexpr int storeVersion = 6;
+inline constexpr int storeVersion = 7;
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
 inline constexpr const char* storeSchema = R"(
@@ -38,9 +38,9 @@ std::int64_t TreePageChecksum(NodeId page, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
 
-// The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid and depths, and
-// then over the kind, key and XXH3-128 of every blob: tree pages, levels coarse to fine,
-// partitions, each by ascending node.
+// The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid, depths and the
+// levels' spacings, and then over the kind, key and XXH3-128 of every blob: levels coarse to fine,
+// partitions, tree pages, each by ascending node.
 class ContentDigest
 {
 public:

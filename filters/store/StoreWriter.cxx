@@ -14,6 +14,20 @@
 namespace kdstream
 {
 
+namespace
+{
+
+// REQUIRES: at least one deviation.
+PieceBounds BoundsOf(std::vector<float> deviations)
+{
+  const auto at99 =
+    deviations.begin() + static_cast<std::ptrdiff_t>((deviations.size() - 1) * 99 / 100);
+  std::nth_element(deviations.begin(), at99, deviations.end());
+  return { *at99, *std::max_element(at99, deviations.end()) };
+}
+
+}
+
 struct StoreWriter::State
 {
   UnfinishedStore file;
@@ -22,6 +36,7 @@ struct StoreWriter::State
   Statement page{}, piece{};
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
+  LevelBounds bounds{};
 
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
@@ -94,6 +109,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   auto state = std::make_unique<State>(State{ std::move(*file), std::move(info) });
   state->deviations = std::make_unique<DeviationList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
+  state->bounds = state->info.HasLevels() ? NoBounds(state->info.depths) : LevelBounds{};
   Result<Database> database = OpenForWriting(state->file.Path());
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
@@ -129,6 +145,11 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
   return std::unique_ptr<StoreWriter>(new StoreWriter(std::move(*state)));
 }
 
+const LevelBounds& StoreWriter::Bounds() const
+{
+  return this->S->bounds;
+}
+
 Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 {
   this->S->digest->AddTreePage(page, data);
@@ -159,6 +180,12 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   if (Status status = this->S->deviations->Add(piece.deviations); !status)
   {
     return this->S->Explain(status.GetError());
+  }
+  if (!piece.deviations.empty())
+  {
+    const NodeId first = NodeId{ 1 } << DepthOfNode(piece.id.node);
+    this->S->bounds[piece.id.resolution.Depth()][piece.id.node - first] =
+      BoundsOf(piece.deviations);
   }
   this->S->digest->AddPiece(piece.id, data);
   const std::int64_t row = PieceRow(piece.id);

@@ -24,11 +24,14 @@ public:
     const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();
 
-  // All tree pages first, ascending; then the pieces, coarse to fine, nodes ascending: the order of
+  // The pieces first, coarse to fine, nodes ascending; then all tree pages, ascending: the order of
   // the digest.
   // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
-  Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
+  Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
+
+  // What tree pages tell of the pieces that were added.
+  const LevelBounds& Bounds() const;
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
   // once. Errors: InputOutput.

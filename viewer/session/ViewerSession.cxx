@@ -365,11 +365,12 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
     this->Trace("opened", this->ModelId);
     return;
   }
-  this->Current.emplace(
-    Model{ model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), {}, {}, {} });
+  this->Current.emplace(Model{
+    model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), {}, {}, {}, {} });
   const TreeDepths& depths = this->Current->codec.depths;
   this->Current->box = model.box;
   this->Current->tree.resize(std::size_t{ 2 } << depths.partition);
+  this->Current->bounds = model.HasLevels() ? NoBounds(depths) : LevelBounds{};
   const auto pages = TreePages(depths);
   this->Current->missingPages.insert(pages.begin(), pages.end());
   this->Shown.Reset(depths);
@@ -415,7 +416,7 @@ Status ViewerSession::Decode(
   Model& model = *this->Current;
   if (blob.kind == BlobKind::Tree)
   {
-    KDSTREAM_TRY(DecodeTreePage(bytes, blob.number, model.codec.depths, model.tree));
+    KDSTREAM_TRY(DecodeTreePage(bytes, blob.number, model.codec.depths, model.tree, model.bounds));
     model.missingPages.erase(blob.number);
     if (model.missingPages.empty() && this->WaitingPick)
     {

@@ -148,6 +148,7 @@ private:
     Box box;
     std::vector<Box> tree;         // heap order; empty boxes until their page has come
     std::set<NodeId> missingPages; // of the tree
+    LevelBounds bounds;            // zeros until their page has come
   };
   struct PickedRegion
   {

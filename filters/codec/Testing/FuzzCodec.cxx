@@ -26,7 +26,17 @@ void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& 
     }
   }
   std::vector<Box> boxes(std::size_t{ 2 } << context.depths.partition);
-  (void)DecodeTreePage(blob, 1, context.depths, boxes).HasValue();
+  LevelBounds none, bounds = NoBounds(context.depths);
+  (void)DecodeTreePage(blob, 1, context.depths, boxes, none).HasValue();
+  if (DecodeTreePage(blob, 1, context.depths, boxes, bounds))
+  {
+    LevelBounds again = NoBounds(context.depths);
+    const auto page = EncodeTreePage(boxes, 1, context.depths, bounds);
+    if (!DecodeTreePage(page, 1, context.depths, boxes, again) || again != bounds)
+    {
+      std::abort();
+    }
+  }
 }
 
 }
@@ -45,6 +55,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     data[2] % 3 == 0
       ? CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 20, ScalarType::Float32)
       : CoordinateGrid::Exact(data[2] % 3 == 1 ? ScalarType::Float32 : ScalarType::Float64);
+  context.spacings.assign(context.depths.finest + 1, 1U + data[2] * data[2]);
   const unsigned level = data[3] % (context.depths.finest + 2);
   const Resolution resolution =
     level > context.depths.finest ? Resolution::Original() : Resolution::Level(level);

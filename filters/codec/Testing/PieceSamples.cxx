@@ -60,7 +60,7 @@ std::string Number(std::uint64_t value)
 
 std::string Sample(const Piece& piece, const CodecContext& context)
 {
-  const CoordinateGrid& grid = context.grid;
+  const CoordinateGrid grid = context.GridOf(piece.id.resolution);
   std::vector<double> positions, frame(grid.origin.begin(), grid.origin.end());
   frame.push_back(grid.step);
   for (const Vec3& position : piece.positions)
@@ -68,19 +68,17 @@ std::string Sample(const Piece& piece, const CodecContext& context)
     const Vec3 snapped = grid.Snap(position);
     positions.insert(positions.end(), snapped.begin(), snapped.end());
   }
-  const std::vector<double> deviations(piece.deviations.begin(), piece.deviations.end());
   const bool original = piece.id.resolution.IsOriginal();
   return "{\"partition\":" + Number(context.depths.partition) +
          ",\"stitch\":" + Number(context.depths.stitch) + ",\"bits\":" + Number(grid.bits) +
          ",\"scalarType\":" + Number(static_cast<unsigned>(grid.scalarType)) +
-         ",\"frame\":" + HexOfDoubles(frame) +
+         ",\"frame\":" + HexOfDoubles(frame) + ",\"spacing\":" + Number(grid.spacing) +
          ",\"level\":" + (original ? "null" : Number(piece.id.resolution.Depth())) +
          ",\"node\":" + Number(piece.id.node) + ",\"blob\":" + Hex(EncodePiece(piece, context)) +
          ",\"own\":" + Number(piece.ownVertices) + ",\"positions\":" + HexOfDoubles(positions) +
          ",\"keys\":" +
          List(piece.keys, [](VertexKey key)
            { return "[" + Number(PartitionOfKey(key)) + "," + Number(IndexOfKey(key)) + "]"; }) +
-         ",\"deviations\":" + HexOfDoubles(deviations) +
          ",\"ancestors\":" + List(piece.ancestors, Number) +
          ",\"reachBegin\":" + List(piece.reachBegin, Number) +
          ",\"reachNodes\":" + List(piece.reachNodes, Number) + ",\"triangles\":" +
@@ -111,7 +109,8 @@ int main(int argc, char** argv)
       { CoordinateGrid::Exact(ScalarType::Float64), CoordinateGrid::Exact(ScalarType::Float32),
         CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 12, ScalarType::Float32) })
     {
-      file << Sample(piece, { depths, grid });
+      const std::vector<std::uint32_t> spacings(depths.finest + 1, i % 2 == 0 ? 1 : 37);
+      file << Sample(piece, { depths, grid, spacings });
     }
   }
   for (const Mesh& mesh : { Torus(40, 20), DisplacedSphere(3), Cloud(3), Soup(300, 5) })
@@ -125,8 +124,9 @@ int main(int argc, char** argv)
     for (const auto& [id, piece] : model->pieces)
     {
       const TreeDepths& depths = model->tree.depths;
-      file << Sample(piece, { depths, CoordinateGrid::Over(box, 20, mesh.scalarType) });
-      file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType) });
+      file << Sample(
+        piece, { depths, CoordinateGrid::Over(box, 20, mesh.scalarType), { 1, 2000, 300, 77, 2 } });
+      file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType), { 5 } });
     }
   }
   file.close();

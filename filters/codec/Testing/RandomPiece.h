@@ -6,6 +6,7 @@
 #include "filters/core/pieces/Piece.h"
 
 #include <algorithm>
+#include <map>
 #include <random>
 #include <set>
 
@@ -85,10 +86,19 @@ inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
   const std::size_t carriers =
     ranks ? 0
           : (resolution == Resolution::Level(depths.stitch) ? count : count - piece.ownVertices);
-  for (std::size_t i = 0; i < carriers * depths.stitch; ++i)
+  // Any ranks, but each cluster has one parent.
+  std::vector<std::map<std::uint32_t, std::uint32_t>> parents(depths.stitch);
+  for (std::size_t i = 0; depths.stitch > 0 && i < carriers; ++i)
   {
-    piece.ancestors.push_back(
-      static_cast<std::uint32_t>(random() % 2 == 0 ? random() % 4 : random() % noVertex));
+    const auto any = [&]
+    { return static_cast<std::uint32_t>(random() % 2 == 0 ? random() % 4 : random() % noVertex); };
+    std::vector<std::uint32_t> row(depths.stitch);
+    row.back() = any();
+    for (std::size_t d = depths.stitch; --d > 0;)
+    {
+      row[d - 1] = parents[d].try_emplace(row[d], any()).first->second;
+    }
+    piece.ancestors.insert(piece.ancestors.end(), row.begin(), row.end());
   }
   if (ranks)
   {

@@ -63,8 +63,15 @@ std::vector<CodecContext> ContextsOf(const Model& model)
   const Box box = BoxOfPoints(model.mesh.points);
   const TreeDepths& depths = model.tree.depths;
   const ScalarType type = model.mesh.scalarType;
-  return { { depths, CoordinateGrid::Over(box, 20, type) },
-    { depths, CoordinateGrid::Over(box, 8, type) }, { depths, CoordinateGrid::Exact(type) } };
+  std::vector<std::uint32_t> spacings; // another one for each level
+  for (unsigned depth = 0; depth <= depths.finest; ++depth)
+  {
+    spacings.push_back(1 + (depths.finest - depth) * 333);
+  }
+  return { { depths, CoordinateGrid::Over(box, 20, type), {} },
+    { depths, CoordinateGrid::Over(box, 20, type), spacings },
+    { depths, CoordinateGrid::Over(box, 8, type), {} },
+    { depths, CoordinateGrid::Exact(type), spacings } };
 }
 
 void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& grid)
@@ -73,7 +80,7 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   ASSERT_EQ(decoded.primitive, piece.primitive);
   ASSERT_EQ(decoded.ownVertices, piece.ownVertices);
   ASSERT_EQ(decoded.keys, piece.keys);
-  ASSERT_EQ(decoded.deviations, piece.deviations);
+  ASSERT_TRUE(decoded.deviations.empty());
   ASSERT_EQ(decoded.ancestors, piece.ancestors);
   ASSERT_EQ(decoded.reachBegin, piece.reachBegin);
   ASSERT_EQ(decoded.reachNodes, piece.reachNodes);
@@ -85,7 +92,8 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
     ASSERT_EQ(BitsOf(decoded.positions[v]), BitsOf(grid.Snap(piece.positions[v])));
     for (std::size_t k = 0; !grid.Lossless() && k < 3; ++k)
     {
-      ASSERT_LE(std::abs(decoded.positions[v][k] - piece.positions[v][k]), 0.5001 * grid.step);
+      ASSERT_LE(std::abs(decoded.positions[v][k] - piece.positions[v][k]),
+        0.5001 * grid.step * grid.spacing);
     }
   }
 }
@@ -163,7 +171,7 @@ TEST(PieceCodec, EveryPieceOfEveryMeshComesBack)
         const auto blob = EncodePiece(piece, context);
         const Result<Piece> decoded = DecodePiece(blob, id, context);
         ASSERT_TRUE(decoded) << decoded.GetError().message;
-        ExpectSame(*decoded, piece, context.grid);
+        ExpectSame(*decoded, piece, context.GridOf(piece.id.resolution));
         ASSERT_EQ(EncodePiece(*decoded, context), blob) << "encoding again gives other bytes";
       }
     }
@@ -276,7 +284,7 @@ TEST(PieceCodec, SaysWhatItDoesNotKnow)
   blob[3] = 77;
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().code, ErrorCode::Unsupported);
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
-    "piece 1 of level 0: unknown codec version 77: this viewer knows 5");
+    "piece 1 of level 0: unknown codec version 77: this viewer knows 6");
   blob[0] = 'X';
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
     "piece 1 of level 0: does not begin with \"KDP\"");
@@ -297,15 +305,26 @@ TEST(TreePage, PagesHoldTheBoxesOfTheWholeTree)
     // One vertex a partition: trees of 13 depths have pages below pages, and empty cells.
     const KdTree tree = *BuildKdTree(named.mesh.points, { 1, {}, 1 });
     std::vector<Box> boxes(tree.boxes.size());
+    std::mt19937 random(7);
+    LevelBounds told = NoBounds(tree.depths), bounds = told;
+    for (std::vector<PieceBounds>& level : told)
+    {
+      for (PieceBounds& piece : level)
+      {
+        piece.most99 = std::ldexp(float(random() % 999), static_cast<int>(random() % 80) - 40);
+        piece.most = random() % 5 == 0 ? std::numeric_limits<float>::max()
+                                       : piece.most99 * (1 + float(random() % 3));
+      }
+    }
     for (const NodeId page : TreePages(tree.depths))
     {
-      const auto blob = EncodeTreePage(tree.boxes, page, tree.depths);
-      const Status status = DecodeTreePage(blob, page, tree.depths, boxes);
+      const auto blob = EncodeTreePage(tree.boxes, page, tree.depths, told);
+      const Status status = DecodeTreePage(blob, page, tree.depths, boxes, bounds);
       ASSERT_TRUE(status) << status.GetError().message;
       const std::size_t content = blob.size() - checksumSize;
       for (std::size_t size = 0; size < std::min<std::size_t>(content, 200); ++size)
       {
-        ASSERT_FALSE(DecodeTreePage(SealedPart(blob, size), page, tree.depths, boxes));
+        ASSERT_FALSE(DecodeTreePage(SealedPart(blob, size), page, tree.depths, boxes, bounds));
       }
     }
     for (NodeId node = 1; node < boxes.size(); ++node)
@@ -315,6 +334,19 @@ TEST(TreePage, PagesHoldTheBoxesOfTheWholeTree)
       const auto nodes = TreePageNodes(page, tree.depths);
       ASSERT_TRUE(std::find(nodes.begin(), nodes.end(), node) != nodes.end());
       ASSERT_EQ(DepthOfNode(page) % treePageDepths, 0U);
+    }
+    const auto roundedUp = [](float bound, float exact)
+    { return bound >= exact && (double(bound) <= double(exact) * 1.0626); };
+    for (std::size_t level = 0; level < told.size(); ++level)
+    {
+      for (std::size_t i = 0; i < told[level].size(); ++i)
+      {
+        const PieceBounds &bound = bounds[level][i], &exact = told[level][i];
+        ASSERT_TRUE(roundedUp(bound.most99, exact.most99)) << bound.most99;
+        ASSERT_TRUE(
+          exact.most == std::numeric_limits<float>::max() || roundedUp(bound.most, exact.most));
+        ASSERT_LE(bound.most99, bound.most);
+      }
     }
   }
 }
@@ -372,8 +404,6 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
     symbols.Choice(contexts::groupOf + 7, 3);
     symbols.Signed(contexts::groupDifference, 0);
     symbols.Number(contexts::single, rank);
-    symbols.Number(contexts::single, 31); // the deviation's shift
-    symbols.Signed(contexts::deviation, 1);
     symbols.Signed(contexts::reachEnd, 1);
     symbols.Signed(contexts::reachNode, 1);
     symbols.Finish(writer, 0);
@@ -414,12 +444,13 @@ TEST(PieceCodec, PiecesOfAnythingComeBack)
         CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 24, ScalarType::Float64) })
     {
       SCOPED_TRACE("piece " + std::to_string(i) + ", " + std::to_string(grid.bits) + " bits");
-      const auto blob = EncodePiece(piece, { depths, grid });
-      const Result<Piece> decoded = DecodePiece(blob, piece.id, { depths, grid });
+      const CodecContext context{ depths, grid,
+        std::vector<std::uint32_t>(depths.finest + 1, 1 + i % 2 * 50) };
+      const auto blob = EncodePiece(piece, context);
+      const Result<Piece> decoded = DecodePiece(blob, piece.id, context);
       ASSERT_TRUE(decoded) << decoded.GetError().message;
-      ExpectSame(*decoded, piece, grid);
-      ASSERT_EQ(EncodePiece(*decoded, { depths, grid }), blob)
-        << "encoding again gives other bytes";
+      ExpectSame(*decoded, piece, context.GridOf(piece.id.resolution));
+      ASSERT_EQ(EncodePiece(*decoded, context), blob) << "encoding again gives other bytes";
     }
   }
 }
@@ -436,7 +467,7 @@ TEST(PieceCodec, WhatIsTooRegularToFillItsBlobComesBack)
   EXPECT_GE(blob.size(), zeros.values.size() / 128) << "a blob bounds what it makes of itself";
   const Result<Piece> decoded = DecodePiece(blob, piece.id, context);
   ASSERT_TRUE(decoded) << decoded.GetError().message;
-  ExpectSame(*decoded, piece, context.grid);
+  ExpectSame(*decoded, piece, context.GridOf(piece.id.resolution));
 }
 
 TEST(PieceCodec, MoreThan65536VerticesComeBack)
@@ -448,7 +479,7 @@ TEST(PieceCodec, MoreThan65536VerticesComeBack)
   const auto blob = EncodePiece(piece, context);
   const Result<Piece> decoded = DecodePiece(blob, piece.id, context);
   ASSERT_TRUE(decoded) << decoded.GetError().message;
-  ExpectSame(*decoded, piece, context.grid);
+  ExpectSame(*decoded, piece, context.GridOf(piece.id.resolution));
   allocated = 0;
   ASSERT_TRUE(DecodePiece(blob, piece.id, context));
   EXPECT_LT(allocated, 2048 * blob.size()) << "the blob is padded to bound the reader's memory";
@@ -469,7 +500,7 @@ TEST(PieceCodec, PiecesAboutTheMostVerticesThatFitPackedTrianglesComeBack)
     const auto blob = EncodePiece(piece, context);
     const Result<Piece> decoded = DecodePiece(blob, piece.id, context);
     ASSERT_TRUE(decoded) << decoded.GetError().message;
-    ExpectSame(*decoded, piece, context.grid);
+    ExpectSame(*decoded, piece, context.GridOf(piece.id.resolution));
   }
 }
 

@@ -36,6 +36,7 @@ struct Blobs : testing::Test
   Bytes piece = EncodePiece(model->pieces.at(id), context);
   Bytes page = EncodeTreePage(model->tree.boxes, 1, model->tree.depths);
   std::vector<Box> boxes = std::vector<Box>(model->tree.boxes.size());
+  LevelBounds bounds;
 
   NodeId PartitionNode() const { return NodeId{ 1 } << this->model->tree.depths.partition; }
   Error DecodePieceError(const Bytes& blob) const
@@ -45,7 +46,8 @@ struct Blobs : testing::Test
   }
   Error DecodePageError(const Bytes& blob)
   {
-    const Status status = DecodeTreePage(blob, 1, this->model->tree.depths, this->boxes);
+    const Status status =
+      DecodeTreePage(blob, 1, this->model->tree.depths, this->boxes, this->bounds);
     return status ? Error{ ErrorCode::Cancelled, "decoded" } : status.GetError();
   }
 };
@@ -70,7 +72,7 @@ void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, con
       {
         ASSERT_EQ(error.code, ErrorCode::Unsupported) << at;
         ASSERT_EQ(error.message, name + ": unknown codec version " + std::to_string(altered[at]) +
-                                   ": this viewer knows 5");
+                                   ": this viewer knows 6");
       }
       else
       {
@@ -124,10 +126,10 @@ TEST(Seal, GivesTheBlobWithoutItsChecksum)
 
 TEST(Seal, NamesAnotherVersionHoweverItIsSealed)
 {
-  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 7 }, "KDP"), "unknown codec version 7: this viewer knows 5");
+  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 7 }, "KDP"), "unknown codec version 7: this viewer knows 6");
   EXPECT_EQ(
     WhyNot({ 'K', 'D', 'P', 1, 1, 0, 0, 0, 1, 1, 1, 0, 0 }, "KDP"), // version 1 had no checksum
-    "unknown codec version 1: this viewer knows 5");
+    "unknown codec version 1: this viewer knows 6");
 }
 
 TEST_F(Blobs, EveryChangedByteIsRefused)

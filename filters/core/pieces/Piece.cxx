@@ -187,7 +187,8 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   {
     return Bad("counts of vertices disagree");
   }
-  if (piece.deviations.size() != (resolution.IsOriginal() ? 0 : piece.ownVertices))
+  if (!piece.deviations.empty() &&
+      (resolution.IsOriginal() || piece.deviations.size() != piece.ownVertices))
   {
     return Bad("deviations and own vertices disagree");
   }

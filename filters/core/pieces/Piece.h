@@ -55,9 +55,11 @@ struct Piece
   PrimitiveType primitive = PrimitiveType::Triangles;
   std::uint32_t ownVertices = 0;
 
-  std::vector<Vec3> positions;   // own, then ghosts
-  std::vector<VertexKey> keys;   // own (ascending), then ghosts (ascending)
-  std::vector<float> deviations; // own vertices of a level, model units; empty for the original
+  std::vector<Vec3> positions; // own, then ghosts
+  std::vector<VertexKey> keys; // own (ascending), then ghosts (ascending)
+  // Of own vertices of a level, model units, while it is built. Blobs do not hold them: what is
+  // told of a piece is how far its vertices lie off at most.
+  std::vector<float> deviations;
 
   // Ranks at the levels 0 … S - 1 of the ancestors, S values a vertex: for all vertices of level S,
   // for the ghosts of every finer resolution, and empty otherwise.

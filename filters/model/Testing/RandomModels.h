@@ -116,6 +116,7 @@ public:
       for (unsigned depth = 0; depth <= depths.finest; ++depth)
       {
         model.levels.push_back(this->Resolution(true));
+        model.levels.back().spacing = this->Small<std::uint32_t>(1, mostSpacing);
       }
     }
     model.original = this->Resolution(false);

@@ -21,8 +21,8 @@ constexpr const char* written =
   R"(igin":[-0.5922176837921143,-0.0021240930072963238,-0.592219889163971],"scalar_type":0,"step")"
   R"(:1.7151823580645897e-06},"inconsistent_edges":2,"input":"vase.ply","largest_partition":4932,)"
   R"("level_maker":"collapse","levels":[{"bytes":71,"depth":0,"deviation":0.5620144605636597,"dev)"
-  R"(iation_99":1.8119888305664063,"pieces":1,"triangles":0,"vertices":1},{"bytes":160,"depth":1,")"
-  R"(deviation":0.4589047431945801,"deviation_99":0.363817423582077,"pieces":1,"triangles":4,"ver)"
+  R"(iation_99":1.8119888305664063,"pieces":1,"spacing":4096,"triangles":0,"vertices":1},{"bytes":160,"depth":1,")"
+  R"(deviation":0.4589047431945801,"deviation_99":0.363817423582077,"pieces":1,"spacing":7,"triangles":4,"ver)"
   R"(tices":4}],"license":"","original":{"bytes":39299,"deviation":0.0,"deviation_99":0.0,"pieces)"
   R"(":1,"triangles":9860,"vertices":4932},"partition_depth":0,"partitioner":"kdtree","partitions)"
   R"(":1,"primitive":1,"representative":"quadric","sheets":true,"smallest_partition":4931,"stitch)"
@@ -55,6 +55,8 @@ TEST(TestStoredModel, TheTextOfAStoreStaysAsItIsToTheByte)
   EXPECT_EQ(model->smallestPartition, 4931u);
   EXPECT_EQ(model->grid.step, 1.7151823580645897e-06);
   EXPECT_EQ(model->levels.at(1).deviation99, 0.363817423582077);
+  EXPECT_EQ(model->levels.at(1).spacing, 7U);
+  EXPECT_EQ(model->Codec().spacings, (std::vector<std::uint32_t>{ 4096, 7 }));
   EXPECT_TRUE(model->HasPiece({ Resolution::Level(1), 1 }));
   EXPECT_FALSE(model->HasPiece({ Resolution::Level(2), 1 }));
   EXPECT_FALSE(model->HasPiece({ Resolution::Original(), 2 }));
@@ -121,6 +123,9 @@ TEST(TestStoredModel, EveryMemberIsChecked)
     { "/levels/1/depth", 0 },
     { "/levels/1/bytes", 1.5 },
     { "/levels/1/deviation_99", nullptr },
+    { "/levels/1/spacing", nullptr },
+    { "/levels/1/spacing", 0 },
+    { "/levels/1/spacing", (1 << 24) + 1 },
     { "/original/pieces", "many" },
     { "/attributes/0", 7 },
     { "/attributes/0/type", 10 },

@@ -95,7 +95,7 @@ MemoryServer::MemoryServer(
   const VertexTree vertices = NumberVertices(tree, std::move(levels));
 
   this->Boxes = tree.boxes;
-  this->Context = { tree.depths, CoordinateGrid::Over(tree.boxes[1], 20, ScalarType::Float32) };
+  this->Context = { tree.depths, CoordinateGrid::Over(tree.boxes[1], 20, ScalarType::Float32), {} };
   this->Model.id = "torus";
   this->Model.digest = std::string(32, 'a');
   this->Model.vertices = mesh.points.size();
@@ -115,7 +115,7 @@ MemoryServer::MemoryServer(
     const Resolution resolution = level ? Resolution::Level(d) : Resolution::Original();
     const PieceCutter cutter(vertices, mesh, resolution);
     ResolutionDescription counts{ cutter.VertexCount(), cutter.TriangleCount(), cutter.PieceCount(),
-      0, 0, 0 };
+      0, 0, 0, 1 };
     std::vector<float> deviations;
     for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
     {
@@ -137,7 +137,8 @@ MemoryServer::MemoryServer(
   }
   for (const NodeId page : TreePages(tree.depths))
   {
-    this->Blobs[protocol::BlobId::TreePage(page)] = EncodeTreePage(tree.boxes, page, tree.depths);
+    this->Blobs[protocol::BlobId::TreePage(page)] =
+      EncodeTreePage(tree.boxes, page, tree.depths, NoBounds(tree.depths));
   }
 }
 

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The ranks of parents, told one after the other: what reader and writer of ancestors both know.
+// Layout: doc/formats.md, "Ancestors".
+//
+// Vertices come in the order of the tree, and clusters of a level are ranked by their lowest
+// vertices. So a vertex's parent is mostly one that was told shortly before, or the next one in
+// rank.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace kdstream
+{
+
+class RecentRanks
+{
+public:
+  // Symbols below stand for the ranks told last, each once: 0 for the very last one.
+  static constexpr unsigned recent = 8;
+  static constexpr unsigned next = 8;  // the rank behind the largest that was told, at first 0
+  static constexpr unsigned other = 9; // a difference to that follows
+
+  // The symbol that tells a rank.
+  unsigned SymbolOf(std::uint64_t rank) const
+  {
+    const auto* end = this->Last.data() + this->Count;
+    const auto* found = std::find(this->Last.data(), end, rank);
+    return found != end             ? static_cast<unsigned>(found - this->Last.data())
+           : rank == this->NextRank ? next
+                                    : other;
+  }
+  // The rank that a symbol below `recent` tells. False: there is none.
+  bool Find(unsigned symbol, std::uint64_t& rank) const
+  {
+    if (symbol >= this->Count)
+    {
+      return false;
+    }
+    rank = this->Last[symbol];
+    return true;
+  }
+  std::uint64_t Next() const { return this->NextRank; }
+
+  // Notes that a rank was told by a symbol.
+  void Use(unsigned symbol, std::uint64_t rank)
+  {
+    const std::size_t from =
+      symbol < recent ? symbol : std::min<std::size_t>(this->Count, recent - 1);
+    this->Count = std::max(this->Count, from + 1);
+    std::copy_backward(this->Last.begin(), this->Last.begin() + std::ptrdiff_t(from),
+      this->Last.begin() + std::ptrdiff_t(from) + 1);
+    this->Last[0] = rank;
+    this->NextRank = std::max(this->NextRank, rank + 1);
+  }
+
+private:
+  std::array<std::uint64_t, recent> Last{};
+  std::size_t Count = 0;
+  std::uint64_t NextRank = 0;
+};
+
+}

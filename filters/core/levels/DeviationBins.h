@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// About how far nearly all clusters of a level lie off, found in one pass: how coarse a grid the
+// level can do with depends on it, before any of its pieces is encoded.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace kdstream
+{
+
+// How many clusters deviate by how much, in bins of an eighth of an octave. Of a level in parts the
+// counts are added up. 16 KiB.
+class DeviationBins
+{
+public:
+  // deviation: not negative.
+  void Add(double deviation);
+  std::span<std::uint64_t> Counts() { return this->Bins; }
+  // At most, and hardly less than, what 99 of 100 do not exceed; 0 if there are none. O(bins).
+  double Most99() const;
+
+private:
+  static constexpr unsigned shift =
+    20; // of a float's bits: exponent and 3 of the mantissa are left
+
+  std::array<std::uint64_t, std::size_t{ 1 } << (31 - shift)> Bins{};
+};
+
+}

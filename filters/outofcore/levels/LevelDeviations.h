@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How far the clusters of levels in files lie off, level by level.
+#pragma once
+
+#include "filters/core/tree/KdTree.h"
+#include "filters/outofcore/levels/BlockTeam.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+
+#include <vector>
+
+namespace kdstream
+{
+
+// DeviationBins::Most99 of each level, the same in every process. Reads the clusters of each level
+// in files once. Memory: 16 KiB and a batch of records. team: each process has the clusters of its
+// own blocks, the first one those of the levels up to S. Errors: InputOutput.
+Result<std::vector<double>> DeviationsOfLevels(
+  const ExternalLevels& levels, const TreeDepths& depths, BlockTeam* team = nullptr);
+
+}
