@@ -3,16 +3,16 @@
 // level can do with depends on it, before any of its pieces is encoded.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace kdstream
 {
 
-// How many clusters deviate by how much, in bins of an eighth of an octave. Of a level in parts the
-// counts are added up. 16 KiB.
+// How many clusters deviate by how much, in bins of a 32nd of an octave. Of a level in parts the
+// counts are added up. 64 KiB.
 class DeviationBins
 {
 public:
@@ -23,10 +23,10 @@ public:
   double Most99() const;
 
 private:
-  static constexpr unsigned shift =
-    20; // of a float's bits: exponent and 3 of the mantissa are left
+  // Of a float's bits: the exponent and 5 of the mantissa are left.
+  static constexpr unsigned shift = 18;
 
-  std::array<std::uint64_t, std::size_t{ 1 } << (31 - shift)> Bins{};
+  std::vector<std::uint64_t> Bins = std::vector<std::uint64_t>(std::size_t{ 1 } << (31 - shift));
 };
 
 }

@@ -12,7 +12,7 @@ namespace kdstream
 {
 
 // DeviationBins::Most99 of each level, the same in every process. Reads the clusters of each level
-// in files once. Memory: 16 KiB and a batch of records. team: each process has the clusters of its
+// in files once. Memory: 64 KiB and a batch of records. team: each process has the clusters of its
 // own blocks, the first one those of the levels up to S. Errors: InputOutput.
 Result<std::vector<double>> DeviationsOfLevels(
   const ExternalLevels& levels, const TreeDepths& depths, BlockTeam* team = nullptr);
