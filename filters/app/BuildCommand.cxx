@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -191,6 +192,11 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   {
     line.build.tree.partitions = line.partitions;
   }
+  if (line.partitioner == "kdtree" && line.partitions > 0 && !std::has_single_bit(line.partitions))
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "--partitions: " + std::to_string(line.partitions) + " is not a power of two" };
+  }
   line.build.partitioner = line.partitioner == "octree"   ? Partitioner::Octree
                            : line.partitioner == "kmeans" ? Partitioner::KMeans
                                                           : Partitioner::KdTree;
@@ -321,6 +327,10 @@ void TellAmounts(BuildCommand& line, ProgressReporter& progress)
 Status CheckStoreName(const std::filesystem::path& store)
 {
   const std::string name = store.filename().string(), ending = ".kds";
+  if (name.empty())
+  {
+    return Error{ ErrorCode::InvalidArgument, "--output: a name is needed" };
+  }
   if (name.ends_with(ending) && !IsModelId(name.substr(0, name.size() - ending.size())))
   {
     return Error{ ErrorCode::InvalidArgument,

@@ -41,8 +41,8 @@ Result<std::filesystem::path> FindProgram()
   if (status || ::access(program.c_str(), X_OK) != 0)
   {
     return Error{ ErrorCode::Unsupported,
-      "this format is read by kdstream-convert, which is not installed beside kdstream-build (it "
-      "is built where VTK is found); convert the file to .ply" };
+      "this format is read by kdstream-convert, which is not beside kdstream-build: build it (cmake "
+      "--build build/release --target kdstream-convert; it needs VTK), or convert the file to .ply" };
   }
   return program;
 }

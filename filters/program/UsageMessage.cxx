@@ -284,7 +284,7 @@ std::string WordsOfConversion(const CLI::App& app, const std::string& told)
   return *name + ": " + Quoted(*value) +
          (type.empty()                 ? " is not a value that it takes"
            : StartsWith(type, "FLOAT") ? " is not a number"
-                                       : " is not a whole number, or too large a one");
+                                       : " is not a whole number, or out of range");
 }
 
 std::string WordsOfMissing(const CLI::App& app, const std::string& told)

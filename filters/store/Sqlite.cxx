@@ -109,7 +109,7 @@ Error SqliteError(sqlite3* database, ErrorCode code)
     case SQLITE_NOMEM:
       return { ErrorCode::LimitExceeded, "out of memory" };
     case SQLITE_CORRUPT:
-      return { code, "its pages are damaged" };
+      return { code, "its pages are damaged, or cut off" };
     case SQLITE_ERROR: // our own statements, on tables that are not there
       return { code, "its tables are not those of a store" };
     default:

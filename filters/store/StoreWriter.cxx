@@ -9,6 +9,7 @@
 #include "filters/store/UnfinishedStore.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <utility>
 
 namespace kdstream
@@ -63,12 +64,18 @@ Error StoreWriter::State::Explain(const Error& error) const
   }
   const auto mebibytes = [](std::uint64_t bytes)
   { return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB"; };
+  const std::string sizes = "the store takes about " + mebibytes(this->BytesInAll(written)) +
+                            ", of which about " + mebibytes(written) + " are made";
+  if (full == EFBIG)
+  {
+    return { ErrorCode::InputOutput,
+      "files may not grow so large here: " + sizes + " (" + SystemReason(full) + ")", store };
+  }
   std::error_code unknown;
   const std::filesystem::space_info space = std::filesystem::space(this->file.Folder(), unknown);
   return { ErrorCode::InputOutput,
-    "the disk is too small: the store takes about " + mebibytes(this->BytesInAll(written)) +
-      ", of which about " + mebibytes(written) + " are made; " +
-      (unknown ? std::string("too few") : std::to_string(space.available)) + " bytes are free in " +
+    "the disk is too small: " + sizes + "; " +
+      (unknown ? std::string("too few bytes") : mebibytes(space.available)) + " are free in " +
       this->file.Folder().string() + " (" + SystemReason(full) + ")",
     store };
 }

@@ -135,11 +135,11 @@ TEST(UsageMessage, WhatIsMissing)
 TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
 {
   EXPECT_EQ(MessageWith({ "--port", "99999" }),
-    "--port: \"99999\" is not a whole number, or too large a one");
+    "--port: \"99999\" is not a whole number, or out of range");
   EXPECT_EQ(MessageWith({ "--port", "http" }),
-    "--port: \"http\" is not a whole number, or too large a one");
+    "--port: \"http\" is not a whole number, or out of range");
   EXPECT_EQ(MessageWith({ "--partitions", "all" }),
-    "--partitions: \"all\" is not a whole number, or too large a one");
+    "--partitions: \"all\" is not a whole number, or out of range");
   EXPECT_EQ(MessageWith({ "--radius", "wide" }), "--radius: \"wide\" is not a number");
   EXPECT_EQ(MessageWith({ "--threads", "0" }), "--threads: \"0\" is not a number from 1 to 1024");
   EXPECT_EQ(MessageWith({ "--weld", "maybe" }), "--weld: \"maybe\" is not on or off");
