@@ -3,17 +3,18 @@
 
 #include "filters/core/pieces/LeafOrder.h"
 
-#include <set>
+#include <algorithm>
 
 namespace kdstream::fixtures
 {
 
 std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& treeOptions,
-  const LevelOptions& levelOptions, const Execution& execution)
+  const LevelOptions& levelOptions, const Execution& execution, unsigned onePiece)
 {
   auto model = std::make_unique<Model>();
   model->mesh = mesh;
   model->tree = *BuildKdTree(mesh.points, treeOptions, execution);
+  model->tree.depths.onePiece = onePiece;
   const std::vector<std::uint32_t> partition =
     CellOfVertex(model->tree, model->tree.depths.partition);
   const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
@@ -51,28 +52,61 @@ std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut)
       at[d][v] = tree.levels[d + 1].parents[at[d + 1][v]];
     }
   }
-  std::set<VertexId> split;
-  if (cut.base < Resolution::Level(tree.depths.stitch))
+  const auto isActive = [&](Resolution resolution, std::uint32_t partition)
   {
+    return std::binary_search(
+      cut.active.begin(), cut.active.end(), PieceOfPartition(resolution, partition, tree.depths));
+  };
+  // The finest resolution that is there whole.
+  Resolution base = cut.base;
+  for (unsigned d = 0; d <= finest + 1; ++d)
+  {
+    const Resolution resolution = d > finest ? Resolution::Original() : Resolution::Level(d);
+    bool whole = resolution > base;
+    for (std::uint32_t p = 0; whole && p < 1U << tree.depths.partition; ++p)
+    {
+      whole = isActive(resolution, p);
+    }
+    base = whole ? resolution : base;
+  }
+  // Below S, where the base is a level of several pieces, or their parent, a cluster whose
+  // children's pieces are all active is shown by these.
+  const unsigned stitch = tree.depths.stitch;
+  std::vector<Resolution> shownAt(n, base);
+  for (unsigned d = base.IsOriginal() ? stitch : base.Depth(); d < stitch; ++d)
+  {
+    if (d < PreviewLevel(tree.depths))
+    {
+      break;
+    }
+    const std::vector<VertexTreeLevel>& levels = tree.levels;
+    std::vector<std::uint8_t> split(levels[d].first.size(), 1);
+    for (VertexId child = 0; child < levels[d + 1].first.size(); ++child)
+    {
+      if (!isActive(Resolution::Level(d + 1), tree.PartitionOf(levels[d + 1].first[child])))
+      {
+        split[levels[d + 1].parents[child]] = 0;
+      }
+    }
     for (VertexId v = 0; v < n; ++v)
     {
-      if (cut.RefinedTo(tree.PartitionOf(v)))
+      if (shownAt[v] == Resolution::Level(d) && split[at[d][v]])
       {
-        split.insert(at[cut.base.Depth()][v]);
+        shownAt[v] = Resolution::Level(d + 1);
       }
     }
   }
   std::vector<Surface::Source> nodes(n);
   for (VertexId v = 0; v < n; ++v)
   {
-    Resolution shown = cut.base;
-    if (const auto refined = cut.RefinedTo(tree.PartitionOf(v)))
+    Resolution shown = shownAt[v];
+    for (unsigned d = stitch; shown >= Resolution::Level(stitch) && d <= finest + 1; ++d)
     {
-      shown = *refined;
-    }
-    else if (!cut.base.IsOriginal() && split.contains(at[cut.base.Depth()][v]))
-    {
-      shown = Resolution::Level(tree.depths.stitch);
+      const Resolution resolution = d > finest ? Resolution::Original() : Resolution::Level(d);
+      if (resolution > shown && isActive(resolution, tree.PartitionOf(v)))
+      {
+        shown = resolution;
+      }
     }
     VertexKey key = 0;
     if (shown.IsOriginal())

@@ -30,9 +30,11 @@ struct Model
   }
 };
 
-// REQUIRES: a mesh with vertices and valid options.
+// onePiece: levels up to it are one piece each (TreeDepths); smaller, and a small mesh has levels
+// of many pieces below S. REQUIRES: a mesh with vertices and valid options.
 std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {},
-  const LevelOptions& levels = {}, const Execution& execution = {});
+  const LevelOptions& levels = {}, const Execution& execution = {},
+  unsigned onePiece = TreeDepths{}.onePiece);
 
 // For each original vertex (numbered) the node of the cut above it, found in the whole vertex tree
 // and not in pieces.

@@ -49,7 +49,7 @@ ModelSummary Summarize(const ModelDescription& model)
 
 unsigned PreviewLevel(const ModelDescription& model)
 {
-  return std::min(model.depths.finest, 11u);
+  return PreviewLevel(model.depths);
 }
 
 bool IsModelId(std::string_view id)

@@ -34,6 +34,7 @@ void ForAll(const Check& check)
       SCOPED_TRACE(
         named.name + ", " + std::to_string(options.verticesPerPartition) + " a partition");
       check(*MakeModel(named.mesh, options));
+      check(*MakeModel(named.mesh, options, {}, {}, 2)); // small pieces
     }
   }
 }
@@ -234,36 +235,43 @@ TEST(PieceCutter, AncestorsAndReachFollowTheVertexTree)
     {
       const VertexTree& tree = model.vertexTree;
       const TreeDepths& depths = tree.depths;
+      const unsigned preview = PreviewLevel(depths);
       std::map<std::pair<unsigned, VertexId>, std::set<NodeId>> reach;
-      for (VertexId cluster = 0; cluster < tree.levels[depths.stitch].first.size(); ++cluster)
+      for (unsigned d = 1; d <= depths.stitch; ++d)
       {
-        const NodeId node = PieceOfPartition(Resolution::Level(depths.stitch),
-          tree.PartitionOf(tree.levels[depths.stitch].first[cluster]), depths)
-                              .node;
-        VertexId ancestor = cluster;
-        for (unsigned d = depths.stitch; d-- > 0;)
+        for (VertexId cluster = 0; cluster < tree.levels[d].first.size(); ++cluster)
         {
-          ancestor = tree.levels[d + 1].parents[ancestor];
-          reach[{ d, ancestor }].insert(node);
+          reach[{ d - 1, tree.levels[d].parents[cluster] }].insert(PieceOfPartition(
+            Resolution::Level(d), tree.PartitionOf(tree.levels[d].first[cluster]), depths)
+                                                                     .node);
         }
       }
       for (const auto& [id, piece] : model.pieces)
       {
+        const bool fine = id.resolution > Resolution::Level(depths.stitch);
+        const unsigned depth = fine ? depths.stitch : id.resolution.Depth();
         for (std::uint32_t v = 0; v < piece.VertexCount(); ++v)
         {
           const auto ancestors = piece.AncestorsOf(v, depths);
+          const bool carries = v >= piece.ownVertices || !fine;
+          ASSERT_EQ(ancestors.size(), carries && depth > preview ? depth - preview : 0);
           if (!ancestors.empty())
           {
-            const VertexId numbered =
-              tree.partitionBegin[PartitionOfKey(piece.keys[v])] + IndexOfKey(piece.keys[v]);
-            VertexId cluster = tree.ClusterAt(depths.stitch, numbered);
-            for (unsigned d = depths.stitch; d-- > 0;)
+            const auto numbered = [&] {
+              return tree.partitionBegin[PartitionOfKey(piece.keys[v])] + IndexOfKey(piece.keys[v]);
+            };
+            VertexId cluster = id.resolution < Resolution::Level(depths.stitch)
+                                 ? static_cast<VertexId>(piece.keys[v])
+                                 : tree.ClusterAt(depths.stitch, numbered());
+            for (unsigned d = depth; d-- > preview;)
             {
               cluster = tree.levels[d + 1].parents[cluster];
-              ASSERT_EQ(ancestors[d], cluster);
+              ASSERT_EQ(ancestors[d - preview], cluster);
             }
           }
         }
+        ASSERT_EQ(piece.reachBegin.empty(), id.resolution < Resolution::Level(preview) ||
+                                              id.resolution >= Resolution::Level(depths.stitch));
         for (std::uint32_t v = 0; !piece.reachBegin.empty() && v < piece.ownVertices; ++v)
         {
           const std::set<NodeId> nodes(piece.reachNodes.begin() + piece.reachBegin[v],

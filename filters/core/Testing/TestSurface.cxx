@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
+#include <utility>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -59,93 +61,253 @@ void ExpectDrawn(const Model& model, const Cut& cut, const Surface& surface)
   ASSERT_EQ(shown.size(), surface.points.size());
 }
 
-// Only the pieces that MissingPieces asked for, one after the other: nothing else may be needed.
-Surface DrawWithOnlyWhatIsAskedFor(const Model& model, const Cut& cut)
+// Pieces that have come to a viewer.
+class Loaded
 {
-  std::map<PieceId, const Piece*> loaded;
-  const PieceLookup lookup = [&](PieceId id) -> const Piece*
+public:
+  explicit Loaded(const Model& model)
+    : All(model.pieces)
   {
-    const auto found = loaded.find(id);
-    return found == loaded.end() ? nullptr : found->second;
-  };
-  for (auto missing = MissingPieces(cut, lookup); !missing.empty();
-       missing = MissingPieces(cut, lookup))
+  }
+
+  PieceLookup Lookup() const
   {
-    for (const PieceId id : missing)
+    return [this](PieceId id) -> const Piece*
     {
-      loaded[id] = &model.pieces.at(id);
+      const auto found = this->Pieces.find(id);
+      return found == this->Pieces.end() ? nullptr : found->second;
+    };
+  }
+  void Load(const std::vector<PieceId>& ids)
+  {
+    for (const PieceId id : ids)
+    {
+      this->Pieces[id] = &this->All.at(id);
     }
   }
-  auto surface = DrawSurface(cut, lookup);
+
+private:
+  const std::map<PieceId, Piece>& All;
+  std::map<PieceId, const Piece*> Pieces;
+};
+
+// Only the pieces that MissingPieces asks for: nothing else may be needed.
+Surface DrawWithOnlyWhatIsAskedFor(const Model& model, const Cut& cut)
+{
+  Loaded loaded(model);
+  loaded.Load(MissingPieces(cut, loaded.Lookup()));
+  auto surface = DrawSurface(cut, loaded.Lookup());
   EXPECT_TRUE(surface);
   return std::move(*surface);
 }
 
-Resolution RandomFine(std::mt19937& random, const TreeDepths& depths)
+// What must be active to show some pieces, by loading what is asked for.
+std::vector<PieceId> Close(const Model& model, Resolution base, const std::vector<PieceId>& wanted)
 {
-  const unsigned choices = depths.finest - depths.stitch + 2;
-  const auto choice = static_cast<unsigned>(depths.stitch + random() % choices);
+  const TreeDepths& depths = model.tree.depths;
+  Loaded loaded(model);
+  loaded.Load(MissingPieces({ depths, base }, loaded.Lookup()));
+  for (unsigned round = 0;; ++round)
+  {
+    const Closure closure = MakeClosure(depths, base, wanted, loaded.Lookup());
+    if (closure.missing.empty())
+    {
+      return closure.pieces;
+    }
+    EXPECT_LE(round, depths.finest + 1) << "a round a level is enough";
+    loaded.Load(closure.missing);
+  }
+}
+
+Resolution RandomFrom(std::mt19937& random, unsigned coarsest, const TreeDepths& depths)
+{
+  const unsigned choices = depths.finest - coarsest + 2;
+  const auto choice = static_cast<unsigned>(coarsest + random() % choices);
   return choice > depths.finest ? Resolution::Original() : Resolution::Level(choice);
 }
 
 // Every partition at a resolution from S on or the original, at random.
 Cut RandomMix(std::mt19937& random, const TreeDepths& depths)
 {
-  Cut cut{ depths, RandomFine(random, depths), {} };
-  for (std::size_t p = 0; p < std::size_t{ 1 } << depths.partition; ++p)
+  Cut cut{ depths, RandomFrom(random, depths.stitch, depths) };
+  std::set<PieceId> active;
+  for (std::uint32_t p = 0; p < 1U << depths.partition; ++p)
   {
-    cut.refined.emplace_back(
-      random() % 5 == 0 ? std::nullopt : std::optional(RandomFine(random, depths)));
+    const Resolution resolution = RandomFrom(random, depths.stitch, depths);
+    if (random() % 5 != 0)
+    {
+      active.insert(PieceOfPartition(resolution, p, depths));
+    }
   }
+  cut.active.assign(active.begin(), active.end());
   return cut;
 }
 
-// A level coarser than S with a region of the original in it, sometimes held by a ring of the
-// finest level.
+// A coarse level with a region of the original in it, sometimes held by a ring of the finest level.
 Cut RandomRegion(std::mt19937& random, const Model& model)
 {
   const TreeDepths& depths = model.tree.depths;
   const std::size_t partitions = std::size_t{ 1 } << depths.partition;
-  Cut cut{ depths, Resolution::Level(static_cast<unsigned>(random() % std::max(1U, depths.stitch))),
-    {} };
-  cut.refined.resize(partitions);
+  const auto base =
+    Resolution::Level(static_cast<unsigned>(random() % std::max(1U, depths.stitch)));
   const NodeId cell = NodeOfPartition(static_cast<std::uint32_t>(random() % partitions), depths);
   const auto rings = static_cast<unsigned>(random() % 3);
+  std::vector<PieceId> wanted;
   if (random() % 2 == 0)
   {
     const auto ring = *FindRegion(model.tree.boxes, depths, cell, rings + 1);
     for (const std::uint32_t p : ring)
     {
-      cut.refined[p] = Resolution::Level(depths.finest);
+      wanted.push_back(PieceOfPartition(Resolution::Level(depths.finest), p, depths));
     }
   }
   const auto region = *FindRegion(model.tree.boxes, depths, cell, rings);
   for (const std::uint32_t p : region)
   {
-    cut.refined[p] = Resolution::Original();
+    wanted.push_back({ Resolution::Original(), NodeOfPartition(p, depths) });
+  }
+  return { depths, base, Close(model, base, wanted) };
+}
+
+// Any pieces: many or few of each resolution.
+Cut RandomPieces(std::mt19937& random, const Model& model)
+{
+  const TreeDepths& depths = model.tree.depths;
+  Cut cut{ depths, RandomFrom(random, 0, depths) };
+  std::map<Resolution, unsigned> percent;
+  for (const auto& [id, piece] : model.pieces)
+  {
+    const std::array<unsigned, 6> choices{ 0, 5, 60, 90, 97, 100 };
+    const unsigned most = percent.try_emplace(id.resolution, choices[random() % 6]).first->second;
+    if (random() % 100 < most)
+    {
+      cut.active.push_back(id);
+    }
   }
   return cut;
+}
+
+// What shows some pieces of any resolution; then a few others come, and a few are lost.
+Cut RandomClosure(std::mt19937& random, const Model& model)
+{
+  const TreeDepths& depths = model.tree.depths;
+  const auto any = [&]
+  {
+    const Resolution resolution = RandomFrom(random, 0, depths);
+    return PieceOfPartition(
+      resolution, static_cast<std::uint32_t>(random() % (1U << depths.partition)), depths);
+  };
+  const auto base = Resolution::Level(static_cast<unsigned>(random() % (depths.stitch + 1)));
+  std::vector<PieceId> wanted;
+  for (auto i = 1 + random() % 4; i > 0; --i)
+  {
+    wanted.push_back(any());
+  }
+  const std::vector<PieceId> closed = Close(model, base, wanted);
+  std::set<PieceId> active(closed.begin(), closed.end());
+  for (auto i = random() % 3; i > 0; --i)
+  {
+    active.insert(any());
+  }
+  for (auto i = random() % 3; i > 0 && !active.empty(); --i)
+  {
+    active.erase(std::next(active.begin(), static_cast<std::ptrdiff_t>(random() % active.size())));
+  }
+  return { depths, base, { active.begin(), active.end() } };
+}
+
+Cut RandomCut(std::mt19937& random, const Model& model)
+{
+  switch (random() % 5)
+  {
+    case 0:
+      return RandomMix(random, model.tree.depths);
+    case 1:
+      return RandomRegion(random, model);
+    case 2:
+      return RandomPieces(random, model);
+    default:
+      return RandomClosure(random, model);
+  }
+}
+
+// Whether an edge is used by one triangle alone, as BoundaryEdges says, but quickly.
+bool HasBoundary(const std::vector<Triangle>& triangles)
+{
+  std::vector<std::uint64_t> edges;
+  for (const Triangle& t : triangles)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
+      edges.push_back(std::uint64_t{ a } << 32 | b);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size(); ++i)
+  {
+    if ((i == 0 || edges[i] != edges[i - 1]) && (i + 1 == edges.size() || edges[i] != edges[i + 1]))
+    {
+      return true;
+    }
+  }
+  return false;
 }
 
 }
 
 TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
 {
-  // 200 seeded draws on each closed mesh: half mixes from S on, half regions in a coarser level.
+  // Seeded draws over all levels of each closed mesh, whose levels below S have many pieces.
+  const std::pair<LevelOptions, unsigned> makers[] = { { LevelOptions{}, 3 },
+    { LevelOptions{ {}, LevelMaker::Cluster }, 2 },
+    { LevelOptions{ { Representative::Mean, false, 0 }, LevelMaker::Cluster },
+      TreeDepths{}.onePiece } };
   for (const NamedMesh& named : ClosedMeshes())
   {
-    for (const LevelOptions& options : { LevelOptions{}, LevelOptions{ {}, LevelMaker::Cluster },
-           LevelOptions{ { Representative::Mean, false, 0 }, LevelMaker::Cluster } })
+    for (const auto& [options, onePiece] : makers)
     {
-      const auto model = MakeModel(named.mesh, { 100, {}, 8 }, options);
+      const auto model = MakeModel(named.mesh, { 40, {}, 8 }, options, {}, onePiece);
       std::mt19937 random(42);
-      for (unsigned draw = 0; draw < 200; ++draw)
+      std::set<unsigned> mixed; // levels below S that are shown with a finer one
+      for (unsigned draw = 0; draw < 1000; ++draw)
       {
         SCOPED_TRACE(named.name + ", draw " + std::to_string(draw));
-        const Cut cut =
-          draw % 2 == 0 ? RandomMix(random, model->tree.depths) : RandomRegion(random, *model);
+        const Cut cut = RandomCut(random, *model);
         const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
-        ASSERT_TRUE(BoundaryEdges(surface.triangles).empty());
+        ASSERT_FALSE(HasBoundary(surface.triangles));
+        const auto [least, most] =
+          std::minmax_element(surface.sources.begin(), surface.sources.end(),
+            [](const auto& a, const auto& b) { return a.resolution < b.resolution; });
+        if (least->resolution < most->resolution)
+        {
+          mixed.insert(least->resolution.Depth());
+        }
+      }
+      for (unsigned d = PreviewLevel(model->tree.depths); d < model->tree.depths.stitch; ++d)
+      {
+        EXPECT_TRUE(mixed.contains(d)) << named.name << ": no cut mixes level " << d;
+      }
+    }
+  }
+}
+
+TEST(DrawSurface, IsClosedAfterEveryPieceThatComes)
+{
+  for (const NamedMesh& named : ClosedMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    const auto model = MakeModel(named.mesh, { 40, {}, 8 }, {}, {}, 2);
+    std::mt19937 random(5);
+    for (unsigned walk = 0; walk < 4; ++walk)
+    {
+      Cut cut = RandomRegion(random, *model);
+      std::vector<PieceId> coming = std::exchange(cut.active, {});
+      std::shuffle(coming.begin(), coming.end(), random);
+      for (const PieceId id : coming)
+      {
+        cut.active.insert(std::upper_bound(cut.active.begin(), cut.active.end(), id), id);
+        ASSERT_FALSE(HasBoundary(DrawWithOnlyWhatIsAskedFor(*model, cut).triangles));
       }
     }
   }
@@ -153,19 +315,20 @@ TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
 
 TEST(DrawSurface, IsTheImageOfTheMeshUnderTheCut)
 {
-  // The last options make trees so deep that level S itself is cut into several pieces.
+  // Closed, open and hard meshes, and clouds. The last options make trees so deep that level S is
+  // cut into several pieces as it is.
+  const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 3 }, { { 500, {}, 8 }, 1 },
+    { { 60, {}, 8 }, TreeDepths{}.onePiece }, { { 8, {}, 1 }, TreeDepths{}.onePiece } };
   for (const NamedMesh& named : AllMeshes())
   {
-    for (const KdTreeOptions& options :
-      { KdTreeOptions{ 60, {}, 8 }, { 500, {}, 8 }, { 8, {}, 1 } })
+    for (const auto& [options, onePiece] : trees)
     {
-      const auto model = MakeModel(named.mesh, options);
+      const auto model = MakeModel(named.mesh, options, {}, {}, onePiece);
       std::mt19937 random(7);
-      for (unsigned draw = 0; draw < 12; ++draw)
+      for (unsigned draw = 0; draw < 20; ++draw)
       {
         SCOPED_TRACE(named.name + ", draw " + std::to_string(draw));
-        const Cut cut =
-          draw % 2 == 0 ? RandomMix(random, model->tree.depths) : RandomRegion(random, *model);
+        const Cut cut = RandomCut(random, *model);
         ExpectDrawn(*model, cut, DrawWithOnlyWhatIsAskedFor(*model, cut));
         if (HasFatalFailure())
         {
@@ -176,17 +339,93 @@ TEST(DrawSurface, IsTheImageOfTheMeshUnderTheCut)
   }
 }
 
-TEST(DrawSurface, ASplitClusterMayReachSeveralPiecesOfLevelS)
+TEST(MakeClosure, ShowsWhatIsWantedAndNothingLessWould)
 {
-  const auto model = MakeModel(Torus(96, 48), { 8, {}, 1 });
+  const auto model = MakeModel(Torus(60, 30), { 40, {}, 8 }, {}, {}, 2);
   const TreeDepths& depths = model->tree.depths;
-  ASSERT_GT(PieceDepth(Resolution::Level(depths.stitch), depths), 0U);
-  Cut cut{ depths, Resolution::Level(0), {} };
-  cut.refined.resize(std::size_t{ 1 } << depths.partition);
-  cut.refined[5] = Resolution::Original();
-  const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
-  ExpectDrawn(*model, cut, surface);
-  EXPECT_TRUE(BoundaryEdges(surface.triangles).empty());
+  ASSERT_GT(depths.stitch, PreviewLevel(depths) + 3);
+  std::mt19937 random(11);
+  const auto shows = [&](const Cut& cut, PieceId id)
+  {
+    const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
+    const std::set<Surface::Source> shown(surface.sources.begin(), surface.sources.end());
+    const Piece& piece = model->pieces.at(id);
+    return std::all_of(piece.keys.begin(), piece.keys.begin() + piece.ownVertices,
+      [&](VertexKey key) {
+        return shown.contains({ id.resolution, key });
+      });
+  };
+  for (unsigned draw = 0; draw < 60; ++draw)
+  {
+    const auto base = Resolution::Level(static_cast<unsigned>(random() % (depths.finest + 1)));
+    const PieceId id = PieceOfPartition(RandomFrom(random, base.Depth() + 1, depths),
+      static_cast<std::uint32_t>(random() % (1U << depths.partition)), depths);
+    const Cut cut{ depths, base, Close(*model, base, { id }) };
+    ASSERT_TRUE(shows(cut, id)) << "base " << base.Depth() << ", draw " << draw;
+    unsigned unneeded = 0; // named for being above, in hope
+    for (std::size_t i = 0; i < cut.active.size(); ++i)
+    {
+      Cut less = cut;
+      less.active.erase(less.active.begin() + static_cast<std::ptrdiff_t>(i));
+      unneeded += shows(less, id);
+    }
+    EXPECT_LE(unneeded, depths.stitch) << "at most one a level";
+  }
+}
+
+TEST(DrawSurface, OfPiecesThatLieIsSomethingOrAnError)
+{
+  // Each piece alone is one that a builder could have written; together they contradict each other.
+  const auto model = MakeModel(Torus(60, 30), { 40, {}, 8 }, {}, {}, 2);
+  const TreeDepths& depths = model->tree.depths;
+  std::mt19937 random(13);
+  std::size_t lies = 0;
+  for (unsigned draw = 0; draw < 300; ++draw)
+  {
+    const Cut cut = RandomClosure(random, *model);
+    std::map<PieceId, Piece> pieces;
+    for (const PieceId id : PiecesOf(cut))
+    {
+      pieces[id] = model->pieces.at(id);
+    }
+    for (auto& [id, piece] : pieces)
+    {
+      Piece lying = piece;
+      for (std::uint32_t& rank : lying.ancestors)
+      {
+        rank = random() % 50 == 0 ? static_cast<std::uint32_t>(random() % 300) : rank;
+      }
+      for (NodeId& node : lying.reachNodes)
+      {
+        node = random() % 10 == 0 ? node ^ 1U : node;
+      }
+      if (id.resolution < Resolution::Level(depths.stitch) && lying.GhostCount() == 0)
+      {
+        for (VertexKey& key : lying.keys)
+        {
+          key += draw % 2 * 1000;
+        }
+      }
+      if (CheckPiece(lying, depths))
+      {
+        ++lies;
+        piece = std::move(lying);
+      }
+    }
+    const PieceLookup lookup = [&](PieceId id) -> const Piece*
+    {
+      const auto found = pieces.find(id);
+      return found == pieces.end() ? nullptr : &found->second;
+    };
+    const auto surface = DrawSurface(cut, lookup);
+    ASSERT_TRUE(surface) << surface.GetError().message;
+    for (const Triangle& t : surface->triangles)
+    {
+      ASSERT_LT(std::max({ t[0], t[1], t[2] }), surface->points.size());
+    }
+    MakeClosure(depths, cut.base, cut.active, lookup);
+  }
+  EXPECT_GT(lies, 500U);
 }
 
 TEST(DrawSurface, AllAtOneLevelIsThatLevel)
@@ -197,7 +436,7 @@ TEST(DrawSurface, AllAtOneLevelIsThatLevel)
     const auto model = MakeModel(named.mesh, { 100, {}, 8 });
     for (unsigned d = 0; d <= model->tree.depths.finest; ++d)
     {
-      const Cut cut{ model->tree.depths, Resolution::Level(d), {} };
+      const Cut cut{ model->tree.depths, Resolution::Level(d) };
       const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
       EXPECT_EQ(surface.points, model->vertexTree.levels[d].positions);
       EXPECT_EQ(surface.triangles, model->vertexTree.levels[d].triangles);
@@ -211,7 +450,7 @@ TEST(DrawSurface, AllAtTheOriginalIsTheInput)
   {
     SCOPED_TRACE(named.name);
     const auto model = MakeModel(named.mesh, { 100, {}, 8 });
-    const Cut cut{ model->tree.depths, Resolution::Original(), {} };
+    const Cut cut{ model->tree.depths, Resolution::Original() };
     const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
     const Mesh drawn{ surface.points, surface.triangles };
     EXPECT_EQ(PointMultiset(drawn), PointMultiset(named.mesh));
@@ -224,7 +463,7 @@ TEST(DrawSurface, BoundaryEdgesOfOpenMeshesAreImagesOfTheirs)
   for (const NamedMesh& named : HardMeshes())
   {
     SCOPED_TRACE(named.name);
-    const auto model = MakeModel(named.mesh, { 100, {}, 8 });
+    const auto model = MakeModel(named.mesh, { 100, {}, 8 }, {}, {}, 2);
     // Edges that do not cancel: boundary and inconsistent ones.
     std::map<Edge, int> sums;
     for (const Triangle& t : named.mesh.triangles)
@@ -244,8 +483,7 @@ TEST(DrawSurface, BoundaryEdgesOfOpenMeshesAreImagesOfTheirs)
     std::mt19937 random(3);
     for (unsigned draw = 0; draw < 20; ++draw)
     {
-      const Cut cut =
-        draw % 2 == 0 ? RandomMix(random, model->tree.depths) : RandomRegion(random, *model);
+      const Cut cut = RandomCut(random, *model);
       const Surface surface = DrawWithOnlyWhatIsAskedFor(*model, cut);
       const std::vector<Surface::Source> nodes = CutOfVertices(*model, cut);
       std::set<std::pair<Surface::Source, Surface::Source>> images;
@@ -270,19 +508,24 @@ TEST(DrawSurface, SaysWhatIsMissingOrWrong)
   const auto model = MakeModel(Torus(60, 30), { 100, {}, 8 });
   const TreeDepths& depths = model->tree.depths;
   const auto nothing = [](PieceId) -> const Piece* { return nullptr; };
-  EXPECT_EQ(DrawSurface({ depths, Resolution::Level(3), {} }, nothing).GetError().message,
+  EXPECT_EQ(DrawSurface({ depths, Resolution::Level(3) }, nothing).GetError().message,
     "1 pieces are not loaded");
   const auto message = [&](const Cut& cut) { return CheckCut(cut).GetError().message; };
-  EXPECT_EQ(message({ depths, Resolution::Level(20), {} }),
+  const PieceId partition{ Resolution::Original(), 33 }, level{ Resolution::Level(3), 1 };
+  EXPECT_TRUE(CheckCut({ depths, Resolution::Level(3), { level, partition } }));
+  EXPECT_EQ(message({ depths, Resolution::Level(20) }),
     "level 20 is finer than the finest, " + std::to_string(depths.finest));
-  EXPECT_EQ(message({ depths, Resolution::Level(3), { Resolution::Original() } }),
-    "1 resolutions for 32 partitions");
-  Cut coarse{ depths, Resolution::Level(3), {} };
-  coarse.refined.resize(32);
-  coarse.refined[4] = Resolution::Level(depths.stitch - 1);
-  EXPECT_EQ(message(coarse), "partition 4: level " + std::to_string(depths.stitch - 1) +
-                               " is not between the stitch depth " + std::to_string(depths.stitch) +
-                               " and the finest level " + std::to_string(depths.finest));
+  EXPECT_EQ(message({ depths, Resolution::Level(3), { { Resolution::Original(), 31 } } }),
+    "node 31 is no piece of the original");
+  EXPECT_EQ(message({ depths, Resolution::Level(3), { { Resolution::Level(4), 2 } } }),
+    "node 2 is no piece of level 4");
+  EXPECT_EQ(message({ depths, Resolution::Level(3), { { Resolution::Level(20), 1 } } }),
+    "node 1 is no piece of level 20");
+  for (const PieceId second : { level, partition })
+  {
+    EXPECT_EQ(message({ depths, Resolution::Level(2), { partition, second } }),
+      "active piece 1 does not ascend");
+  }
 }
 
 TEST(FindRegion, AgreesWithTestingEveryBox)

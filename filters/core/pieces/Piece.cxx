@@ -86,32 +86,81 @@ Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
 
 Status CheckReach(const Piece& piece, const TreeDepths& depths)
 {
-  const bool below = piece.id.resolution < Resolution::Level(depths.stitch);
-  if (piece.reachBegin.size() != (below ? piece.ownVertices + std::size_t{ 1 } : 0))
+  const bool has = HasReach(piece.id.resolution, depths);
+  if (piece.reachBegin.size() != (has ? piece.ownVertices + std::size_t{ 1 } : 0))
   {
     return Bad("reach has ", piece.reachBegin.size(), " entries");
   }
-  if (!below)
+  if (!has)
   {
     return piece.reachNodes.empty() ? Status{} : Status{ Bad("reach where there is none") };
   }
-  const unsigned nodeDepth = PieceDepth(Resolution::Level(depths.stitch), depths);
+  const unsigned next = piece.id.resolution.Depth() + 1;
+  const unsigned nodeDepth = PieceDepth(Resolution::Level(next), depths);
   if (piece.reachBegin.front() != 0 || piece.reachBegin.back() != piece.reachNodes.size())
   {
     return Bad("reach does not cover its nodes");
   }
   for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
   {
-    if (piece.reachBegin[i] > piece.reachBegin[i + 1])
+    const std::uint32_t begin = piece.reachBegin[i], end = piece.reachBegin[i + 1];
+    if (begin >= end)
     {
-      return Bad("reach of vertex ", i, " ends before it begins");
+      return Bad("vertex ", i, " reaches nothing");
+    }
+    if (end > piece.reachNodes.size())
+    {
+      return Bad("reach of vertex ", i, " ends behind all nodes");
+    }
+    for (std::uint32_t k = begin; k < end; ++k)
+    {
+      if (piece.reachNodes[k] >> nodeDepth != 1)
+      {
+        return Bad(
+          "reach names node ", piece.reachNodes[k], ", which is no piece of the next level");
+      }
+      if (k > begin && piece.reachNodes[k] <= piece.reachNodes[k - 1])
+      {
+        return Bad("reach of vertex ", i, " does not ascend");
+      }
     }
   }
-  for (const NodeId node : piece.reachNodes)
+  return {};
+}
+
+// A cluster has one parent, whoever tells of it.
+Status CheckAncestors(const Piece& piece, const TreeDepths& depths)
+{
+  const AncestorLevels levels = AncestorLevelsOf(piece.id.resolution, depths);
+  if (piece.ancestors.size() !=
+      levels.Rows(piece.ownVertices, piece.GhostCount()) * std::uint64_t{ levels.count })
   {
-    if (node >> nodeDepth != 1)
+    return Bad("ancestors and vertices disagree");
+  }
+  if (std::find(piece.ancestors.begin(), piece.ancestors.end(), noVertex) != piece.ancestors.end())
+  {
+    return Bad("rank of an ancestor is too large");
+  }
+  std::vector<std::uint64_t> links; // cluster, its parent
+  for (unsigned k = 1; k < levels.count; ++k)
+  {
+    links.clear();
+    for (std::size_t at = k; at < piece.ancestors.size(); at += levels.count)
     {
-      return Bad("reach names node ", node, ", which is no piece of level S");
+      const std::uint64_t link =
+        std::uint64_t{ piece.ancestors[at] } << 32 | piece.ancestors[at - 1];
+      if (links.empty() || links.back() != link) // neighbours have the same ancestors
+      {
+        links.push_back(link);
+      }
+    }
+    std::sort(links.begin(), links.end());
+    for (std::size_t i = 1; i < links.size(); ++i)
+    {
+      if (links[i] != links[i - 1] && links[i] >> 32 == links[i - 1] >> 32)
+      {
+        return Bad("cluster ", links[i] >> 32, " has two parents");
+      }
     }
   }
   return {};
@@ -164,14 +213,13 @@ std::span<const std::uint32_t> Piece::AncestorsOf(std::uint32_t v, const TreeDep
   {
     return {};
   }
-  const bool all =
-    !this->id.resolution.IsOriginal() && this->id.resolution.Depth() == depths.stitch;
-  if (!all && v < this->ownVertices)
+  const AncestorLevels levels = AncestorLevelsOf(this->id.resolution, depths);
+  if (!levels.own && v < this->ownVertices)
   {
     return {};
   }
-  const std::size_t row = all ? v : v - this->ownVertices;
-  return { this->ancestors.data() + row * depths.stitch, depths.stitch };
+  const std::size_t row = levels.own ? v : v - this->ownVertices;
+  return { this->ancestors.data() + row * levels.count, levels.count };
 }
 
 Status CheckPiece(const Piece& piece, const TreeDepths& depths)
@@ -192,16 +240,6 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   {
     return Bad("deviations and own vertices disagree");
   }
-  std::size_t carriers = 0;
-  if (resolution >= Resolution::Level(depths.stitch))
-  {
-    const bool all = !resolution.IsOriginal() && resolution.Depth() == depths.stitch;
-    carriers = all ? count : piece.GhostCount();
-  }
-  if (piece.ancestors.size() != carriers * depths.stitch)
-  {
-    return Bad("ancestors and vertices disagree");
-  }
   for (std::size_t v = 0; v < count; ++v)
   {
     const Vec3& p = piece.positions[v];
@@ -210,7 +248,7 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
       return Bad("vertex ", v, " is not finite");
     }
   }
-  for (const auto check : { CheckKeys, CheckOwnKeys, CheckReach })
+  for (const auto check : { CheckKeys, CheckOwnKeys, CheckAncestors, CheckReach })
   {
     KDSTREAM_TRY(check(piece, depths));
   }

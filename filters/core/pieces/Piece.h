@@ -61,12 +61,14 @@ struct Piece
   // told of a piece is how far its vertices lie off at most.
   std::vector<float> deviations;
 
-  // Ranks at the levels 0 … S - 1 of the ancestors, S values a vertex: for all vertices of level S,
-  // for the ghosts of every finer resolution, and empty otherwise.
+  // Ranks of the ancestors at the levels R … min(d, S) - 1, R first (AncestorLevelsOf): for all
+  // vertices of the levels up to S, for the ghosts of every finer resolution. Empty up to R, and
+  // where S <= R.
   std::vector<std::uint32_t> ancestors;
 
-  // Own vertices of levels below S: the nodes of the level-S pieces that hold their descendants,
-  // ascending: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] - 1]. Empty otherwise.
+  // Own vertices of the levels R <= d < S: the nodes of the pieces of level d + 1 that hold their
+  // children, ascending, at least one: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] -
+  // 1]. Empty otherwise.
   std::vector<std::uint32_t> reachBegin;
   std::vector<NodeId> reachNodes;
 
@@ -77,15 +79,15 @@ struct Piece
   std::uint32_t VertexCount() const { return static_cast<std::uint32_t>(this->positions.size()); }
   std::uint32_t GhostCount() const { return this->VertexCount() - this->ownVertices; }
 
-  // Ranks at the levels 0 … S - 1 above local vertex `v`; empty where the piece carries none for
-  // it.
+  // The ranks above local vertex `v`, of level R first; empty where the piece carries none for it.
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
 };
 
 // Whether `piece` is one that a builder could have written for a tree of these depths: sizes agree,
-// keys ascend and lie in the piece's node (own) or outside it (ghosts), indices are in range.
-// O(size). For decoders: everything that the drawing rule relies on, so that hostile bytes cannot
-// reach it.
+// keys ascend and lie in the piece's node (own) or outside it (ghosts), indices are in range, a
+// cluster has one parent, and reaches pieces that the next level has. O(size), and O(log) of it for
+// clusters that are met again as ancestors. For decoders: everything that the drawing rule relies
+// on, so that hostile bytes cannot reach it.
 Status CheckPiece(const Piece& piece, const TreeDepths& depths);
 
 }

@@ -123,19 +123,20 @@ void PieceCutter::AppendVertex(VertexId place, Piece& piece) const
 
 void PieceCutter::AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const
 {
-  const unsigned stitch = this->Tree.depths.stitch;
-  if (this->Tree.levels.empty())
+  const AncestorLevels above = AncestorLevelsOf(this->Which, this->Tree.depths);
+  const std::size_t begin = ranks.size();
+  ranks.resize(begin + above.count, 0);
+  if (this->Tree.levels.empty() || above.count == 0)
   {
-    ranks.resize(ranks.size() + stitch, 0);
     return;
   }
-  VertexId cluster = this->Tree.ClusterAt(stitch, this->NumberedAt(place));
-  const std::size_t begin = ranks.size();
-  ranks.resize(begin + stitch);
-  for (unsigned d = stitch; d-- > 0;)
+  VertexId cluster =
+    above.own ? place : this->Tree.ClusterAt(this->Tree.depths.stitch, this->NumberedAt(place));
+  for (std::size_t k = above.count; k-- > 0;)
   {
+    const std::size_t d = above.coarsest + k;
     cluster = this->Tree.levels[d + 1].parents[cluster];
-    ranks[begin + d] = this->Tree.levels[d].RankOf(cluster);
+    ranks[begin + k] = this->Tree.levels[d].RankOf(cluster);
   }
 }
 
@@ -158,7 +159,6 @@ void PieceCutter::AddReach(Piece& piece, VertexId begin, VertexId end) const
 
 Piece PieceCutter::Cut(std::size_t i) const
 {
-  const TreeDepths& depths = this->Tree.depths;
   const VertexId begin = this->OwnBegin[i], end = this->OwnBegin[i + 1];
   Piece piece;
   piece.id = { this->Which, static_cast<NodeId>(this->FirstNode + i) };
@@ -186,7 +186,7 @@ Piece PieceCutter::Cut(std::size_t i) const
   std::sort(ghosts.begin(), ghosts.end());
   ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
 
-  const bool carries = !this->Which.IsOriginal() && this->Which.Depth() == depths.stitch;
+  const bool carries = AncestorLevelsOf(this->Which, this->Tree.depths).own;
   for (VertexId v = begin; v < end; ++v)
   {
     this->AppendVertex(v, piece);
@@ -204,12 +204,9 @@ Piece PieceCutter::Cut(std::size_t i) const
   for (const VertexId ghost : ghosts)
   {
     this->AppendVertex(ghost, piece);
-    if (!this->IsBelowStitch())
-    {
-      this->AppendAncestors(ghost, piece.ancestors);
-    }
+    this->AppendAncestors(ghost, piece.ancestors);
   }
-  if (this->IsBelowStitch())
+  if (HasReach(this->Which, this->Tree.depths))
   {
     this->AddReach(piece, begin, end);
   }

@@ -166,32 +166,20 @@ void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> fir
   }
 }
 
-std::vector<ReachedNode> ReachOfStitch(const VertexTree& tree, std::span<const VertexId> first)
+std::vector<ReachedNode> ReachOfParents(const VertexTree& tree, unsigned depth,
+  std::span<const VertexId> first, std::span<const VertexId> parents)
 {
-  const unsigned nodeDepth = PieceDepth(Resolution::Level(tree.depths.stitch), tree.depths);
   std::vector<ReachedNode> reach;
-  reach.reserve(first.size());
-  for (const VertexId number : first)
+  reach.reserve(parents.size());
+  for (std::size_t i = 0; i < parents.size(); ++i)
   {
-    reach.push_back({ static_cast<VertexId>(reach.size()),
-      NodeOfPartition(tree.PartitionOf(number), tree.depths) >>
-        (tree.depths.partition - nodeDepth) });
+    const std::uint32_t partition = tree.PartitionOf(first[i]);
+    reach.push_back(
+      { parents[i], PieceOfPartition(Resolution::Level(depth), partition, tree.depths).node });
   }
+  std::sort(reach.begin(), reach.end());
+  reach.erase(std::unique(reach.begin(), reach.end()), reach.end());
   return reach;
-}
-
-std::vector<ReachedNode> ReachOfParents(
-  std::span<const ReachedNode> reach, std::span<const VertexId> parents)
-{
-  std::vector<ReachedNode> above;
-  above.reserve(reach.size());
-  for (const ReachedNode& entry : reach)
-  {
-    above.push_back({ parents[entry.cluster], entry.node });
-  }
-  std::sort(above.begin(), above.end());
-  above.erase(std::unique(above.begin(), above.end()), above.end());
-  return above;
 }
 
 std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,

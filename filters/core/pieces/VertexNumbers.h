@@ -53,12 +53,10 @@ std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
 void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> first,
   std::span<VertexId> firstOfParents);
 
-// The nodes of level-S pieces that clusters of level S are in, given their lowest numbered
-// vertices.
-std::vector<ReachedNode> ReachOfStitch(const VertexTree& tree, std::span<const VertexId> first);
-// Those of their parents, from those of clusters of any level <= S: sorted, none twice. O(r log r).
-std::vector<ReachedNode> ReachOfParents(
-  std::span<const ReachedNode> reach, std::span<const VertexId> parents);
+// Of the parents of clusters of level `depth` the nodes of its pieces that these are in: sorted,
+// none twice. first: the lowest numbered vertex of each cluster. O(c log c).
+std::vector<ReachedNode> ReachOfParents(const VertexTree& tree, unsigned depth,
+  std::span<const VertexId> first, std::span<const VertexId> parents);
 
 // The lowest numbered vertex of every cluster of the levels 0 … S.
 // levels: those of depth 0 … S. counts: original vertices of each cluster of level S, whose

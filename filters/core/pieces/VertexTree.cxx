@@ -99,11 +99,10 @@ VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels, const Execut
     places = std::move(ordered.places);
     first[d] = {};
   }
-  std::vector<ReachedNode> reach =
-    ReachOfStitch(numbered, numbered.levels[numbered.depths.stitch].first);
-  for (std::size_t d = numbered.depths.stitch; d-- > 0;)
+  for (unsigned d = PreviewLevel(numbered.depths); d < numbered.depths.stitch; ++d)
   {
-    numbered.levels[d].reach = reach = ReachOfParents(reach, numbered.levels[d + 1].parents);
+    const VertexTreeLevel& children = numbered.levels[d + 1];
+    numbered.levels[d].reach = ReachOfParents(numbered, d + 1, children.first, children.parents);
   }
   return numbered;
 }

@@ -26,7 +26,7 @@
 namespace kdstream
 {
 
-// A node of the level-S pieces that has descendants of a cluster, or of the one at a place.
+// A node of the pieces of the next level that has children of a cluster, or of the one at a place.
 struct ReachedNode
 {
   VertexId cluster = 0;
@@ -46,7 +46,7 @@ struct VertexTreeLevel
   std::vector<Triangle> triangles;     // places; lowest first, sorted
   std::vector<Attribute> attributes{}; // a tuple a cluster
   std::vector<VertexId> ranks{};       // ascending; empty: all clusters are at hand
-  std::vector<ReachedNode> reach{};    // of places; sorted. Below S only
+  std::vector<ReachedNode> reach{};    // of places; sorted. Of levels that have it (HasReach)
 
   VertexId RankOf(VertexId place) const { return this->ranks.empty() ? place : this->ranks[place]; }
 };
@@ -108,10 +108,12 @@ public:
   // - of the original: the same vertices and triangles as a mesh, in which the triangles have the
   // order
   //   of the whole, and their numbers in tree.numbers (NumberPart, OrderLevel in VertexNumbers.h);
-  // - for a resolution coarser than S: the ranks and reach of its clusters;
-  // - for S and finer: the ancestors, with parents and ranks, on the levels 0 … S of the clusters
-  // of
-  //   level S, or of the ghosts of a finer resolution; and `first` of level S.
+  // - for a resolution coarser than S: the ranks of its clusters, and of a level R <= d < S their
+  //   reach;
+  // - for a resolution finer than R: the ancestors, with parents and ranks, on the levels R … S of
+  // all
+  //   clusters of a level up to S, or of the ghosts of a finer resolution; there also `first` of
+  //   level S.
   // O(at hand + pieces).
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
     const Execution& execution = {}, const std::optional<ModelPart>& part = {});

@@ -22,6 +22,8 @@ struct TreeDepths
   unsigned partition = 0;
   unsigned stitch = 0;
   unsigned finest = 0;
+  // Levels up to this one are one piece each. Always 11, but in tests that want many small pieces.
+  unsigned onePiece = 11;
   bool operator==(const TreeDepths&) const = default;
 };
 

@@ -5,12 +5,6 @@
 
 namespace kdstream
 {
-namespace
-{
-
-constexpr unsigned previewLevel = 11; // a piece of a level holds about 2^11 cells
-
-}
 
 unsigned PieceDepth(Resolution resolution, const TreeDepths& depths)
 {
@@ -19,7 +13,26 @@ unsigned PieceDepth(Resolution resolution, const TreeDepths& depths)
     return depths.partition;
   }
   const unsigned depth = resolution.Depth();
-  return std::min(depths.partition, depth > previewLevel ? depth - previewLevel : 0);
+  return std::min(depths.partition, depth > depths.onePiece ? depth - depths.onePiece : 0);
+}
+
+unsigned PreviewLevel(const TreeDepths& depths)
+{
+  return std::min(depths.finest, depths.onePiece);
+}
+
+AncestorLevels AncestorLevelsOf(Resolution resolution, const TreeDepths& depths)
+{
+  const bool own = resolution <= Resolution::Level(depths.stitch);
+  const unsigned coarsest = PreviewLevel(depths);
+  const unsigned end = own ? resolution.Depth() : depths.stitch;
+  return { coarsest, end > coarsest ? end - coarsest : 0, own };
+}
+
+bool HasReach(Resolution resolution, const TreeDepths& depths)
+{
+  return resolution >= Resolution::Level(PreviewLevel(depths)) &&
+         resolution < Resolution::Level(depths.stitch);
 }
 
 }

@@ -6,6 +6,7 @@
 #include "filters/core/Types.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <cstddef>
 #include <cstdint>
 
 namespace kdstream
@@ -14,6 +15,28 @@ namespace kdstream
 // The depth of the nodes that a resolution is cut into: P for the original, min(P, max(0, d - 11))
 // for level d.
 unsigned PieceDepth(Resolution resolution, const TreeDepths& depths);
+
+// R, the finest level that is one piece whatever the model: min(L, 11).
+unsigned PreviewLevel(const TreeDepths& depths);
+
+// Which of their ancestors' ranks the vertices of a resolution carry (doc/design.md#numbers): at
+// `count` levels from `coarsest` = R on, down to min(d, S) - 1.
+struct AncestorLevels
+{
+  unsigned coarsest = 0;
+  unsigned count = 0;
+  bool own = false; // own vertices too: at the levels up to S; of what is finer the ghosts alone
+
+  std::size_t Rows(std::size_t ownVertices, std::size_t ghosts) const
+  {
+    return (this->own ? ownVertices : 0) + ghosts;
+  }
+};
+AncestorLevels AncestorLevelsOf(Resolution resolution, const TreeDepths& depths);
+
+// Whether clusters of a resolution name the pieces of the next level that hold their children:
+// those of the levels R <= d < S.
+bool HasReach(Resolution resolution, const TreeDepths& depths);
 
 constexpr NodeId NodeOfPartition(std::uint32_t partition, const TreeDepths& depths)
 {

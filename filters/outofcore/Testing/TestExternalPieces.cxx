@@ -134,10 +134,12 @@ private:
           EXPECT_EQ(level.first.size(), this->Expected.levels.levels[d].lowest.size());
           continue;
         }
-        const bool above =
-          d <= tree.depths.stitch && resolution >= Resolution::Level(tree.depths.stitch);
+        const bool above = d >= PreviewLevel(tree.depths) && d <= tree.depths.stitch &&
+                           resolution > Resolution::Level(d);
         EXPECT_LE(level.parents.size(), above ? atHand : 0U);
-        EXPECT_LE(level.first.size(), above && d == tree.depths.stitch ? atHand : 0U);
+        const bool holds =
+          d == tree.depths.stitch && resolution > Resolution::Level(tree.depths.stitch);
+        EXPECT_LE(level.first.size(), holds ? atHand : 0U);
         EXPECT_TRUE(level.reach.empty());
       }
     }

@@ -55,25 +55,29 @@ Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
   return first;
 }
 
-Result<std::vector<ReachedNode>> ReadReachOfParents(
-  const ExternalLevels& levels, const ExternalNumbers& numbers, unsigned depth, std::size_t block)
+Result<std::vector<ReachedNode>> ReadReachOfParents(const ExternalLevels& levels,
+  const ExternalNumbers& numbers, const VertexTree& tree, unsigned depth, std::size_t block)
 {
   const Result<ParentLinks> above = ReadParents(levels, depth, block);
   KDSTREAM_TRY(above);
-  const ReachFile& file = numbers.reach[depth];
-  Result<std::vector<ReachedNode>> below =
-    ReadInterval<ReachedNode>(file.nodes, file.begin[block], file.begin[block + 1]);
-  KDSTREAM_TRY(below);
-  for (ReachedNode& entry : *below)
-  {
-    entry.cluster -= levels.files[depth].begin[block];
-  }
-  std::vector<ReachedNode> reach = ReachOfParents(*below, above->parents);
+  const LevelFile& level = levels.files[depth];
+  const Result<std::vector<VertexId>> first =
+    ReadInterval<VertexId>(numbers.first[depth], level.begin[block], level.begin[block + 1]);
+  KDSTREAM_TRY(first);
+  std::vector<ReachedNode> reach = ReachOfParents(tree, depth, *first, above->parents);
   for (ReachedNode& entry : reach)
   {
     entry.cluster += above->begin;
   }
   return reach;
+}
+
+VertexTree TreeOfPartitions(const MeshBlocks& mesh)
+{
+  VertexTree tree;
+  tree.depths = mesh.depths;
+  tree.partitionBegin = PartitionsOfCell(mesh, 0, 0);
+  return tree;
 }
 
 namespace
@@ -126,10 +130,10 @@ public:
       KDSTREAM_TRY(this->NumberParents(d));
     }
     KDSTREAM_TRY(this->RankClusters());
-    KDSTREAM_TRY(this->FindReachOfStitch());
-    for (unsigned d = this->Stitch; d > inFiles; --d)
+    const VertexTree tree = TreeOfPartitions(this->Input);
+    for (unsigned d = std::max(inFiles, PreviewLevel(tree.depths)); d < this->Stitch; ++d)
     {
-      KDSTREAM_TRY(this->FindReachOfParents(d));
+      KDSTREAM_TRY(this->FindReachOfParents(tree, d + 1));
     }
     return {};
   }
@@ -279,15 +283,13 @@ private:
       this->Numbers.ranked[depth], begin, std::span<const RankedCluster>(ranked));
   }
 
-  // finder(block) -> Result<std::vector<ReachedNode>> for each block of level `depth`:
-  // the reach of clusters of level `of`, which has the same blocks or larger ones.
-  template <class Finder>
-  Status WriteReach(unsigned of, unsigned depth, const Finder& finder)
+  // Of level depth - 1, from level `depth`, which has the same blocks or smaller ones.
+  Status FindReachOfParents(const VertexTree& tree, unsigned depth)
   {
-    ReachFile& file = this->Numbers.reach[of];
-    KDSTREAM_TRY(this->Create("nodes above clusters", of, sizeof(ReachedNode), file.nodes));
+    ReachFile& file = this->Numbers.reach[depth - 1];
+    KDSTREAM_TRY(this->Create("nodes below clusters", depth - 1, sizeof(ReachedNode), file.nodes));
     const std::size_t blocks = this->Levels.files[depth].BlockCount();
-    const std::size_t step = blocks / this->Levels.files[of].BlockCount();
+    const std::size_t step = blocks / this->Levels.files[depth - 1].BlockCount();
     std::uint64_t written = 0;
     for (std::size_t block = 0; block < blocks; ++block)
     {
@@ -295,7 +297,8 @@ private:
       {
         file.begin.push_back(written);
       }
-      const Result<std::vector<ReachedNode>> reach = finder(block);
+      const Result<std::vector<ReachedNode>> reach =
+        ReadReachOfParents(this->Levels, this->Numbers, tree, depth, block);
       KDSTREAM_TRY(reach);
       KDSTREAM_TRY(
         WriteRecords<ReachedNode>(file.nodes, written, std::span<const ReachedNode>(*reach)));
@@ -303,36 +306,6 @@ private:
     }
     file.begin.push_back(written);
     return {};
-  }
-
-  Status FindReachOfStitch()
-  {
-    VertexTree tree;
-    tree.depths = this->Input.depths;
-    tree.partitionBegin = PartitionsOfCell(this->Input, 0, 0);
-    const LevelFile& level = this->Levels.files[this->Stitch];
-    return this->WriteReach(this->Stitch, this->Stitch,
-      [&](std::size_t block) -> Result<std::vector<ReachedNode>>
-      {
-        const VertexId begin = level.begin[block];
-        const Result<std::vector<VertexId>> first =
-          ReadInterval<VertexId>(this->Numbers.first[this->Stitch], begin, level.begin[block + 1]);
-        KDSTREAM_TRY(first);
-        std::vector<ReachedNode> reach = ReachOfStitch(tree, *first);
-        for (ReachedNode& entry : reach)
-        {
-          entry.cluster += begin;
-        }
-        return reach;
-      });
-  }
-
-  // Level depth - 1 from level `depth`.
-  Status FindReachOfParents(unsigned depth)
-  {
-    return this->WriteReach(depth - 1, depth,
-      [&](std::size_t block)
-      { return ReadReachOfParents(this->Levels, this->Numbers, depth, block); });
   }
 
   SpillFolder& Folder;

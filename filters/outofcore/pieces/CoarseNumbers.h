@@ -4,7 +4,7 @@
 //
 // These levels are interwoven: a cluster's lowest number follows from level S, whose order follows
 // from all levels above. So they are gone through block by block three times: depth-first positions
-// from the top down, lowest numbers back up, ranks down again; and what they reach, up.
+// from the top down, lowest numbers back up, ranks down again; and what they reach, from that.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -35,9 +35,13 @@ Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const Ext
 Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
   const ExternalLevels& levels, const ExternalNumbers& numbers);
 
-// The reach of the clusters above those of a block, by number of cluster.
-Result<std::vector<ReachedNode>> ReadReachOfParents(
-  const ExternalLevels& levels, const ExternalNumbers& numbers, unsigned depth, std::size_t block);
+// The reach of the clusters above those of a block of level `depth`, by number of cluster. tree: of
+// it the depths and partitionBegin.
+Result<std::vector<ReachedNode>> ReadReachOfParents(const ExternalLevels& levels,
+  const ExternalNumbers& numbers, const VertexTree& tree, unsigned depth, std::size_t block);
+
+// What ReadReachOfParents takes of the tree: 4 bytes a partition.
+VertexTree TreeOfPartitions(const MeshBlocks& mesh);
 
 // Where the partitions of a cell begin, and the end.
 std::vector<VertexId> PartitionsOfCell(const MeshBlocks& mesh, unsigned depth, std::size_t cell);

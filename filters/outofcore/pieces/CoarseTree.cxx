@@ -57,29 +57,33 @@ Status CoarseTree::LoadWhole()
   return {};
 }
 
-// From the coarsest level in files.
+// Of the finest level above the files from the coarsest in files, of the others from each other.
 Status CoarseTree::LoadReach()
 {
   const unsigned inFiles = this->Levels.firstInFiles;
-  if (inFiles == 0)
+  const VertexTree tree = TreeOfPartitions(this->Input);
+  for (unsigned d = PreviewLevel(tree.depths); d < std::min(inFiles, tree.depths.stitch); ++d)
   {
-    return {};
+    std::vector<ReachedNode>& reach = this->WholeLevels[d].reach;
+    if (d + 1 < inFiles)
+    {
+      const VertexTreeLevel& children = this->WholeLevels[d + 1];
+      reach = ReachOfParents(tree, d + 1, children.first, children.parents);
+      continue;
+    }
+    for (std::size_t block = 0; block < this->Levels.files[inFiles].BlockCount(); ++block)
+    {
+      const Result<std::vector<ReachedNode>> ofBlock =
+        ReadReachOfParents(this->Levels, this->Numbers, tree, inFiles, block);
+      KDSTREAM_TRY(ofBlock);
+      for (const ReachedNode& entry : *ofBlock)
+      {
+        reach.push_back({ this->PlacesAboveFiles[entry.cluster], entry.node });
+      }
+    }
+    std::sort(reach.begin(), reach.end());
+    reach.erase(std::unique(reach.begin(), reach.end()), reach.end());
   }
-  std::vector<ReachedNode> reach;
-  for (std::size_t block = 0; block < this->Levels.files[inFiles].BlockCount(); ++block)
-  {
-    const Result<std::vector<ReachedNode>> ofBlock =
-      ReadReachOfParents(this->Levels, this->Numbers, inFiles, block);
-    KDSTREAM_TRY(ofBlock);
-    reach.insert(reach.end(), ofBlock->begin(), ofBlock->end());
-  }
-  reach = ReachOfParents(reach, this->PlacesAboveFiles);
-  for (std::size_t d = inFiles - 1; d > 0; --d)
-  {
-    this->WholeLevels[d].reach = reach;
-    reach = ReachOfParents(reach, this->WholeLevels[d].parents);
-  }
-  this->WholeLevels[0].reach = std::move(reach);
   return {};
 }
 
@@ -185,9 +189,41 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
   KDSTREAM_TRY(this->AppendHolders(ghosts.first(before), levels[stitch]));
   KDSTREAM_TRY(this->AppendOwn(own, levels[stitch]));
   KDSTREAM_TRY(this->AppendHolders(ghosts.subspan(before), levels[stitch]));
-  for (std::size_t d = stitch; d > this->Levels.firstInFiles; --d)
+  KDSTREAM_TRY(this->AddAncestors(levels));
+  return levels;
+}
+
+Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOfRanks(
+  unsigned depth, std::vector<VertexId> ranks) const
+{
+  std::vector<VertexTreeLevel> levels(depth + std::size_t{ 1 });
+  levels[depth].ranks = std::move(ranks);
+  KDSTREAM_TRY(this->ReadParentRanks(depth, levels[depth]));
+  KDSTREAM_TRY(this->AddAncestors(levels));
+  return levels;
+}
+
+// Of clusters whose ranks are known.
+Status CoarseTree::ReadParentRanks(unsigned depth, VertexTreeLevel& level) const
+{
+  std::vector<RankedCluster> clusters(level.ranks.size());
+  KDSTREAM_TRY(ReadRecordsAt<RankedCluster>(
+    this->Numbers.ranked[depth], level.ranks, std::span<RankedCluster>(clusters)));
+  level.parents.reserve(clusters.size());
+  for (const RankedCluster& cluster : clusters)
   {
-    std::vector<VertexId>& parents = levels[d].parents; // ranks so far
+    level.parents.push_back(cluster.parentRank);
+  }
+  return {};
+}
+
+// From the last level up, whose parents are ranks so far.
+Status CoarseTree::AddAncestors(std::vector<VertexTreeLevel>& levels) const
+{
+  const unsigned coarsest = PreviewLevel(this->Input.depths);
+  for (std::size_t d = levels.size() - 1; d > std::max(coarsest, this->Levels.firstInFiles); --d)
+  {
+    std::vector<VertexId>& parents = levels[d].parents;
     std::vector<VertexId>& ranks = levels[d - 1].ranks;
     ranks = parents;
     std::sort(ranks.begin(), ranks.end());
@@ -197,20 +233,15 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOf(
       parent =
         static_cast<VertexId>(std::lower_bound(ranks.begin(), ranks.end(), parent) - ranks.begin());
     }
-    std::vector<RankedCluster> clusters(ranks.size());
-    KDSTREAM_TRY(ReadRecordsAt<RankedCluster>(
-      this->Numbers.ranked[d - 1], ranks, std::span<RankedCluster>(clusters)));
-    levels[d - 1].parents.reserve(clusters.size());
-    for (const RankedCluster& cluster : clusters)
-    {
-      levels[d - 1].parents.push_back(cluster.parentRank);
-    }
+    KDSTREAM_TRY(this->ReadParentRanks(static_cast<unsigned>(d - 1), levels[d - 1]));
   }
-  if (this->Levels.firstInFiles == 0)
+  const auto last = static_cast<unsigned>(levels.size() - 1);
+  const unsigned top = std::min(last, std::max(coarsest, this->Levels.firstInFiles));
+  if (top <= coarsest)
   {
-    levels[0].parents.clear();
+    levels[top].parents.clear(); // nobody asks what lies above
   }
-  return levels;
+  return {};
 }
 
 }

@@ -36,11 +36,15 @@ public:
   const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }
 
   // What lies above the numbered vertices of some partitions, `own`, and others, which ascend: of
-  // each level in files up to S, [depth], the clusters that hold them, parents and ranks, of level
-  // S also `first`. O(ghosts, and the level-S clusters of all their partitions). Errors:
+  // each level in files from R to S, [depth], the clusters that hold them, parents and ranks, of
+  // level S also `first`. O(ghosts, and the level-S clusters of all their partitions). Errors:
   // InputOutput.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> ghosts) const;
+  // The same above clusters of a level in files up to S, whose ranks ascend; of that level them,
+  // without `first`.
+  Result<std::vector<VertexTreeLevel>> AncestorsOfRanks(
+    unsigned depth, std::vector<VertexId> ranks) const;
 
 private:
   Status LoadWhole();
@@ -51,6 +55,8 @@ private:
   // vertices.
   Status AppendOwn(const CellRange& own, VertexTreeLevel& level) const;
   Status AppendHolders(std::span<const VertexId> numbers, VertexTreeLevel& level) const;
+  Status ReadParentRanks(unsigned depth, VertexTreeLevel& level) const;
+  Status AddAncestors(std::vector<VertexTreeLevel>& levels) const;
 
   const MeshBlocks& Input;
   const ExternalLevels& Levels;

@@ -37,7 +37,7 @@ struct ExternalNumbers
   std::vector<SpillFile> first;  // VertexId: of each cluster its lowest numbered vertex
   std::vector<SpillFile> ranks;  // VertexId: of each cluster its rank (VertexTreeLevel)
   std::vector<SpillFile> ranked; // RankedCluster
-  std::vector<ReachFile> reach;  // ReachedNode
+  std::vector<ReachFile> reach;  // ReachedNode: of levels that have it (HasReach)
   SpillFile numberOfRank; // VertexId: of each original vertex, by its rank in the tree, its number
 };
 

@@ -166,6 +166,7 @@ private:
     VertexTreeLevel links = level;
     level =
       OrderLevel(this->Levels.coarse[depth], this->Coarse.First()[depth], {}, this->Exec).level;
+    level.parents = links.parents;
     level.reach = links.reach;
     KDSTREAM_TRY(this->VisitPart(Resolution::Level(depth), 0, 0, {}));
     level = std::move(links);
@@ -201,7 +202,7 @@ private:
       this->Exec);
   }
 
-  // above: levels in files up to S; none where nothing above is asked for.
+  // above: levels in files from R to S; none where nothing above is asked for.
   void SetAbove(std::vector<VertexTreeLevel>& above)
   {
     for (std::size_t d = this->Levels.firstInFiles; d < above.size(); ++d)
@@ -226,6 +227,7 @@ private:
     if (depth < this->Input.depths.stitch)
     {
       KDSTREAM_TRY(this->LoadReach(depth, index, *block, ordered.places, part.level));
+      KDSTREAM_TRY(this->LoadRanks(depth, *block, part));
       return part;
     }
     const CellRange own = RangeOfCell(this->Input.vertexCount, file.blockDepth, index);
@@ -241,15 +243,33 @@ private:
     return part;
   }
 
-  // What a part of a level coarser than S says of its clusters. places: of those of the block.
-  Status LoadReach(unsigned depth, std::size_t index, const LevelBlock& block,
-    std::span<const VertexId> places, VertexTreeLevel& level) const
+  // The ranks of a part of a level coarser than S, and what lies above it.
+  Status LoadRanks(unsigned depth, const LevelBlock& block, LevelPart& part) const
   {
     Result<std::vector<VertexId>> ranks =
       ReadBlockRecords<VertexId>(this->Numbers.ranks[depth], block);
     KDSTREAM_TRY(ranks);
     std::sort(ranks->begin(), ranks->end());
-    level.ranks = std::move(*ranks);
+    part.level.ranks = std::move(*ranks);
+    if (depth > PreviewLevel(this->Input.depths))
+    {
+      Result<std::vector<VertexTreeLevel>> above =
+        this->Coarse.AncestorsOfRanks(depth, part.level.ranks);
+      KDSTREAM_TRY(above);
+      part.above = std::move(*above);
+      part.level.parents = std::move(part.above.back().parents);
+    }
+    return {};
+  }
+
+  // places: of the clusters of the block.
+  Status LoadReach(unsigned depth, std::size_t index, const LevelBlock& block,
+    std::span<const VertexId> places, VertexTreeLevel& level) const
+  {
+    if (!HasReach(Resolution::Level(depth), this->Input.depths))
+    {
+      return {};
+    }
     const ReachFile& file = this->Numbers.reach[depth];
     Result<std::vector<ReachedNode>> reach =
       ReadInterval<ReachedNode>(file.nodes, file.begin[index], file.begin[index + 1]);

@@ -29,9 +29,9 @@ using PartVisit = std::function<Status(
 // CoarseTree, and one part at a time: a level above the files, whole, or a block of one in files,
 // about 130 bytes a cluster and 40 a triangle while it is put in order; a block of the mesh what
 // MeshBlocks::Load says and 24 bytes a vertex. Attributes come on top, and what lies above ghosts,
-// or above the clusters of level S: about 8 bytes of each and a level, less where they are near
-// each other. Errors: InputOutput; Damaged (NumberExternally); those of `visit`, which end it.
-// REQUIRES: numbers of these levels; a level finer than S in blocks of at most the depth of its
+// or above the clusters of a level from R to S: about 8 bytes of each and a level, less where they
+// are near each other. Errors: InputOutput; Damaged (NumberExternally); those of `visit`, which end
+// it. REQUIRES: numbers of these levels; a level finer than S in blocks of at most the depth of its
 // pieces (PieceDepth). team: each process gets the parts of its own blocks, the first one those of
 // the levels up to S. finished: called behind the last part of each resolution, in every process.
 Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
