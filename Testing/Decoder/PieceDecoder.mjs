@@ -350,7 +350,7 @@ function readAncestors(symbols, vertices, levels) {
   return rows;
 }
 
-// blob: bytes, whose checksum the caller has checked. model: { partition, stitch } depths and grid {
+// blob: bytes, whose checksum the caller has checked. model: { partition, stitch, preview } depths and grid {
 // bits, scalarType, origin, step, spacing (the level's; 1 for the original) }; level: a depth, or null
 // for the original; node. The piece:
 // positions (doubles), keys ([partition, index]), ancestors (rows), reachEnds, reachNodes,
@@ -359,15 +359,18 @@ export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
   need([0x4b, 0x44, 0x50, 6].every((byte) => reader.byte() === byte), "no piece of version 6");
   const below = level !== null && level < model.stitch;
+  const reaches = below && level >= model.preview;
   const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint(), steps = reader.varint();
-  const reach = below ? reader.varint() : 0;
+  const reach = reaches ? reader.varint() : 0;
   const heads = Array.from({ length: reader.varint() }, () => ({
     name: new TextDecoder().decode(reader.take(reader.varint())), type: reader.byte(), association: reader.byte(),
     components: reader.byte() }));
   need(heads.every((head) => head.type < 10 && head.association < 2), "unknown attribute type");
-  const carriers = below ? 0 : level === model.stitch ? own + ghosts : ghosts;
+  const coarse = level !== null && level <= model.stitch; // own vertices carry ancestors too
+  const levels = Math.max(0, (coarse ? level : model.stitch) - model.preview);
+  const carriers = levels === 0 ? 0 : coarse ? own + ghosts : ghosts;
   const size = heads.reduce((sum, head) => sum + (head.association === 0 ? own + ghosts : count) * head.components * sizes[head.type],
-    32 * (own + ghosts) + 12 * count + 4 * reach + 4 * carriers * model.stitch);
+    32 * (own + ghosts) + 12 * count + 4 * reach + 4 * carriers * levels);
   need(Math.floor(size / 128) <= reader.bytes.length - reader.at, "counts that the bytes cannot hold");
 
   const symbols = new Symbols(reader, context.attribute + heads.length);
@@ -398,9 +401,9 @@ export function decodePiece(blob, model, level, node) {
       return [partition, index];
     });
   }
-  const ancestors = readAncestors(symbols, carriers, model.stitch);
-  const reachEnds = below ? symbols.array(context.reachEnd, own) : [];
-  const reachNodes = below ? symbols.array(context.reachNode, reach) : [];
+  const ancestors = readAncestors(symbols, carriers, levels);
+  const reachEnds = reaches ? symbols.array(context.reachEnd, own) : [];
+  const reachNodes = reaches ? symbols.array(context.reachNode, reach) : [];
   const attributes = readAttributes(symbols, heads, vertices, numbers, count);
   symbols.finish();
   return { primitive, own, positions, keys: ownKeys.concat(ghostKeys), ancestors, reachEnds, reachNodes,

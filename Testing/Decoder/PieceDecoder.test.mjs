@@ -17,7 +17,7 @@ for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   const frame = doubles(sample.frame);
   const grid = { bits: sample.bits, scalarType: sample.scalarType, origin: frame.slice(0, 3), step: frame[3],
     spacing: sample.spacing };
-  const model = { partition: sample.partition, stitch: sample.stitch, grid };
+  const model = { partition: sample.partition, stitch: sample.stitch, preview: sample.preview, grid };
   const blob = new Uint8Array(Buffer.from(sample.blob, "hex"));
   const piece = decodePiece(blob, model, sample.level, sample.node);
   const where = `sample ${samples}`;

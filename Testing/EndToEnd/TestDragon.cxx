@@ -126,14 +126,15 @@ TEST(DragonSurface, IsOpenOnlyWhereTheInputIs)
   std::size_t edges = 0;
   for (unsigned draw = 0; draw < 6; ++draw)
   {
-    Cut cut{ depths, Resolution::Level(draw % 2 == 0 ? 8 : depths.stitch + 1), {} };
-    cut.refined.resize(std::size_t{ 1 } << depths.partition);
+    std::vector<PieceId> wanted;
     const auto region = *FindRegion(model->tree.boxes, depths,
       NodeOfPartition(static_cast<std::uint32_t>(random() % 256), depths), 1 + draw % 3);
     for (const std::uint32_t p : region)
     {
-      cut.refined[p] = Resolution::Original();
+      wanted.push_back({ Resolution::Original(), NodeOfPartition(p, depths) });
     }
+    const Cut cut =
+      CutShowing(*model, Resolution::Level(draw % 2 == 0 ? 8 : depths.stitch + 1), wanted);
     const auto surface = DrawSurface(cut, model->Lookup());
     ASSERT_TRUE(surface) << surface.GetError().message;
     const std::vector<Surface::Source> nodes = CutOfVertices(*model, cut);
@@ -164,14 +165,14 @@ TEST(DragonSurface, IsClosedOnceWelded)
   std::mt19937 random(2);
   for (unsigned draw = 0; draw < 8; ++draw)
   {
-    Cut cut{ depths, Resolution::Level(6 + draw), {} };
-    cut.refined.resize(std::size_t{ 1 } << depths.partition);
+    std::vector<PieceId> wanted;
     const auto region = *FindRegion(model->tree.boxes, depths,
       NodeOfPartition(static_cast<std::uint32_t>(random() % 256), depths), 1);
     for (const std::uint32_t p : region)
     {
-      cut.refined[p] = Resolution::Original();
+      wanted.push_back({ Resolution::Original(), NodeOfPartition(p, depths) });
     }
+    const Cut cut = CutShowing(*model, Resolution::Level(6 + draw), wanted);
     const auto surface = DrawSurface(cut, model->Lookup());
     ASSERT_TRUE(surface) << surface.GetError().message;
     EXPECT_TRUE(BoundaryEdges(surface->triangles).empty()) << "region in level " << 6 + draw;

@@ -14,6 +14,7 @@
 #include <vtkPolyData.h>
 
 #include <random>
+#include <set>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -56,24 +57,25 @@ Cut RandomCut(std::mt19937& random, const Model& model)
   { return static_cast<std::uint32_t>(random() % below); };
   if (random() % 2 == 0) // a region in any level
   {
-    Cut cut{ depths, Resolution::Level(draw(depths.finest + 1)), {} };
-    cut.refined.resize(partitions);
+    const auto base = Resolution::Level(draw(depths.finest + 1));
     const auto region =
       *FindRegion(model.tree.boxes, depths, NodeOfPartition(draw(partitions), depths), draw(3));
+    std::vector<PieceId> wanted;
     for (const std::uint32_t p : region)
     {
-      cut.refined[p] = Resolution::Original();
+      wanted.push_back({ Resolution::Original(), NodeOfPartition(p, depths) });
     }
-    return cut;
+    return CutShowing(model, base, wanted);
   }
-  Cut cut{ depths, Resolution::Level(depths.stitch), {} };
+  std::set<PieceId> active;
   for (std::uint32_t p = 0; p < partitions; ++p)
   {
     const unsigned depth = depths.stitch + draw(depths.finest - depths.stitch + 2);
-    cut.refined.emplace_back(
-      depth > depths.finest ? Resolution::Original() : Resolution::Level(depth));
+    active.insert(PieceOfPartition(
+      depth > depths.finest ? Resolution::Original() : Resolution::Level(depth), p, depths));
   }
-  return cut;
+  active.erase(active.begin(), active.lower_bound({ Resolution::Level(depths.stitch + 1), 0 }));
+  return { depths, Resolution::Level(depths.stitch), { active.begin(), active.end() } };
 }
 
 }
@@ -82,7 +84,7 @@ TEST(FeatureEdges, ClosedMeshesHaveNoneInAnyCut)
 {
   for (const NamedMesh& named : ClosedMeshes())
   {
-    const auto model = MakeModel(named.mesh, { 100, {}, 8 });
+    const auto model = MakeModel(named.mesh, { 100, {}, 8 }, {}, {}, 3);
     std::mt19937 random(1234);
     for (unsigned draw = 0; draw < 200; ++draw)
     {
@@ -96,7 +98,6 @@ TEST(FeatureEdges, ClosedMeshesHaveNoneInAnyCut)
 TEST(FeatureEdges, AreSeenWhereThereAreSome)
 {
   const auto model = MakeModel(GridPlate(20), { 100, {}, 8 });
-  const auto surface =
-    DrawSurface({ model->tree.depths, Resolution::Original(), {} }, model->Lookup());
+  const auto surface = DrawSurface({ model->tree.depths, Resolution::Original() }, model->Lookup());
   EXPECT_EQ(BoundaryEdgesOf(*surface), 80);
 }

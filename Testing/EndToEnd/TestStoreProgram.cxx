@@ -185,6 +185,30 @@ TEST_F(StoreProgram, ExtractsWhatIsAskedFor)
     this->WriteText("mix.json", mix.dump());
     EXPECT_TRUE(BoundaryEdges(extract({ "--resolutions", "mix.json" }).triangles).empty());
   }
+  // Pieces in any order over a base: of what is not reached nothing is shown.
+  const unsigned first = 1U << stats["partition_depth"].get<unsigned>();
+  const Json pieces = { { "base", 2 },
+    { "pieces",
+      Json::array({ Json::array({ "original", first + 3 }), Json::array({ stitch, 1 }) }) } };
+  this->WriteText("mix.json", pieces.dump());
+  const Mesh mixed = extract({ "--resolutions", "mix.json" });
+  EXPECT_TRUE(BoundaryEdges(mixed.triangles).empty());
+  EXPECT_GT(mixed.points.size(), stats["levels"][stitch]["vertices"].get<std::size_t>());
+  for (const auto& [text, said] : std::initializer_list<std::pair<std::string, std::string>>{
+         { "{}", " needs \"base\" and a list \"pieces\"" },
+         { R"({"base":99,"pieces":[]})", ": \"base\" is \"99\"; a depth from 0 to " },
+         { R"({"base":3,"pieces":[[3]]})",
+           ": piece 0 is no resolution and node of a piece in the store" },
+         { R"({"base":3,"pieces":[[3,1],["original",1]]})",
+           ": piece 1 is no resolution and node of a piece in the store" },
+         { "7", " is no JSON list or object" } })
+  {
+    this->WriteText("mix.json", text);
+    const Outcome bad =
+      this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" });
+    EXPECT_EQ(bad.exitCode, 2);
+    EXPECT_NE(bad.err.find("--resolutions: mix.json" + said), std::string::npos) << bad.err;
+  }
   this->WriteText("mix.json", "[\"original\"]");
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" }).err,
     "kdstream-store: error: m.kds: --resolutions: mix.json has 1 entries for " +

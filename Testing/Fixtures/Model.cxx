@@ -37,6 +37,12 @@ std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& treeOpti
   return model;
 }
 
+Cut CutShowing(const Model& model, Resolution base, const std::vector<PieceId>& wanted)
+{
+  return { model.tree.depths, base,
+    MakeClosure(model.tree.depths, base, wanted, model.Lookup()).pieces };
+}
+
 std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut)
 {
   const VertexTree& tree = model.vertexTree;

@@ -36,6 +36,9 @@ std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {
   const LevelOptions& levels = {}, const Execution& execution = {},
   unsigned onePiece = TreeDepths{}.onePiece);
 
+// The cut of a resolution with some pieces in it that are shown whole (MakeClosure).
+Cut CutShowing(const Model& model, Resolution base, const std::vector<PieceId>& wanted);
+
 // For each original vertex (numbered) the node of the cut above it, found in the whole vertex tree
 // and not in pieces.
 std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut);

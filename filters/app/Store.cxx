@@ -22,6 +22,7 @@
 #include <functional>
 #include <iostream>
 #include <optional>
+#include <set>
 
 namespace
 {
@@ -118,21 +119,87 @@ Error BadArgument(const std::string& what)
   return { ErrorCode::InvalidArgument, what };
 }
 
-// An entry of --resolutions: a depth from S to L, or "original".
-std::optional<Resolution> ReadResolution(const JsonValue& entry, const TreeDepths& depths)
+// A resolution in --resolutions: a depth from `least` to L, or "original".
+std::optional<Resolution> ReadResolution(
+  const JsonValue& entry, unsigned least, const TreeDepths& depths)
 {
   if (entry.IsString() && TextOf(entry) == "original")
   {
     return Resolution::Original();
   }
-  if (entry.IsUint() && entry.GetUint() <= depths.finest)
+  if (entry.IsUint() && entry.GetUint() >= least && entry.GetUint() <= depths.finest)
   {
     return Resolution::Level(entry.GetUint());
   }
   return {};
 }
 
-// --resolutions: a list, one entry a partition.
+std::string NeededResolution(const JsonValue& entry, unsigned least, const TreeDepths& depths)
+{
+  return Show(entry) + "; a depth from " + std::to_string(least) + " to " +
+         std::to_string(depths.finest) + " or \"original\" is needed";
+}
+
+// --resolutions as a list: of each partition the resolution, S or finer.
+Result<Cut> ReadPartitions(const JsonValue& list, const ModelDescription& info)
+{
+  const TreeDepths& depths = info.depths;
+  std::set<PieceId> active;
+  std::uint32_t partition = 0;
+  for (const JsonValue& entry : list.GetArray())
+  {
+    const auto resolution = ReadResolution(entry, depths.stitch, depths);
+    if (!resolution)
+    {
+      return BadArgument(": entry " + std::to_string(partition) + " is " +
+                         NeededResolution(entry, depths.stitch, depths));
+    }
+    if (partition<info.partitions&& * resolution> Resolution::Level(depths.stitch))
+    {
+      active.insert(PieceOfPartition(*resolution, partition, depths));
+    }
+    ++partition;
+  }
+  if (partition != info.partitions)
+  {
+    return BadArgument(" has " + std::to_string(partition) + " entries for " +
+                       std::to_string(info.partitions) + " partitions");
+  }
+  return Cut{ depths, Resolution::Level(depths.stitch), { active.begin(), active.end() } };
+}
+
+// --resolutions as an object: the base, and finer pieces that may be shown, in any order.
+Result<Cut> ReadPieces(const JsonValue& object, const ModelDescription& info)
+{
+  const TreeDepths& depths = info.depths;
+  const auto base = object.FindMember("base"), pieces = object.FindMember("pieces");
+  if (base == object.MemberEnd() || pieces == object.MemberEnd() || !pieces->value.IsArray())
+  {
+    return BadArgument(" needs \"base\" and a list \"pieces\"");
+  }
+  const auto resolution = ReadResolution(base->value, 0, depths);
+  if (!resolution)
+  {
+    return BadArgument(": \"base\" is " + NeededResolution(base->value, 0, depths));
+  }
+  std::set<PieceId> active;
+  std::size_t number = 0;
+  for (const JsonValue& entry : pieces->value.GetArray())
+  {
+    const bool pair = entry.IsArray() && entry.Size() == 2 && entry[1].IsUint();
+    const auto of = pair ? ReadResolution(entry[0], 0, depths) : std::nullopt;
+    const PieceId id{ of.value_or(Resolution()), pair ? NodeId{ entry[1].GetUint() } : 0 };
+    if (!of || !info.HasPiece(id))
+    {
+      return BadArgument(
+        ": piece " + std::to_string(number) + " is no resolution and node of a piece in the store");
+    }
+    active.insert(id);
+    ++number;
+  }
+  return Cut{ depths, *resolution, { active.begin(), active.end() } };
+}
+
 Result<Cut> ReadResolutions(const Store& store, const std::string& file)
 {
   const auto bad = [&file](const std::string& what)
@@ -143,29 +210,13 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
     return bad(" cannot be read: " + SystemReason(errno));
   }
   const auto json = ParseJson(std::string{ std::istreambuf_iterator<char>(stream), {} });
-  if (!json || !json->IsArray())
+  if (!json || (!json->IsArray() && !json->IsObject()))
   {
-    return bad(" is no JSON list");
+    return bad(" is no JSON list or object");
   }
-  const TreeDepths& depths = store.Info().depths;
-  Cut cut{ depths, Resolution::Level(depths.stitch), {} };
-  for (const JsonValue& entry : json->GetArray())
-  {
-    const std::optional<Resolution> resolution = ReadResolution(entry, depths);
-    if (!resolution)
-    {
-      return bad(": entry " + std::to_string(cut.refined.size()) + " is " + Show(entry) +
-                 "; a depth from " + std::to_string(depths.stitch) + " to " +
-                 std::to_string(depths.finest) + " or \"original\" is needed");
-    }
-    cut.refined.push_back(resolution);
-  }
-  if (cut.refined.size() != store.Info().partitions)
-  {
-    return bad(" has " + std::to_string(cut.refined.size()) + " entries for " +
-               std::to_string(store.Info().partitions) + " partitions");
-  }
-  return cut;
+  Result<Cut> cut =
+    json->IsArray() ? ReadPartitions(*json, store.Info()) : ReadPieces(*json, store.Info());
+  return cut ? std::move(cut) : bad(cut.GetError().message);
 }
 
 Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
@@ -179,13 +230,12 @@ Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
   {
     return GlueStoreMesh(store, *partitions);
   }
-  Cut cut{ depths, Resolution::Level(*line.inContext), {} };
-  cut.refined.resize(store.Info().partitions);
+  std::vector<PieceId> wanted;
   for (const std::uint32_t p : *partitions)
   {
-    cut.refined[p] = Resolution::Original();
+    wanted.push_back({ Resolution::Original(), NodeOfPartition(p, depths) });
   }
-  return DrawStoreMesh(store, cut);
+  return DrawStorePieces(store, Resolution::Level(*line.inContext), wanted);
 }
 
 Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
@@ -207,7 +257,7 @@ Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
   }
   if (line.level)
   {
-    return DrawStoreMesh(store, { info.depths, Resolution::Level(*line.level), {} });
+    return DrawStoreMesh(store, { info.depths, Resolution::Level(*line.level) });
   }
   if (line.partition)
   {
@@ -469,7 +519,7 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   what
     ->add_option("--resolutions", line.resolutions,
       "one surface of any mix: a JSON list with an entry for each partition, a depth from the "
-      "stitch depth on or \"original\"")
+      "stitch depth on or \"original\"; or an object that names a base and finer pieces")
     ->type_name("FILE");
   what->require_option(1);
   const char* const regions = "Region";

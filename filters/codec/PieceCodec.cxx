@@ -47,7 +47,7 @@ void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
   writer.Varint(shape.counts.ghosts);
   writer.Varint(shape.counts.triangles);
   writer.Varint(shape.steps);
-  if (shape.IsBelowStitch())
+  if (shape.HasReach())
   {
     writer.Varint(shape.reach);
   }
@@ -99,7 +99,7 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   shape.counts.ghosts = reader.Count(most);
   shape.counts.triangles = reader.Count(most);
   shape.steps = reader.Count(3 * shape.counts.triangles); // each edge once
-  shape.reach = shape.IsBelowStitch() ? reader.Count(most) : 0;
+  shape.reach = shape.HasReach() ? reader.Count(most) : 0;
   piece.ownVertices = static_cast<std::uint32_t>(shape.counts.own);
   ReadAttributeHeads(reader, piece);
   if (!reader.Failed() && DecodedBytes(piece, shape) / mostExpansion > reader.Remaining())

@@ -242,7 +242,7 @@ bool PieceReader::ReadParents(std::size_t context, std::vector<std::uint32_t>& p
 
 bool PieceReader::ReadReach()
 {
-  if (!this->Shape.IsBelowStitch())
+  if (!this->Shape.HasReach())
   {
     return true;
   }

@@ -33,14 +33,12 @@ struct PieceShape
   {
     return this->id.resolution < Resolution::Level(this->depths.stitch);
   }
-  bool IsStitch() const { return this->id.resolution == Resolution::Level(this->depths.stitch); }
-  // Ranks at the levels 0 … S - 1: at S of all vertices, finer of the ghosts.
+  bool HasReach() const { return kdstream::HasReach(this->id.resolution, this->depths); }
   AncestorShape Ancestors() const
   {
-    return { this->IsBelowStitch() ? 0
-             : this->IsStitch()    ? this->Vertices()
-                                   : this->counts.ghosts,
-      this->depths.stitch };
+    const AncestorLevels levels = AncestorLevelsOf(this->id.resolution, this->depths);
+    return { levels.count > 0 ? levels.Rows(this->counts.own, this->counts.ghosts) : 0,
+      levels.count };
   }
 };
 

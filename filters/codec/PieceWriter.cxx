@@ -130,7 +130,7 @@ void PieceWriter::WriteParents(std::size_t context, const std::vector<std::uint3
 
 void PieceWriter::WriteReach()
 {
-  if (this->Shape.IsBelowStitch())
+  if (this->Shape.HasReach())
   {
     const auto& begin = this->Content.reachBegin;
     const auto& nodes = this->Content.reachNodes;

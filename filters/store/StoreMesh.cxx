@@ -4,38 +4,79 @@
 #include "filters/core/pieces/Glue.h"
 
 #include <map>
+#include <utility>
 
 namespace kdstream
 {
 
+namespace
+{
+
+// Pieces of a store that have been read.
+class LoadedPieces
+{
+public:
+  explicit LoadedPieces(const Store& store)
+    : From(store)
+  {
+  }
+
+  Status Load(std::span<const PieceId> ids)
+  {
+    for (const PieceId id : ids)
+    {
+      Result<Piece> piece = this->From.ReadPiece(id);
+      KDSTREAM_TRY(piece);
+      this->Pieces.emplace(id, std::move(*piece));
+    }
+    return {};
+  }
+  PieceLookup Lookup() const
+  {
+    return [this](PieceId id) -> const Piece*
+    {
+      const auto found = this->Pieces.find(id);
+      return found == this->Pieces.end() ? nullptr : &found->second;
+    };
+  }
+  Result<Mesh> Draw(const Cut& cut)
+  {
+    KDSTREAM_TRY(this->Load(MissingPieces(cut, this->Lookup())));
+    Result<Surface> surface = DrawSurface(cut, this->Lookup());
+    KDSTREAM_TRY(surface);
+    return Mesh{ std::move(surface->points), std::move(surface->triangles),
+      this->From.Info().grid.scalarType, std::move(surface->attributes) };
+  }
+
+private:
+  const Store& From;
+  std::map<PieceId, Piece> Pieces;
+};
+
+}
+
 Result<Mesh> DrawStoreMesh(const Store& store, const Cut& cut)
 {
   KDSTREAM_TRY(CheckCut(cut));
-  std::map<PieceId, Piece> loaded;
-  const PieceLookup lookup = [&](PieceId id) -> const Piece*
-  {
-    const auto found = loaded.find(id);
-    return found == loaded.end() ? nullptr : &found->second;
-  };
-  // What a split needs is known only once the pieces that split are there.
+  return LoadedPieces(store).Draw(cut);
+}
+
+Result<Mesh> DrawStorePieces(const Store& store, Resolution base, std::span<const PieceId> wanted)
+{
+  Cut cut{ store.Info().depths, base };
+  KDSTREAM_TRY(CheckCut(cut));
+  LoadedPieces loaded(store);
+  KDSTREAM_TRY(loaded.Load(MissingPieces(cut, loaded.Lookup())));
   for (;;)
   {
-    const std::vector<PieceId> missing = MissingPieces(cut, lookup);
-    if (missing.empty())
+    Closure closure = MakeClosure(cut.depths, base, wanted, loaded.Lookup());
+    if (closure.missing.empty())
     {
-      break;
+      cut.active = std::move(closure.pieces);
+      return loaded.Draw(cut);
     }
-    for (const PieceId id : missing)
-    {
-      Result<Piece> piece = store.ReadPiece(id);
-      KDSTREAM_TRY(piece);
-      loaded.emplace(id, std::move(*piece));
-    }
+    KDSTREAM_TRY(loaded.Load(closure.missing));
   }
-  Result<Surface> surface = DrawSurface(cut, lookup);
-  KDSTREAM_TRY(surface);
-  return Mesh{ std::move(surface->points), std::move(surface->triangles),
-    store.Info().grid.scalarType, std::move(surface->attributes) };
 }
 
 Result<Mesh> GlueStoreMesh(const Store& store, std::span<const std::uint32_t> partitions)

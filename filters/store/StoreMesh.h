@@ -18,6 +18,10 @@ namespace kdstream
 // pieces have. Reads the pieces it needs, each once. Errors: those of CheckCut and ReadPiece.
 Result<Mesh> DrawStoreMesh(const Store& store, const Cut& cut);
 
+// The same of a resolution with some pieces in it that are shown whole, and what lies between
+// (MakeClosure). REQUIRES: pieces of this store.
+Result<Mesh> DrawStorePieces(const Store& store, Resolution base, std::span<const PieceId> wanted);
+
 // The original mesh of some partitions (GluePartitions). Errors: those of ReadPiece and
 // GluePartitions. REQUIRES: partitions below Info().partitions.
 Result<Mesh> GlueStoreMesh(const Store& store, std::span<const std::uint32_t> partitions);

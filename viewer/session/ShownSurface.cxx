@@ -4,16 +4,13 @@
 #include "viewer/session/ShownSurface.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace kdstream
 {
 namespace
 {
-
-PieceLookup LookupIn(PieceCache& pieces)
-{
-  return [&pieces](PieceId id) { return pieces.Find(id); };
-}
 
 bool AnyOf(const std::vector<PieceId>& ids, const std::set<PieceId>& set)
 {
@@ -38,40 +35,45 @@ void ShownSurface::Reset(const TreeDepths& depths)
   ++this->DrawnVersion;
 }
 
-Cut ShownSurface::MakeCut(unsigned level, const std::vector<std::uint32_t>& partitions) const
+// A level with some partitions as the original, and what of that is not loaded.
+ShownSurface::Choice ShownSurface::MakeChoice(
+  unsigned level, const std::vector<std::uint32_t>& partitions, PieceCache& pieces) const
 {
-  Cut cut{ this->Depths, Resolution::Level(level), {} };
-  if (!partitions.empty())
-  {
-    cut.refined.resize(std::size_t{ 1 } << this->Depths.partition);
-  }
+  const PieceLookup lookup = [&pieces](PieceId id) { return pieces.Find(id); };
+  std::vector<PieceId> wanted;
   for (const std::uint32_t partition : partitions)
   {
-    cut.refined[partition] = Resolution::Original();
+    wanted.push_back({ Resolution::Original(), NodeOfPartition(partition, this->Depths) });
   }
-  return cut;
+  Choice choice{ { this->Depths, Resolution::Level(level) }, {} };
+  Closure closure = MakeClosure(this->Depths, choice.cut.base, wanted, lookup);
+  choice.cut.active = std::move(closure.pieces);
+  choice.missing = MissingPieces(choice.cut, lookup);
+  std::vector<PieceId> all;
+  std::set_union(choice.missing.begin(), choice.missing.end(), closure.missing.begin(),
+    closure.missing.end(), std::back_inserter(all));
+  choice.missing = std::move(all);
+  return choice;
 }
 
 ShownSurface::Needs ShownSurface::NeedsOf(const SurfaceWish& wish, PieceCache& pieces) const
 {
   Needs needs;
-  const PieceLookup noting = [&pieces, &needs](PieceId id)
+  const auto add = [&needs](const Choice& choice)
   {
-    needs.all.insert(id);
-    return pieces.Find(id);
+    const std::vector<PieceId> used = PiecesOf(choice.cut);
+    needs.all.insert(used.begin(), used.end());
+    needs.all.insert(choice.cut.active.begin(), choice.cut.active.end());
+    needs.missing.insert(needs.missing.end(), choice.missing.begin(), choice.missing.end());
   };
-  needs.missing = MissingPieces(this->MakeCut(wish.level, {}), noting);
+  add(this->MakeChoice(wish.level, {}, pieces));
   if (wish.region.empty())
   {
     return needs;
   }
   const unsigned level =
     needs.missing.empty() || !this->Shown ? wish.level : this->Shown->base.Depth();
-  for (const PieceId id : MissingPieces(this->MakeCut(level, wish.region), noting))
-  {
-    needs.all.insert(id);
-    needs.missing.push_back(id);
-  }
+  add(this->MakeChoice(level, wish.region, pieces));
   auto& missing = needs.missing;
   std::sort(missing.begin(), missing.end());
   missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
@@ -89,38 +91,34 @@ void ShownSurface::Choose(
       loaded.push_back(partition);
     }
   }
-  const Cut best = this->MakeCut(wish.level, loaded);
-  if (this->Show(best, pieces) ||
-      (this->Shown && this->Show(this->MakeCut(this->Shown->base.Depth(), loaded), pieces)))
+  const Choice best = this->MakeChoice(wish.level, loaded, pieces);
+  if (this->Show(best) ||
+      (this->Shown && this->Show(this->MakeChoice(this->Shown->base.Depth(), loaded, pieces))))
   {
     return;
   }
-  if (!this->Shown || AnyOf(MissingPieces(best, LookupIn(pieces)), failed))
+  if (!this->Shown || AnyOf(best.missing, failed))
   {
-    this->Show(this->MakeCut(wish.level, {}), pieces);
+    this->Show(this->MakeChoice(wish.level, {}, pieces));
   }
 }
 
 // Shows a cut if all its pieces are there.
-bool ShownSurface::Show(const Cut& cut, PieceCache& pieces)
+bool ShownSurface::Show(const Choice& choice)
 {
-  std::set<PieceId> used;
-  const PieceLookup noting = [&pieces, &used](PieceId id)
-  {
-    used.insert(id);
-    return pieces.Find(id);
-  };
-  if (!MissingPieces(cut, noting).empty())
+  if (!choice.missing.empty())
   {
     return false;
   }
-  if (!this->Shown || this->Shown->base != cut.base || this->Shown->refined != cut.refined)
+  const Cut& cut = choice.cut;
+  if (!this->Shown || this->Shown->base != cut.base || this->Shown->active != cut.active)
   {
     this->Shown = cut;
     ++this->ShownVersion;
     this->Dirty = true;
   }
-  this->Used = std::move(used);
+  const std::vector<PieceId> used = PiecesOf(cut);
+  this->Used = { used.begin(), used.end() };
   return true;
 }
 
@@ -131,7 +129,7 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
     return false;
   }
   this->Dirty = false;
-  auto surface = DrawSurface(*this->Shown, LookupIn(pieces));
+  auto surface = DrawSurface(*this->Shown, [&pieces](PieceId id) { return pieces.Find(id); });
   KDSTREAM_TRY(surface);
   this->Drawn = std::make_shared<Surface>(std::move(*surface));
   ++this->DrawnVersion;

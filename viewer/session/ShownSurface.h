@@ -6,6 +6,7 @@
 #include "filters/core/drawing/Surface.h"
 #include "viewer/session/PieceCache.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -33,8 +34,9 @@ public:
   // Forgets what is shown: the surface is empty.
   void Reset(const TreeDepths& depths);
 
-  // What the whole wish needs, and what of it is missing, ascending. Which level-S pieces a region
-  // in a coarser level needs is known only from other pieces: ask again after each that arrives.
+  // What the whole wish needs, and what of it is missing, ascending. Which pieces between a level
+  // and a region in it are needed is known only from other pieces: ask again after each that
+  // arrives.
   // The region is taken in the wished level once that is loaded, until then in the shown one.
   struct Needs
   {
@@ -58,7 +60,9 @@ public:
   // Whether the partition is shown as the original.
   bool IsRefined(std::uint32_t partition) const
   {
-    return this->Shown && this->Shown->RefinedTo(partition).has_value();
+    return this->Shown &&
+           std::binary_search(this->Shown->active.begin(), this->Shown->active.end(),
+             PieceId{ Resolution::Original(), NodeOfPartition(partition, this->Depths) });
   }
   // The pieces that the shown cut needs.
   const std::set<PieceId>& Pieces() const { return this->Used; }
@@ -71,8 +75,14 @@ public:
   std::uint64_t Version() const { return this->DrawnVersion; }
 
 private:
-  Cut MakeCut(unsigned level, const std::vector<std::uint32_t>& partitions) const;
-  bool Show(const Cut& cut, PieceCache& pieces);
+  struct Choice
+  {
+    Cut cut;
+    std::vector<PieceId> missing; // ascending
+  };
+  Choice MakeChoice(
+    unsigned level, const std::vector<std::uint32_t>& partitions, PieceCache& pieces) const;
+  bool Show(const Choice& choice);
 
   TreeDepths Depths;
   std::optional<Cut> Shown;

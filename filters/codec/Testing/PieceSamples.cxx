@@ -70,7 +70,8 @@ std::string Sample(const Piece& piece, const CodecContext& context)
   }
   const bool original = piece.id.resolution.IsOriginal();
   return "{\"partition\":" + Number(context.depths.partition) +
-         ",\"stitch\":" + Number(context.depths.stitch) + ",\"bits\":" + Number(grid.bits) +
+         ",\"stitch\":" + Number(context.depths.stitch) +
+         ",\"preview\":" + Number(PreviewLevel(context.depths)) + ",\"bits\":" + Number(grid.bits) +
          ",\"scalarType\":" + Number(static_cast<unsigned>(grid.scalarType)) +
          ",\"frame\":" + HexOfDoubles(frame) + ",\"spacing\":" + Number(grid.spacing) +
          ",\"level\":" + (original ? "null" : Number(piece.id.resolution.Depth())) +
@@ -103,7 +104,7 @@ int main(int argc, char** argv)
   {
     const auto partition = static_cast<unsigned>(random() % 4);
     const unsigned stitch = partition + static_cast<unsigned>(random() % 5);
-    const TreeDepths depths{ partition, stitch, stitch + 3 };
+    const TreeDepths depths{ partition, stitch, stitch + 3, static_cast<unsigned>(random() % 5) };
     const Piece piece = WithEveryAttribute(RandomPiece(random, depths), random);
     for (const CoordinateGrid& grid :
       { CoordinateGrid::Exact(ScalarType::Float64), CoordinateGrid::Exact(ScalarType::Float32),
@@ -115,7 +116,7 @@ int main(int argc, char** argv)
   }
   for (const Mesh& mesh : { Torus(40, 20), DisplacedSphere(3), Cloud(3), Soup(300, 5) })
   {
-    const auto model = MakeModel(mesh, { 150, {}, 8 });
+    const auto model = MakeModel(mesh, { 150, {}, 8 }, {}, {}, 3);
     Box box;
     for (const Vec3& point : mesh.points)
     {

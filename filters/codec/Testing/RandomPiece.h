@@ -83,34 +83,35 @@ inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
       piece.deviations.push_back(float(random() % coarse) / float(coarse) * float(random() % 3));
     }
   }
-  const std::size_t carriers =
-    ranks ? 0
-          : (resolution == Resolution::Level(depths.stitch) ? count : count - piece.ownVertices);
   // Any ranks, but each cluster has one parent.
-  std::vector<std::map<std::uint32_t, std::uint32_t>> parents(depths.stitch);
-  for (std::size_t i = 0; depths.stitch > 0 && i < carriers; ++i)
+  const AncestorLevels levels = AncestorLevelsOf(resolution, depths);
+  const std::size_t carriers = levels.Rows(piece.ownVertices, piece.GhostCount());
+  std::vector<std::map<std::uint32_t, std::uint32_t>> parents(levels.count);
+  for (std::size_t i = 0; levels.count > 0 && i < carriers; ++i)
   {
     const auto any = [&]
     { return static_cast<std::uint32_t>(random() % 2 == 0 ? random() % 4 : random() % noVertex); };
-    std::vector<std::uint32_t> row(depths.stitch);
+    std::vector<std::uint32_t> row(levels.count);
     row.back() = any();
-    for (std::size_t d = depths.stitch; --d > 0;)
+    for (std::size_t d = levels.count; --d > 0;)
     {
       row[d - 1] = parents[d].try_emplace(row[d], any()).first->second;
     }
     piece.ancestors.insert(piece.ancestors.end(), row.begin(), row.end());
   }
-  if (ranks)
+  if (HasReach(resolution, depths))
   {
-    const unsigned nodeDepth = PieceDepth(Resolution::Level(depths.stitch), depths);
+    const unsigned nodeDepth = PieceDepth(Resolution::Level(resolution.Depth() + 1), depths);
     piece.reachBegin.push_back(0);
     for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
     {
-      for (std::size_t i = random() % 4; i > 0; --i)
+      std::set<NodeId> nodes;
+      for (std::size_t i = 1 + random() % 4; i > 0; --i)
       {
-        piece.reachNodes.push_back(
+        nodes.insert(
           (NodeId{ 1 } << nodeDepth) + static_cast<NodeId>(random() % (1U << nodeDepth)));
       }
+      piece.reachNodes.insert(piece.reachNodes.end(), nodes.begin(), nodes.end());
       piece.reachBegin.push_back(static_cast<std::uint32_t>(piece.reachNodes.size()));
     }
   }

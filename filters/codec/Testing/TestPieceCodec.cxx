@@ -389,8 +389,8 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
     ByteWriter writer;
     WriteBlobHead(writer, "KDP");
     writer.Byte(1); // triangles
-    // own, ghosts, triangles, steps, reach, attributes
-    for (const std::uint64_t count : { 1, 0, 0, 0, 1, 0 })
+    // own, ghosts, triangles, steps, attributes
+    for (const std::uint64_t count : { 1, 0, 0, 0, 0 })
     {
       writer.Varint(count);
     }
@@ -404,8 +404,6 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
     symbols.Choice(contexts::groupOf + 7, 3);
     symbols.Signed(contexts::groupDifference, 0);
     symbols.Number(contexts::single, rank);
-    symbols.Signed(contexts::reachEnd, 1);
-    symbols.Signed(contexts::reachNode, 1);
     symbols.Finish(writer, 0);
     std::vector<std::uint8_t> blob = writer.Take();
     SealBlob(blob);
@@ -430,7 +428,8 @@ TEST(PieceCodec, PiecesOfAnythingComeBack)
   {
     const auto partition = static_cast<unsigned>(random() % 4);
     const unsigned stitch = partition + static_cast<unsigned>(random() % 5);
-    const TreeDepths depths{ partition, stitch, stitch + static_cast<unsigned>(random() % 14) };
+    const TreeDepths depths{ partition, stitch, stitch + static_cast<unsigned>(random() % 14),
+      static_cast<unsigned>(random() % 5) };
     Piece piece = RandomPiece(random, depths);
     if (i % 8 == 0)
     {

@@ -48,7 +48,7 @@ public:
     const TreeDepths& depths = this->C.depths;
     if (this->Base < this->Stitch)
     {
-      // Nothing is reached without its clusters of level S, which tell of vertices finer than it.
+      // Nothing is reached without its cluster of level S, which tells of what is finer.
       return id.resolution == this->Stitch ||
              std::binary_search(
                this->C.active.begin(), this->C.active.end(), PieceAbove(this->Stitch, id, depths));

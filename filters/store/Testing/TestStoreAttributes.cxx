@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -192,17 +193,15 @@ TEST_F(StoreAttributes, TheDigestIsTheSameWhateverTheThreads)
 TEST_F(StoreAttributes, LevelsHaveNormalsAndColours)
 {
   const auto store = this->Build(WithAttributes(Torus(60, 30), 2), Options(20, true));
-  const auto level = DrawStoreMesh(*store, { store->Info().depths, Resolution::Level(7), {} });
+  const auto level = DrawStoreMesh(*store, { store->Info().depths, Resolution::Level(7) });
   ASSERT_TRUE(level);
   std::vector<AttributeInfo> expected = store->Info().attributes;
   std::erase_if(expected, [](const AttributeInfo& info) { return !IsInLevels(info); });
   EXPECT_GE(expected.size(), 2U);
   EXPECT_EQ(InfosOf(level->attributes), expected);
   // Mixed with the original: what both have.
-  Cut cut{ store->Info().depths, Resolution::Level(7), {} };
-  cut.refined.resize(store->Info().partitions);
-  cut.refined[1] = Resolution::Original();
-  const auto mixed = DrawStoreMesh(*store, cut);
+  const PieceId partition{ Resolution::Original(), NodeOfPartition(1, store->Info().depths) };
+  const auto mixed = DrawStorePieces(*store, Resolution::Level(7), std::array{ partition });
   ASSERT_TRUE(mixed);
   std::set<std::string> names;
   for (const Attribute& attribute : mixed->attributes)

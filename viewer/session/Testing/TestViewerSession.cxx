@@ -496,7 +496,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
   }
 }
 
-TEST(TestViewerSession, ARegionInALevelCoarserThanTheStitchLevelAsksForStitchPieces)
+TEST(TestViewerSession, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBetween)
 {
   MemoryServer server = SmallCells();
   SessionOptions options;
