@@ -24,6 +24,8 @@ constexpr const char* selectMislabelled =
   "SELECT id, quote(resolution), quote(node) FROM pieces "
   "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";
 constexpr const char* selectTreePage = "SELECT data, checksum FROM tree WHERE page = ?";
+constexpr const char* selectPieceSize = "SELECT length(data) FROM pieces WHERE id = ?";
+constexpr const char* selectTreePageSize = "SELECT length(data) FROM tree WHERE page = ?";
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
 
 // One connection with its statements: used by one thread at a time.
@@ -32,6 +34,8 @@ struct Reader
   kdstream::Database database;
   Statement piece;
   Statement treePage;
+  Statement pieceSize;
+  Statement treePageSize;
 };
 
 Error Damaged(const std::string& blob, const std::string& what)
@@ -200,9 +204,13 @@ struct Store::Connection
     Result<Statement> piece = Statement::Prepare(database->get(), selectPiece);
     Result<Statement> treePage = Statement::Prepare(database->get(), selectTreePage);
     KDSTREAM_TRY(piece);
+    Result<Statement> pieceSize = Statement::Prepare(database->get(), selectPieceSize);
+    Result<Statement> treePageSize = Statement::Prepare(database->get(), selectTreePageSize);
     KDSTREAM_TRY(treePage);
-    return std::make_unique<Reader>(
-      Reader{ std::move(*database), std::move(*piece), std::move(*treePage) });
+    KDSTREAM_TRY(pieceSize);
+    KDSTREAM_TRY(treePageSize);
+    return std::make_unique<Reader>(Reader{ std::move(*database), std::move(*piece),
+      std::move(*treePage), std::move(*pieceSize), std::move(*treePageSize) });
   }
 
   // note(id, error) for each row of a piece whose other columns do not agree with its id.
@@ -233,17 +241,44 @@ struct Store::Connection
   Result<std::vector<std::uint8_t>> Read(Statement Reader::*select, std::int64_t key, int column,
     const std::string& name, const IsWhole& isWhole)
   {
-    Result<std::vector<std::uint8_t>> blob = this->ReadRow(select, key, column, name, isWhole);
-    const Status unchanged = this->CheckUnchanged();
-    return unchanged
-             ? blob
-             : Error{ unchanged.GetError().code, name + ": " + unchanged.GetError().message };
+    return this->Checked(name, this->ReadRow<std::vector<std::uint8_t>>(select, key, name,
+                                 [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
+                                 {
+                                   const auto data = row.Blob(column);
+                                   if (!isWhole(row, data))
+                                   {
+                                     return Damaged(name, "wrong checksum");
+                                   }
+                                   return std::vector<std::uint8_t>(data.begin(), data.end());
+                                 }));
+  }
+
+  // The number in the only column of row `key`.
+  Result<std::uint64_t> ReadNumber(
+    Statement Reader::*select, std::int64_t key, const std::string& name)
+  {
+    return this->Checked(
+      name, this->ReadRow<std::uint64_t>(select, key, name,
+              [](const Statement& row) { return static_cast<std::uint64_t>(row.Integer(0)); }));
   }
 
 private:
-  template <class IsWhole>
-  Result<std::vector<std::uint8_t>> ReadRow(Statement Reader::*select, std::int64_t key, int column,
-    const std::string& name, const IsWhole& isWhole)
+  // What was read, unless the file is another one by now.
+  template <class Value>
+  Result<Value> Checked(const std::string& name, Result<Value> read)
+  {
+    const Status unchanged = this->CheckUnchanged();
+    if (!unchanged)
+    {
+      return Error{ unchanged.GetError().code, name + ": " + unchanged.GetError().message };
+    }
+    return read;
+  }
+
+  // What `take` makes of the row `key`.
+  template <class Value, class Take>
+  Result<Value> ReadRow(
+    Statement Reader::*select, std::int64_t key, const std::string& name, const Take& take)
   {
     Result<std::unique_ptr<Reader>> reader = this->Take();
     if (!reader)
@@ -253,14 +288,10 @@ private:
     Statement& statement = (*reader).get()->*select;
     statement.Bind(1, key);
     const Result<bool> row = statement.Step();
-    Result<std::vector<std::uint8_t>> result =
-      row ? Damaged(name, "row is missing") : OfBlob(name, row.GetError());
+    Result<Value> result = row ? Damaged(name, "row is missing") : OfBlob(name, row.GetError());
     if (row && *row)
     {
-      const auto data = statement.Blob(column);
-      result = isWhole(statement, data)
-                 ? Result(std::vector<std::uint8_t>(data.begin(), data.end()))
-                 : Result<std::vector<std::uint8_t>>(Damaged(name, "wrong checksum"));
+      result = take(statement);
     }
     statement.Reset();
     this->Return(std::move(*reader));
@@ -354,6 +385,25 @@ Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
   return this->Database->Read(&Reader::treePage, page, 0, TreePageName(page),
     [page](const Statement& row, std::span<const std::uint8_t> data)
     { return TreePageChecksum(page, data) == row.Integer(1); });
+}
+
+Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
+{
+  if (!this->Information.HasPiece(id))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such piece" };
+  }
+  return this->Database->ReadNumber(
+    &Reader::pieceSize, PieceRow(id), BlobName(id, this->Information.depths));
+}
+
+Result<std::uint64_t> Store::TreePageBlobSize(NodeId page) const
+{
+  if (!HasTreePage(page, this->Information.depths))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such tree page" };
+  }
+  return this->Database->ReadNumber(&Reader::treePageSize, page, TreePageName(page));
 }
 
 Result<Piece> Store::ReadPiece(PieceId id) const

@@ -48,6 +48,10 @@ public:
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
   Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const;
 
+  // How many bytes they have; the bytes are neither read nor checked.
+  Result<std::uint64_t> PieceBlobSize(PieceId id) const;
+  Result<std::uint64_t> TreePageBlobSize(NodeId page) const;
+
   // Decoded.
   Result<Piece> ReadPiece(PieceId id) const;
   // The boxes of nodes 1 … 2^(P+1) - 1, heap order. bounds: gets those of the levels' pieces.

@@ -27,6 +27,7 @@ constexpr const char* examples = "Example:\n"
 struct CommandLine
 {
   std::string folder, web, accessLog;
+  std::uint64_t cacheBytes = BlobCache::defaultBytes;
   std::chrono::seconds::rep grace = StoreCatalog::defaultGrace.count();
   HttpServerOptions server;
 };
@@ -79,6 +80,9 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app.add_option("--threads", server.threads, "threads that answer")
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
+    ->group(load);
+  AddSizeOption(app, "--cache-memory", line.cacheBytes, "memory for blobs that clients share")
+    ->default_str("256M")
     ->group(load);
   app
     .add_option(
@@ -163,7 +167,7 @@ int Serve(const std::string& program, CommandLine& line)
     line.folder,
     [&program](const std::filesystem::path& file, const std::string& what)
     { PrintWarning(program, file.string(), what); },
-    std::chrono::seconds(line.grace));
+    std::chrono::seconds(line.grace), line.cacheBytes);
   if (const auto status = catalog.Reload(); !status)
   {
     return PrintError(program, line.folder, status.GetError());

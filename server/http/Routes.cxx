@@ -257,19 +257,35 @@ HttpResponse Routes::AnswerBlob(
 {
   const auto& description = model.Description();
   const auto name = protocol::BlobName(id);
-  auto blob = model.ReadBlob(id);
-  if (!blob)
+  const auto refuse = [&](const Error& error)
   {
-    const auto refusal = RefusePart(description.id, name, blob.GetError());
+    const auto refusal = RefusePart(description.id, name, error);
     if (refusal.IsFailure())
     {
       this->Counters.CountFailedBlob();
     }
     return this->Failure(refusal.status, refusal.message);
-  }
+  };
   // The digest covers the content, so digest and name identify the bytes.
-  return Ranged(request, Cacheable(request, "application/octet-stream", std::move(*blob),
-                           "\"" + description.digest + "/" + name + "\"", forEver));
+  auto tag = "\"" + description.digest + "/" + name + "\"";
+  constexpr const char* type = "application/octet-stream";
+  if (request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag)) // no byte of it is sent
+  {
+    const auto size = model.BlobSize(id);
+    if (!size)
+    {
+      return refuse(size.GetError());
+    }
+    auto response = Cacheable(request, type, Bytes({}), std::move(tag), forEver);
+    response.length = response.status == 200 ? static_cast<std::size_t>(*size) : 0;
+    return Ranged(request, std::move(response));
+  }
+  auto blob = model.ReadBlob(id);
+  if (!blob)
+  {
+    return refuse(blob.GetError());
+  }
+  return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), forEver));
 }
 
 HttpResponse Routes::AnswerModelList(const HttpRequest& request) const

@@ -41,6 +41,9 @@ public:
 
   // Errors: NotFound where the model has no such blob; else those of Boxes.
   virtual Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const = 0;
+
+  // How many bytes the blob has, which are not read. Errors: those of ReadBlob.
+  virtual Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const = 0;
 };
 
 class Catalog

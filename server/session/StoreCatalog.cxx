@@ -82,10 +82,12 @@ Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::pat
 
 }
 
-StoreCatalog::StoreCatalog(std::filesystem::path folder, Report report, std::chrono::seconds grace)
+StoreCatalog::StoreCatalog(
+  std::filesystem::path folder, Report report, std::chrono::seconds grace, std::size_t cacheBytes)
   : Folder(std::move(folder))
   , Grace(grace)
   , Reports(std::make_shared<Reporter>(std::move(report)))
+  , Cache(std::make_shared<BlobCache>(cacheBytes))
   , Present(std::make_shared<const State>())
 {
 }
@@ -132,7 +134,7 @@ void StoreCatalog::Add(State& state, const std::filesystem::path& file, const St
     state.byId.emplace(id, old);
     return;
   }
-  auto model = OpenStoreModel(file, id,
+  auto model = OpenStoreModel(file, id, this->Cache,
     [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); });
   if (model)
   {

@@ -2,6 +2,7 @@
 // The stores of a folder as a catalog: every NAME.kds is the model NAME.
 #pragma once
 
+#include "server/session/BlobCache.h"
 #include "server/session/Catalog.h"
 
 #include <chrono>
@@ -28,9 +29,9 @@ public:
   static constexpr std::chrono::seconds defaultGrace{ 3600 };
 
   // A model that has been replaced is found by its digest for `grace` longer, so that two servers
-  // behind a proxy can change at different times.
-  StoreCatalog(
-    std::filesystem::path folder, Report report, std::chrono::seconds grace = defaultGrace);
+  // behind a proxy can change at different times. All models share a BlobCache of `cacheBytes`.
+  StoreCatalog(std::filesystem::path folder, Report report,
+    std::chrono::seconds grace = defaultGrace, std::size_t cacheBytes = BlobCache::defaultBytes);
   ~StoreCatalog() override;
 
   // Reads the folder (not the folders in it), at first and whenever it may have changed. Stores
@@ -73,6 +74,7 @@ private:
   std::filesystem::path Folder;
   std::chrono::seconds Grace;
   std::shared_ptr<Reporter> Reports;
+  std::shared_ptr<BlobCache> Cache;
   std::mutex ReloadMutex; // one reload at a time
   mutable std::mutex Mutex;
   std::shared_ptr<const State> Present;

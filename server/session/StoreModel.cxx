@@ -34,12 +34,16 @@ auto Caught(const Read& read) -> decltype(read())
 class ModelOfStore : public StoreModel
 {
 public:
-  ModelOfStore(std::shared_ptr<Store> store, ModelDescription description, DamageReport report)
+  ModelOfStore(std::shared_ptr<Store> store, ModelDescription description,
+    std::shared_ptr<BlobCache> cache, DamageReport report)
     : Source(std::move(store))
     , Told(std::move(description))
+    , Cache(std::move(cache))
+    , Number(this->Cache->AddModel())
     , Report(std::move(report))
   {
   }
+  ~ModelOfStore() override { this->Cache->RemoveModel(this->Number); }
 
   const ModelDescription& Description() const override { return this->Told; }
 
@@ -72,13 +76,35 @@ public:
     return Caught(
       [this, &blob]() -> Result<BlobBytes>
       {
-        auto bytes = this->Read(blob);
-        if (bytes)
+        bool isRead = false; // and so checked
+        auto bytes = this->Cache->Get(this->Number, blob,
+          [&]
+          {
+            isRead = true;
+            return this->ReadFromStore(blob);
+          });
+        if (bytes && !isRead)
         {
-          return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+          KDSTREAM_TRY(this->Source->CheckUnchanged());
         }
-        this->ReportDamage(blob, bytes.GetError());
-        return bytes.GetError();
+        return bytes;
+      });
+  }
+
+  Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const override
+  {
+    return Caught(
+      [this, &blob]() -> Result<std::uint64_t>
+      {
+        if (const auto bytes = this->Cache->Find(this->Number, blob))
+        {
+          KDSTREAM_TRY(this->Source->CheckUnchanged());
+          return bytes->size();
+        }
+        return blob.kind == protocol::BlobKind::Tree
+                 ? this->Source->TreePageBlobSize(blob.number)
+                 : this->OfPiece(
+                     blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
       });
   }
 
@@ -95,26 +121,39 @@ private:
     }
   }
 
-  Result<std::vector<std::uint8_t>> Read(const protocol::BlobId& blob) const
+  Result<BlobBytes> ReadFromStore(const protocol::BlobId& blob) const
   {
-    switch (blob.kind)
+    auto bytes =
+      blob.kind == protocol::BlobKind::Tree
+        ? this->Source->ReadTreePageBlob(blob.number)
+        : this->OfPiece(blob, [this](PieceId id) { return this->Source->ReadPieceBlob(id); });
+    if (!bytes)
     {
-      case protocol::BlobKind::Tree:
-        return this->Source->ReadTreePageBlob(blob.number);
-      case protocol::BlobKind::Level:
-        return this->Source->ReadPieceBlob({ Resolution::Level(blob.level), blob.number });
-      case protocol::BlobKind::Partition:
-        if (blob.number < this->Told.partitions)
-        {
-          return this->Source->ReadPieceBlob(
-            { Resolution::Original(), NodeOfPartition(blob.number, this->Source->Info().depths) });
-        }
+      this->ReportDamage(blob, bytes.GetError());
+      return bytes.GetError();
+    }
+    return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+  }
+
+  // What `read` says of the piece that the blob is.
+  template <class Read>
+  auto OfPiece(const protocol::BlobId& blob, const Read& read) const -> decltype(read(PieceId{}))
+  {
+    if (blob.kind == protocol::BlobKind::Level)
+    {
+      return read({ Resolution::Level(blob.level), blob.number });
+    }
+    if (blob.number < this->Told.partitions)
+    {
+      return read({ Resolution::Original(), NodeOfPartition(blob.number, this->Told.depths) });
     }
     return Error{ ErrorCode::NotFound, "the model has no " + protocol::BlobName(blob) };
   }
 
   std::shared_ptr<Store> Source;
   ModelDescription Told;
+  std::shared_ptr<BlobCache> Cache;
+  BlobCache::Model Number;
   DamageReport Report;
   mutable std::mutex TreeMutex;
   // As it was read last; not yet at first. Once it has been read it stays in its place.
@@ -125,8 +164,8 @@ private:
 
 }
 
-Result<std::shared_ptr<const StoreModel>> OpenStoreModel(
-  const std::filesystem::path& file, const std::string& id, DamageReport report)
+Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::path& file,
+  const std::string& id, std::shared_ptr<BlobCache> cache, DamageReport report)
 {
   return Caught(
     [&]() -> Result<std::shared_ptr<const StoreModel>>
@@ -139,7 +178,7 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(
       auto description = ParseModel(WriteModel(told));
       KDSTREAM_TRY(description);
       auto model = std::make_shared<ModelOfStore>(
-        std::move(*store), std::move(*description), std::move(report));
+        std::move(*store), std::move(*description), std::move(cache), std::move(report));
       (void)model->Boxes();
       return std::shared_ptr<const StoreModel>(std::move(model));
     });

@@ -2,6 +2,7 @@
 // One store as a served model.
 #pragma once
 
+#include "server/session/BlobCache.h"
 #include "server/session/Catalog.h"
 
 #include <filesystem>
@@ -22,12 +23,11 @@ public:
   virtual bool IsFile(const std::filesystem::path& file) const = 0;
 };
 
-// Opens the store `file` as the model `id`. If its tree is damaged that is reported, and only
-// regions are refused; where it cannot be read for another reason, it is tried again when it is
-// asked for.
-// Errors: those of Store::Open; InvalidInput where its metadata cannot be told to a client;
-// LimitExceeded for want of memory. Throws nothing.
-Result<std::shared_ptr<const StoreModel>> OpenStoreModel(
-  const std::filesystem::path& file, const std::string& id, DamageReport report);
+// Opens the store `file` as the model `id`, whose blobs are kept in `cache`. If its tree is damaged
+// that is reported, and only regions are refused; where it cannot be read for another reason, it is
+// tried again when it is asked for. Errors: those of Store::Open; InvalidInput where its metadata
+// cannot be told to a client; LimitExceeded for want of memory. Throws nothing.
+Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::path& file,
+  const std::string& id, std::shared_ptr<BlobCache> cache, DamageReport report);
 
 }

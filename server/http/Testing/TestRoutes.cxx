@@ -135,6 +135,23 @@ TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
   EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 2\n"), std::string::npos);
 }
 
+TEST_F(Site, WhatIsNotSentIsNotRead)
+{
+  const auto path = this->Blob(BlobId::Partition(3));
+  const auto whole = this->Get(path);
+  const auto reads = this->model->reads.load();
+  const auto head = this->routes.Answer({ "HEAD", path, "", "", "" });
+  EXPECT_EQ(head.status, 200u);
+  EXPECT_EQ(head.length, whole.length);
+  EXPECT_EQ(head.fields, whole.fields);
+  const std::string tag(whole.Field("ETag"));
+  EXPECT_EQ(this->routes.Answer({ "GET", path, tag, "", "" }).status, 304u);
+  EXPECT_EQ(this->model->reads, reads);
+  const auto missing = this->Blob(BlobId::Partition(1000));
+  EXPECT_EQ(this->routes.Answer({ "HEAD", missing, "", "", "" }).status, 404u);
+  EXPECT_EQ(this->routes.Answer({ "GET", missing, "*", "", "" }).status, 404u);
+}
+
 TEST_F(Site, TagsGive304)
 {
   for (const std::string& path : { std::string("/api/models.json"),

@@ -80,6 +80,14 @@ public:
     return found->second;
   }
 
+  Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const override
+  {
+    const auto bytes = this->ReadBlob(blob);
+    this->reads -= 1;
+    KDSTREAM_TRY(bytes);
+    return (*bytes)->size();
+  }
+
   std::map<protocol::BlobId, BlobBytes> blobs;
   std::set<protocol::BlobId> damaged;
   bool treeDamaged = false;

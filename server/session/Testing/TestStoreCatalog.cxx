@@ -116,8 +116,12 @@ TEST_F(Folder, DescribesAndReadsAStore)
       id.resolution.IsOriginal()
         ? BlobId::Partition(id.node - (1u << info.depths.partition))
         : BlobId::LevelPiece(static_cast<std::uint8_t>(id.resolution.Depth()), id.node);
+    const auto size = model->BlobSize(blob);
     const auto bytes = model->ReadBlob(blob);
     ASSERT_TRUE(bytes) << BlobName(blob);
+    EXPECT_EQ(size.Value(), (*bytes)->size());
+    EXPECT_EQ(model->BlobSize(blob).Value(), (*bytes)->size()) << "from the cache";
+    EXPECT_EQ(*model->ReadBlob(blob), *bytes) << "read again";
     EXPECT_EQ(**bytes, *(*store)->ReadPieceBlob(id));
   }
   EXPECT_TRUE(model->ReadBlob(BlobId::TreePage(1)));
@@ -176,6 +180,7 @@ TEST_F(Folder, WhatAModelDoesNotHaveIsNotFound)
   {
     const auto bytes = model->ReadBlob(blob);
     ASSERT_FALSE(bytes) << BlobName(blob);
+    EXPECT_EQ(model->BlobSize(blob).GetError().code, ErrorCode::NotFound) << BlobName(blob);
     EXPECT_EQ(bytes.GetError().code, ErrorCode::NotFound) << BlobName(blob);
   }
   EXPECT_TRUE(this->reports.empty());

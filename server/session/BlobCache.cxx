@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/session/BlobCache.h"
+
+#include <iterator>
+
+namespace kdstream
+{
+
+BlobCache::Model BlobCache::AddModel()
+{
+  const std::lock_guard lock(this->Mutex);
+  return ++this->Models;
+}
+
+void BlobCache::RemoveModel(Model model)
+{
+  const std::lock_guard lock(this->Mutex);
+  for (auto entry = this->Entries.begin(); entry != this->Entries.end();)
+  {
+    const auto next = std::next(entry);
+    if (entry->first.first == model)
+    {
+      this->LetGo(entry);
+      this->Entries.erase(entry);
+    }
+    entry = next;
+  }
+}
+
+BlobBytes BlobCache::Find(Model model, const protocol::BlobId& blob)
+{
+  const std::lock_guard lock(this->Mutex);
+  const auto entry = this->Entries.find({ model, blob });
+  return entry == this->Entries.end() ? nullptr : this->Touch(entry);
+}
+
+// The blob; null if the caller is to read it.
+BlobBytes BlobCache::FindOrClaim(const Key& key)
+{
+  std::unique_lock lock(this->Mutex);
+  for (;;)
+  {
+    const auto [entry, isNew] = this->Entries.try_emplace(key);
+    if (isNew)
+    {
+      return nullptr;
+    }
+    if (!entry->second.reading)
+    {
+      if (auto bytes = this->Touch(entry))
+      {
+        return bytes;
+      }
+      entry->second.reading = true;
+      return nullptr;
+    }
+    this->Read.wait(lock);
+  }
+}
+
+// What the entry has, as the latest that was asked for.
+BlobBytes BlobCache::Touch(EntryMap::iterator entry)
+{
+  if (entry->second.kept)
+  {
+    this->Recent.splice(this->Recent.begin(), this->Recent, entry->second.place);
+  }
+  return entry->second.bytes.lock();
+}
+
+void BlobCache::Keep(const Key& key, const BlobBytes& bytes)
+{
+  const std::lock_guard lock(this->Mutex);
+  Entry& entry = this->Entries.at(key);
+  entry.bytes = bytes;
+  if (bytes->size() <= this->Most)
+  {
+    this->Recent.push_front(key);
+    entry.place = this->Recent.begin();
+    entry.kept = bytes;
+    this->Bytes += bytes->size();
+  }
+  while (this->Bytes > this->Most)
+  {
+    this->LetGo(this->Entries.find(this->Recent.back()));
+  }
+  this->Sweep();
+}
+
+void BlobCache::Release(const Key& key)
+{
+  const std::lock_guard lock(this->Mutex);
+  const auto entry = this->Entries.find(key);
+  entry->second.reading = false;
+  if (entry->second.bytes.expired())
+  {
+    this->Entries.erase(entry);
+  }
+  this->Read.notify_all();
+}
+
+void BlobCache::LetGo(EntryMap::iterator entry)
+{
+  if (entry->second.kept)
+  {
+    this->Bytes -= entry->second.kept->size();
+    this->Recent.erase(entry->second.place);
+    entry->second.kept.reset();
+  }
+}
+
+// Blobs that were let go and that nobody holds any more leave an entry: not more of them than there
+// are others.
+void BlobCache::Sweep()
+{
+  constexpr std::size_t few = 1000;
+  if (this->Entries.size() > few + 2 * this->Recent.size())
+  {
+    std::erase_if(this->Entries,
+      [](const auto& entry) { return !entry.second.reading && entry.second.bytes.expired(); });
+  }
+}
+
+std::size_t BlobCache::KeptBytes() const
+{
+  const std::lock_guard lock(this->Mutex);
+  return this->Bytes;
+}
+
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Blobs that were read from stores, shared by all clients: a blob is in memory once, however many
+// are being sent it, and what was asked for last stays there for the next.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/protocol/BlobId.h"
+#include "server/session/Catalog.h"
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <map>
+#include <mutex>
+#include <utility>
+
+namespace kdstream
+{
+
+// All functions may be called from any thread.
+class BlobCache
+{
+public:
+  static constexpr std::size_t defaultBytes = std::size_t{ 256 } << 20;
+
+  // A model, which is not its id: another build of the same name is another one.
+  using Model = std::uint64_t;
+
+  // Keeps at most so many bytes of blobs that nobody else holds. 0: none.
+  explicit BlobCache(std::size_t mostBytes)
+    : Most(mostBytes)
+  {
+  }
+
+  Model AddModel();
+  // Forgets its blobs. REQUIRES: none of them is being read.
+  void RemoveModel(Model model);
+
+  // The blob, if it is in memory; else null.
+  BlobBytes Find(Model model, const protocol::BlobId& blob);
+
+  // The blob: found, or what read() returns, a Result<BlobBytes>. Where several threads want the
+  // same, one reads and the others wait for it. Errors: those of read(), which are not kept.
+  template <class Read>
+  Result<BlobBytes> Get(Model model, const protocol::BlobId& blob, const Read& read)
+  {
+    const Key key{ model, blob };
+    if (auto bytes = this->FindOrClaim(key))
+    {
+      return bytes;
+    }
+    Claim claim{ *this, key };
+    auto result = read();
+    if (result)
+    {
+      this->Keep(key, *result);
+    }
+    return result;
+  }
+
+  // Of the blobs that are kept, whoever else holds them.
+  std::size_t KeptBytes() const;
+
+private:
+  using Key = std::pair<Model, protocol::BlobId>;
+  struct Entry
+  {
+    bool reading = true;
+    std::weak_ptr<const std::vector<std::uint8_t>> bytes; // found as long as anybody holds it
+    BlobBytes kept;                                       // null where it is not among Recent
+    std::list<Key>::iterator place;                       // in Recent, if kept
+  };
+  using EntryMap = std::map<Key, Entry>;
+
+  // While it lives, this thread reads the blob.
+  struct Claim
+  {
+    BlobCache& cache;
+    Key key;
+    ~Claim() { this->cache.Release(this->key); }
+  };
+
+  BlobBytes FindOrClaim(const Key& key);
+  BlobBytes Touch(EntryMap::iterator entry);
+  void Keep(const Key& key, const BlobBytes& bytes);
+  void Release(const Key& key);
+  void LetGo(EntryMap::iterator entry);
+  void Sweep();
+
+  const std::size_t Most;
+  mutable std::mutex Mutex;
+  std::condition_variable Read;
+  Model Models = 0;
+  EntryMap Entries;
+  std::list<Key> Recent; // the latest first
+  std::size_t Bytes = 0; // of Recent
+};
+
+}
