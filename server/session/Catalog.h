@@ -43,7 +43,12 @@ public:
   virtual Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const = 0;
 
   // How many bytes the blob has, which are not read. Errors: those of ReadBlob.
-  virtual Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const = 0;
+  virtual Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const
+  {
+    const Result<BlobBytes> bytes = this->ReadBlob(blob);
+    KDSTREAM_TRY(bytes);
+    return (*bytes)->size();
+  }
 };
 
 class Catalog

@@ -185,13 +185,11 @@ TEST(Attributes, SurfacesShowTheTuplesOfTheirSources)
         cut.base = round == 0 ? Resolution::Original() : cut.base;
         if (round > 1)
         {
-          cut.refined.resize(std::size_t{ 1 } << tree.depths.partition);
-          for (auto& refined : cut.refined)
+          for (const auto& [id, piece] : model.pieces)
           {
-            const unsigned depth = stitch + random() % (finest - stitch + 2);
-            if (random() % 2 == 0)
+            if (cut.base < id.resolution && random() % 4 != 0)
             {
-              refined = depth > finest ? Resolution::Original() : Resolution::Level(depth);
+              cut.active.push_back(id);
             }
           }
         }
