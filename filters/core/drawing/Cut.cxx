@@ -3,6 +3,7 @@
 #include "filters/core/drawing/Cut.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <iterator>
 #include <limits>
 #include <set>
@@ -228,7 +229,7 @@ private:
         continue;
       }
       const unsigned depth = PieceDepth(id.resolution, this->Depths);
-      const auto begin = piece->keys.begin(), end = begin + piece->ownVertices;
+      const auto begin = piece->keys.begin(), end = begin + std::ptrdiff_t(piece->ownVertices);
       const auto first =
         fine ? std::lower_bound(begin, end, this->FirstKey(id.node, depth)) : begin;
       const auto last =

@@ -111,8 +111,9 @@ bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
     return false; // coarser than R
   }
   const Resolution next = Resolution::Level(piece.id.resolution.Depth() + 1);
-  return std::all_of(piece.reachNodes.begin() + piece.reachBegin[v],
-    piece.reachNodes.begin() + piece.reachBegin[v + 1],
+  const std::uint32_t begin = piece.reachBegin[v], count = piece.reachBegin[v + 1] - begin;
+  const auto nodes = std::span(piece.reachNodes).subspan(begin, count);
+  return std::all_of(nodes.begin(), nodes.end(),
     [&](NodeId node) {
       return this->IsActive({ next, node });
     });
