@@ -40,9 +40,12 @@ Result<std::filesystem::path> FindProgram()
   const std::filesystem::path program = self.parent_path() / programName;
   if (status || ::access(program.c_str(), X_OK) != 0)
   {
-    return Error{ ErrorCode::Unsupported,
-      "this format is read by kdstream-convert, which is not beside kdstream-build: build it (cmake "
-      "--build build/release --target kdstream-convert; it needs VTK), or convert the file to .ply" };
+    return Error{
+      ErrorCode::Unsupported,
+      "this format is read by kdstream-convert, which is not beside kdstream-build: build it "
+      "(cmake "
+      "--build build/release --target kdstream-convert; it needs VTK), or convert the file to .ply"
+    };
   }
   return program;
 }

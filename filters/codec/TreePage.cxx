@@ -15,7 +15,7 @@ namespace
 {
 
 constexpr std::string_view treeMagic = "KDT";
-constexpr std::size_t sides = 6;            // of a box
+constexpr std::size_t sides = 6;                      // of a box
 constexpr std::size_t context99 = 6, contextMost = 7; // of bounds
 constexpr std::size_t contexts = 8;
 constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are told

@@ -134,10 +134,10 @@ TEST(UsageMessage, WhatIsMissing)
 
 TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
 {
-  EXPECT_EQ(MessageWith({ "--port", "99999" }),
-    "--port: \"99999\" is not a whole number, or out of range");
-  EXPECT_EQ(MessageWith({ "--port", "http" }),
-    "--port: \"http\" is not a whole number, or out of range");
+  EXPECT_EQ(
+    MessageWith({ "--port", "99999" }), "--port: \"99999\" is not a whole number, or out of range");
+  EXPECT_EQ(
+    MessageWith({ "--port", "http" }), "--port: \"http\" is not a whole number, or out of range");
   EXPECT_EQ(MessageWith({ "--partitions", "all" }),
     "--partitions: \"all\" is not a whole number, or out of range");
   EXPECT_EQ(MessageWith({ "--radius", "wide" }), "--radius: \"wide\" is not a number");
