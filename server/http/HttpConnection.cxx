@@ -107,19 +107,11 @@ private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::uint32_t headerBytes = 8192;
 
-  // What a handler does. What it throws, for want of memory mostly, ends this connection alone.
+  // What each handler does.
   template <class Work>
   void Guard(const Work& work) noexcept
   {
-    try
-    {
-      work();
-    }
-    catch (...)
-    {
-      this->State.LogCaught();
-      this->Socket.Close();
-    }
+    this->State.Guard(work, [this] { this->Socket.Close(); });
   }
 
   void Read()

@@ -70,6 +70,22 @@ public:
     }
   }
 
+  // What a connection's handler does. What it throws, for want of memory mostly, is logged and ends
+  // that connection alone.
+  template <class Work, class Close>
+  void Guard(const Work& work, const Close& close) noexcept
+  {
+    try
+    {
+      work();
+    }
+    catch (...)
+    {
+      this->LogCaught();
+      close();
+    }
+  }
+
   bool Draining() const { return this->Drains; }
 
   // Drains every connection that there is, and every one that is still to come.

@@ -96,19 +96,11 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
-  // What a handler does. What it throws, for want of memory mostly, ends this stream alone.
+  // What each handler does.
   template <class Work>
   void Guard(const Work& work) noexcept
   {
-    try
-    {
-      work();
-    }
-    catch (...)
-    {
-      this->State.LogCaught();
-      this->Socket.next_layer().Close();
-    }
+    this->State.Guard(work, [this] { this->Socket.next_layer().Close(); });
   }
 
   // Reads and writes what can be read and written now.
