@@ -65,10 +65,15 @@ public:
   }
   std::size_t Total() const { return this->All; }
 
+  // Each reader says once that it has what it reads from: its connection, its opened model.
+  void Begin() { ++this->Begun; }
+  unsigned Readers() const { return this->Begun; }
+
 private:
   mutable std::mutex Mutex;
   std::map<unsigned, std::size_t> Seen;
   std::atomic<std::size_t> All{ 0 };
+  std::atomic<unsigned> Begun{ 0 };
 };
 
 constexpr unsigned foreign = 1; // not a status: bytes of another model
@@ -126,6 +131,7 @@ protected:
   void ReadByGet(Tally& tally, const std::atomic<bool>& stop) const
   {
     HttpTestClient client(this->server->Port());
+    tally.Begin();
     for (std::uint32_t p = 0; !stop;
          p = (p + 1) % static_cast<std::uint32_t>(this->told.partitions))
     {
@@ -142,6 +148,7 @@ protected:
     EXPECT_TRUE(client.Open());
     client.Ask({ 1, OpenRequest{ "m" } });
     const auto opened = client.Await(1).opened;
+    tally.Begin();
     ASSERT_TRUE(opened);
     std::vector<std::uint32_t> all(opened->model.partitions);
     for (std::uint32_t p = 0; p < all.size(); ++p)
@@ -185,6 +192,10 @@ protected:
         std::this_thread::yield();
       }
     };
+    while (tally.Readers() < readers) // a model that is replaced now cannot be opened
+    {
+      std::this_thread::yield();
+    }
     wait(500);
     replace();
     wait(500);
