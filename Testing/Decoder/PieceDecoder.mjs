@@ -357,7 +357,7 @@ function readAncestors(symbols, vertices, levels) {
 // triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
-  need([0x4b, 0x44, 0x50, 6].every((byte) => reader.byte() === byte), "no piece of version 6");
+  need([0x4b, 0x44, 0x50, 7].every((byte) => reader.byte() === byte), "no piece of version 7");
   const below = level !== null && level < model.stitch;
   const reaches = below && level >= model.preview;
   const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint(), steps = reader.varint();

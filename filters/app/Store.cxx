@@ -221,7 +221,7 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
 
 Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
 {
-  const Result<std::vector<Box>> boxes = store.ReadTree();
+  const Result<std::vector<Box>> boxes = store.ReadBoxes();
   KDSTREAM_TRY(boxes);
   const TreeDepths& depths = store.Info().depths;
   const auto partitions = FindRegion(*boxes, depths, *line.region, line.rings);

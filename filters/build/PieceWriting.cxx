@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/build/PieceWriting.h"
 
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/TreePage.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -146,9 +149,14 @@ double EncodedPart(Resolution resolution, const TreeDepths& depths, double done)
 
 Status WriteTreePages(const std::vector<Box>& boxes, const TreeDepths& depths, StoreWriter& writer)
 {
+  for (const NodeId node : AllPartitionBoxes(depths))
+  {
+    KDSTREAM_TRY(writer.AddBoxes(node, EncodePartitionBoxes(boxes, node, depths)));
+  }
   for (const NodeId page : TreePages(depths))
   {
-    KDSTREAM_TRY(writer.AddTreePage(page, EncodeTreePage(boxes, page, depths, writer.Bounds())));
+    KDSTREAM_TRY(writer.AddTreePage(
+      page, EncodeTreePage(RoundTreePage(boxes, page, depths, writer.Pieces()))));
   }
   return {};
 }

@@ -41,7 +41,8 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecCont
 // original's vertices.
 double EncodedPart(Resolution resolution, const TreeDepths& depths, double done);
 
-// All pages of a tree over partitions and their ancestors.
+// The exact boxes of the partitions, and all pages of the tree. boxes: heap order. REQUIRES: all
+// pieces are written.
 Status WriteTreePages(const std::vector<Box>& boxes, const TreeDepths& depths, StoreWriter& writer);
 
 }

@@ -59,34 +59,4 @@ std::vector<std::uint8_t> EncodePiece(
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context);
 
-// What is known of a level's piece before it is fetched: what its own vertices deviate by, model
-// units; what 99 of 100 do not exceed, and the largest. Rounded up where a page tells it.
-struct PieceBounds
-{
-  float most99 = 0, most = 0;
-  bool operator==(const PieceBounds&) const = default;
-};
-// Of each level, of each of its pieces, nodes ascending; empty where a model has no levels.
-using LevelBounds = std::vector<std::vector<PieceBounds>>;
-// Zeros for the pieces of the levels 0 … L.
-LevelBounds NoBounds(const TreeDepths& depths);
-
-// A page of the tree: the box of `node` (whose depth is a multiple of 11) and the boxes of the 11
-// depths below it, as far as the partitions, and the bounds of the levels' pieces whose nodes are
-// in no page above. Boxes are exact doubles, or floats where every value is one.
-inline constexpr unsigned treePageDepths = 11;
-std::vector<NodeId> TreePageNodes(
-  NodeId page, const TreeDepths& depths);                // the nodes in it, depth by depth
-std::vector<NodeId> TreePages(const TreeDepths& depths); // the roots of all pages
-NodeId TreePageOfNode(
-  NodeId node); // the page that holds a node's box (a page's own root: the page above, if any)
-
-std::vector<std::uint8_t> EncodeTreePage(std::span<const Box> boxes, NodeId page,
-  const TreeDepths& depths, const LevelBounds& bounds = {});
-// Writes the page's boxes into `boxes` (heap order, 2^(P+1) entries), and its bounds into `bounds`,
-// which is as large as NoBounds makes it, or empty where the model has no levels. Errors as
-// DecodePiece.
-Status DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const TreeDepths& depths,
-  std::span<Box> boxes, LevelBounds& bounds);
-
 }

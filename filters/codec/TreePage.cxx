@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pages of the tree's boxes: see PieceCodec.h and doc/formats.md.
-#include "filters/codec/PieceCodec.h"
+// Pages of the tree: see TreePage.h and doc/formats.md.
+#include "filters/codec/TreePage.h"
 
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/Seal.h"
@@ -8,6 +8,9 @@
 #include "filters/core/BitCast.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
 
 namespace kdstream
 {
@@ -15,100 +18,270 @@ namespace
 {
 
 constexpr std::string_view treeMagic = "KDT";
-constexpr std::size_t sides = 6;                      // of a box
-constexpr std::size_t context99 = 6, contextMost = 7; // of bounds
-constexpr std::size_t contexts = 8;
+constexpr unsigned boxSteps = 16; // sides of a box lie on so many equal steps of its parent's
+enum TreeContext : std::size_t
+{
+  treeEmpty, // a choice
+  treeInner,
+  treeOuter,
+  treeBound99,
+  treeBoundMost,
+  treeBytes,
+  treeContexts
+};
+constexpr SymbolContexts contextsOfTree{ 1, treeContexts };
+
+// ---- facts
+
 constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are told
 constexpr std::uint32_t largestBound = 0xFEF; // of a finite float
+constexpr std::uint32_t largestBytes = 192;   // of 64 MiB
 
 // The upper bits of the least float that has no others and is not below the bound.
-std::uint32_t BitsOfBound(float bound)
+std::uint32_t CodeOfBound(float bound)
 {
   const std::uint32_t bits = BitCast<std::uint32_t>(bound + 0.0F); // no -0.0
   return std::min((bits + ((1U << boundShift) - 1)) >> boundShift, largestBound);
 }
 
-float BoundOfBits(std::uint64_t bits)
+float BoundOfCode(std::uint32_t code)
 {
-  return BitCast<float>(static_cast<std::uint32_t>(bits) << boundShift);
+  return BitCast<float>(code << boundShift);
 }
 
-// Calls visit(level, piece of the level) for the pieces whose bounds are in a page: level by level,
-// nodes ascending.
-template <class Visit>
-void ForEachBound(NodeId page, const TreeDepths& depths, std::size_t levels, const Visit& visit)
+// Four bits of it and how many follow.
+std::uint32_t CodeOfBytes(std::uint32_t bytes)
 {
-  const unsigned top = DepthOfNode(page);
-  for (unsigned level = 0; level < levels; ++level)
+  const auto follow =
+    static_cast<unsigned>(std::max(static_cast<int>(std::bit_width(bytes)), 4) - 4);
+  const std::uint64_t upper = (bytes + (std::uint64_t{ 1 } << follow) - 1) >> follow;
+  return std::min((follow << 3) + static_cast<std::uint32_t>(upper), largestBytes);
+}
+
+std::uint32_t BytesOfCode(std::uint32_t code)
+{
+  return code < 16 ? code : (8 + (code & 7)) << ((code >> 3) - 1);
+}
+
+struct FactCodes
+{
+  std::uint32_t most99 = 0, most = 0, bytes = 0;
+};
+
+FactCodes CodesOf(const PieceFacts& facts)
+{
+  return { CodeOfBound(facts.most99), CodeOfBound(facts.most), CodeOfBytes(facts.bytes) };
+}
+
+PieceFacts FactsOf(const FactCodes& codes)
+{
+  return { BoundOfCode(codes.most99), BoundOfCode(codes.most), BytesOfCode(codes.bytes) };
+}
+
+void WriteFacts(SymbolWriter& symbols, const std::vector<PieceFacts>& pieces)
+{
+  FactCodes last;
+  for (const PieceFacts& facts : pieces)
   {
-    const unsigned depth = PieceDepth(Resolution::Level(level), depths);
-    const bool here = depth > top ? depth <= top + treePageDepths : depth == 0 && top == 0;
-    const NodeId first = here ? (page << (depth - top)) - (NodeId{ 1 } << depth) : 0;
-    for (NodeId i = 0; here && i < NodeId{ 1 } << (depth - top); ++i)
-    {
-      visit(level, first + i);
-    }
+    const FactCodes codes = CodesOf(facts);
+    symbols.Signed(treeBound99, std::int64_t{ codes.most99 } - last.most99);
+    symbols.Number(treeBoundMost, codes.most - codes.most99);
+    symbols.Signed(treeBytes, std::int64_t{ codes.bytes } - last.bytes);
+    last = codes;
   }
 }
 
-void WriteBounds(
-  SymbolWriter& symbols, NodeId page, const TreeDepths& depths, const LevelBounds& bounds)
+// The code that follows `last`, or nothing.
+bool ReadCode(std::int64_t difference, std::uint32_t largest, std::uint32_t& last)
 {
-  std::int64_t last = 0;
-  ForEachBound(page, depths, bounds.size(),
-    [&](unsigned level, std::size_t piece)
-    {
-      const PieceBounds& bound = bounds[level][piece];
-      const std::int64_t nearly = BitsOfBound(bound.most99), all = BitsOfBound(bound.most);
-      symbols.Signed(context99, nearly - last);
-      symbols.Number(contextMost, static_cast<std::uint64_t>(all - nearly));
-      last = nearly;
-    });
+  const std::int64_t code = difference + std::int64_t{ last };
+  if (std::abs(difference) > largest || code < 0 || code > largest)
+  {
+    return false;
+  }
+  last = static_cast<std::uint32_t>(code);
+  return true;
 }
 
-// In the order of ForEachBound. False: they are no bounds.
-bool ReadBounds(SymbolReader& symbols, NodeId page, const TreeDepths& depths, std::size_t levels,
-  std::vector<PieceBounds>& bounds)
+// False: they are no facts.
+bool ReadFacts(SymbolReader& symbols, std::size_t count, std::vector<PieceFacts>& pieces)
 {
-  std::uint64_t last = 0;
-  bool good = true;
-  ForEachBound(page, depths, levels,
-    [&](unsigned, std::size_t)
+  FactCodes last;
+  for (; count > 0; --count)
+  {
+    const bool near = ReadCode(symbols.Signed(treeBound99), largestBound, last.most99);
+    const std::uint64_t further = symbols.Number(treeBoundMost);
+    const bool sized = ReadCode(symbols.Signed(treeBytes), largestBytes, last.bytes);
+    if (!near || !sized || further > largestBound - last.most99)
     {
-      last += static_cast<std::uint64_t>(symbols.Signed(context99));
-      const std::uint64_t further = symbols.Number(contextMost);
-      good = good && last <= largestBound && further <= largestBound - last;
-      bounds.push_back(
-        good ? PieceBounds{ BoundOfBits(last), BoundOfBits(last + further) } : PieceBounds{});
-    });
+      return false;
+    }
+    last.most = last.most99 + static_cast<std::uint32_t>(further);
+    pieces.push_back(FactsOf(last));
+  }
+  return true;
+}
+
+// ---- boxes
+
+// The plane `step` of 0 … 16 across a side of the parent's box.
+double PlaneAt(double lo, double hi, std::uint64_t step)
+{
+  return step == 0 ? lo : step == boxSteps ? hi : lo + (hi - lo) * (double(step) / boxSteps);
+}
+
+// The last plane that is not above `value`.
+std::uint64_t StepBelow(double lo, double hi, double value)
+{
+  std::uint64_t step = hi > lo ? boxSteps : 0;
+  while (step > 0 && PlaneAt(lo, hi, step) > value)
+  {
+    --step;
+  }
+  return step;
+}
+
+// The first that is not below it.
+std::uint64_t StepAbove(double lo, double hi, double value)
+{
+  std::uint64_t step = hi > lo ? 0 : boxSteps;
+  while (step < boxSteps && PlaneAt(lo, hi, step) < value)
+  {
+    ++step;
+  }
+  return step;
+}
+
+Box RoundedIn(const Box& box, const Box& parent)
+{
+  Box rounded;
+  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+  {
+    const double lo = parent.lo[k], hi = parent.hi[k];
+    rounded.lo[k] = PlaneAt(lo, hi, StepBelow(lo, hi, box.lo[k]));
+    rounded.hi[k] = PlaneAt(lo, hi, StepAbove(lo, hi, box.hi[k]));
+  }
+  return rounded;
+}
+
+std::size_t LongestSide(const Box& box)
+{
+  std::size_t longest = 0;
+  for (std::size_t k = 1; k < 3; ++k)
+  {
+    longest = box.hi[k] - box.lo[k] > box.hi[longest] - box.lo[longest] ? k : longest;
+  }
+  return longest;
+}
+
+// Calls visit(axis, upper, inner) for the sides of a child's box: `inner` is the one where the
+// parent's vertices were most likely divided, in the middle.
+template <class Visit>
+bool ForEachSide(const Box& parent, bool secondChild, const Visit& visit)
+{
+  const std::size_t split = LongestSide(parent);
+  bool good = true;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    good = good && visit(k, false, k == split && secondChild);
+    good = good && visit(k, true, k == split && !secondChild);
+  }
   return good;
 }
 
-double& Side(Box& box, std::size_t side)
+// How far a side is from the parent's, or an inner one from the middle.
+void WriteBox(SymbolWriter& symbols, const Box& box, const Box& parent, bool secondChild)
 {
-  return side < 3 ? box.lo[side] : box.hi[side - 3];
-}
-
-}
-
-std::vector<NodeId> TreePageNodes(NodeId page, const TreeDepths& depths)
-{
-  const unsigned top = DepthOfNode(page);
-  std::vector<NodeId> nodes;
-  for (unsigned below = 0; below <= treePageDepths && top + below <= depths.partition; ++below)
-  {
-    for (NodeId i = 0; i < NodeId{ 1 } << below; ++i)
+  ForEachSide(parent, secondChild,
+    [&](std::size_t k, bool upper, bool inner)
     {
-      nodes.push_back((page << below) + i);
-    }
+      const double lo = parent.lo[k], hi = parent.hi[k];
+      const std::uint64_t step =
+        upper ? boxSteps - StepAbove(lo, hi, box.hi[k]) : StepBelow(lo, hi, box.lo[k]);
+      if (inner)
+      {
+        symbols.Signed(treeInner, static_cast<std::int64_t>(step) - std::int64_t{ boxSteps / 2 });
+      }
+      else
+      {
+        symbols.Number(treeOuter, step);
+      }
+      return true;
+    });
+}
+
+// False: it is no box.
+bool ReadBox(SymbolReader& symbols, Box& box, const Box& parent, bool secondChild)
+{
+  const bool good = ForEachSide(parent, secondChild,
+    [&](std::size_t k, bool upper, bool inner)
+    {
+      const std::uint64_t step =
+        inner ? static_cast<std::uint64_t>(symbols.Signed(treeInner)) + boxSteps / 2
+              : symbols.Number(treeOuter);
+      if (step > boxSteps)
+      {
+        return false;
+      }
+      (upper ? box.hi : box.lo)[k] =
+        PlaneAt(parent.lo[k], parent.hi[k], upper ? boxSteps - step : step);
+      return true;
+    });
+  return good && box.lo[0] <= box.hi[0] && box.lo[1] <= box.hi[1] && box.lo[2] <= box.hi[2];
+}
+
+bool IsFiniteOrEmpty(const Box& box)
+{
+  bool finite = true;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    finite = finite && std::isfinite(box.lo[k]) && std::isfinite(box.hi[k] - box.lo[k]);
   }
-  return nodes;
+  return finite || box.Empty();
+}
+
+TreePage EmptyPage(NodeId page, const Box& around, const TreeDepths& depths)
+{
+  TreePage told{ page, {}, {} };
+  told.boxes.resize(std::size_t{ 2 } << DepthsOfTreePage(page, depths));
+  told.boxes[1] = around;
+  return told;
+}
+
+}
+
+// ---- which node is in which page
+
+bool IsTreePage(NodeId node, const TreeDepths& depths)
+{
+  const unsigned depth = node == 0 ? 1 : DepthOfNode(node);
+  return depth == 0 || (node != 0 && depth >= treePageDepths && depth < depths.partition &&
+                         (depths.partition - depth) % treePageDepths == 0);
+}
+
+unsigned DepthsOfTreePage(NodeId page, const TreeDepths& depths)
+{
+  const unsigned deepest = depths.partition;
+  return DepthOfNode(page) > 0          ? treePageDepths
+         : deepest < 2 * treePageDepths ? deepest
+                                        : treePageDepths + deepest % treePageDepths;
+}
+
+NodeId TreePageOfNode(NodeId node, const TreeDepths& depths)
+{
+  NodeId page = node;
+  do
+  {
+    page = std::max<NodeId>(page >> 1, 1);
+  } while (!IsTreePage(page, depths));
+  return page;
 }
 
 std::vector<NodeId> TreePages(const TreeDepths& depths)
 {
   std::vector<NodeId> pages{ 1 };
-  for (unsigned depth = treePageDepths; depth < depths.partition; depth += treePageDepths)
+  for (unsigned depth = DepthsOfTreePage(1, depths); depth < depths.partition;
+       depth += treePageDepths)
   {
     for (NodeId i = 0; i < NodeId{ 1 } << depth; ++i)
     {
@@ -118,66 +291,99 @@ std::vector<NodeId> TreePages(const TreeDepths& depths)
   return pages;
 }
 
-NodeId TreePageOfNode(NodeId node)
+// ---- what a page tells
+
+PieceFacts RoundedUp(const PieceFacts& facts)
 {
-  const unsigned depth = DepthOfNode(node);
-  return depth == 0 ? 1 : node >> ((depth - 1) % treePageDepths + 1);
+  return FactsOf(CodesOf(facts));
 }
 
-LevelBounds NoBounds(const TreeDepths& depths)
+PieceTable::PieceTable(const TreeDepths& depths, bool hasLevels)
 {
-  LevelBounds bounds;
-  for (unsigned level = 0; level <= depths.finest; ++level)
+  for (unsigned level = 0; hasLevels && level <= depths.finest; ++level)
   {
-    bounds.emplace_back(std::size_t{ 1 } << PieceDepth(Resolution::Level(level), depths));
+    this->Rows.emplace_back(std::size_t{ 1 } << PieceDepth(Resolution::Level(level), depths));
   }
-  return bounds;
+  this->Rows.emplace_back(std::size_t{ 1 } << depths.partition);
 }
 
-std::vector<std::uint8_t> EncodeTreePage(
-  std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const LevelBounds& bounds)
+std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels)
 {
-  const std::vector<NodeId> nodes = TreePageNodes(page, depths);
-  bool floats = true;
-  for (const NodeId node : nodes)
+  const unsigned top = DepthOfNode(page), most = top + DepthsOfTreePage(page, depths);
+  std::vector<PieceId> pieces;
+  const auto add = [&](Resolution resolution)
   {
-    Box box = boxes[node];
-    for (std::size_t side = 0; side < sides; ++side)
+    const unsigned depth = PieceDepth(resolution, depths);
+    if ((depth > top || page == 1) && depth <= most)
     {
-      floats = floats && double(float(Side(box, side))) == Side(box, side);
+      const NodeId count = NodeId{ 1 } << (depth - top);
+      for (NodeId i = 0; i < count; ++i)
+      {
+        pieces.push_back({ resolution, (page << (depth - top)) + i });
+      }
+    }
+  };
+  for (unsigned level = 0; hasLevels && level <= depths.finest; ++level)
+  {
+    add(Resolution::Level(level));
+  }
+  add(Resolution::Original());
+  return pieces;
+}
+
+Box RoundedBoxOf(std::span<const Box> boxes, NodeId node)
+{
+  return node == 1 ? boxes[1] : RoundedIn(boxes[node], RoundedBoxOf(boxes, node / 2));
+}
+
+TreePage RoundTreePage(
+  std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const PieceTable& pieces)
+{
+  TreePage told = EmptyPage(page, RoundedBoxOf(boxes, page), depths);
+  for (NodeId i = 2; i < told.boxes.size(); ++i)
+  {
+    const unsigned below = DepthOfNode(i);
+    const NodeId node = (page << below) + (i - (NodeId{ 1 } << below));
+    told.boxes[i] = RoundedIn(boxes[node], told.boxes[i / 2]);
+  }
+  for (const PieceId piece : PiecesOfTreePage(page, depths, pieces.HasLevels()))
+  {
+    told.facts.push_back(RoundedUp(pieces.At(piece)));
+  }
+  return told;
+}
+
+std::vector<std::uint8_t> EncodeTreePage(const TreePage& page)
+{
+  SymbolWriter symbols(contextsOfTree);
+  for (std::size_t i = 2; i < page.boxes.size(); ++i)
+  {
+    const Box &box = page.boxes[i], &parent = page.boxes[i / 2];
+    if (!parent.Empty())
+    {
+      symbols.Choice(treeEmpty, box.Empty() ? 1 : 0);
+      if (!box.Empty())
+      {
+        WriteBox(symbols, box, parent, i % 2 == 1);
+      }
     }
   }
+  WriteFacts(symbols, page.facts);
   ByteWriter writer;
   WriteBlobHead(writer, treeMagic);
-  writer.Byte(floats ? 4 : 8);
-  SymbolWriter symbols({ 0, contexts });
-  for (std::size_t side = 0; side < sides; ++side)
-  {
-    std::uint64_t last = 0;
-    for (const NodeId node : nodes)
-    {
-      Box box = boxes[node];
-      const std::uint64_t value =
-        floats ? OrderedBits(float(Side(box, side))) : OrderedBits(Side(box, side));
-      symbols.Signed(side, static_cast<std::int64_t>(value - last));
-      last = value;
-    }
-  }
-  WriteBounds(symbols, page, depths, bounds);
   symbols.Finish(writer, 0);
   std::vector<std::uint8_t> blob = writer.Take();
   SealBlob(blob);
   return blob;
 }
 
-Status DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const TreeDepths& depths,
-  std::span<Box> boxes, LevelBounds& bounds)
+Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const Box& around,
+  const TreeDepths& depths, bool hasLevels)
 {
   const auto named = [page](ErrorCode code, const std::string& what) {
     return Error{ code, "tree page " + std::to_string(page) + ": " + what };
   };
-  if (page == 0 || DepthOfNode(page) % treePageDepths != 0 ||
-      DepthOfNode(page) > depths.partition || boxes.size() != std::size_t{ 2 } << depths.partition)
+  if (!IsTreePage(page, depths) || !IsFiniteOrEmpty(around))
   {
     return named(ErrorCode::InvalidArgument, "is no page of this tree");
   }
@@ -186,58 +392,26 @@ Status DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const Tre
   {
     return named(unsealed.GetError().code, unsealed.GetError().message);
   }
-  ByteReader reader(*unsealed);
-  (void)reader.Raw(blobHeadSize);
-  const std::uint8_t width = reader.Byte();
-  if (width != 4 && width != 8)
+  SymbolReader symbols(unsealed->subspan(blobHeadSize), contextsOfTree);
+  TreePage told = EmptyPage(page, around, depths);
+  for (std::size_t i = 2; i < told.boxes.size(); ++i)
   {
-    reader.Fail("unknown width of coordinates");
-  }
-  const std::vector<NodeId> nodes = TreePageNodes(page, depths);
-  std::vector<Box> read(nodes.size());
-  SymbolReader symbols(unsealed->subspan(reader.Position()), { 0, contexts });
-  for (std::size_t side = 0; side < sides; ++side)
-  {
-    std::uint64_t last = 0;
-    for (Box& box : read)
+    const Box& parent = told.boxes[i / 2];
+    if (!parent.Empty() && symbols.Choice(treeEmpty) == 0 &&
+        !ReadBox(symbols, told.boxes[i], parent, i % 2 == 1))
     {
-      last += static_cast<std::uint64_t>(symbols.Signed(side));
-      if (width == 4 && last >> 32 != 0)
-      {
-        reader.Fail("coordinate out of range");
-        break;
-      }
-      const double value = width == 4 ? double(FloatOfOrderedBits(static_cast<std::uint32_t>(last)))
-                                      : DoubleOfOrderedBits(last);
-      if (value != value)
-      {
-        reader.Fail("coordinate is not a number");
-        break;
-      }
-      Side(box, side) = value;
+      return named(ErrorCode::InvalidInput, "a box is not in its parent's");
     }
   }
-  std::vector<PieceBounds> readBounds;
-  if (!reader.Failed() && !ReadBounds(symbols, page, depths, bounds.size(), readBounds))
+  if (!ReadFacts(symbols, PiecesOfTreePage(page, depths, hasLevels).size(), told.facts))
   {
-    reader.Fail("bounds out of range");
+    return named(ErrorCode::InvalidInput, "bounds or bytes of a piece out of range");
   }
   if (!symbols.AtEnd())
   {
-    reader.Fail("bytes beyond the end");
+    return named(ErrorCode::InvalidInput, "bytes beyond the end");
   }
-  if (reader.Failed())
-  {
-    return named(ErrorCode::InvalidInput, reader.Why().message);
-  }
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-  {
-    boxes[nodes[i]] = read[i];
-  }
-  auto next = readBounds.begin();
-  ForEachBound(page, depths, bounds.size(),
-    [&](unsigned level, std::size_t piece) { bounds[level][piece] = *next++; });
-  return {};
+  return told;
 }
 
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/Store.h"
 
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/TreePage.h"
 #include "filters/model/ModelJson.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/StoreFile.h"
@@ -9,6 +11,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <optional>
 
@@ -24,18 +27,31 @@ constexpr const char* selectMislabelled =
   "SELECT id, quote(resolution), quote(node) FROM pieces "
   "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";
 constexpr const char* selectTreePage = "SELECT data, checksum FROM tree WHERE page = ?";
+constexpr const char* selectBoxes = "SELECT data, checksum FROM boxes WHERE node = ?";
 constexpr const char* selectPieceSize = "SELECT length(data) FROM pieces WHERE id = ?";
 constexpr const char* selectTreePageSize = "SELECT length(data) FROM tree WHERE page = ?";
+constexpr const char* selectBoxesSize = "SELECT length(data) FROM boxes WHERE node = ?";
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
+
+// The statements of a connection, each with one row to find.
+enum Query : std::size_t
+{
+  piece,
+  treePage,
+  boxes,
+  pieceSize,
+  treePageSize,
+  boxesSize,
+  queries
+};
+constexpr std::array<const char*, queries> queryTexts{ selectPiece, selectTreePage, selectBoxes,
+  selectPieceSize, selectTreePageSize, selectBoxesSize };
 
 // One connection with its statements: used by one thread at a time.
 struct Reader
 {
   kdstream::Database database;
-  Statement piece;
-  Statement treePage;
-  Statement pieceSize;
-  Statement treePageSize;
+  std::array<Statement, queries> statements;
 };
 
 Error Damaged(const std::string& blob, const std::string& what)
@@ -56,12 +72,6 @@ Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
                                  std::to_string(info.depths.partition));
   }
   return {};
-}
-
-bool HasTreePage(NodeId page, const TreeDepths& depths)
-{
-  const unsigned depth = page == 0 ? 1 : DepthOfNode(page);
-  return depth % treePageDepths == 0 && (depth == 0 || depth < depths.partition);
 }
 
 // Whether the same may succeed later.
@@ -201,16 +211,15 @@ struct Store::Connection
     }
     Result<kdstream::Database> database = OpenForReading(this->file->Descriptor());
     KDSTREAM_TRY(database);
-    Result<Statement> piece = Statement::Prepare(database->get(), selectPiece);
-    Result<Statement> treePage = Statement::Prepare(database->get(), selectTreePage);
-    KDSTREAM_TRY(piece);
-    Result<Statement> pieceSize = Statement::Prepare(database->get(), selectPieceSize);
-    Result<Statement> treePageSize = Statement::Prepare(database->get(), selectTreePageSize);
-    KDSTREAM_TRY(treePage);
-    KDSTREAM_TRY(pieceSize);
-    KDSTREAM_TRY(treePageSize);
-    return std::make_unique<Reader>(Reader{ std::move(*database), std::move(*piece),
-      std::move(*treePage), std::move(*pieceSize), std::move(*treePageSize) });
+    auto reader = std::make_unique<Reader>();
+    for (std::size_t query = 0; query < queries; ++query)
+    {
+      Result<Statement> statement = Statement::Prepare(database->get(), queryTexts[query]);
+      KDSTREAM_TRY(statement);
+      reader->statements[query] = std::move(*statement);
+    }
+    reader->database = std::move(*database);
+    return reader;
   }
 
   // note(id, error) for each row of a piece whose other columns do not agree with its id.
@@ -238,8 +247,8 @@ struct Store::Connection
 
   // The blob in column `column` of row `key`, if isWhole(row, data) says that its checksum holds.
   template <class IsWhole>
-  Result<std::vector<std::uint8_t>> Read(Statement Reader::*select, std::int64_t key, int column,
-    const std::string& name, const IsWhole& isWhole)
+  Result<std::vector<std::uint8_t>> Read(
+    Query select, std::int64_t key, int column, const std::string& name, const IsWhole& isWhole)
   {
     return this->Checked(name, this->ReadRow<std::vector<std::uint8_t>>(select, key, name,
                                  [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
@@ -253,9 +262,16 @@ struct Store::Connection
                                  }));
   }
 
+  // A row of tree or boxes.
+  Result<std::vector<std::uint8_t>> ReadOfNode(Query select, NodeId node, const std::string& name)
+  {
+    return this->Read(select, node, 0, name,
+      [node](const Statement& row, std::span<const std::uint8_t> data)
+      { return NodeChecksum(node, data) == row.Integer(1); });
+  }
+
   // The number in the only column of row `key`.
-  Result<std::uint64_t> ReadNumber(
-    Statement Reader::*select, std::int64_t key, const std::string& name)
+  Result<std::uint64_t> ReadNumber(Query select, std::int64_t key, const std::string& name)
   {
     return this->Checked(
       name, this->ReadRow<std::uint64_t>(select, key, name,
@@ -277,15 +293,14 @@ private:
 
   // What `take` makes of the row `key`.
   template <class Value, class Take>
-  Result<Value> ReadRow(
-    Statement Reader::*select, std::int64_t key, const std::string& name, const Take& take)
+  Result<Value> ReadRow(Query select, std::int64_t key, const std::string& name, const Take& take)
   {
     Result<std::unique_ptr<Reader>> reader = this->Take();
     if (!reader)
     {
       return OfBlob(name, reader.GetError());
     }
-    Statement& statement = (*reader).get()->*select;
+    Statement& statement = (*reader)->statements[select];
     statement.Bind(1, key);
     const Result<bool> row = statement.Step();
     Result<Value> result = row ? Damaged(name, "row is missing") : OfBlob(name, row.GetError());
@@ -360,6 +375,11 @@ std::string Store::TreePageName(NodeId page)
   return "tree/" + std::to_string(page);
 }
 
+std::string Store::BoxesName(NodeId node)
+{
+  return "boxes/" + std::to_string(node);
+}
+
 Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
 {
   const TreeDepths& depths = this->Information.depths;
@@ -367,7 +387,7 @@ Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
   {
     return Error{ ErrorCode::NotFound, "the model has no such piece" };
   }
-  return this->Database->Read(&Reader::piece, PieceRow(id), 2, BlobName(id, depths),
+  return this->Database->Read(Query::piece, PieceRow(id), 2, BlobName(id, depths),
     [id](const Statement& row, std::span<const std::uint8_t> data)
     {
       const auto vertices = static_cast<std::uint64_t>(row.Integer(0));
@@ -378,13 +398,20 @@ Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
 
 Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
 {
-  if (!HasTreePage(page, this->Information.depths))
+  if (!IsTreePage(page, this->Information.depths))
   {
     return Error{ ErrorCode::NotFound, "the model has no such tree page" };
   }
-  return this->Database->Read(&Reader::treePage, page, 0, TreePageName(page),
-    [page](const Statement& row, std::span<const std::uint8_t> data)
-    { return TreePageChecksum(page, data) == row.Integer(1); });
+  return this->Database->ReadOfNode(Query::treePage, page, TreePageName(page));
+}
+
+Result<std::vector<std::uint8_t>> Store::ReadBoxesBlob(NodeId node) const
+{
+  if (!HasPartitionBoxes(node, this->Information.depths))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such boxes" };
+  }
+  return this->Database->ReadOfNode(Query::boxes, node, BoxesName(node));
 }
 
 Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
@@ -394,16 +421,25 @@ Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
     return Error{ ErrorCode::NotFound, "the model has no such piece" };
   }
   return this->Database->ReadNumber(
-    &Reader::pieceSize, PieceRow(id), BlobName(id, this->Information.depths));
+    Query::pieceSize, PieceRow(id), BlobName(id, this->Information.depths));
 }
 
 Result<std::uint64_t> Store::TreePageBlobSize(NodeId page) const
 {
-  if (!HasTreePage(page, this->Information.depths))
+  if (!IsTreePage(page, this->Information.depths))
   {
     return Error{ ErrorCode::NotFound, "the model has no such tree page" };
   }
-  return this->Database->ReadNumber(&Reader::treePageSize, page, TreePageName(page));
+  return this->Database->ReadNumber(Query::treePageSize, page, TreePageName(page));
+}
+
+Result<std::uint64_t> Store::BoxesBlobSize(NodeId node) const
+{
+  if (!HasPartitionBoxes(node, this->Information.depths))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such boxes" };
+  }
+  return this->Database->ReadNumber(Query::boxesSize, node, BoxesName(node));
 }
 
 Result<Piece> Store::ReadPiece(PieceId id) const
@@ -437,26 +473,59 @@ bool Store::AttributesFit(const Piece& piece) const
     [](const AttributeInfo& info, const Attribute& attribute) { return attribute.Info() == info; });
 }
 
-Result<std::vector<Box>> Store::ReadTree(LevelBounds* bounds) const
+Result<std::vector<Box>> Store::ReadBoxes() const
 {
-  LevelBounds ofPieces = this->NoBoundsYet();
-  std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
+  const TreeDepths& depths = this->Information.depths;
+  std::vector<Box> all(std::size_t{ 2 } << depths.partition);
+  for (const NodeId node : AllPartitionBoxes(depths))
+  {
+    const auto blob = this->ReadBoxesBlob(node);
+    KDSTREAM_TRY(blob);
+    KDSTREAM_TRY(this->DecodeBoxes(*blob, node, all));
+  }
+  UniteBoxes(all);
+  return all;
+}
+
+Status Store::DecodeBoxes(std::span<const std::uint8_t> blob, NodeId node, std::span<Box> all) const
+{
+  const TreeDepths& depths = this->Information.depths;
+  const auto told = DecodePartitionBoxes(blob, node, depths);
+  KDSTREAM_TRY(told);
+  const NodeId first = node << (depths.partition - DepthOfNode(node));
+  std::copy(told->begin(), told->end(), all.begin() + first);
+  return {};
+}
+
+Result<PieceTable> Store::ReadPieceTable(std::span<const Box> boxes) const
+{
+  PieceTable pieces(this->Information.depths, this->Information.HasLevels());
   for (const NodeId page : TreePages(this->Information.depths))
   {
     const auto blob = this->ReadTreePageBlob(page);
     KDSTREAM_TRY(blob);
-    KDSTREAM_TRY(DecodeTreePage(*blob, page, this->Information.depths, boxes, ofPieces));
+    KDSTREAM_TRY(this->DecodePage(*blob, page, boxes, pieces));
   }
-  if (bounds)
-  {
-    *bounds = std::move(ofPieces);
-  }
-  return boxes;
+  return pieces;
 }
 
-LevelBounds Store::NoBoundsYet() const
+Status Store::DecodePage(std::span<const std::uint8_t> blob, NodeId page,
+  std::span<const Box> boxes, PieceTable& pieces) const
 {
-  return this->Information.HasLevels() ? NoBounds(this->Information.depths) : LevelBounds{};
+  const TreeDepths& depths = this->Information.depths;
+  const auto told =
+    DecodeTreePage(blob, page, RoundedBoxOf(boxes, page), depths, this->Information.HasLevels());
+  KDSTREAM_TRY(told);
+  if (told->boxes != RoundTreePage(boxes, page, depths, pieces).boxes)
+  {
+    return Damaged(TreePageName(page), "its boxes are not those of the partitions");
+  }
+  const std::vector<PieceId> ids = PiecesOfTreePage(page, depths, this->Information.HasLevels());
+  for (std::size_t i = 0; i < ids.size(); ++i)
+  {
+    pieces.At(ids[i]) = told->facts[i];
+  }
+  return {};
 }
 
 std::vector<PieceId> Store::PieceIds() const
@@ -480,64 +549,110 @@ std::vector<PieceId> Store::PieceIds() const
   return ids;
 }
 
-std::vector<Error> Store::Verify(const Execution& execution) const
+// Reads all that a store has, in the order of its digest, and notes what is wrong.
+class Store::Verification
 {
-  std::vector<Error> damage;
-  ContentDigest digest(this->Information);
-  const auto note = [&](const std::string& name, const Error& error)
+public:
+  Verification(const Store& store, const Execution& execution)
+    : Whole(store)
+    , Progress(execution)
+    , Digest(store.Information)
   {
-    const bool named = error.message.rfind(name, 0) == 0;
-    damage.push_back({ error.code, named ? error.message : name + ": " + error.message });
-  };
-  const Status labels = this->Database->VisitMislabelled(
-    [&](std::int64_t row, const Error& error) { note(this->NameOfRow(row), error); });
-  if (!labels)
-  {
-    note("pieces", labels.GetError());
   }
-  const std::vector<PieceId> ids = this->PieceIds();
-  for (std::size_t i = 0; i < ids.size(); ++i)
+
+  std::vector<Error> Run()
   {
-    const std::string name = BlobName(ids[i], this->Information.depths);
-    const auto blob = this->ReadPieceBlob(ids[i]);
-    if (!blob)
+    const Status labels =
+      this->Whole.Database->VisitMislabelled([this](std::int64_t row, const Error& error)
+        { this->Note(this->Whole.NameOfRow(row), error); });
+    this->Note("pieces", labels);
+    if (const Status pieces = this->CheckPieces(); !pieces)
     {
-      note(name, blob.GetError());
+      this->Found.push_back(pieces.GetError()); // cancelled
+      return std::move(this->Found);
     }
-    else
+    this->CheckTree();
+    if (this->Found.empty() && this->Digest.Hexadecimal() != this->Whole.Information.digest)
     {
-      digest.AddPiece(ids[i], *blob);
-      const Result<Piece> piece = this->Decode(*blob, ids[i]);
-      if (!piece)
-      {
-        note(name, piece.GetError());
-      }
+      this->Found.push_back(Damaged("metadata", "the digest does not match the content"));
     }
-    if (Status status = execution.Report("verify", double(i + 1) / double(ids.size())); !status)
-    {
-      damage.push_back(status.GetError());
-      return damage;
-    }
+    return std::move(this->Found);
   }
-  std::vector<Box> boxes(std::size_t{ 2 } << this->Information.depths.partition);
-  LevelBounds bounds = this->NoBoundsYet();
-  for (const NodeId page : TreePages(this->Information.depths))
+
+private:
+  void Note(const std::string& name, const Status& status)
   {
-    const auto blob = this->ReadTreePageBlob(page);
-    Status status =
-      blob ? DecodeTreePage(*blob, page, this->Information.depths, boxes, bounds) : blob.GetError();
     if (!status)
     {
-      note(TreePageName(page), status.GetError());
-      continue;
+      const Error& error = status.GetError();
+      const bool named = error.message.rfind(name, 0) == 0;
+      this->Found.push_back({ error.code, named ? error.message : name + ": " + error.message });
     }
-    digest.AddTreePage(page, *blob);
   }
-  if (damage.empty() && digest.Hexadecimal() != this->Information.digest)
+
+  Status CheckPieces()
   {
-    damage.push_back(Damaged("metadata", "the digest does not match the content"));
+    const std::vector<PieceId> ids = this->Whole.PieceIds();
+    for (std::size_t i = 0; i < ids.size(); ++i)
+    {
+      const std::string name = BlobName(ids[i], this->Whole.Information.depths);
+      const auto blob = this->Whole.ReadPieceBlob(ids[i]);
+      this->Note(name, OnlyStatus(blob));
+      if (blob)
+      {
+        this->Digest.AddPiece(ids[i], *blob);
+        this->Note(name, OnlyStatus(this->Whole.Decode(*blob, ids[i])));
+      }
+      KDSTREAM_TRY(this->Progress.Report("verify", double(i + 1) / double(ids.size())));
+    }
+    return {};
   }
-  return damage;
+
+  void CheckTree()
+  {
+    const TreeDepths& depths = this->Whole.Information.depths;
+    std::vector<Box> boxes(std::size_t{ 2 } << depths.partition);
+    const std::size_t before = this->Found.size();
+    for (const NodeId node : AllPartitionBoxes(depths))
+    {
+      const auto blob = this->Whole.ReadBoxesBlob(node);
+      this->Note(
+        BoxesName(node), blob ? this->Whole.DecodeBoxes(*blob, node, boxes) : OnlyStatus(blob));
+      if (blob)
+      {
+        this->Digest.AddBoxes(node, *blob);
+      }
+    }
+    UniteBoxes(boxes);
+    const bool boxesKnown = this->Found.size() == before; // pages are told within them
+    PieceTable pieces(depths, this->Whole.Information.HasLevels());
+    for (const NodeId page : TreePages(depths))
+    {
+      const auto blob = this->Whole.ReadTreePageBlob(page);
+      this->Note(TreePageName(page),
+        blob && boxesKnown ? this->Whole.DecodePage(*blob, page, boxes, pieces) : OnlyStatus(blob));
+      if (blob)
+      {
+        this->Digest.AddTreePage(page, *blob);
+      }
+    }
+  }
+
+  template <class Value>
+  static Status OnlyStatus(const Result<Value>& result)
+  {
+    return result ? Status{} : Status{ result.GetError() };
+  }
+
+  const Store& Whole;
+  const Execution& Progress;
+  ContentDigest Digest;
+  std::vector<Error> Found;
+};
+
+std::vector<Error> Store::Verify(const Execution& execution) const
+{
+  return Verification(*this, execution).Run();
 }
 
 }

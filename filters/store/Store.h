@@ -3,6 +3,7 @@
 // doc/formats.md.
 #pragma once
 
+#include "filters/codec/TreePage.h"
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
@@ -41,28 +42,34 @@ public:
   // Whether the path `file` leads to the very file that is open, unchanged.
   bool IsFile(const std::filesystem::path& file) const;
 
-  // The encoded piece / tree page, its checksum verified.
+  // The encoded piece / tree page / boxes of partitions, their checksum verified.
   // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where
   // bytes are wrong; Changed where the file is no longer the one that was opened; InputOutput and
   // LimitExceeded where the same may succeed later (the disk, memory).
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
   Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const;
+  Result<std::vector<std::uint8_t>> ReadBoxesBlob(NodeId node) const;
 
   // How many bytes they have; the bytes are neither read nor checked.
   Result<std::uint64_t> PieceBlobSize(PieceId id) const;
   Result<std::uint64_t> TreePageBlobSize(NodeId page) const;
+  Result<std::uint64_t> BoxesBlobSize(NodeId node) const;
 
   // Decoded.
   Result<Piece> ReadPiece(PieceId id) const;
-  // The boxes of nodes 1 … 2^(P+1) - 1, heap order. bounds: gets those of the levels' pieces.
-  Result<std::vector<Box>> ReadTree(LevelBounds* bounds = nullptr) const;
+  // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order.
+  Result<std::vector<Box>> ReadBoxes() const;
+  // What the pages of the tree tell of the pieces. boxes: of ReadBoxes. Errors: besides, Damaged
+  // where a page's boxes are not these, rounded.
+  Result<PieceTable> ReadPieceTable(std::span<const Box> boxes) const;
 
   // Ids of every piece the model has, coarse to fine, nodes ascending.
   std::vector<PieceId> PieceIds() const;
 
-  // What a damaged blob is called: "tree/1", "levels/7/1", "partitions/12".
+  // What a damaged blob is called: "tree/1", "boxes/1", "levels/7/1", "partitions/12".
   static std::string BlobName(PieceId id, const TreeDepths& depths);
   static std::string TreePageName(NodeId page);
+  static std::string BoxesName(NodeId node);
 
   // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
   // if whole.
@@ -71,8 +78,11 @@ public:
 private:
   struct Connection;
   Store();
+  class Verification;
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
-  LevelBounds NoBoundsYet() const;
+  Status DecodeBoxes(std::span<const std::uint8_t> blob, NodeId node, std::span<Box> all) const;
+  Status DecodePage(std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes,
+    PieceTable& pieces) const;
   bool AttributesFit(const Piece& piece) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;

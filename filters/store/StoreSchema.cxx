@@ -81,9 +81,9 @@ std::int64_t MetadataChecksum(std::string_view key, std::string_view value)
   return RowHash().Text(key).Text(value).Value();
 }
 
-std::int64_t TreePageChecksum(NodeId page, std::span<const std::uint8_t> data)
+std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data)
 {
-  return RowHash().Number(page).Bytes(data).Value();
+  return RowHash().Number(node).Bytes(data).Value();
 }
 
 std::int64_t PieceChecksum(
@@ -141,6 +141,11 @@ ContentDigest::~ContentDigest() = default;
 void ContentDigest::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 {
   this->AddBlob('t', page, data);
+}
+
+void ContentDigest::AddBoxes(NodeId node, std::span<const std::uint8_t> data)
+{
+  this->AddBlob('b', node, data);
 }
 
 void ContentDigest::AddPiece(PieceId id, std::span<const std::uint8_t> data)

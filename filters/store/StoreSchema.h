@@ -15,12 +15,13 @@
 namespace kdstream
 {
 
-inline constexpr int storeVersion = 7;
+inline constexpr int storeVersion = 8;
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
 inline constexpr const char* storeSchema = R"(
 CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
+CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
 CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT NULL,
   vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, checksum INTEGER NOT NULL);
 )";
@@ -34,19 +35,21 @@ std::optional<PieceId> PieceOfRow(std::int64_t row);
 // XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
 // noticed.
 std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
-std::int64_t TreePageChecksum(NodeId page, std::span<const std::uint8_t> data);
+// Of a row of tree or boxes.
+std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
 
 // The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid, depths and the
 // levels' spacings, and then over the kind, key and XXH3-128 of every blob: levels coarse to fine,
-// partitions, tree pages, each by ascending node.
+// partitions, boxes, tree pages, each by ascending node.
 class ContentDigest
 {
 public:
   explicit ContentDigest(const ModelDescription& model);
   ~ContentDigest();
   void AddTreePage(NodeId page, std::span<const std::uint8_t> data);
+  void AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   void AddPiece(PieceId id, std::span<const std::uint8_t> data);
   std::string Hexadecimal() const;
 

@@ -18,13 +18,17 @@ namespace kdstream
 namespace
 {
 
-// REQUIRES: at least one deviation.
-PieceBounds BoundsOf(std::vector<float> deviations)
+// deviations: of a level's piece, one or more; none of the original's.
+PieceFacts FactsOf(std::vector<float> deviations, std::size_t bytes)
 {
+  if (deviations.empty())
+  {
+    return { 0, 0, static_cast<std::uint32_t>(bytes) };
+  }
   const auto at99 =
     deviations.begin() + static_cast<std::ptrdiff_t>((deviations.size() - 1) * 99 / 100);
   std::nth_element(deviations.begin(), at99, deviations.end());
-  return { *at99, *std::max_element(at99, deviations.end()) };
+  return { *at99, *std::max_element(at99, deviations.end()), static_cast<std::uint32_t>(bytes) };
 }
 
 }
@@ -34,13 +38,16 @@ struct StoreWriter::State
   UnfinishedStore file;
   ModelDescription info;
   Database database{}; // closed before the file goes
-  Statement page{}, piece{};
+  Statement page{}, boxes{}, piece{};
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
-  LevelBounds bounds{};
+  PieceTable pieces{};
 
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
+
+  // A row of tree or boxes.
+  Status Insert(Statement& insert, NodeId node, std::span<const std::uint8_t> data);
 
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
   Error Explain(const Error& error) const;
@@ -116,7 +123,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   auto state = std::make_unique<State>(State{ std::move(*file), std::move(info) });
   state->deviations = std::make_unique<DeviationList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
-  state->bounds = state->info.HasLevels() ? NoBounds(state->info.depths) : LevelBounds{};
+  state->pieces = PieceTable(state->info.depths, state->info.HasLevels());
   Result<Database> database = OpenForWriting(state->file.Path());
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
@@ -132,13 +139,15 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   }
   Result<Statement> page =
     Statement::Prepare(state->database.get(), "INSERT INTO tree VALUES (?, ?, ?)");
+  Result<Statement> boxes =
+    Statement::Prepare(state->database.get(), "INSERT INTO boxes VALUES (?, ?, ?)");
   Result<Statement> piece =
     Statement::Prepare(state->database.get(), "INSERT INTO pieces VALUES (?, ?, ?, ?, ?, ?, ?)");
-  if (!page || !piece)
-  {
-    return (page ? piece : page).GetError();
-  }
+  KDSTREAM_TRY(page);
+  KDSTREAM_TRY(boxes);
+  KDSTREAM_TRY(piece);
   state->page = std::move(*page);
+  state->boxes = std::move(*boxes);
   state->piece = std::move(*piece);
   return state;
 }
@@ -152,22 +161,33 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::Create(
   return std::unique_ptr<StoreWriter>(new StoreWriter(std::move(*state)));
 }
 
-const LevelBounds& StoreWriter::Bounds() const
+const PieceTable& StoreWriter::Pieces() const
 {
-  return this->S->bounds;
+  return this->S->pieces;
+}
+
+Status StoreWriter::State::Insert(
+  Statement& insert, NodeId node, std::span<const std::uint8_t> data)
+{
+  insert.Bind(1, std::int64_t{ node });
+  insert.Bind(2, data);
+  insert.Bind(3, NodeChecksum(node, data));
+  const Result<bool> done = insert.Step();
+  const Status status = done ? Status{} : Status{ this->Explain(done.GetError()) };
+  insert.Reset();
+  return status;
+}
+
+Status StoreWriter::AddBoxes(NodeId node, std::span<const std::uint8_t> data)
+{
+  this->S->digest->AddBoxes(node, data);
+  return this->S->Insert(this->S->boxes, node, data);
 }
 
 Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 {
   this->S->digest->AddTreePage(page, data);
-  Statement& insert = this->S->page;
-  insert.Bind(1, std::int64_t{ page });
-  insert.Bind(2, data);
-  insert.Bind(3, TreePageChecksum(page, data));
-  const Result<bool> done = insert.Step();
-  const Status status = done ? Status{} : Status{ this->S->Explain(done.GetError()) };
-  insert.Reset();
-  return status;
+  return this->S->Insert(this->S->page, page, data);
 }
 
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
@@ -188,12 +208,7 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   {
     return this->S->Explain(status.GetError());
   }
-  if (!piece.deviations.empty())
-  {
-    const NodeId first = NodeId{ 1 } << DepthOfNode(piece.id.node);
-    this->S->bounds[piece.id.resolution.Depth()][piece.id.node - first] =
-      BoundsOf(piece.deviations);
-  }
+  this->S->pieces.At(piece.id) = FactsOf(piece.deviations, data.size());
   this->S->digest->AddPiece(piece.id, data);
   const std::int64_t row = PieceRow(piece.id);
   Statement& insert = this->S->piece;
@@ -245,6 +260,7 @@ Result<ModelDescription> StoreWriter::Finish()
     return state.Explain(status.GetError());
   }
   state.page = {};
+  state.boxes = {};
   state.piece = {};
   state.database.reset();
   KDSTREAM_TRY(OfFile(state.file.Store().string(), state.file.Finish()));

@@ -24,14 +24,15 @@ public:
     const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();
 
-  // The pieces first, coarse to fine, nodes ascending; then all tree pages, ascending: the order of
-  // the digest.
+  // The pieces first, coarse to fine, nodes ascending; then all boxes of partitions, then all tree
+  // pages, ascending: the order of the digest.
   // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
+  Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
 
   // What tree pages tell of the pieces that were added.
-  const LevelBounds& Bounds() const;
+  const PieceTable& Pieces() const;
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
   // once. Errors: InputOutput.

@@ -19,6 +19,7 @@ bool IsValid(const BlobId& blob)
   switch (blob.kind)
   {
     case BlobKind::Tree:
+    case BlobKind::Boxes:
       return blob.level == 0 && blob.number >= 1 && blob.number < nodeEnd;
     case BlobKind::Level:
       return blob.level <= maximumDepth && blob.number >= 1 && blob.number < nodeEnd;
@@ -34,6 +35,8 @@ std::string BlobName(const BlobId& blob)
   {
     case BlobKind::Tree:
       return "tree/" + std::to_string(blob.number);
+    case BlobKind::Boxes:
+      return "boxes/" + std::to_string(blob.number);
     case BlobKind::Level:
       return "levels/" + std::to_string(blob.level) + "/" + std::to_string(blob.number);
     case BlobKind::Partition:
@@ -49,10 +52,11 @@ Result<BlobId> ParseBlobName(std::string_view name)
     return Error{ ErrorCode::InvalidArgument, std::string(what) + " " + Quoted(text) };
   };
 
-  if (parts.size() == 2 && parts[0] == "tree")
+  if (parts.size() == 2 && (parts[0] == "tree" || parts[0] == "boxes"))
   {
+    const BlobKind kind = parts[0] == "tree" ? BlobKind::Tree : BlobKind::Boxes;
     const auto node = ParseDecimal(parts[1], 1, nodeEnd - 1);
-    return node ? Result<BlobId>(BlobId::TreePage(*node)) : bad("not a tree node", parts[1]);
+    return node ? Result<BlobId>(BlobId{ kind, 0, *node }) : bad("not a tree node", parts[1]);
   }
   if (parts.size() == 3 && parts[0] == "levels")
   {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which blob of a model: a page of the tree, a piece of a level, or a partition of the original.
+// Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, or a
+// partition of the original.
 //
 // Blobs are the only data of the protocol: everything else names or describes them. The names below
 // are the same in URLs ("/api/models/dragon/DIGEST/levels/7/1"), error messages and logs.
@@ -22,18 +23,23 @@ enum class BlobKind : std::uint8_t
 {
   Tree = 0,
   Level = 1,
-  Partition = 2
+  Partition = 2,
+  Boxes = 3
 };
 
 struct BlobId
 {
   BlobKind kind = BlobKind::Tree;
-  std::uint8_t level = 0; // of a Level, 0 for the others
-  std::uint32_t number =
-    1; // node of a tree page or of a level's piece (from 1); number of a partition (from 0)
+  std::uint8_t level = 0;   // of a Level, 0 for the others
+  std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece (from 1); number
+                            // of a partition (from 0)
   auto operator<=>(const BlobId&) const = default;
 
   static constexpr BlobId TreePage(std::uint32_t node) { return { BlobKind::Tree, 0, node }; }
+  static constexpr BlobId PartitionBoxes(std::uint32_t node)
+  {
+    return { BlobKind::Boxes, 0, node };
+  }
   static constexpr BlobId LevelPiece(std::uint8_t depth, std::uint32_t node)
   {
     return { BlobKind::Level, depth, node };
@@ -48,11 +54,11 @@ struct BlobId
 // its server).
 bool IsValid(const BlobId& blob);
 
-// "tree/1", "levels/7/1", "partitions/12". REQUIRES: IsValid(blob).
+// "tree/1", "boxes/1", "levels/7/1", "partitions/12". REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
 // The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in
-// range. Errors: NotFound where the name has none of the three forms; InvalidArgument naming the
+// range. Errors: NotFound where the name has none of these forms; InvalidArgument naming the
 // number that is wrong.
 Result<BlobId> ParseBlobName(std::string_view name);
 

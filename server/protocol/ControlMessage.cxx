@@ -53,6 +53,11 @@ void PutBody(JsonWriter& writer, const TreeRequest& body)
   writer.Member("type", "tree");
   writer.Member("nodes", body.nodes);
 }
+void PutBody(JsonWriter& writer, const BoxesRequest& body)
+{
+  writer.Member("type", "boxes");
+  writer.Member("nodes", body.nodes);
+}
 void PutBody(JsonWriter& writer, const RegionRequest& body)
 {
   writer.Member("type", "region");
@@ -224,6 +229,10 @@ void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& me
   else if (type == "tree")
   {
     message.body = TreeRequest{ reader.Integers(json, "nodes", 1, highestNode, mostListed, true) };
+  }
+  else if (type == "boxes")
+  {
+    message.body = BoxesRequest{ reader.Integers(json, "nodes", 1, highestNode, mostListed, true) };
   }
   else if (type == "region")
   {

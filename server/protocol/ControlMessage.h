@@ -58,6 +58,13 @@ struct TreeRequest
   bool operator==(const TreeRequest&) const = default;
 };
 
+// The exact boxes of the partitions below nodes.
+struct BoxesRequest
+{
+  std::vector<std::uint32_t> nodes;
+  bool operator==(const BoxesRequest&) const = default;
+};
+
 // The partitions of the region of `rings` rings around `cell`, nearest first, without those in
 // `except`.
 struct RegionRequest
@@ -85,7 +92,7 @@ struct CancelRequest
 struct ClientMessage
 {
   std::uint32_t request = 0;
-  std::variant<OpenRequest, PreviewRequest, LevelRequest, TreeRequest, RegionRequest,
+  std::variant<OpenRequest, PreviewRequest, LevelRequest, TreeRequest, BoxesRequest, RegionRequest,
     PartitionsRequest, CancelRequest>
     body;
   bool operator==(const ClientMessage&) const = default;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/BlobList.h"
 
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/TreePage.h"
 #include "filters/core/tree/Region.h"
 
 #include <algorithm>
@@ -17,8 +19,6 @@ namespace
 
 using protocol::BlobId;
 using protocol::BlobKind;
-
-constexpr unsigned treePageDepths = 11;
 
 Error NoBlob(const ModelDescription& model, const BlobId& blob)
 {
@@ -81,22 +81,25 @@ Result<BlobList> ListPartitions(
   return list;
 }
 
-Result<BlobList> ListTree(const ModelDescription& model, const std::vector<std::uint32_t>& nodes)
+// Pages of the tree, or boxes of partitions.
+Result<BlobList> ListNodes(
+  const ModelDescription& model, BlobKind kind, const std::vector<std::uint32_t>& nodes)
 {
-  const std::uint64_t bytesOfBox = model.grid.scalarType == ScalarType::Float64 ? 48 : 24;
   BlobList list;
-  list.kind = BlobKind::Tree;
+  list.kind = kind;
   list.numbers = nodes;
   list.count = nodes.size();
   for (const auto node : nodes)
   {
-    const unsigned depth = DepthOfNode(node);
-    if (depth % treePageDepths != 0 || (depth > 0 && depth >= model.depths.partition))
+    const bool tree = kind == BlobKind::Tree;
+    if (tree ? !IsTreePage(node, model.depths) : !HasPartitionBoxes(node, model.depths))
     {
-      return NoBlob(model, BlobId::TreePage(node));
+      return NoBlob(model, { kind, 0, node });
     }
-    const unsigned below = std::min(treePageDepths, model.depths.partition - depth);
-    list.estimatedBytes += bytesOfBox << (below + 1);
+    const unsigned below = tree ? DepthsOfTreePage(node, model.depths)
+                                : model.depths.partition - DepthOfPartitionBoxes(model.depths);
+    const std::uint64_t bytesOfNode = tree ? 4 : 16; // as measured
+    list.estimatedBytes += bytesOfNode << (below + (tree ? 1 : 0));
   }
   return list;
 }
@@ -148,7 +151,11 @@ Result<BlobList> ListBlobs(const ServedModel& model, const protocol::ClientMessa
   }
   if (const auto* tree = std::get_if<protocol::TreeRequest>(&message.body))
   {
-    return ListTree(description, tree->nodes);
+    return ListNodes(description, BlobKind::Tree, tree->nodes);
+  }
+  if (const auto* boxes = std::get_if<protocol::BoxesRequest>(&message.body))
+  {
+    return ListNodes(description, BlobKind::Boxes, boxes->nodes);
   }
   if (const auto* region = std::get_if<protocol::RegionRequest>(&message.body))
   {

@@ -61,7 +61,7 @@ public:
     const std::lock_guard lock(this->TreeMutex);
     if (!this->Tree && this->Tree.GetError().code != ErrorCode::Damaged)
     {
-      this->Tree = Caught([this] { return this->Source->ReadTree(); });
+      this->Tree = Caught([this] { return this->Source->ReadBoxes(); });
       if (!this->Tree && this->Tree.GetError().code == ErrorCode::Damaged)
       {
         this->Report(this->Tree.GetError().message);
@@ -101,10 +101,16 @@ public:
           KDSTREAM_TRY(this->Source->CheckUnchanged());
           return bytes->size();
         }
-        return blob.kind == protocol::BlobKind::Tree
-                 ? this->Source->TreePageBlobSize(blob.number)
-                 : this->OfPiece(
-                     blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
+        switch (blob.kind)
+        {
+          case protocol::BlobKind::Tree:
+            return this->Source->TreePageBlobSize(blob.number);
+          case protocol::BlobKind::Boxes:
+            return this->Source->BoxesBlobSize(blob.number);
+          default:
+            return this->OfPiece(
+              blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
+        }
       });
   }
 
@@ -124,8 +130,9 @@ private:
   Result<BlobBytes> ReadFromStore(const protocol::BlobId& blob) const
   {
     auto bytes =
-      blob.kind == protocol::BlobKind::Tree
-        ? this->Source->ReadTreePageBlob(blob.number)
+      blob.kind == protocol::BlobKind::Tree ? this->Source->ReadTreePageBlob(blob.number)
+      : blob.kind == protocol::BlobKind::Boxes
+        ? this->Source->ReadBoxesBlob(blob.number)
         : this->OfPiece(blob, [this](PieceId id) { return this->Source->ReadPieceBlob(id); });
     if (!bytes)
     {

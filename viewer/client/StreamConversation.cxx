@@ -105,6 +105,9 @@ void StreamConversation::QueueLists(std::uint32_t request, const std::vector<Blo
       case BlobKind::Tree:
         this->Queue(request, protocol::TreeRequest{ std::move(numbers) });
         break;
+      case BlobKind::Boxes:
+        this->Queue(request, protocol::BoxesRequest{ std::move(numbers) });
+        break;
       case BlobKind::Level:
         this->Queue(request, protocol::LevelRequest{ begin->level, std::move(numbers) });
         break;

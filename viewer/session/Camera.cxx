@@ -122,6 +122,25 @@ Ray Camera::RayOf(double x, double y) const
   return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
 }
 
+// A box is not seen if all of it is beyond one of the planes through the eye.
+bool Camera::MaySee(const Box& box) const
+{
+  const double aspect = double(this->View.width) / this->View.height;
+  const Vec3 eye = this->Eye(), ahead = this->Forward();
+  const Vec3 up = ahead * tangentOfHalfAngle, right = ahead * (tangentOfHalfAngle * aspect);
+  const auto reaches = [&](const Vec3& inward) // the corner of the box that is farthest within
+  {
+    double farthest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      farthest += std::max(inward[k] * (box.lo[k] - eye[k]), inward[k] * (box.hi[k] - eye[k]));
+    }
+    return farthest >= 0;
+  };
+  return !box.Empty() && reaches(ahead) && reaches(up - this->Up()) && reaches(up + this->Up()) &&
+         reaches(right - this->Right()) && reaches(right + this->Right());
+}
+
 double Camera::PixelsPerUnit() const
 {
   return this->View.height / (2 * tangentOfHalfAngle * this->EyeDistance);

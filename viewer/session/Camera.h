@@ -58,6 +58,9 @@ public:
   void FocusAtDepthOf(const Vec3& point);
 
   Ray RayOf(double x, double y) const;
+  // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
+  // an empty box false.
+  bool MaySee(const Box& box) const;
   // Pixels of one model unit in the focal plane.
   double PixelsPerUnit() const;
 

@@ -17,6 +17,11 @@ protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths)
     static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
 }
 
+bool IsOfPiece(const protocol::BlobId& blob)
+{
+  return blob.kind == protocol::BlobKind::Level || blob.kind == protocol::BlobKind::Partition;
+}
+
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
 {
   if (blob.kind == protocol::BlobKind::Partition)
@@ -38,6 +43,8 @@ const char* NameOf(SessionRequest::Kind kind)
       return "level";
     case SessionRequest::Kind::Tree:
       return "tree";
+    case SessionRequest::Kind::Boxes:
+      return "boxes";
     case SessionRequest::Kind::Region:
       return "region";
     case SessionRequest::Kind::Partitions:

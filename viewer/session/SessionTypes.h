@@ -18,8 +18,9 @@ namespace kdstream
 {
 
 // "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
-// (PieceOfBlob): not a tree page.
+// (PieceOfBlob): IsOfPiece(blob).
 protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
+bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);
 
 // What the session asks of a server. The host sends it by any means (a stream's message, or a GET
@@ -33,6 +34,7 @@ struct SessionRequest
     Preview, // the piece of the preview level
     Level,   // `blobs`, pieces of `level`
     Tree,    // `blobs`, pages of the tree
+    Boxes,   // `blobs`, boxes of partitions
     Region,  // the region of `rings` around `cell`, nearest first, but for the partitions `except`
     Partitions, // `blobs`, partitions
     Cancel      // of the request with this id, which ends without further answers

@@ -52,9 +52,9 @@ ViewerSession::Situation ViewerSession::GetSituation() const
     now.cell = this->Region->cell;
     now.rings = this->Region->rings;
   }
-  now.missingPages = this->Current->missingPages.size(); // of one model they only become fewer
+  now.tree = this->MissingTree;
   now.failedPieces = this->FailedPieces;
-  now.failedPages = this->FailedPages;
+  now.failedTree = this->FailedTree;
   now.pieces = this->Pieces.Version();
   now.cut = this->Shown.CutVersion();
   now.requests = this->Book.Version();
@@ -69,12 +69,31 @@ void ViewerSession::Update()
   {
     return;
   }
+  this->FollowTree();
   Situation now = this->GetSituation();
   if (this->LastSituation != now)
   {
     this->LastSituation = std::move(now);
     ++this->ChoicesMade;
     this->ChooseAndAsk();
+  }
+}
+
+// What is needed of the tree: for a tap that waits, and, where one looks closely, the pages that
+// tell of pieces in view no finer than the level that the zoom asks for.
+void ViewerSession::FollowTree()
+{
+  KnownTree& tree = this->Current->tree;
+  this->FollowPick();
+  this->MissingTree = tree.TakeMissing();
+  if (this->Mode == ViewerMode::FullScreen)
+  {
+    const unsigned onePiece = this->Current->codec.depths.onePiece;
+    tree.Walk(
+      [this, onePiece](NodeId page, const Box& box) {
+        return page == 1 || (onePiece + DepthOfNode(page) < this->Target && this->Eye.MaySee(box));
+      });
+    this->MissingTree.merge(tree.TakeMissing());
   }
 }
 
@@ -95,10 +114,7 @@ void ViewerSession::ChooseAndAsk()
       missing.push_back(piece);
     }
   }
-  for (const NodeId page : this->Current->missingPages)
-  {
-    wanted.insert(BlobId::TreePage(page));
-  }
+  wanted.insert(this->MissingTree.begin(), this->MissingTree.end());
   this->Book.CancelUnwanted(wanted);
   if (this->Book.Empty())
   {
@@ -122,22 +138,40 @@ void ViewerSession::RequestMissing(const std::vector<PieceId>& missing)
     }
   }
   this->RequestLevels(fresh);
-  SessionRequest tree;
-  tree.kind = SessionRequest::Kind::Tree;
-  for (const NodeId page : this->Current->missingPages)
-  {
-    const BlobId blob = BlobId::TreePage(page);
-    if (!this->Book.IsOwed(blob) && this->FailedPages.count(page) == 0)
-    {
-      tree.blobs.push_back(blob);
-    }
-  }
-  if (!tree.blobs.empty())
-  {
-    this->BlobsWanted += tree.blobs.size();
-    this->Book.Send(std::move(tree));
-  }
+  this->RequestTree();
   this->RequestRegion(fresh);
+}
+
+// Pages, then boxes. A tap that would need too many is dropped.
+void ViewerSession::RequestTree()
+{
+  for (const auto kind : { SessionRequest::Kind::Tree, SessionRequest::Kind::Boxes })
+  {
+    SessionRequest request;
+    request.kind = kind;
+    for (const BlobId& blob : this->MissingTree)
+    {
+      const bool page = blob.kind == protocol::BlobKind::Tree;
+      if (page == (kind == SessionRequest::Kind::Tree) && !this->Book.IsOwed(blob) &&
+          this->FailedTree.count(blob) == 0)
+      {
+        request.blobs.push_back(blob);
+      }
+    }
+    if (request.blobs.empty())
+    {
+      continue;
+    }
+    this->AskedForPick += this->WaitingPick || this->WaitingCell ? request.blobs.size() : 0;
+    if (this->AskedForPick > this->Options.mostBlobsOfPick)
+    {
+      this->LastError = "What is around the tap cannot be told: too much of the tree is there.";
+      this->DropPick();
+      return;
+    }
+    this->BlobsWanted += request.blobs.size();
+    this->Book.Send(std::move(request));
+  }
 }
 
 // One request a level; `missing` is ascending, so coarse before fine.

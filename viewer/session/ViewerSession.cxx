@@ -50,12 +50,6 @@ std::string Objection(const ModelDescription& model)
   {
     return "it has no levels of detail, only partitions";
   }
-  if (model.depths.partition > ViewerSession::deepestPartitions)
-  {
-    return "its tree of depth " + std::to_string(model.depths.partition) +
-           " is deeper than this viewer takes (" +
-           std::to_string(ViewerSession::deepestPartitions) + ")";
-  }
   return {};
 }
 
@@ -121,7 +115,8 @@ void ViewerSession::CloseModel()
   this->Shown.Reset({});
   this->Current.reset();
   this->Region.reset();
-  this->WaitingPick.reset();
+  this->DropPick();
+  this->MissingTree.clear();
   this->LastSituation.reset();
   this->History.CloseModel();
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
@@ -145,7 +140,7 @@ void ViewerSession::LeaveFullScreen()
   {
     this->Mode = ViewerMode::Browsing;
     this->Region.reset();
-    this->WaitingPick.reset();
+    this->DropPick();
     this->EyeMoved = false;
     if (this->Current)
     {
@@ -241,7 +236,8 @@ void ViewerSession::SetRings(unsigned rings)
   this->Options.rings = std::clamp(rings, 1u, 3u);
   if (this->Region && this->Region->rings != this->Options.rings)
   {
-    this->SetRegion(this->Region->cell);
+    this->DropPick();
+    this->WaitingCell = this->Region->cell;
   }
   this->Update();
   this->Trace("rings");
@@ -251,7 +247,7 @@ void ViewerSession::SetRings(unsigned rings)
 void ViewerSession::Retry()
 {
   this->FailedPieces.clear();
-  this->FailedPages.clear();
+  this->FailedTree.clear();
   this->LastError.clear();
 }
 
@@ -265,51 +261,64 @@ std::optional<SurfaceHit> ViewerSession::PickUnder(double x, double y) const
 void ViewerSession::DoubleTap(double x, double y)
 {
   this->Retry();
-  this->WaitingPick.reset();
-  const auto hit = this->PickUnder(x, y);
-  if (!hit)
-  {
-    this->Region.reset();
-  }
-  else if (this->Current->missingPages.empty())
-  {
-    this->PickRegion(hit->point);
-  }
-  else
+  this->DropPick();
+  if (const auto hit = this->PickUnder(x, y))
   {
     this->WaitingPick = hit->point;
   }
-}
-
-// REQUIRES: the tree has come.
-void ViewerSession::PickRegion(const Vec3& point)
-{
-  const TreeDepths& depths = this->Current->codec.depths;
-  const std::vector<Box>& tree = this->Current->tree;
-  const std::size_t first = std::size_t{ 1 } << depths.partition;
-  if (std::all_of(tree.begin() + static_cast<std::ptrdiff_t>(first), tree.end(),
-        [](const Box& box) { return box.Empty(); }))
+  else
   {
-    this->LastError = "The tree of " + this->ModelId + " has no partitions.";
-    return;
+    this->Region.reset();
   }
-  this->SetRegion(NodeOfPartition(NearestPartition(tree, depths, point), depths));
 }
 
-// REQUIRES: the tree has come; `cell` is a partition's.
-void ViewerSession::SetRegion(NodeId cell)
+void ViewerSession::DropPick()
 {
-  const TreeDepths& depths = this->Current->codec.depths;
-  const std::vector<Box>& tree = this->Current->tree;
-  const std::size_t first = std::size_t{ 1 } << depths.partition;
+  this->WaitingPick.reset();
+  this->WaitingCell.reset();
+  this->AskedForPick = 0;
+}
+
+// As far as what is known of the tree leads; what else is needed, the tree notes as missing.
+void ViewerSession::FollowPick()
+{
+  Model& model = *this->Current;
+  if (this->WaitingPick)
+  {
+    const NearestAnswer nearest =
+      NearestKnownPartition(model.tree, model.codec.depths, *this->WaitingPick);
+    if (!nearest.known)
+    {
+      return;
+    }
+    this->WaitingPick.reset();
+    if (nearest.partition)
+    {
+      this->WaitingCell = NodeOfPartition(*nearest.partition, model.codec.depths);
+    }
+    else
+    {
+      this->LastError = "The tree of " + this->ModelId + " has no partitions.";
+    }
+  }
+  if (this->WaitingCell && this->SetRegion(*this->WaitingCell))
+  {
+    this->DropPick();
+  }
+}
+
+// False where not enough of the tree is known. REQUIRES: `cell` is a partition's.
+bool ViewerSession::SetRegion(NodeId cell)
+{
+  Model& model = *this->Current;
+  const TreeDepths& depths = model.codec.depths;
   PickedRegion region;
   region.cell = cell;
   region.rings = this->Options.rings;
-  auto found = FindRegion(tree, depths, region.cell, region.rings);
+  auto found = FindKnownRegion(model.tree, depths, region.cell, region.rings);
   if (!found)
   {
-    this->LastError = "The region around the tap cannot be found: " + found.GetError().message;
-    return;
+    return false;
   }
   region.partitions = std::move(*found);
   if (region.partitions.size() > this->Options.mostRegionPartitions)
@@ -319,9 +328,10 @@ void ViewerSession::SetRegion(NodeId cell)
   }
   for (const std::uint32_t partition : region.partitions)
   {
-    region.box.Add(tree[first + partition]);
+    region.box.Add(*model.tree.OfPartition(NodeOfPartition(partition, depths)));
   }
   this->Region = std::move(region);
+  return true;
 }
 
 // The level that the zoom asks for, and whether the region can still be seen.
@@ -365,15 +375,10 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
     this->Trace("opened", this->ModelId);
     return;
   }
-  this->Current.emplace(Model{
-    model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), {}, {}, {}, {} });
-  const TreeDepths& depths = this->Current->codec.depths;
-  this->Current->box = model.box;
-  this->Current->tree.resize(std::size_t{ 2 } << depths.partition);
-  this->Current->bounds = model.HasLevels() ? NoBounds(depths) : LevelBounds{};
-  const auto pages = TreePages(depths);
-  this->Current->missingPages.insert(pages.begin(), pages.end());
-  this->Shown.Reset(depths);
+  this->Current.emplace(
+    Model{ model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), model.box,
+      KnownTree(model.depths, model.HasLevels(), model.box, this->Options.treeBytes) });
+  this->Shown.Reset(model.depths);
   this->Eye.FitTo(this->Current->box);
   this->Target = this->Current->policy.PreviewLevel();
   this->FollowZoom(); // full screen may have been asked for already
@@ -402,7 +407,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   {
     this->Fail(blob, status.GetError().message);
   }
-  else if (blob.kind != BlobKind::Tree)
+  else if (IsOfPiece(blob))
   {
     this->History.Add(PieceOfBlob(blob, this->Current->codec.depths), std::move(entry));
   }
@@ -414,15 +419,9 @@ Status ViewerSession::Decode(
   const BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry)
 {
   Model& model = *this->Current;
-  if (blob.kind == BlobKind::Tree)
+  if (!IsOfPiece(blob))
   {
-    KDSTREAM_TRY(DecodeTreePage(bytes, blob.number, model.codec.depths, model.tree, model.bounds));
-    model.missingPages.erase(blob.number);
-    if (model.missingPages.empty() && this->WaitingPick)
-    {
-      this->PickRegion(*std::exchange(this->WaitingPick, std::nullopt));
-    }
-    return {};
+    return model.tree.Add(blob, bytes);
   }
   const double begin = this->Options.clock ? this->Options.clock() : 0;
   auto piece = DecodePiece(bytes, PieceOfBlob(blob, model.codec.depths), model.codec);
@@ -438,10 +437,10 @@ void ViewerSession::Fail(const BlobId& blob, const std::string& message)
 {
   this->LastError =
     protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
-  if (blob.kind == BlobKind::Tree)
+  if (!IsOfPiece(blob))
   {
-    this->FailedPages.insert(blob.number);
-    this->WaitingPick.reset();
+    this->FailedTree.insert(blob);
+    this->DropPick();
   }
   else
   {

@@ -9,6 +9,7 @@
 #include "filters/model/ModelDescription.h"
 #include "viewer/session/BlobHistory.h"
 #include "viewer/session/GestureRecognizer.h"
+#include "viewer/session/KnownTree.h"
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
@@ -36,6 +37,10 @@ struct SessionOptions
   GestureThresholds gestures;
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
+  // What is kept of the model's tree, bytes.
+  std::size_t treeBytes = std::size_t{ 16 } << 20;
+  // A pick may ask for so many pages and boxes of the tree.
+  std::size_t mostBlobsOfPick = 1000;
   // A point of a cloud is picked by a finger that is so many points of the screen away, or less.
   double fingerPoints = 24;
   // A region takes at most so many partitions, nearest first.
@@ -82,9 +87,6 @@ private:
 class ViewerSession
 {
 public:
-  // Deeper trees are refused: their boxes alone would take more than 100 MB.
-  static constexpr unsigned deepestPartitions = 20;
-
   explicit ViewerSession(SessionOptions options = {});
 
   // ---- what the person does
@@ -146,9 +148,7 @@ private:
     CodecContext codec;
     LevelPolicy policy;
     Box box;
-    std::vector<Box> tree;         // heap order; empty boxes until their page has come
-    std::set<NodeId> missingPages; // of the tree
-    LevelBounds bounds;            // zeros until their page has come
+    KnownTree tree;
   };
   struct PickedRegion
   {
@@ -165,9 +165,9 @@ private:
     SurfaceWish wish;
     NodeId cell = 0; // of the region, 0 without one
     unsigned rings = 0;
-    std::size_t missingPages = 0;
+    std::set<protocol::BlobId> tree; // that is missing
     std::set<PieceId> failedPieces;
-    std::set<NodeId> failedPages;
+    std::set<protocol::BlobId> failedTree;
     std::uint64_t pieces = 0, cut = 0, requests = 0; // versions
     bool operator==(const Situation&) const = default;
   };
@@ -178,16 +178,19 @@ private:
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
-  void PickRegion(const Vec3& point);
-  void SetRegion(NodeId cell);
+  void FollowPick();
+  bool SetRegion(NodeId cell);
+  void DropPick();
   void FollowZoom();
   void Retry();
   Situation GetSituation() const;
+  void FollowTree();
   void Update();
   void ChooseAndAsk();
   unsigned EffectiveLevel() const;
   SurfaceWish Wish() const;
   void RequestMissing(const std::vector<PieceId>& missing);
+  void RequestTree();
   void RequestLevels(const std::vector<PieceId>& missing);
   void RequestRegion(const std::vector<PieceId>& missing);
   Status Decode(
@@ -209,13 +212,18 @@ private:
   std::optional<Model> Current; // once it is open
   unsigned Target = 0;          // level that the zoom asks for
   std::optional<PickedRegion> Region;
-  std::optional<Vec3> WaitingPick; // until the tree has come
+  // What a tap waits for until enough of the tree has come: which partition it means, and which are
+  // around that.
+  std::optional<Vec3> WaitingPick;
+  std::optional<NodeId> WaitingCell;
+  std::size_t AskedForPick = 0;
+  std::set<protocol::BlobId> MissingTree; // what is needed now
 
   PieceCache Pieces;
   ShownSurface Shown;
   RequestBook Book;
   std::set<PieceId> FailedPieces;
-  std::set<NodeId> FailedPages;
+  std::set<protocol::BlobId> FailedTree;
   std::string LastError;
 
   std::optional<Situation> LastSituation; // that Update found something to do in

@@ -96,7 +96,7 @@ TEST_P(BaselineStore, AnswersRegionsByItsPartitionsBoxes)
   ASSERT_TRUE(BuildStore(mesh, "mesh", this->File, Lossless()));
   const auto store = *Store::Open(this->File);
   const ModelDescription& info = store->Info();
-  const std::vector<Box> boxes = *store->ReadTree();
+  const std::vector<Box> boxes = *store->ReadBoxes();
   const NodeId cell = NodeOfPartition(3, info.depths);
   double grow = 0;
   for (std::size_t k = 0; k < 3; ++k)

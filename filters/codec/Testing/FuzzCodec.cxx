@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the decoders of pieces and tree pages. The first bytes choose the tree's
-// depths, the grid and the piece; the rest is the blob, once as it is and once with a right
+// libFuzzer's entry to the decoders of pieces, tree pages and boxes. The first bytes choose the
+// tree's depths, the grid and the piece; the rest is the blob, once as it is and once with a right
 // checksum appended, so that the decoders behind the checksum are reached. What decodes must pass
 // CheckPiece and encode to a blob that decodes to the same.
+#include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/Seal.h"
+#include "filters/codec/TreePage.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 
@@ -13,6 +16,34 @@ using namespace kdstream;
 
 namespace
 {
+
+void DecodeTree(std::span<const std::uint8_t> blob, const CodecContext& context)
+{
+  const TreeDepths& depths = context.depths;
+  const Box around{ { -1, 0, 1e9 }, { 1, 3, 1e9 + 1 } };
+  (void)DecodeTreePage(blob, 1, around, depths, false).HasValue();
+  if (const auto told = DecodeTreePage(blob, 1, around, depths, true))
+  {
+    const auto again = DecodeTreePage(EncodeTreePage(*told), 1, around, depths, true);
+    if (!again || again->boxes != told->boxes || again->facts != told->facts)
+    {
+      std::abort();
+    }
+  }
+  const NodeId node = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
+  if (const auto told = DecodePartitionBoxes(blob, node, depths))
+  {
+    std::vector<Box> boxes(std::size_t{ 2 } << depths.partition);
+    std::copy(
+      told->begin(), told->end(), boxes.begin() + (std::ptrdiff_t{ 1 } << depths.partition));
+    const auto again =
+      DecodePartitionBoxes(EncodePartitionBoxes(boxes, node, depths), node, depths);
+    if (!again || *again != *told)
+    {
+      std::abort();
+    }
+  }
+}
 
 void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& context)
 {
@@ -25,18 +56,7 @@ void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& 
       std::abort();
     }
   }
-  std::vector<Box> boxes(std::size_t{ 2 } << context.depths.partition);
-  LevelBounds none, bounds = NoBounds(context.depths);
-  (void)DecodeTreePage(blob, 1, context.depths, boxes, none).HasValue();
-  if (DecodeTreePage(blob, 1, context.depths, boxes, bounds))
-  {
-    LevelBounds again = NoBounds(context.depths);
-    const auto page = EncodeTreePage(boxes, 1, context.depths, bounds);
-    if (!DecodeTreePage(page, 1, context.depths, boxes, again) || again != bounds)
-    {
-      std::abort();
-    }
-  }
+  DecodeTree(blob, context);
 }
 
 }

@@ -284,71 +284,13 @@ TEST(PieceCodec, SaysWhatItDoesNotKnow)
   blob[3] = 77;
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().code, ErrorCode::Unsupported);
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
-    "piece 1 of level 0: unknown codec version 77: this viewer knows 6");
+    "piece 1 of level 0: unknown codec version 77: this viewer knows 7");
   blob[0] = 'X';
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
     "piece 1 of level 0: does not begin with \"KDP\"");
   const auto original = model->pieces.rbegin()->second;
   EXPECT_FALSE(DecodePiece(EncodePiece(original, context), id, context))
     << "a blob in the wrong place";
-}
-
-TEST(TreePage, PagesHoldTheBoxesOfTheWholeTree)
-{
-  for (const NamedMesh& named : AllMeshes())
-  {
-    SCOPED_TRACE(named.name);
-    if (named.mesh.points.size() > 9000)
-    {
-      continue;
-    }
-    // One vertex a partition: trees of 13 depths have pages below pages, and empty cells.
-    const KdTree tree = *BuildKdTree(named.mesh.points, { 1, {}, 1 });
-    std::vector<Box> boxes(tree.boxes.size());
-    std::mt19937 random(7);
-    LevelBounds told = NoBounds(tree.depths), bounds = told;
-    for (std::vector<PieceBounds>& level : told)
-    {
-      for (PieceBounds& piece : level)
-      {
-        piece.most99 = std::ldexp(float(random() % 999), static_cast<int>(random() % 80) - 40);
-        piece.most = random() % 5 == 0 ? std::numeric_limits<float>::max()
-                                       : piece.most99 * (1 + float(random() % 3));
-      }
-    }
-    for (const NodeId page : TreePages(tree.depths))
-    {
-      const auto blob = EncodeTreePage(tree.boxes, page, tree.depths, told);
-      const Status status = DecodeTreePage(blob, page, tree.depths, boxes, bounds);
-      ASSERT_TRUE(status) << status.GetError().message;
-      const std::size_t content = blob.size() - checksumSize;
-      for (std::size_t size = 0; size < std::min<std::size_t>(content, 200); ++size)
-      {
-        ASSERT_FALSE(DecodeTreePage(SealedPart(blob, size), page, tree.depths, boxes, bounds));
-      }
-    }
-    for (NodeId node = 1; node < boxes.size(); ++node)
-    {
-      ASSERT_EQ(boxes[node], tree.boxes[node]) << node;
-      const NodeId page = TreePageOfNode(node);
-      const auto nodes = TreePageNodes(page, tree.depths);
-      ASSERT_TRUE(std::find(nodes.begin(), nodes.end(), node) != nodes.end());
-      ASSERT_EQ(DepthOfNode(page) % treePageDepths, 0U);
-    }
-    const auto roundedUp = [](float bound, float exact)
-    { return bound >= exact && (double(bound) <= double(exact) * 1.0626); };
-    for (std::size_t level = 0; level < told.size(); ++level)
-    {
-      for (std::size_t i = 0; i < told[level].size(); ++i)
-      {
-        const PieceBounds &bound = bounds[level][i], &exact = told[level][i];
-        ASSERT_TRUE(roundedUp(bound.most99, exact.most99)) << bound.most99;
-        ASSERT_TRUE(
-          exact.most == std::numeric_limits<float>::max() || roundedUp(bound.most, exact.most));
-        ASSERT_LE(bound.most99, bound.most);
-      }
-    }
-  }
 }
 
 TEST(CoordinateGrid, CoversTheBoxInEqualSteps)

@@ -3,7 +3,9 @@
 
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
+#include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
+#include "filters/codec/TreePage.h"
 
 #include <gtest/gtest.h>
 
@@ -34,9 +36,10 @@ struct Blobs : testing::Test
     CoordinateGrid::Over({ { -2, -2, -2 }, { 2, 2, 2 } }, 20, ScalarType::Float32) };
   PieceId id{ Resolution::Original(), PartitionNode() };
   Bytes piece = EncodePiece(model->pieces.at(id), context);
-  Bytes page = EncodeTreePage(model->tree.boxes, 1, model->tree.depths);
-  std::vector<Box> boxes = std::vector<Box>(model->tree.boxes.size());
-  LevelBounds bounds;
+  const TreeDepths& depths = model->tree.depths;
+  Bytes page =
+    EncodeTreePage(RoundTreePage(model->tree.boxes, 1, depths, PieceTable(depths, true)));
+  Bytes boxes = EncodePartitionBoxes(model->tree.boxes, 1, depths);
 
   NodeId PartitionNode() const { return NodeId{ 1 } << this->model->tree.depths.partition; }
   Error DecodePieceError(const Bytes& blob) const
@@ -44,11 +47,15 @@ struct Blobs : testing::Test
     const Result<Piece> decoded = DecodePiece(blob, this->id, this->context);
     return decoded ? Error{ ErrorCode::Cancelled, "decoded" } : decoded.GetError();
   }
-  Error DecodePageError(const Bytes& blob)
+  Error DecodePageError(const Bytes& blob) const
   {
-    const Status status =
-      DecodeTreePage(blob, 1, this->model->tree.depths, this->boxes, this->bounds);
-    return status ? Error{ ErrorCode::Cancelled, "decoded" } : status.GetError();
+    const auto told = DecodeTreePage(blob, 1, this->model->tree.boxes[1], this->depths, true);
+    return told ? Error{ ErrorCode::Cancelled, "decoded" } : told.GetError();
+  }
+  Error DecodeBoxesError(const Bytes& blob) const
+  {
+    const auto told = DecodePartitionBoxes(blob, 1, this->depths);
+    return told ? Error{ ErrorCode::Cancelled, "decoded" } : told.GetError();
   }
 };
 
@@ -72,7 +79,7 @@ void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, con
       {
         ASSERT_EQ(error.code, ErrorCode::Unsupported) << at;
         ASSERT_EQ(error.message, name + ": unknown codec version " + std::to_string(altered[at]) +
-                                   ": this viewer knows 6");
+                                   ": this viewer knows 7");
       }
       else
       {
@@ -126,21 +133,24 @@ TEST(Seal, GivesTheBlobWithoutItsChecksum)
 
 TEST(Seal, NamesAnotherVersionHoweverItIsSealed)
 {
-  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 7 }, "KDP"), "unknown codec version 7: this viewer knows 6");
+  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 8 }, "KDP"), "unknown codec version 8: this viewer knows 7");
   EXPECT_EQ(
     WhyNot({ 'K', 'D', 'P', 1, 1, 0, 0, 0, 1, 1, 1, 0, 0 }, "KDP"), // version 1 had no checksum
-    "unknown codec version 1: this viewer knows 6");
+    "unknown codec version 1: this viewer knows 7");
 }
 
 TEST_F(Blobs, EveryChangedByteIsRefused)
 {
   ASSERT_EQ(this->DecodePieceError(this->piece).message, "decoded");
   ASSERT_EQ(this->DecodePageError(this->page).message, "decoded");
+  ASSERT_EQ(this->DecodeBoxesError(this->boxes).message, "decoded");
   const std::string name = "piece " + std::to_string(this->PartitionNode()) + " of the original";
   ExpectEveryChangeIsRefused(
     this->piece, name, [this](const Bytes& blob) { return this->DecodePieceError(blob); });
   ExpectEveryChangeIsRefused(
     this->page, "tree page 1", [this](const Bytes& blob) { return this->DecodePageError(blob); });
+  ExpectEveryChangeIsRefused(
+    this->boxes, "boxes 1", [this](const Bytes& blob) { return this->DecodeBoxesError(blob); });
 }
 
 TEST_F(Blobs, EveryTruncationIsRefused)
@@ -150,6 +160,8 @@ TEST_F(Blobs, EveryTruncationIsRefused)
     this->piece, name, [this](const Bytes& blob) { return this->DecodePieceError(blob); });
   ExpectEveryTruncationIsRefused(
     this->page, "tree page 1", [this](const Bytes& blob) { return this->DecodePageError(blob); });
+  ExpectEveryTruncationIsRefused(
+    this->boxes, "boxes 1", [this](const Bytes& blob) { return this->DecodeBoxesError(blob); });
 }
 
 TEST_F(Blobs, ABlobWithSomethingAfterItIsRefused)

@@ -35,28 +35,132 @@ double SquaredDistanceTo(const Box& box, const Vec3& point)
   return sum;
 }
 
+// Squared distance from a point to the farthest corner of a box that is not empty.
+double SquaredDistanceToFarthest(const Box& box, const Vec3& point)
+{
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double along = std::max(point[k] - box.lo[k], box.hi[k] - point[k]);
+    sum += along * along;
+  }
+  return sum;
+}
+
 Vec3 Centre(const Box& box)
 {
   return { box.lo[0] / 2 + box.hi[0] / 2, box.lo[1] / 2 + box.hi[1] / 2,
     box.lo[2] / 2 + box.hi[2] / 2 };
 }
 
-// Calls `visit` for the partitions below `node` whose boxes pass `enter`, in ascending order.
-template <class Enter, class Visit>
-void Descend(std::span<const Box> boxes, unsigned levelsBelow, NodeId node, const Enter& enter,
-  const Visit& visit)
+// All boxes are known, and exact.
+class AllBoxes : public TreeBoxes
 {
-  if (boxes[node].Empty() || !enter(boxes[node]))
+public:
+  explicit AllBoxes(std::span<const Box> boxes)
+    : Boxes(boxes)
   {
-    return;
   }
-  if (levelsBelow == 0)
+  const Box* Around(NodeId node) override { return &this->Boxes[node]; }
+  const Box* OfPartition(NodeId node) override { return &this->Boxes[node]; }
+
+private:
+  std::span<const Box> Boxes;
+};
+
+// Calls visit(partition's node, its box) for the partitions below `node` whose boxes pass `enter`.
+// `nearest`: the child nearer to it is looked into first. False: some that might pass are not
+// known.
+template <class Enter, class Visit>
+class Descent
+{
+public:
+  Descent(TreeBoxes& boxes, const Enter& enter, const Visit& visit)
+    : Boxes(boxes)
+    , MayEnter(enter)
+    , Found(visit)
   {
-    visit(node);
-    return;
   }
-  Descend(boxes, levelsBelow - 1, 2 * node, enter, visit);
-  Descend(boxes, levelsBelow - 1, 2 * node + 1, enter, visit);
+
+  bool Into(NodeId node, unsigned levelsBelow, const Vec3* nearest = nullptr)
+  {
+    const Box* around = this->Boxes.Around(node);
+    if (!around)
+    {
+      return false;
+    }
+    if (around->Empty() || !this->MayEnter(*around))
+    {
+      return true;
+    }
+    if (levelsBelow == 0)
+    {
+      const Box* exact = this->Boxes.OfPartition(node);
+      if (exact && !exact->Empty() && this->MayEnter(*exact))
+      {
+        this->Found(node, *exact);
+      }
+      return exact != nullptr;
+    }
+    const NodeId first = nearest ? this->NearerChild(node, *nearest) : 2 * node;
+    const bool one = this->Into(first, levelsBelow - 1, nearest);
+    return this->Into(first ^ 1, levelsBelow - 1, nearest) && one;
+  }
+
+private:
+  NodeId NearerChild(NodeId node, const Vec3& point)
+  {
+    const Box* lower = this->Boxes.Around(2 * node);
+    const Box* upper = this->Boxes.Around(2 * node + 1);
+    return lower && upper && SquaredDistanceTo(*upper, point) < SquaredDistanceTo(*lower, point)
+             ? 2 * node + 1
+             : 2 * node;
+  }
+
+  TreeBoxes& Boxes;
+  const Enter& MayEnter;
+  const Visit& Found;
+};
+
+// A cell's box moved outward by so many times the average of its sides.
+Box Reach(const Box& cell, unsigned rings)
+{
+  const double average =
+    ((cell.hi[0] - cell.lo[0]) + (cell.hi[1] - cell.lo[1]) + (cell.hi[2] - cell.lo[2])) / 3;
+  Box reach = cell;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    reach.lo[k] -= rings * average;
+    reach.hi[k] += rings * average;
+  }
+  return reach;
+}
+
+// cell, box: the node, and its exact box.
+std::optional<std::vector<std::uint32_t>> RegionAround(
+  TreeBoxes& boxes, const TreeDepths& depths, NodeId cell, const Box& box, unsigned rings)
+{
+  const Box reach = Reach(box, rings);
+  const Vec3 centre = Centre(box);
+  std::vector<std::pair<double, std::uint32_t>> found;
+  const auto touches = [&reach](const Box& other) { return Touch(other, reach); };
+  const auto add = [&](NodeId node, const Box& exact)
+  {
+    const bool own = (node >> (depths.partition - DepthOfNode(cell))) == cell;
+    found.emplace_back(own ? -1.0 : SquaredDistance(Centre(exact), centre),
+      node - (NodeId{ 1 } << depths.partition));
+  };
+  if (!Descent(boxes, touches, add).Into(1, depths.partition))
+  {
+    return {};
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::uint32_t> partitions;
+  for (const auto& entry : found)
+  {
+    partitions.push_back(entry.second);
+  }
+  return partitions;
 }
 
 }
@@ -70,55 +174,64 @@ Result<std::vector<std::uint32_t>> FindRegion(
                                                 " is not a node of the tree (1 to " +
                                                 std::to_string(boxes.size() - 1) + ")" };
   }
-  std::vector<std::uint32_t> partitions;
-  Box reach = boxes[cell];
-  if (reach.Empty())
+  if (boxes[cell].Empty())
   {
-    return partitions;
+    return std::vector<std::uint32_t>{};
   }
-  const double average =
-    ((reach.hi[0] - reach.lo[0]) + (reach.hi[1] - reach.lo[1]) + (reach.hi[2] - reach.lo[2])) / 3;
-  for (std::size_t k = 0; k < 3; ++k)
+  AllBoxes all(boxes);
+  return *RegionAround(all, depths, cell, boxes[cell], rings);
+}
+
+std::optional<std::vector<std::uint32_t>> FindKnownRegion(
+  TreeBoxes& boxes, const TreeDepths& depths, NodeId partition, unsigned rings)
+{
+  const Box* exact = boxes.OfPartition(partition);
+  if (!exact)
   {
-    reach.lo[k] -= rings * average;
-    reach.hi[k] += rings * average;
+    return {};
   }
-  const Vec3 centre = Centre(boxes[cell]);
-  std::vector<std::pair<double, std::uint32_t>> found;
-  Descend(
-    boxes, depths.partition, 1, [&](const Box& box) { return Touch(box, reach); },
-    [&](NodeId node)
+  if (exact->Empty())
+  {
+    return std::vector<std::uint32_t>{};
+  }
+  return RegionAround(boxes, depths, partition, Box(*exact), rings);
+}
+
+NearestAnswer NearestKnownPartition(TreeBoxes& boxes, const TreeDepths& depths, const Vec3& point)
+{
+  // No farther is the nearest: something lies in each box that is not empty.
+  double most = std::numeric_limits<double>::infinity();
+  const auto isNear = [&](const Box& box)
+  {
+    most = std::min(most, SquaredDistanceToFarthest(box, point));
+    return SquaredDistanceTo(box, point) <= most;
+  };
+  double best = std::numeric_limits<double>::infinity();
+  NodeId nearest = 0;
+  const auto take = [&](NodeId node, const Box& exact)
+  {
+    const double distance = SquaredDistanceTo(exact, point);
+    if (nearest == 0 || distance < best || (distance == best && node < nearest))
     {
-      const Box& box = boxes[node];
-      const Vec3 c = Centre(box);
-      const bool own = (node >> (depths.partition - DepthOfNode(cell))) == cell;
-      found.emplace_back(
-        own ? -1.0 : SquaredDistance(c, centre), node - (NodeId{ 1 } << depths.partition));
-    });
-  std::sort(found.begin(), found.end());
-  for (const auto& entry : found)
+      best = distance;
+      nearest = node;
+      most = std::min(most, best);
+    }
+  };
+  NearestAnswer answer;
+  answer.known = Descent(boxes, isNear, take).Into(1, depths.partition, &point);
+  if (nearest != 0)
   {
-    partitions.push_back(entry.second);
+    answer.partition = nearest - (NodeId{ 1 } << depths.partition);
   }
-  return partitions;
+  return answer;
 }
 
 std::uint32_t NearestPartition(
   std::span<const Box> boxes, const TreeDepths& depths, const Vec3& point)
 {
-  double best = std::numeric_limits<double>::infinity();
-  NodeId nearest = NodeId{ 1 } << depths.partition;
-  // A node is entered only if it may hold something nearer; of equals the first visited, the
-  // lowest, stays.
-  Descend(
-    boxes, depths.partition, 1,
-    [&](const Box& box) { return SquaredDistanceTo(box, point) < best; },
-    [&](NodeId node)
-    {
-      best = SquaredDistanceTo(boxes[node], point);
-      nearest = node;
-    });
-  return nearest - (NodeId{ 1 } << depths.partition);
+  AllBoxes all(boxes);
+  return NearestKnownPartition(all, depths, point).partition.value_or(0);
 }
 
 }

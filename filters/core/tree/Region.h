@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The region around a picked cell: which partitions are streamed (paper section 5.4). Step "pick".
 //
-// The same code runs in the client, which picks, and in the server, which streams: both hold the
-// tree's boxes.
+// The same code runs in the client, which picks, and in the server, which streams: the server holds
+// all boxes of the tree, the client those along its way.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -10,11 +10,25 @@
 #include "filters/core/tree/KdTree.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace kdstream
 {
+
+// Boxes of a tree as far as they are known. What a search asks for and does not get is for the
+// source to note.
+class TreeBoxes
+{
+public:
+  virtual ~TreeBoxes() = default;
+  // A box that holds the node's, empty only where there are no vertices; null where it is not
+  // known. Asked from the root down.
+  virtual const Box* Around(NodeId node) = 0;
+  // Exact; null where it is not known.
+  virtual const Box* OfPartition(NodeId node) = 0;
+};
 
 // The partitions whose boxes touch (closed, in doubles) the box of `cell` moved outward on every
 // side by rings × the average of its three side lengths; nearest first: the partitions of the cell
@@ -24,10 +38,20 @@ namespace kdstream
 // O(partitions touched × P). Errors: InvalidArgument for a node outside the tree.
 Result<std::vector<std::uint32_t>> FindRegion(
   std::span<const Box> boxes, const TreeDepths& depths, NodeId cell, unsigned rings);
+// The same around a partition's node; nothing where boxes are needed that are not known.
+std::optional<std::vector<std::uint32_t>> FindKnownRegion(
+  TreeBoxes& boxes, const TreeDepths& depths, NodeId partition, unsigned rings);
 
 // The partition whose box is nearest to `point`, the lowest on ties. REQUIRES: at least one box is
 // not empty.
 std::uint32_t NearestPartition(
   std::span<const Box> boxes, const TreeDepths& depths, const Vec3& point);
+// The same; `known` false: boxes are needed that are not known. Of a tree without vertices none.
+struct NearestAnswer
+{
+  bool known = true;
+  std::optional<std::uint32_t> partition;
+};
+NearestAnswer NearestKnownPartition(TreeBoxes& boxes, const TreeDepths& depths, const Vec3& point);
 
 }

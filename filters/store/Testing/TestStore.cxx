@@ -194,10 +194,10 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     resolution.bytes += store->ReadPieceBlob(id)->size();
     EXPECT_TRUE(piece.deviations.empty());
   }
-  LevelBounds bounds;
-  const auto boxes = store->ReadTree(&bounds);
+  const auto boxes = store->ReadBoxes();
   ASSERT_TRUE(boxes);
-  ASSERT_EQ(bounds.size(), info.levels.size());
+  const auto pieces = store->ReadPieceTable(*boxes);
+  ASSERT_TRUE(pieces);
   for (unsigned depth = 0; depth < info.levels.size(); ++depth)
   {
     const ResolutionDescription &level = info.levels[depth],
@@ -206,13 +206,20 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     EXPECT_EQ(level.vertices, expected.vertices);
     EXPECT_EQ(level.bytes, expected.bytes);
     EXPECT_LE(level.deviation99, level.deviation);
-    ASSERT_EQ(bounds[depth].size(), level.pieces);
     float largest = 0;
-    for (const PieceBounds& piece : bounds[depth])
+    std::uint64_t bytes = 0;
+    for (const PieceId id : store->PieceIds())
     {
-      EXPECT_LE(piece.most99, piece.most);
-      largest = std::max(largest, piece.most);
+      if (id.resolution == Resolution::Level(depth))
+      {
+        const PieceFacts& piece = pieces->At(id);
+        EXPECT_LE(piece.most99, piece.most);
+        largest = std::max(largest, piece.most);
+        bytes += piece.bytes;
+      }
     }
+    EXPECT_GE(bytes, level.bytes);
+    EXPECT_LE(double(bytes), 1.125 * double(level.bytes));
     EXPECT_GE(double(largest), level.deviation);
     EXPECT_LE(double(largest), 1.0626 * level.deviation); // rounded up
     EXPECT_EQ(level.spacing, depth == 0 ? 4096U : level.spacing);
@@ -258,11 +265,13 @@ TEST_F(StoreTest, EveryRowThatIsDamagedIsNamed)
     Messages{ "pieces/-7: its row: resolution is 1, node 1" });
   EXPECT_EQ(
     damageOf("UPDATE tree SET checksum = checksum + 1"), Messages{ "tree/1: wrong checksum" });
+  EXPECT_EQ(
+    damageOf("UPDATE boxes SET checksum = checksum + 1"), Messages{ "boxes/1: wrong checksum" });
   EXPECT_EQ(damageOf("UPDATE metadata SET value = replace(value, 'mesh.ply', 'MESH.ply')"),
     Messages{ "metadata: row \"model\" has a wrong checksum" });
   EXPECT_EQ(damageOf("DELETE FROM metadata"), Messages{ "metadata: row \"model\" is missing" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 99"),
-    Messages{ "store version 99; this program reads version 7: build the store again" });
+    Messages{ "store version 99; this program reads version 8: build the store again" });
   EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
 }
 

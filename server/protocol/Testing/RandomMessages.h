@@ -17,10 +17,12 @@ public:
 
   BlobId Blob()
   {
-    switch (this->Integer(0, 2))
+    switch (this->Integer(0, 3))
     {
       case 0:
         return BlobId::TreePage(this->Small<std::uint32_t>(1, (1u << 31) - 1));
+      case 2:
+        return BlobId::PartitionBoxes(this->Small<std::uint32_t>(1, (1u << 31) - 1));
       case 1:
         return BlobId::LevelPiece(this->Small<std::uint8_t>(0, maximumDepth),
           this->Small<std::uint32_t>(1, (1u << 31) - 1));
@@ -34,7 +36,7 @@ public:
     constexpr std::uint32_t highestNode = (1u << 31) - 1;
     ClientMessage message;
     message.request = this->Small<std::uint32_t>(1, 0xFFFFFFFFu);
-    switch (this->Integer(0, 6))
+    switch (this->Integer(0, 7))
     {
       case 0:
         message.body = OpenRequest{ "dragon-2.x" };
@@ -48,6 +50,9 @@ public:
         break;
       case 3:
         message.body = TreeRequest{ this->Numbers(1, highestNode, 20) };
+        break;
+      case 6:
+        message.body = BoxesRequest{ this->Numbers(1, highestNode, 20) };
         break;
       case 4:
         message.body = RegionRequest{ this->Small<std::uint32_t>(1, highestNode),

@@ -17,7 +17,7 @@ const reload = { label: "Reload", act: () => location.reload() };
 
 // What the session says of a part that could not be had, for people who know no parts.
 function partSentence(error, name) {
-  const [, part, why] = error.match(/^((?:tree|levels|partitions)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
+  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
   return part ? sentence(`a part of “${name}” is missing (${part}): ${why}`) : sentence(error);
 }
 

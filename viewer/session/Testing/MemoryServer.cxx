@@ -2,6 +2,7 @@
 // A server in memory for tests: see MemoryServer.h.
 #include "viewer/session/Testing/MemoryServer.h"
 
+#include "filters/codec/PartitionBoxes.h"
 #include "filters/core/levels/ClusterLevels.h"
 #include "filters/core/levels/LevelAttributes.h"
 #include "filters/core/pieces/VertexTree.h"
@@ -109,6 +110,7 @@ MemoryServer::MemoryServer(
     this->Model.attributes.push_back(array.Info());
   }
 
+  PieceTable pieces(tree.depths, true);
   for (unsigned d = 0; d <= tree.depths.finest + 1; ++d)
   {
     const bool level = d <= tree.depths.finest;
@@ -121,7 +123,9 @@ MemoryServer::MemoryServer(
     {
       const Piece piece = cutter.Cut(i);
       deviations.insert(deviations.end(), piece.deviations.begin(), piece.deviations.end());
-      this->Blobs[BlobOfPiece(piece.id, tree.depths)] = EncodePiece(piece, this->Context);
+      auto& blob = this->Blobs[BlobOfPiece(piece.id, tree.depths)];
+      blob = EncodePiece(piece, this->Context);
+      pieces.At(piece.id).bytes = static_cast<std::uint32_t>(blob.size());
     }
     if (level)
     {
@@ -135,10 +139,15 @@ MemoryServer::MemoryServer(
       this->Model.original = counts;
     }
   }
+  for (const NodeId node : AllPartitionBoxes(tree.depths))
+  {
+    this->Blobs[protocol::BlobId::PartitionBoxes(node)] =
+      EncodePartitionBoxes(tree.boxes, node, tree.depths);
+  }
   for (const NodeId page : TreePages(tree.depths))
   {
     this->Blobs[protocol::BlobId::TreePage(page)] =
-      EncodeTreePage(tree.boxes, page, tree.depths, NoBounds(tree.depths));
+      EncodeTreePage(RoundTreePage(tree.boxes, page, tree.depths, pieces));
   }
 }
 

@@ -89,6 +89,15 @@ void Pinch(ViewerSession& session, double x, double y, double factor)
   session.HandleTouches({ clockOfFingers += 0.02, {} });
 }
 
+// A double tap needs pages and boxes of the tree before it asks for partitions.
+void TakeTree(ViewerSession& session, MemoryServer& server)
+{
+  while (!session.GetStatus().region)
+  {
+    ASSERT_TRUE(server.Answer(session));
+  }
+}
+
 void ExpectClosed(const ViewerSession& session)
 {
   ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->triangles), 0u);
@@ -111,7 +120,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   EXPECT_EQ(status.mode, ViewerMode::Browsing);
   EXPECT_EQ(status.shownLevel, 11u);
   EXPECT_EQ(status.triangles, server.Description().levels[11].triangles);
-  EXPECT_EQ(server.log.size(), 3u); // open, preview, tree
+  EXPECT_EQ(server.log.size(), 2u); // open, preview
 
   // A tap: full screen. A pinch: nearer, and a finer level.
   const auto [x, y] = OnModel(session);
@@ -130,8 +139,9 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   server.log.clear();
   const auto [px, py] = OnModel(session);
   DoubleTap(session, px, py);
+  TakeTree(session, server);
   server.Take(session);
-  ASSERT_EQ(server.log.size(), 1u);
+  ASSERT_EQ(server.log.size(), 2u); // boxes, and then the region
   status = session.GetStatus();
   ASSERT_TRUE(status.region);
   const auto region = *FindRegion(server.Tree(), server.Codec().depths, status.region->cell, 1);
@@ -143,10 +153,10 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
       (names.empty() ? "\"partitions/" : ",\"partitions/") + std::to_string(partition) + "\"";
   }
   EXPECT_NE(
-    server.log[0].find("\"kind\":\"region\",\"cell\":" + std::to_string(status.region->cell) +
+    server.log[1].find("\"kind\":\"region\",\"cell\":" + std::to_string(status.region->cell) +
                        ",\"rings\":1,\"except\":[],\"blobs\":[" + names + "]"),
     std::string::npos)
-    << server.log[0];
+    << server.log[1];
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().region->shown, region.size());
   EXPECT_TRUE(session.IsIdle());
@@ -558,12 +568,15 @@ TEST(TestViewerSession, MovingTheRegionOnReusesPartitions)
 TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  SessionOptions options;
+  options.policy.tolerance = 4; // the preview is fine enough for the whole torus
+  ViewerSession session(options);
   Open(session);
+  session.EnterFullScreen();
   server.Serve(session);
   server.log.clear();
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 6);
+  Pinch(session, x, y, 16);
   server.Take(session);
   const std::uint64_t answered = server.sent.size();
   Pinch(session, x, y, 0.05); // back before anything has come
@@ -597,11 +610,14 @@ TEST(TestViewerSession, WhatIsShownIsKeptWhileSomethingElseComes)
 TEST(TestViewerSession, AnswersToCancelledRequestsAreIgnored)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  SessionOptions options;
+  options.policy.tolerance = 4; // the preview is fine enough for the whole torus
+  ViewerSession session(options);
   Open(session);
+  session.EnterFullScreen();
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 6);
+  Pinch(session, x, y, 16);
   std::uint32_t request = 0;
   BlobId blob;
   for (const SessionRequest& sent : session.TakeRequests())
@@ -658,6 +674,7 @@ TEST(TestViewerSession, ARefusedPartitionLeavesTheRestOfTheRegion)
   server.Serve(session);
   const auto [x, y] = OnModel(session);
   DoubleTap(session, x, y);
+  TakeTree(session, server);
   const NodeId cell = session.GetStatus().region->cell;
   const std::uint32_t bad = cell - (1u << server.Codec().depths.partition);
   server.refused.insert(BlobId::Partition(bad));
@@ -719,6 +736,76 @@ TEST(TestViewerSession, ADoubleTapBeforeTheTreeWaitsForIt)
   EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
 }
 
+// However large the model: what comes is what lies along the way to the tap.
+TEST(TestViewerSession, OnlyTheTreeAroundATapComes)
+{
+  MemoryServer server(MakeTorus(200, 80), 4, 2); // P = 12: pages at the root, and at depth 7
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto count = [&server](BlobKind kind)
+  {
+    return std::count_if(server.sent.begin(), server.sent.end(),
+      [kind](const BlobId& blob) { return blob.kind == kind; });
+  };
+  EXPECT_EQ(count(BlobKind::Tree), 0) << "a preview needs none";
+  session.EnterFullScreen();
+  server.Serve(session);
+  EXPECT_EQ(count(BlobKind::Tree), 1);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  const auto region = session.GetStatus().region;
+  ASSERT_TRUE(region);
+  EXPECT_EQ(region->shown, region->partitions);
+  EXPECT_EQ(region->partitions,
+    FindRegion(server.Tree(), server.Codec().depths, region->cell, region->rings)->size());
+  EXPECT_GE(count(BlobKind::Tree), 2);
+  EXPECT_LE(count(BlobKind::Tree), 20) << "of 129";
+  EXPECT_GE(count(BlobKind::Boxes), 1);
+  EXPECT_LE(count(BlobKind::Boxes), 12) << "of 128";
+}
+
+TEST(TestViewerSession, ATapThatNeedsTooMuchOfTheTreeIsDropped)
+{
+  MemoryServer server(MakeTorus(200, 80), 4, 2);
+  SessionOptions options;
+  options.mostBlobsOfPick = 2;
+  ViewerSession session(options);
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_FALSE(session.GetStatus().region);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().error,
+    "What is around the tap cannot be told: too much of the tree is there.");
+}
+
+TEST(TestViewerSession, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
+{
+  MemoryServer server(MakeTorus(200, 80), 4, 2);
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const auto whole = server.Blob(BlobId::TreePage(1));
+  server.Blob(BlobId::TreePage(1)).resize(20);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_FALSE(session.GetStatus().region);
+  EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be had: ", 0), 0u)
+    << session.GetStatus().error;
+  server.Blob(BlobId::TreePage(1)) = whole;
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_TRUE(session.GetStatus().region);
+}
+
 TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
 {
   ViewerSession session;
@@ -751,7 +838,7 @@ TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
   model.levels.resize(31);
   Open(deep);
   deep.Opened(deep.TakeRequests()[0].id, model);
-  EXPECT_NE(deep.GetStatus().error.find("depth 30"), std::string::npos);
+  EXPECT_EQ(deep.GetStatus().error, "") << "nothing is taken for a tree that has not come";
 }
 
 TEST(TestViewerSession, KeepsEveryBlobsTimes)
