@@ -90,6 +90,7 @@ struct ViewerStatus
     std::uint64_t shown = 0;      // are shown as the original
   };
   std::optional<Region> region;
+  bool picking = false; // a double tap waits for the part of the tree that it needs
   std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
   std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last
   std::uint64_t bytesLoaded = 0;                  // of these

@@ -545,6 +545,7 @@ ViewerStatus ViewerSession::GetStatus() const
   {
     status.shownLevel = this->Shown.GetCut()->base.Depth();
   }
+  status.picking = this->WaitingPick || this->WaitingCell;
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

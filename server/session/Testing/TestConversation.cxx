@@ -219,6 +219,7 @@ TEST_F(Talk, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
   this->ExpectError({ 3, LevelRequest{ 3, { 2 } } }, 404);
   this->ExpectError({ 4, TreeRequest{ { 2 } } }, 404);
   this->ExpectError({ 5, TreeRequest{ { 1u << 11 } } }, 404);
+  this->ExpectError({ 5, BoxesRequest{ { 1u << 11 } } }, 404);
   this->ExpectError({ 6, PartitionsRequest{ { 0, 128 } } }, 404);
   this->ExpectError({ 7, RegionRequest{ 256, 1, {} } }, 400);
   this->answers.clear();

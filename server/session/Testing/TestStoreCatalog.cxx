@@ -173,7 +173,7 @@ TEST_F(Folder, WhatAModelDoesNotHaveIsNotFound)
   ASSERT_TRUE(this->catalog.Reload());
   const auto model = this->catalog.Find("sheet");
   for (const auto blob : { BlobId::TreePage(2), BlobId::TreePage(1u << 11),
-         BlobId::Partition(static_cast<std::uint32_t>(info.partitions)),
+         BlobId::PartitionBoxes(2), BlobId::Partition(static_cast<std::uint32_t>(info.partitions)),
          BlobId::Partition((1u << 30) - 1), BlobId::LevelPiece(3, 2),
          BlobId::LevelPiece(static_cast<std::uint8_t>(info.depths.finest + 1), 1),
          BlobId::LevelPiece(30, (1u << 31) - 1) })
@@ -226,20 +226,22 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
   EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
 }
 
-TEST_F(Folder, ADamagedTreeIsReportedAndForbidsRegionsOnly)
+TEST_F(Folder, DamagedBoxesAreReportedAndForbidRegionsOnly)
 {
   this->Build("sheet.kds", 60);
   ASSERT_TRUE(this->catalog.Reload());
-  const auto page = *this->catalog.Find("sheet")->ReadBlob(BlobId::TreePage(1));
-  this->Damage("sheet.kds", *page);
+  const BlobId boxes = BlobId::PartitionBoxes(1);
+  const auto whole = *this->catalog.Find("sheet")->ReadBlob(boxes);
+  this->Damage("sheet.kds", *whole);
   ASSERT_TRUE(this->catalog.Reload());
   const auto model = this->catalog.Find("sheet");
   ASSERT_TRUE(model);
   EXPECT_FALSE(model->Boxes());
-  EXPECT_FALSE(model->ReadBlob(BlobId::TreePage(1)));
+  EXPECT_FALSE(model->ReadBlob(boxes));
+  EXPECT_TRUE(model->ReadBlob(BlobId::TreePage(1)));
   EXPECT_TRUE(model->ReadBlob(BlobId::Partition(2)));
   ASSERT_FALSE(this->reports.empty());
-  EXPECT_NE(this->reports[0].find("tree/1"), std::string::npos) << this->reports[0];
+  EXPECT_NE(this->reports[0].find("boxes/1"), std::string::npos) << this->reports[0];
 }
 
 TEST_F(Folder, AReloadKeepsWhatHasNotChangedAndWhatCannotBeReplaced)

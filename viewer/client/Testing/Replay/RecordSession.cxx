@@ -135,7 +135,7 @@ private:
   void GoBack();
 
   void Expect(bool condition, const std::string& what);
-  // Double taps here and there until the surface is hit and a region answers.
+  // Double taps here and there until the surface is hit: a region answers, or waits for the server.
   void PickSomething(double x, double y);
   bool RegionIsShown() const;
 
@@ -169,8 +169,11 @@ void Walk::PickSomething(double x, double y)
     const double way = 45.0 * i;
     const bool across = i % 2 == 0;
     this->Phone.DoubleTap(x + (across ? way : 0), y + (across ? 0 : way));
-    const auto region = this->Phone.Status().region;
-    if (region && (!before || region->cell != before->cell))
+    while (this->Phone.Status().picking && this->Phone.Answer())
+    {
+    }
+    const ViewerStatus status = this->Phone.Status();
+    if (status.picking || (status.region && (!before || status.region->cell != before->cell)))
     {
       return;
     }
