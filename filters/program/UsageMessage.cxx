@@ -196,6 +196,18 @@ std::optional<std::string> EarlyOption(const CLI::App& app)
   return {};
 }
 
+// A word before the command, such as the file that the command is about.
+std::optional<std::string> EarlyWord(const CLI::App& app)
+{
+  const CLI::App* const command = GivenCommand(app);
+  const std::vector<std::string> words = app.remaining();
+  if (!command || words.empty() || OptionOf(words[0]))
+  {
+    return {};
+  }
+  return "the command stands first: " + app.get_name() + " " + command->get_name() + " " + words[0];
+}
+
 // An option that there is not explains most that follows from it, so it is looked for first.
 std::optional<std::string> UnknownOption(const CLI::App& app)
 {
@@ -366,6 +378,10 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error)
   if (const auto unknown = UnknownOption(app))
   {
     return *unknown;
+  }
+  if (const auto early = EarlyWord(app))
+  {
+    return *early;
   }
   const std::string told = error.what();
   if (dynamic_cast<const CLI::ExtrasError*>(&error))

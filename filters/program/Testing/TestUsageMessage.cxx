@@ -114,6 +114,12 @@ TEST(UsageMessage, CommandsToo)
   EXPECT_EQ(MessageOfCommand({ "--level=3", "extract", "m.kds" }),
     "--level belongs behind the command: kdstream-test extract … --level");
   EXPECT_EQ(
+    MessageOfCommand({ "m.kds", "info" }), "the command stands first: kdstream-test info m.kds");
+  EXPECT_EQ(MessageOfCommand({ "m.kds", "extract", "--level", "3" }),
+    "the command stands first: kdstream-test extract m.kds");
+  EXPECT_EQ(MessageOfCommand({ "m.kds", "info", "other.kds" }),
+    "the command stands first: kdstream-test info m.kds");
+  EXPECT_EQ(
     MessageOfCommand({ "extract", "m.kds", "--version" }), "--version belongs before the command");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--lvel", "3" }),
     "there is no option --lvel; did you mean --level?");
