@@ -499,17 +499,17 @@ TEST_F(BuildProgram, AnInterruptLeavesNothingBehind)
 {
   this->Write("in.ply", DisplacedSphere(8));
   const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build";
-  unsigned interrupted = 0;
+  unsigned interrupted = 0, said = 0;
   for (unsigned milliseconds = 2; milliseconds < 500; milliseconds = milliseconds * 3 / 2 + 1)
   {
     const pid_t child = ::fork();
     if (child == 0)
     {
       const bool ready =
-        ::chdir(this->Folder.Path.c_str()) == 0 && std::freopen("/dev/null", "w", stderr);
+        ::chdir(this->Folder.Path.c_str()) == 0 && std::freopen("said", "w", stderr);
       if (ready)
       {
-        ::execl(program.c_str(), program.c_str(), "in.ply", "-o", "m.kds", nullptr);
+        ::execl(program.c_str(), program.c_str(), "in.ply", "-o", "m.kds", "--quiet", nullptr);
       }
       ::_exit(127);
     }
@@ -517,6 +517,13 @@ TEST_F(BuildProgram, AnInterruptLeavesNothingBehind)
     ::kill(child, SIGINT);
     int status = 0;
     ::waitpid(child, &status, 0);
+    if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
+    {
+      EXPECT_EQ(WEXITSTATUS(status), 1);
+      EXPECT_EQ(ReadWhole(this->Folder / "said"), "kdstream-build: error: interrupted\n");
+      ++said;
+    }
+    std::filesystem::remove(this->Folder / "said");
     std::set<std::string> files = this->Files();
     if (files.contains("m.kds"))
     {
@@ -531,4 +538,5 @@ TEST_F(BuildProgram, AnInterruptLeavesNothingBehind)
     EXPECT_EQ(files, (std::set<std::string>{ "in.ply" })) << "after " << milliseconds << " ms";
   }
   EXPECT_GT(interrupted, 0U);
+  EXPECT_GT(said, 0U);
 }

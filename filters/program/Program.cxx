@@ -73,6 +73,11 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
 
 int PrintError(std::string_view program, const std::string& file, const Error& error)
 {
+  if (error.code == ErrorCode::Cancelled) // no file is at fault
+  {
+    std::cerr << program << ": error: interrupted\n";
+    return exitFailed;
+  }
   const std::string& named = error.file.empty() ? file : error.file;
   std::cerr << program << ": error: " << named << (named.empty() ? "" : ": ") << error.message
             << (error.place.empty() ? "" : ", ") << error.place << "\n";

@@ -31,7 +31,8 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
 
 // Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the
 // error: wrong usage for an InvalidArgument, failed work for everything else. FILE is the one that
-// the error names, else `file`, which may be empty.
+// the error names, else `file`, which may be empty. Work that was interrupted (Cancelled) says so,
+// and blames no file.
 int PrintError(std::string_view program, const std::string& file, const Error& error);
 
 // The last line of a program that has made a file, on stderr:

@@ -52,4 +52,13 @@ TEST(TestProgram, EveryExceptionBecomesOneLine)
   expect(RunThrowing(42), "unexpected: an exception that does not say what it is");
 }
 
+TEST(TestProgram, InterruptedWorkBlamesNoFile)
+{
+  testing::internal::CaptureStderr();
+  const int exitCode =
+    PrintError("kdstream-test", "in.ply", { ErrorCode::Cancelled, "cancelled", "other.ply" });
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "kdstream-test: error: interrupted\n");
+  EXPECT_EQ(exitCode, exitFailed);
+}
+
 }
