@@ -101,7 +101,6 @@ void AddMemoryOptions(CLI::App& app, BuildCommand& line)
       "where these files go; they take three to four times the bytes of a binary .ply")
     ->type_name("DIR")
     ->default_str("beside the store")
-    ->check(CLI::ExistingDirectory)
     ->group(group);
   app.add_option("--threads", line.threads, "threads, which change nothing in the store")
     ->check(CLI::Range(1U, 1024U))
@@ -218,6 +217,11 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   else
   {
     ShareArenas();
+  }
+  if (std::error_code status; !line.build.temporaryFolder.empty() &&
+                              !std::filesystem::is_directory(line.build.temporaryFolder, status))
+  {
+    return Error{ ErrorCode::NotFound, "there is no such folder", line.build.temporaryFolder };
   }
   line.build.median = *MedianMethodOfName(line.median);
   if (line.precision == "lossless")

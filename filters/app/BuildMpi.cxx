@@ -112,7 +112,13 @@ Status PrepareOutputs(
   store = *checked;
   if (!line.stats.empty())
   {
-    KDSTREAM_TRY(CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output }));
+    auto stats = CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output });
+    if (!stats)
+    {
+      Error error = stats.GetError();
+      error.file = line.stats;
+      return error;
+    }
   }
   return {};
 }

@@ -207,7 +207,7 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
   {
-    return bad(" cannot be read: " + SystemReason(errno));
+    return Error{ ErrorCode::NotFound, "cannot be read: " + SystemReason(errno), file };
   }
   const auto json = ParseJson(std::string{ std::istreambuf_iterator<char>(stream), {} });
   if (!json || (!json->IsArray() && !json->IsObject()))

@@ -216,7 +216,8 @@ int Serve(const std::string& program, CommandLine& line)
   const auto server = HttpServer::Start(catalog, line.server);
   if (!server)
   {
-    return PrintError(program, "", server.GetError());
+    PrintError(program, "", server.GetError());
+    return exitFailed; // also of a --host that no name server knows today
   }
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);

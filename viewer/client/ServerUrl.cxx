@@ -52,7 +52,7 @@ Result<ServerUrl> ParseServerUrl(std::string_view url)
   constexpr std::string_view scheme = "http://";
   if (url.substr(0, 8) == "https://")
   {
-    return Error{ ErrorCode::Unsupported,
+    return Error{ ErrorCode::InvalidArgument,
       Shortened(url).append(": https is not supported yet; use http://HOST:PORT") };
   }
   if (url.substr(0, scheme.size()) != scheme)

@@ -243,6 +243,7 @@ TEST_F(Serve, TellsWhyItCannotServe)
     { { this->stores, "--port", "0", "--tls-cert", "x.pem", "--tls-key", "y.pem" }, 1 },
     { { this->folder / "missing", "--port", "0" }, 1 },
     { { this->stores, "--port", port }, 1 },
+    { { this->stores, "--port", "0", "--host", "no-such-host.invalid" }, 1 },
     { { this->stores, "--port", "0", "--web", this->folder / "missing" }, 1 },
     { { this->stores, "--port", "0", "--web", this->stores }, 1 }, // no page
     { { this->stores, "--port", "0", "--access-log", this->folder / "missing/log" }, 1 },

@@ -40,7 +40,7 @@ TEST(TestServerUrl, RefusesEverythingElseByName)
     EXPECT_EQ(server.GetError().code, ErrorCode::InvalidArgument) << url;
     EXPECT_NE(server.GetError().message.find(std::string("'") + url + "'"), std::string::npos);
   }
-  EXPECT_EQ(ParseServerUrl("https://a").GetError().code, ErrorCode::Unsupported);
+  EXPECT_EQ(ParseServerUrl("https://a").GetError().code, ErrorCode::InvalidArgument);
 }
 
 }

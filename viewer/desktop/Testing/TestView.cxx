@@ -202,6 +202,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
   }
   EXPECT_EQ(this->Run("nowhere " + offscreen), 2);
+  EXPECT_EQ(this->Run("https://127.0.0.1 " + offscreen), 2);
   const std::string url = this->Server->Url();
   this->Server.reset();
   EXPECT_EQ(this->Run(url + " " + offscreen), 1);
