@@ -81,6 +81,10 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
     ->group(load);
+  app.add_option("--readers", server.readers, "threads that wait for disks")
+    ->check(CLI::Range(1U, 1024U))
+    ->capture_default_str()
+    ->group(load);
   AddSizeOption(app, "--cache-memory", line.cacheBytes, "memory for blobs that clients share")
     ->default_str("256M")
     ->group(load);
@@ -138,7 +142,7 @@ void WarnOfEmptyFolder(
 }
 
 void WaitForEnd(const sigset_t& signals, const std::string& program, const std::string& folder,
-  StoreCatalog& catalog)
+  StoreCatalog& catalog, const std::optional<StaticFiles>& web)
 {
   constexpr timespec second{ 1, 0 };
   for (int signal = 0; signal != SIGTERM && signal != SIGINT;)
@@ -156,6 +160,10 @@ void WaitForEnd(const sigset_t& signals, const std::string& program, const std::
           program, folder, status.GetError().message + "; the models of before are served");
       }
       WarnOfEmptyFolder(program, folder, catalog);
+      if (web)
+      {
+        web->Forget();
+      }
     }
   }
 }
@@ -221,7 +229,7 @@ int Serve(const std::string& program, CommandLine& line)
   }
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  WaitForEnd(signals, program, line.folder, catalog);
+  WaitForEnd(signals, program, line.folder, catalog, line.server.web);
   (*server)->Stop();
   return exitDone;
 }

@@ -203,15 +203,43 @@ private:
     }
     else
     {
-      this->Send(this->AnswerToRequest(), request.keep_alive());
+      this->Respond();
     }
   }
 
-  HttpResponse AnswerToRequest() const
+  // Answers at once what needs no disk, and leaves the rest to the readers.
+  void Respond()
+  {
+    auto request = this->Plain();
+    if (auto response = this->Caught([&] { return this->State.Answers.AnswerAtOnce(request); }))
+    {
+      this->Send(std::move(*response), this->Parser->get().keep_alive());
+      return;
+    }
+    this->State.Read(
+      [self = this->shared_from_this(), request = std::move(request)]
+      {
+        self->State.Guard(
+          [&]
+          {
+            auto response =
+              self->Caught([&] { return std::optional(self->State.Answers.Answer(request)); });
+            asio::post(self->Executor,
+              [self, response = std::move(*response)]() mutable {
+                self->Guard(
+                  [&] { self->Send(std::move(response), self->Parser->get().keep_alive()); });
+              });
+          },
+          [] {}); // the connection ends as the last to hold it lets go
+      });
+  }
+
+  template <class Work>
+  std::optional<HttpResponse> Caught(const Work& answer) const
   {
     try
     {
-      return this->State.Answers.Answer(this->Plain());
+      return answer();
     }
     catch (...)
     {

@@ -158,6 +158,7 @@ Status HttpServer::Implementation::Listen()
 
 void HttpServer::Implementation::StartThreads()
 {
+  this->State.Readers.Start(std::max(1u, this->State.Options.readers));
   this->Accept();
   for (unsigned i = 0; i < std::max(1u, this->State.Options.threads); ++i)
   {
@@ -276,6 +277,7 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
     thread.join();
   }
   this->Threads.clear();
+  this->State.Readers.Stop(); // while the sockets of what it holds have their context
 }
 
 HttpServer::HttpServer(std::unique_ptr<Implementation> implementation)

@@ -33,7 +33,8 @@ struct HttpServerOptions
 {
   std::string host = "127.0.0.1"; // an address, or a name that resolves to one
   std::uint16_t port = 0;         // 0: any that is free
-  unsigned threads = 2;           // at least 1
+  unsigned threads = 2;           // of the event loop, at least 1
+  unsigned readers = 8;           // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
   std::string allowOrigin; // RouteOptions::allowOrigin
   std::optional<StaticFiles> web;

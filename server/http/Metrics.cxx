@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/Metrics.h"
 
+#include <algorithm>
+#include <cstdio>
+#include <string_view>
+
 namespace kdstream
 {
 
@@ -21,6 +25,35 @@ void Put(
 
 }
 
+void Histogram::Count(std::chrono::steady_clock::duration time)
+{
+  const double seconds = std::chrono::duration<double>(time).count();
+  const auto place = std::lower_bound(bounds.begin(), bounds.end(), seconds) - bounds.begin();
+  ++this->Counts[static_cast<std::size_t>(place)];
+  this->Nanoseconds += static_cast<std::uint64_t>(seconds * 1e9);
+}
+
+void Histogram::Write(std::string& text, const char* name, const char* help) const
+{
+  Put(text, name, "histogram", help);
+  const std::string start(name);
+  std::uint64_t sum = 0;
+  const auto bucket = [&](std::string_view bound)
+  { text += start + "_bucket{le=\"" + std::string(bound) + "\"} " + std::to_string(sum) + "\n"; };
+  for (std::size_t i = 0; i < bounds.size(); ++i)
+  {
+    sum += this->Counts[i];
+    char bound[32];
+    std::snprintf(bound, sizeof bound, "%g", bounds[i]);
+    bucket(bound);
+  }
+  sum += this->Counts.back();
+  bucket("+Inf");
+  char total[32];
+  std::snprintf(total, sizeof total, "%.9g", static_cast<double>(this->Nanoseconds) * 1e-9);
+  text += start + "_sum " + total + "\n" + start + "_count " + std::to_string(sum) + "\n";
+}
+
 void Metrics::CountRequest(unsigned status)
 {
   if (status < this->Requests.size())
@@ -29,7 +62,7 @@ void Metrics::CountRequest(unsigned status)
   }
 }
 
-std::string Metrics::Text() const
+std::string Metrics::Text(const CacheUse& memory) const
 {
   std::string text;
   Put(text, "kdstream_requests_total", "counter", "HTTP requests answered, by status.");
@@ -51,6 +84,15 @@ std::string Metrics::Text() const
   Put(text, "kdstream_streams_total", "counter", "WebSocket streams opened.", this->TotalStreams);
   Put(text, "kdstream_failed_blobs_total", "counter",
     "Blobs that could not be read from their store.", this->FailedBlobs);
+  Put(text, "kdstream_cache_hits_total", "counter", "Blobs that were in memory.", memory.hits);
+  Put(text, "kdstream_cache_misses_total", "counter", "Blobs that had to be read.", memory.misses);
+  Put(text, "kdstream_cache_bytes", "gauge", "Bytes of the blobs that are kept.", memory.bytes);
+  const std::uint64_t begun = this->Begun;
+  const std::uint64_t queued = this->Queued;
+  Put(text, "kdstream_reader_queue", "gauge", "Requests that wait for a reader.",
+    queued > begun ? queued - begun : 0);
+  this->Waits.Write(
+    text, "kdstream_reader_wait_seconds", "How long requests have waited for a reader.");
   return text;
 }
 

@@ -126,6 +126,16 @@ Routes::Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options)
 
 HttpResponse Routes::Answer(const HttpRequest& request) const
 {
+  return *this->Answer(request, Patience::Disk);
+}
+
+std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) const
+{
+  return this->Answer(request, Patience::None);
+}
+
+Routes::Answered Routes::Answer(const HttpRequest& request, Patience patience) const
+{
   HttpResponse response;
   const auto path = std::string_view(request.target).substr(0, request.target.find('?'));
   if (request.method == "OPTIONS" && !this->Options.allowOrigin.empty())
@@ -143,7 +153,12 @@ HttpResponse Routes::Answer(const HttpRequest& request) const
   }
   else
   {
-    response = this->Route(request, path);
+    auto answered = this->Route(request, path, patience);
+    if (!answered)
+    {
+      return std::nullopt;
+    }
+    response = std::move(*answered);
   }
 
   response.omitBody = request.method == "HEAD";
@@ -183,7 +198,8 @@ bool Routes::MayStream(std::string_view origin, std::string_view host) const
   return scheme != std::string_view::npos && origin.substr(scheme + 3) == host;
 }
 
-HttpResponse Routes::Route(const HttpRequest& request, std::string_view path) const
+Routes::Answered Routes::Route(
+  const HttpRequest& request, std::string_view path, Patience patience) const
 {
   if (path == "/healthz")
   {
@@ -193,19 +209,20 @@ HttpResponse Routes::Route(const HttpRequest& request, std::string_view path) co
   }
   if (path == "/metrics")
   {
-    auto response =
-      Whole(200, "text/plain; version=0.0.4; charset=utf-8", Bytes(this->Counters.Text()));
+    auto response = Whole(200, "text/plain; version=0.0.4; charset=utf-8",
+      Bytes(this->Counters.Text(this->Models.Memory())));
     response.fields.emplace_back("Cache-Control", "no-store");
     return response;
   }
   if (path == "/api" || path.substr(0, 5) == "/api/")
   {
-    return this->AnswerApi(request, path);
+    return this->AnswerApi(request, path, patience);
   }
-  return this->AnswerFile(request, path);
+  return this->AnswerFile(request, path, patience);
 }
 
-HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path) const
+Routes::Answered Routes::AnswerApi(
+  const HttpRequest& request, std::string_view path, Patience patience) const
 {
   if (path == protocol::streamPath)
   {
@@ -237,7 +254,7 @@ HttpResponse Routes::AnswerApi(const HttpRequest& request, std::string_view path
   {
     return this->Failure(410, resource->model + " has another digest now: read its model.json");
   }
-  return this->AnswerBlob(request, *same, resource->blob);
+  return this->AnswerBlob(request, *same, resource->blob, patience);
 }
 
 HttpResponse Routes::AnswerModel(const HttpRequest& request, const ServedModel& model) const
@@ -247,13 +264,13 @@ HttpResponse Routes::AnswerModel(const HttpRequest& request, const ServedModel& 
     const auto refusal = RefuseModel(model.Description().id);
     return this->Failure(refusal.status, refusal.message);
   }
-  auto body = Bytes(WriteModel(model.Description()));
+  auto body = model.Json();
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }
 
-HttpResponse Routes::AnswerBlob(
-  const HttpRequest& request, const ServedModel& model, const protocol::BlobId& id) const
+Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedModel& model,
+  const protocol::BlobId& id, Patience patience) const
 {
   const auto& description = model.Description();
   const auto name = protocol::BlobName(id);
@@ -269,6 +286,14 @@ HttpResponse Routes::AnswerBlob(
   // The digest covers the content, so digest and name identify the bytes.
   auto tag = "\"" + description.digest + "/" + name + "\"";
   constexpr const char* type = "application/octet-stream";
+  if (auto blob = model.FindBlob(id))
+  {
+    return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), forEver));
+  }
+  if (patience == Patience::None)
+  {
+    return std::nullopt;
+  }
   if (request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag)) // no byte of it is sent
   {
     const auto size = model.BlobSize(id);
@@ -300,7 +325,8 @@ HttpResponse Routes::AnswerModelList(const HttpRequest& request) const
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }
 
-HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view path) const
+Routes::Answered Routes::AnswerFile(
+  const HttpRequest& request, std::string_view path, Patience patience) const
 {
   if (!this->Options.web)
   {
@@ -314,7 +340,16 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view pat
             std::string(protocol::streamPath) + " (WebSocket, " +
             std::string(protocol::streamSubprotocol) + ")\n"));
   }
-  auto file = this->Options.web->Read(path, AcceptsGzip(request.acceptEncoding));
+  const bool gzip = AcceptsGzip(request.acceptEncoding);
+  if (const auto found = this->Options.web->Find(path, gzip))
+  {
+    return this->AnswerFile(request, *found);
+  }
+  if (patience == Patience::None)
+  {
+    return std::nullopt;
+  }
+  const auto file = this->Options.web->Read(path, gzip);
   if (!file)
   {
     const auto code = file.GetError().code;
@@ -323,14 +358,18 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, std::string_view pat
                                                                  : 500;
     return this->Failure(status, file.GetError().message);
   }
-  auto tag = TagOf(*file->bytes);
-  auto response = Ranged(request,
-    Cacheable(request, file->contentType, std::move(file->bytes), std::move(tag), revalidate));
-  if (!file->encoding.empty() && (response.status == 200 || response.status == 206))
+  return this->AnswerFile(request, **file);
+}
+
+HttpResponse Routes::AnswerFile(const HttpRequest& request, const StaticFile& file) const
+{
+  auto response = Ranged(
+    request, Cacheable(request, file.contentType, file.bytes, TagOf(*file.bytes), revalidate));
+  if (!file.encoding.empty() && (response.status == 200 || response.status == 206))
   {
-    response.fields.emplace_back("Content-Encoding", file->encoding);
+    response.fields.emplace_back("Content-Encoding", file.encoding);
   }
-  if (file->varies)
+  if (file.varies)
   {
     response.fields.emplace_back("Vary", "Accept-Encoding");
   }

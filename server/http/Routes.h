@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which answer a request gets: the GET routes of doc/protocol.md. Step "serve" of the README's
-// picture. No sockets: a pure function of the request, the catalog and the web folder.
+// picture. No sockets: a function of the request, the catalog and the web folder.
 #pragma once
 
 #include "server/http/HttpMessage.h"
@@ -29,8 +29,10 @@ public:
   // REQUIRES: catalog and metrics outlive the routes.
   Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options);
 
-  // From any thread. Never fails: errors are responses too.
+  // From any thread. Errors are responses too. May wait for a disk.
   HttpResponse Answer(const HttpRequest& request) const;
+  // The same where it waits for nobody, else nothing.
+  std::optional<HttpResponse> AnswerAtOnce(const HttpRequest& request) const;
 
   // {"error":"…"} with the fields that every answer has.
   HttpResponse Failure(unsigned status, std::string_view message) const;
@@ -41,13 +43,21 @@ public:
   bool MayStream(std::string_view origin, std::string_view host) const;
 
 private:
-  HttpResponse Route(const HttpRequest& request, std::string_view path) const;
-  HttpResponse AnswerApi(const HttpRequest& request, std::string_view path) const;
+  enum class Patience
+  {
+    None,
+    Disk // waits for one
+  };
+  using Answered = std::optional<HttpResponse>; // nothing for want of patience
+  Answered Answer(const HttpRequest& request, Patience patience) const;
+  Answered Route(const HttpRequest& request, std::string_view path, Patience patience) const;
+  Answered AnswerApi(const HttpRequest& request, std::string_view path, Patience patience) const;
   HttpResponse AnswerModelList(const HttpRequest& request) const;
   HttpResponse AnswerModel(const HttpRequest& request, const ServedModel& model) const;
-  HttpResponse AnswerBlob(
-    const HttpRequest& request, const ServedModel& model, const protocol::BlobId& id) const;
-  HttpResponse AnswerFile(const HttpRequest& request, std::string_view path) const;
+  Answered AnswerBlob(const HttpRequest& request, const ServedModel& model,
+    const protocol::BlobId& id, Patience patience) const;
+  Answered AnswerFile(const HttpRequest& request, std::string_view path, Patience patience) const;
+  HttpResponse AnswerFile(const HttpRequest& request, const StaticFile& file) const;
   HttpResponse Preflight() const;
 
   const Catalog& Models;

@@ -5,6 +5,7 @@
 #include "filters/core/CaughtError.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Metrics.h"
+#include "server/http/ReaderPool.h"
 #include "server/http/Routes.h"
 
 #include <atomic>
@@ -44,6 +45,8 @@ public:
   const HttpServerOptions Options;
   Metrics Counters;
   const Routes Answers;
+  ReaderPool Readers{ [this](ReaderPool::Clock::duration waited)
+    { this->Counters.CountWait(waited); } };
 
   // A line that cannot be written is lost: nothing else may fail because of a log.
   void Log(const AccessRecord& record) noexcept
@@ -84,6 +87,13 @@ public:
       this->LogCaught();
       close();
     }
+  }
+
+  // Has one of the readers do it. It must throw nothing.
+  void Read(ReaderPool::Work work)
+  {
+    this->Readers.Add(std::move(work));
+    this->Counters.CountWaiting();
   }
 
   bool Draining() const { return this->Drains; }

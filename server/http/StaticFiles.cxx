@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -123,6 +125,22 @@ Result<BlobBytes> ReadWhole(const fs::path& file)
 
 }
 
+// What has been read, by the path in the folder and whether gzip is accepted.
+struct StaticFiles::Kept
+{
+  using Key = std::pair<std::string, bool>;
+  std::mutex mutex;
+  std::map<Key, std::shared_ptr<const StaticFile>> files;
+  std::uintmax_t bytes = 0;
+  std::uint64_t forgotten = 0; // times
+};
+
+StaticFiles::StaticFiles(std::filesystem::path root)
+  : Root(std::move(root))
+  , Memory(std::make_shared<Kept>())
+{
+}
+
 Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
 {
   std::error_code error;
@@ -134,21 +152,64 @@ Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
   return StaticFiles(std::move(root));
 }
 
-Result<StaticFile> StaticFiles::Read(std::string_view urlPath, bool acceptGzip) const
+std::shared_ptr<const StaticFile> StaticFiles::Find(std::string_view urlPath, bool acceptGzip) const
+{
+  const auto plain = Unescape(urlPath);
+  const auto relative = plain ? RelativePath(*plain) : std::nullopt;
+  if (!relative)
+  {
+    return nullptr;
+  }
+  const std::lock_guard lock(this->Memory->mutex);
+  const auto found = this->Memory->files.find({ relative->string(), acceptGzip });
+  return found == this->Memory->files.end() ? nullptr : found->second;
+}
+
+void StaticFiles::Forget() const
+{
+  const std::lock_guard lock(this->Memory->mutex);
+  this->Memory->files.clear();
+  this->Memory->bytes = 0;
+  ++this->Memory->forgotten;
+}
+
+Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
+  std::string_view urlPath, bool acceptGzip) const
 {
   const auto plain = Unescape(urlPath);
   if (!plain)
   {
     return Error{ ErrorCode::InvalidArgument, "a % without two hexadecimal digits" };
   }
-  const Error notFound{ ErrorCode::NotFound, "no such file" };
   const auto relative = RelativePath(*plain);
   if (!relative)
   {
-    return notFound;
+    return Error{ ErrorCode::NotFound, "no such file" };
   }
+  const auto forgotten = [this]
+  {
+    const std::lock_guard lock(this->Memory->mutex);
+    return this->Memory->forgotten;
+  }();
+  auto read = this->ReadFile(*relative, acceptGzip);
+  KDSTREAM_TRY(read);
+  auto file = std::make_shared<const StaticFile>(std::move(*read));
+  const std::lock_guard lock(this->Memory->mutex);
+  // What was read before Forget may be the file of before.
+  if (this->Memory->forgotten == forgotten &&
+      this->Memory->bytes + file->bytes->size() <= keptBytes &&
+      this->Memory->files.emplace(Kept::Key{ relative->string(), acceptGzip }, file).second)
+  {
+    this->Memory->bytes += file->bytes->size();
+  }
+  return file;
+}
+
+Result<StaticFile> StaticFiles::ReadFile(const fs::path& relative, bool acceptGzip) const
+{
+  const Error notFound{ ErrorCode::NotFound, "no such file" };
   std::error_code error;
-  auto file = fs::canonical(this->Root / *relative, error);
+  auto file = fs::canonical(this->Root / relative, error);
   if (!error && fs::is_directory(file, error))
   {
     file = fs::canonical(file / "index.html", error);

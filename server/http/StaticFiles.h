@@ -6,6 +6,7 @@
 #include "server/session/Catalog.h"
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -20,10 +21,12 @@ struct StaticFile
   bool varies = false;  // whether there are both, plain and gzip
 };
 
+// All functions may be called from any thread.
 class StaticFiles
 {
 public:
   static constexpr std::uintmax_t maximumBytes = std::uintmax_t{ 64 } << 20;
+  static constexpr std::uintmax_t keptBytes = std::uintmax_t{ 64 } << 20;
 
   // Errors: NotFound where `folder` is not a folder.
   static Result<StaticFiles> Open(const std::filesystem::path& folder);
@@ -33,14 +36,23 @@ public:
   // is not checked. Errors: InvalidArgument for malformed escapes; NotFound for everything but
   // regular files below the folder, so for hidden files, "..", and links that lead outside;
   // LimitExceeded for a file that is too large; InputOutput.
-  Result<StaticFile> Read(std::string_view urlPath, bool acceptGzip = false) const;
+  // Copies share what they have read: it stays in memory, up to keptBytes, until Forget.
+  Result<std::shared_ptr<const StaticFile>> Read(
+    std::string_view urlPath, bool acceptGzip = false) const;
+
+  // The same if it is in memory, else null.
+  std::shared_ptr<const StaticFile> Find(std::string_view urlPath, bool acceptGzip = false) const;
+
+  // The files may have changed.
+  void Forget() const;
 
 private:
-  explicit StaticFiles(std::filesystem::path root)
-    : Root(std::move(root))
-  {
-  }
+  struct Kept;
+  explicit StaticFiles(std::filesystem::path root);
+  Result<StaticFile> ReadFile(const std::filesystem::path& relative, bool acceptGzip) const;
+
   std::filesystem::path Root; // canonical
+  std::shared_ptr<Kept> Memory;
 };
 
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // At most one message is being written, and the next one is made only when it has been sent. So a
 // client that does not read costs the memory of one frame, and a cancel takes effect at the next
-// frame.
+// frame. What the conversation has to read is read by the pool of readers, one blob at a time.
 #include "server/http/StreamConnection.h"
 
 #include "server/protocol/ResourcePath.h"
@@ -165,14 +165,14 @@ private:
     {
       return;
     }
-    const auto failedBefore = this->Talk.FailedBlobs();
-    auto message = this->Talk.NextMessage();
-    for (auto i = failedBefore; i < this->Talk.FailedBlobs(); ++i)
+    auto message = this->Talk.NextReadyMessage();
+    for (; this->FailedBlobs < this->Talk.FailedBlobs(); ++this->FailedBlobs)
     {
       this->State.Counters.CountFailedBlob();
     }
     if (!message)
     {
+      this->RunErrand();
       this->CloseIfEnded();
       return;
     }
@@ -190,6 +190,32 @@ private:
         {
           self->GoOn();
         }
+      });
+  }
+
+  // Has the readers do what the conversation waits for.
+  void RunErrand()
+  {
+    auto errand = this->Talk.TakeErrand();
+    if (!errand)
+    {
+      return;
+    }
+    this->State.Read(
+      [self = this->shared_from_this(), errand = std::move(errand)]
+      {
+        errand->Run();
+        self->Guard([&] { self->TakeBack(self, errand); });
+      });
+  }
+
+  void TakeBack(const std::shared_ptr<StreamConnection>& self, std::shared_ptr<Errand> errand)
+  {
+    asio::post(this->Socket.get_executor(),
+      [self, errand = std::move(errand)]
+      {
+        self->Guard([&] { self->Talk.Finish(errand); });
+        self->GoOn();
       });
   }
 
@@ -213,6 +239,7 @@ private:
   std::shared_ptr<void> Seat;
   AccessRecord Record;
   Conversation Talk;
+  std::uint64_t FailedBlobs = 0; // that have been counted
   Clock::time_point Opened = Clock::now();
   beast::flat_buffer Input;
   Conversation::Message Output;

@@ -43,6 +43,7 @@ BlobBytes BlobCache::FindOrClaim(const Key& key)
     const auto [entry, isNew] = this->Entries.try_emplace(key);
     if (isNew)
     {
+      ++this->Misses;
       return nullptr;
     }
     if (!entry->second.reading)
@@ -52,6 +53,7 @@ BlobBytes BlobCache::FindOrClaim(const Key& key)
         return bytes;
       }
       entry->second.reading = true;
+      ++this->Misses;
       return nullptr;
     }
     this->Read.wait(lock);
@@ -65,7 +67,9 @@ BlobBytes BlobCache::Touch(EntryMap::iterator entry)
   {
     this->Recent.splice(this->Recent.begin(), this->Recent, entry->second.place);
   }
-  return entry->second.bytes.lock();
+  auto bytes = entry->second.bytes.lock();
+  this->Hits += bytes ? 1 : 0;
+  return bytes;
 }
 
 void BlobCache::Keep(const Key& key, const BlobBytes& bytes)
@@ -121,10 +125,10 @@ void BlobCache::Sweep()
   }
 }
 
-std::size_t BlobCache::KeptBytes() const
+CacheUse BlobCache::Use() const
 {
   const std::lock_guard lock(this->Mutex);
-  return this->Bytes;
+  return { this->Hits, this->Misses, this->Bytes };
 }
 
 }

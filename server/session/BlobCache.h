@@ -59,8 +59,8 @@ public:
     return result;
   }
 
-  // Of the blobs that are kept, whoever else holds them.
-  std::size_t KeptBytes() const;
+  // What was found and what had to be read so far, and what is kept, whoever else holds it.
+  CacheUse Use() const;
 
 private:
   using Key = std::pair<Model, protocol::BlobId>;
@@ -95,6 +95,7 @@ private:
   EntryMap Entries;
   std::list<Key> Recent; // the latest first
   std::size_t Bytes = 0; // of Recent
+  std::uint64_t Hits = 0, Misses = 0;
 };
 
 }

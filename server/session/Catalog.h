@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,8 @@ public:
   virtual ~ServedModel() = default;
 
   virtual const ModelDescription& Description() const = 0;
+  // It as JSON, written once.
+  BlobBytes Json() const;
 
   // Whether the model can still be read as it is described. Errors: Changed where its store was
   // written to; InputOutput where that cannot be told.
@@ -39,8 +42,12 @@ public:
   // Errors: Damaged; Changed; InputOutput and LimitExceeded where the same may succeed later.
   virtual Result<std::span<const Box>> Boxes() const = 0;
 
-  // Errors: NotFound where the model has no such blob; else those of Boxes.
+  // Errors: NotFound where the model has no such blob; else those of Boxes. May take as long as a
+  // disk does, as Boxes may: not for threads that others wait for.
   virtual Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const = 0;
+
+  // The blob, if it is in memory and may still be sent; else null. Waits for nobody.
+  virtual BlobBytes FindBlob(const protocol::BlobId& /*blob*/) const { return nullptr; }
 
   // How many bytes the blob has, which are not read. Errors: those of ReadBlob.
   virtual Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const
@@ -49,6 +56,17 @@ public:
     KDSTREAM_TRY(bytes);
     return (*bytes)->size();
   }
+
+private:
+  mutable std::mutex JsonMutex;
+  mutable BlobBytes Written;
+};
+
+// How a memory of blobs has done so far.
+struct CacheUse
+{
+  std::uint64_t hits = 0, misses = 0; // blobs that were found, and that had to be read
+  std::uint64_t bytes = 0;            // kept now
 };
 
 class Catalog
@@ -69,6 +87,9 @@ public:
     auto model = this->Find(id);
     return model && model->Description().digest == digest ? model : nullptr;
   }
+
+  // Of the memory that the models share.
+  virtual CacheUse Memory() const { return {}; }
 };
 
 }

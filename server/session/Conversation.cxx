@@ -2,7 +2,6 @@
 #include "server/session/Conversation.h"
 
 #include "filters/core/CaughtError.h"
-#include "server/session/BlobList.h"
 #include "server/session/Refusal.h"
 
 #include <algorithm>
@@ -19,19 +18,64 @@ using protocol::ServerMessage;
 constexpr std::uint64_t bytesBetweenProgress = std::uint64_t{ 1 } << 20;
 constexpr const char* stopping = "the server is stopping";
 
-// A region may take more memory than there is.
-Result<BlobList> CaughtList(const ServedModel& model, const protocol::ClientMessage& message)
+bool IsSendable(const std::vector<std::uint8_t>& blob)
+{
+  return !blob.empty() && blob.size() <= protocol::maximumBlobBytes;
+}
+
+}
+
+// What an exception ends, for want of memory mostly, is an error.
+void Errand::Run() noexcept
 {
   try
   {
-    return ListBlobs(model, message);
+    this->Do();
   }
   catch (...)
   {
-    return CaughtError();
+    this->Failure = CaughtError();
   }
 }
 
+void Errand::Do()
+{
+  if (!this->Request)
+  {
+    const auto bytes = this->Model->ReadBlob(this->Blob);
+    if (!bytes)
+    {
+      this->Failure = bytes.GetError();
+    }
+    else if (!IsSendable(**bytes))
+    {
+      this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
+    }
+    else
+    {
+      this->Bytes = *bytes;
+    }
+  }
+  else if (const auto* open = std::get_if<protocol::OpenRequest>(&this->Request->body))
+  {
+    this->Model = this->Models.Find(open->model);
+    if (const auto status = this->Model ? this->Model->CheckUnchanged() : Status{}; !status)
+    {
+      this->Failure = status.GetError();
+    }
+  }
+  else
+  {
+    auto list = ListBlobs(*this->Model, *this->Request);
+    if (list)
+    {
+      this->List = std::move(*list);
+    }
+    else
+    {
+      this->Failure = list.GetError();
+    }
+  }
 }
 
 struct Conversation::Job
@@ -133,13 +177,31 @@ std::optional<Conversation::Message> Conversation::NextMessage()
 {
   for (;;)
   {
+    if (auto message = this->NextReadyMessage())
+    {
+      return message;
+    }
+    const auto errand = this->TakeErrand();
+    if (!errand)
+    {
+      return std::nullopt;
+    }
+    errand->Run();
+    this->Finish(errand);
+  }
+}
+
+std::optional<Conversation::Message> Conversation::NextReadyMessage()
+{
+  for (;;)
+  {
     if (!this->Answers.empty())
     {
       auto text = protocol::WriteServerMessage(this->Answers.front());
       this->Answers.pop_front();
       return text;
     }
-    if (this->Close)
+    if (this->Close || this->Pending)
     {
       return std::nullopt;
     }
@@ -152,9 +214,9 @@ std::optional<Conversation::Message> Conversation::NextMessage()
     }
     else if (!this->Waiting.empty())
     {
-      const auto message = std::move(this->Waiting.front());
+      auto message = std::move(this->Waiting.front());
       this->Waiting.pop_front();
-      this->Start(message);
+      this->Start(std::move(message));
     }
     else
     {
@@ -164,6 +226,33 @@ std::optional<Conversation::Message> Conversation::NextMessage()
       }
       return std::nullopt;
     }
+  }
+}
+
+std::shared_ptr<Errand> Conversation::TakeErrand()
+{
+  const bool isNew = this->Pending && !std::exchange(this->Pending->Taken, true);
+  return isNew ? this->Pending : nullptr;
+}
+
+void Conversation::Finish(const std::shared_ptr<Errand>& errand)
+{
+  if (errand != this->Pending)
+  {
+    return;
+  }
+  this->Pending.reset();
+  if (!errand->Request)
+  {
+    this->FinishBlob(*errand);
+  }
+  else if (std::holds_alternative<protocol::OpenRequest>(errand->Request->body))
+  {
+    this->FinishOpening(*errand);
+  }
+  else
+  {
+    this->FinishList(*errand);
   }
 }
 
@@ -192,6 +281,7 @@ void Conversation::Cancel(std::uint32_t request)
   {
     this->Answer(this->Current->End(true));
     this->Current.reset();
+    this->Pending.reset();
     return;
   }
   const auto found = std::find_if(this->Waiting.begin(), this->Waiting.end(),
@@ -203,52 +293,98 @@ void Conversation::Cancel(std::uint32_t request)
   }
 }
 
-void Conversation::Start(const protocol::ClientMessage& message)
+void Conversation::Start(protocol::ClientMessage message)
 {
-  if (const auto* open = std::get_if<protocol::OpenRequest>(&message.body))
-  {
-    this->Open(message.request, *open);
-    return;
-  }
-  if (!this->Model)
+  const bool opens = std::holds_alternative<protocol::OpenRequest>(message.body);
+  if (!opens && !this->Model)
   {
     this->AnswerError(message.request, 409, "no model is open");
     return;
   }
-  auto list = CaughtList(*this->Model, message);
-  if (!list)
-  {
-    const Error& error = list.GetError();
-    const bool missing = error.code == ErrorCode::NotFound; // the error says which blob
-    const auto refusal = RefusePart(this->Model->Description().id, "tree", error);
-    this->AnswerError(message.request, refusal.status, missing ? error.message : refusal.message);
-    return;
-  }
   this->Current = std::make_unique<Job>();
   this->Current->request = message.request;
-  this->Current->model = this->Model;
-  this->Current->list = std::move(*list);
+  this->Current->model = opens ? nullptr : this->Model;
+  this->Pending = std::make_shared<Errand>(this->Models);
+  this->Pending->Model = this->Current->model;
+  this->Pending->Request = std::move(message);
+  const bool takesLong =
+    opens || std::holds_alternative<protocol::RegionRequest>(this->Pending->Request->body);
+  if (!takesLong)
+  {
+    const auto errand = this->TakeErrand();
+    errand->Run();
+    this->Finish(errand);
+  }
 }
 
-void Conversation::Open(std::uint32_t request, const protocol::OpenRequest& body)
+// The current request cannot be answered.
+void Conversation::Refuse(const Error& error)
 {
-  auto model = this->Models.Find(body.model);
-  if (!model)
-  {
-    this->AnswerError(request, 404, "there is no model " + body.model);
-    return;
-  }
-  if (!model->CheckUnchanged())
-  {
-    const auto refusal = RefuseModel(body.model);
-    this->AnswerError(request, refusal.status, refusal.message);
-    return;
-  }
-  this->Model = std::move(model);
-  this->Answer({ request, protocol::OpenedAnswer{ this->Model->Description() } });
+  const bool missing = error.code == ErrorCode::NotFound; // the error says which blob
+  const auto refusal = RefusePart(this->Current->model->Description().id, "tree", error);
+  this->AnswerError(
+    this->Current->request, refusal.status, missing ? error.message : refusal.message);
+  this->Current.reset();
 }
 
-// The next message of the current request; nothing if that has been added to Answers instead.
+void Conversation::FinishList(Errand& errand)
+{
+  if (errand.Failure)
+  {
+    this->Refuse(*errand.Failure);
+    return;
+  }
+  this->Current->list = std::move(errand.List);
+}
+
+void Conversation::FinishOpening(Errand& errand)
+{
+  const auto request = this->Current->request;
+  const auto& name = std::get<protocol::OpenRequest>(errand.Request->body).model;
+  this->Current.reset();
+  if (errand.Failure)
+  {
+    const auto refusal = RefuseModel(name);
+    this->AnswerError(request, refusal.status, refusal.message);
+  }
+  else if (!errand.Model)
+  {
+    this->AnswerError(request, 404, "there is no model " + name);
+  }
+  else
+  {
+    this->Model = std::move(errand.Model);
+    this->Answer({ request, protocol::OpenedAnswer{ this->Model->Description() } });
+  }
+}
+
+// The blob that was to come next, or why it does not: then the client is told, and where none of
+// the others can be read either, the request has ended.
+void Conversation::FinishBlob(Errand& errand)
+{
+  Job& job = *this->Current;
+  if (!errand.Failure)
+  {
+    job.bytes = std::move(errand.Bytes);
+    job.offset = 0;
+    return;
+  }
+  const auto refusal =
+    RefusePart(job.model->Description().id, protocol::BlobName(errand.Blob), *errand.Failure);
+  this->Failed += refusal.IsFailure();
+  if (errand.Failure->code == ErrorCode::Changed)
+  {
+    this->AnswerError(job.request, refusal.status, refusal.message);
+    this->Current.reset();
+    return;
+  }
+  ++job.failedBlobs;
+  this->Answer(
+    { job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, errand.Blob } });
+}
+
+// The next message of the current request; nothing if that has been added to Answers instead, or
+// waits for an errand.
 std::optional<Conversation::Message> Conversation::Continue()
 {
   Job& job = *this->Current;
@@ -263,11 +399,11 @@ std::optional<Conversation::Message> Conversation::Continue()
     job.reportedBytes = job.sentBytes;
     this->Answer({ job.request, protocol::ProgressAnswer{ job.sentBlobs, job.sentBytes } });
   }
-  else if (job.bytes || (job.next < job.list.count && this->NextBlob()))
+  else if (job.bytes || (job.next < job.list.count && this->HasBlob()))
   {
     return this->NextFrame();
   }
-  else if (this->Current && job.next == job.list.count)
+  else if (!this->Pending && job.next == job.list.count)
   {
     this->Answer(job.End(false));
     this->Current.reset();
@@ -275,34 +411,21 @@ std::optional<Conversation::Message> Conversation::Continue()
   return std::nullopt;
 }
 
-// Reads the next blob of the current request. False if it cannot be read: then the client has been
-// told, and where none of the others can be read either, the request has ended.
-bool Conversation::NextBlob()
+// Goes on to the next blob of the current request. False if it has to be read first.
+bool Conversation::HasBlob()
 {
   Job& job = *this->Current;
   const auto id = job.list.At(job.next++);
-  auto blob = job.model->ReadBlob(id);
-  if (blob && ((*blob)->empty() || (*blob)->size() > protocol::maximumBlobBytes))
+  job.offset = 0;
+  job.bytes = job.model->FindBlob(id);
+  if (job.bytes && IsSendable(*job.bytes))
   {
-    blob = Error{ ErrorCode::Damaged, "no size of a blob" };
-  }
-  if (blob)
-  {
-    job.bytes = *blob;
-    job.offset = 0;
     return true;
   }
-  const auto refusal =
-    RefusePart(job.model->Description().id, protocol::BlobName(id), blob.GetError());
-  this->Failed += refusal.IsFailure();
-  if (blob.GetError().code == ErrorCode::Changed)
-  {
-    this->AnswerError(job.request, refusal.status, refusal.message);
-    this->Current.reset();
-    return false;
-  }
-  ++job.failedBlobs;
-  this->Answer({ job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, id } });
+  job.bytes.reset();
+  this->Pending = std::make_shared<Errand>(this->Models);
+  this->Pending->Model = job.model;
+  this->Pending->Blob = id;
   return false;
 }
 

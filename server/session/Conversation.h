@@ -3,12 +3,14 @@
 // the README's picture. No sockets, no threads.
 //
 // Answers are pulled one at a time, so that nothing is read from a store before the client has
-// taken what came before, and a cancel takes effect at the next pull. Requests are answered one
-// after the other, as they came. The messages: doc/protocol.md.
+// taken what came before, and a cancel takes effect at the next pull. What takes long (a disk, a
+// large region) is an errand, which may be done elsewhere while the conversation listens. Requests
+// are answered one after the other, as they came. The messages: doc/protocol.md.
 #pragma once
 
 #include "server/protocol/BinaryFrame.h"
 #include "server/protocol/ControlMessage.h"
+#include "server/session/BlobList.h"
 #include "server/session/Catalog.h"
 
 #include <cstddef>
@@ -31,6 +33,33 @@ enum class CloseReason : std::uint16_t
   NotText = 1003,
   NotJson = 1007,
   TooLarge = 1009
+};
+
+// What a conversation's next message waits for: a model to be found, a region or a blob. It holds
+// all that it needs, so that it may outlive its conversation, but not the catalog.
+class Errand
+{
+public:
+  explicit Errand(const Catalog& catalog)
+    : Models(catalog)
+  {
+  }
+
+  // Does it, on any thread, once. What fails is kept for the conversation.
+  void Run() noexcept;
+
+private:
+  friend class Conversation;
+  void Do();
+
+  const Catalog& Models;
+  std::shared_ptr<const ServedModel> Model;       // null: to be found, and opened
+  std::optional<protocol::ClientMessage> Request; // what to open or to list
+  protocol::BlobId Blob;                          // what to read otherwise
+  BlobList List;
+  BlobBytes Bytes;
+  std::optional<Error> Failure;
+  bool Taken = false;
 };
 
 class Conversation
@@ -59,7 +88,16 @@ public:
   // pending for a client that does not read.
   bool AcceptsMessages() const;
 
-  // The next message to send, or nothing until more is received. Reads at most one blob.
+  // The next message to send, or nothing until more is received, or until an errand is done.
+  // Waits for nobody.
+  std::optional<Message> NextReadyMessage();
+  // The errand that the next message waits for; null if there is none, or if it was taken before.
+  std::shared_ptr<Errand> TakeErrand();
+  // Takes back what has been run. Without effect where its request has been cancelled meanwhile.
+  void Finish(const std::shared_ptr<Errand>& errand);
+
+  // The next message to send, or nothing until more is received, with its errands done here: at
+  // most one blob is read.
   std::optional<Message> NextMessage();
 
   // Blobs that could not be read, in all requests so far.
@@ -76,16 +114,20 @@ private:
   void AnswerError(std::uint32_t request, unsigned code, std::string message);
   bool IsUnfinished(std::uint32_t request) const;
   void Cancel(std::uint32_t request);
-  void Start(const protocol::ClientMessage& message);
-  void Open(std::uint32_t request, const protocol::OpenRequest& body);
+  void Start(protocol::ClientMessage message);
+  void FinishOpening(Errand& errand);
+  void FinishList(Errand& errand);
+  void FinishBlob(Errand& errand);
+  void Refuse(const Error& error);
   std::optional<Message> Continue();
-  bool NextBlob();
+  bool HasBlob();
   std::vector<std::uint8_t> NextFrame();
 
   const Catalog& Models;
   std::shared_ptr<const ServedModel> Model; // the open one
   std::deque<protocol::ClientMessage> Waiting;
   std::unique_ptr<Job> Current;
+  std::shared_ptr<Errand> Pending;             // of the current request
   std::deque<protocol::ServerMessage> Answers; // before anything else
   std::uint64_t Failed = 0;
   bool Draining = false;

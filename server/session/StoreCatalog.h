@@ -50,6 +50,7 @@ public:
   std::shared_ptr<const ServedModel> Find(std::string_view id) const override;
   std::shared_ptr<const ServedModel> FindDigest(
     std::string_view id, std::string_view digest) const override;
+  CacheUse Memory() const override { return this->Cache->Use(); }
 
 private:
   class Reporter;

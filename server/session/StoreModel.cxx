@@ -91,6 +91,12 @@ public:
       });
   }
 
+  BlobBytes FindBlob(const protocol::BlobId& blob) const override
+  {
+    auto bytes = this->Cache->Find(this->Number, blob);
+    return bytes && this->CheckUnchanged() ? bytes : nullptr;
+  }
+
   Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const override
   {
     return Caught(

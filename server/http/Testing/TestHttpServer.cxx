@@ -135,10 +135,77 @@ TEST_F(Server, WantOfMemoryIsToldAndTheConnectionGoesOn)
   ASSERT_TRUE(error);
   EXPECT_EQ(error->code, 503);
   stream.Ask({ 3, PartitionsRequest{ { 0 } } });
-  EXPECT_FALSE(stream.Await(3).end) << "this one is closed";
+  const auto missing = stream.Await(3);
+  ASSERT_EQ(missing.blobErrors.size(), 1u);
+  EXPECT_EQ(missing.blobErrors[0].code, 503);
+  EXPECT_TRUE(missing.end);
 
   this->model->throws = false;
   EXPECT_EQ(client.Get(this->Blob(BlobId::Partition(0)))->status, 200u);
+}
+
+TEST_F(Server, ADiskThatHangsDelaysOnlyThoseWhoReadIt)
+{
+  this->options.threads = 1;
+  this->options.readers = 3;
+  const auto port = this->Start();
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.Ask({ 1, OpenRequest{ "dragon" } });
+  ASSERT_TRUE(stream.Await(1).opened);
+
+  this->model->diskHangs = true;
+  HttpTestClient reader(port);
+  reader.Send("GET " + this->Blob(BlobId::Partition(0)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
+  stream.Ask({ 2, RegionRequest{ 1, 1, {} } });
+  while (this->model->hanging != 2)
+  {
+    std::this_thread::yield();
+  }
+  HttpTestClient other(port);
+  EXPECT_EQ(other.Get("/healthz")->body, "ok\n");
+  EXPECT_EQ(other.Get("/api/models/dragon/model.json")->status, 200u);
+  stream.Ask({ 2, CancelRequest{} });
+  const auto cancelled = stream.Await(2);
+  ASSERT_TRUE(cancelled.end);
+  EXPECT_TRUE(cancelled.end->cancelled);
+  const auto metrics = other.Get("/metrics")->body;
+  EXPECT_NE(metrics.find("kdstream_reader_wait_seconds_count 3\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("kdstream_reader_queue 0\n"), std::string::npos);
+
+  this->model->diskHangs = false;
+  this->model->diskHangs.notify_all();
+  const auto blob = reader.Receive();
+  ASSERT_TRUE(blob);
+  EXPECT_EQ(blob->body.size(), this->model->blobs.at(BlobId::Partition(0))->size());
+  stream.Ask({ 3, RegionRequest{ 64, 1, {} } });
+  EXPECT_TRUE(this->IsRegion(stream.Await(3), 64, 1));
+}
+
+TEST_F(Server, StopsThoughReadersHaveWork)
+{
+  this->options.readers = 1;
+  const auto port = this->Start();
+  this->model->diskHangs = true;
+  std::vector<std::unique_ptr<HttpTestClient>> readers;
+  for (std::uint32_t p = 0; p < 3; ++p)
+  {
+    readers.push_back(std::make_unique<HttpTestClient>(port));
+    readers.back()->Send(
+      "GET " + this->Blob(BlobId::Partition(p)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
+  }
+  while (this->model->hanging != 1)
+  {
+    std::this_thread::yield();
+  }
+  std::thread stopping([this] { this->server->Stop(); });
+  while (HttpTestClient::Connects(port))
+  {
+    std::this_thread::yield();
+  }
+  this->model->diskHangs = false;
+  this->model->diskHangs.notify_all();
+  stopping.join();
 }
 
 TEST_F(Server, AnswersPipelinedRequestsInOrder)

@@ -114,7 +114,7 @@ TEST_F(Site, ADamagedBlobIs500AndTheRestIsServed)
   EXPECT_NE(Text(response).find("partitions/3"), std::string::npos);
   EXPECT_EQ(Text(response).find("secret"), std::string::npos);
   EXPECT_EQ(this->Get(this->Blob(BlobId::Partition(4))).status, 200u);
-  EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 1\n"), std::string::npos);
+  EXPECT_NE(this->metrics.Text({}).find("kdstream_failed_blobs_total 1\n"), std::string::npos);
 }
 
 TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
@@ -128,11 +128,11 @@ TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
     EXPECT_EQ(Text(response).find("secret"), std::string::npos);
     EXPECT_EQ(this->Get("/api/models/dragon/model.json").status, 200u);
   }
-  EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 2\n"), std::string::npos);
+  EXPECT_NE(this->metrics.Text({}).find("kdstream_failed_blobs_total 2\n"), std::string::npos);
   this->model->fails = ErrorCode::Changed;
   EXPECT_EQ(this->ErrorOf(this->Get(this->Blob(BlobId::Partition(3)))), 410u);
   EXPECT_EQ(this->ErrorOf(this->Get("/api/models/dragon/model.json")), 503u);
-  EXPECT_NE(this->metrics.Text().find("kdstream_failed_blobs_total 2\n"), std::string::npos);
+  EXPECT_NE(this->metrics.Text({}).find("kdstream_failed_blobs_total 2\n"), std::string::npos);
 }
 
 TEST_F(Site, WhatIsNotSentIsNotRead)

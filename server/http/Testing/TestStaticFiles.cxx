@@ -52,7 +52,7 @@ protected:
     const auto files = StaticFiles::Open(this->root);
     EXPECT_TRUE(files);
     const auto file = files->Read(path);
-    return file ? std::string(file->bytes->begin(), file->bytes->end()) : "no file";
+    return file ? std::string((*file)->bytes->begin(), (*file)->bytes->end()) : "no file";
   }
 };
 
@@ -68,8 +68,8 @@ TEST_F(Web, ServesFilesAndIndexes)
   EXPECT_EQ(this->Read("/a%20b.js"), "1");
   EXPECT_EQ(this->Read("/empty.wasm"), "");
   const auto files = StaticFiles::Open(this->root);
-  EXPECT_EQ(files->Read("/a b.js")->contentType, "text/javascript; charset=utf-8");
-  EXPECT_EQ(files->Read("/empty.wasm")->contentType, "application/wasm");
+  EXPECT_EQ((*files->Read("/a b.js"))->contentType, "text/javascript; charset=utf-8");
+  EXPECT_EQ((*files->Read("/empty.wasm"))->contentType, "application/wasm");
 }
 
 TEST_F(Web, NothingOutsideTheFolderIsServed)
@@ -99,6 +99,38 @@ TEST_F(Web, WrongEscapesAreInvalid)
   }
 }
 
+TEST_F(Web, FilesStayInMemoryUntilTheyAreForgotten)
+{
+  const auto files = StaticFiles::Open(this->root);
+  EXPECT_FALSE(files->Find("/index.html"));
+  const auto first = *files->Read("/index.html");
+  EXPECT_EQ(files->Find("/index.html"), first);
+  EXPECT_EQ(files->Find("//%69ndex.html"), first);
+  EXPECT_FALSE(files->Find("/index.html", true)) << "gzip has bytes of its own";
+  this->Put(this->root / "index.html", "new");
+  EXPECT_EQ(files->Find("/index.html"), first);
+  const StaticFiles copy = *files;
+  copy.Forget();
+  EXPECT_FALSE(files->Find("/index.html"));
+  EXPECT_EQ((*files->Read("/index.html"))->bytes->size(), 3u);
+  EXPECT_FALSE(files->Find("/missing"));
+  EXPECT_FALSE(files->Find("/../secret.txt"));
+}
+
+TEST_F(Web, NoMoreStaysInMemoryThanMay)
+{
+  const auto files = StaticFiles::Open(this->root);
+  for (const char* name : { "a.bin", "b.bin", "c.bin" })
+  {
+    this->Put(this->root / name, "");
+    fs::resize_file(this->root / name, StaticFiles::keptBytes / 2);
+    EXPECT_TRUE(files->Read("/" + std::string(name)));
+  }
+  EXPECT_TRUE(files->Find("/a.bin"));
+  EXPECT_TRUE(files->Find("/b.bin"));
+  EXPECT_FALSE(files->Find("/c.bin"));
+}
+
 TEST_F(Web, TheFolderMustBeOne)
 {
   EXPECT_FALSE(StaticFiles::Open(this->root / "missing"));
@@ -116,7 +148,7 @@ TEST_F(Web, MediaTypes)
   for (const auto& [name, type] : types)
   {
     this->Put(this->root / name, "x");
-    EXPECT_EQ(files->Read("/" + std::string(name))->contentType, type) << name;
+    EXPECT_EQ((*files->Read("/" + std::string(name)))->contentType, type) << name;
   }
 }
 
@@ -126,8 +158,8 @@ TEST_F(Web, GzipLiesBesideTheFile)
   const auto read = [&files](std::string_view path, bool acceptGzip)
   {
     const auto file = files->Read(path, acceptGzip);
-    return file ? std::string(file->bytes->begin(), file->bytes->end()) + ", " + file->encoding +
-                    (file->varies ? ", varies" : "")
+    return file ? std::string((*file)->bytes->begin(), (*file)->bytes->end()) + ", " +
+                    (*file)->encoding + ((*file)->varies ? ", varies" : "")
                 : "no file";
   };
   EXPECT_EQ(read("/page.js", false), "plain, , varies");
@@ -138,7 +170,7 @@ TEST_F(Web, GzipLiesBesideTheFile)
   EXPECT_EQ(read("/lure.js", true), "lure, ") << "a link that leads outside";
   EXPECT_EQ(read("/folder.js", true), "no folder, ");
   EXPECT_EQ(read("/missing.js", true), "no file");
-  EXPECT_EQ(files->Read("/page.js", true)->contentType, "text/javascript; charset=utf-8");
+  EXPECT_EQ((*files->Read("/page.js", true))->contentType, "text/javascript; charset=utf-8");
   this->Put(this->root / "only.js.gz", "no plain file");
   EXPECT_EQ(read("/only.js", true), "no file");
 }

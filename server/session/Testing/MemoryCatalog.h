@@ -47,6 +47,7 @@ public:
   }
   Result<std::span<const Box>> Boxes() const override
   {
+    this->AwaitDisk();
     if (this->throws)
     {
       throw std::bad_alloc();
@@ -60,6 +61,7 @@ public:
   Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
   {
     ++this->reads;
+    this->AwaitDisk();
     if (this->throws)
     {
       throw std::bad_alloc();
@@ -88,7 +90,17 @@ public:
     return (*bytes)->size();
   }
 
+  BlobBytes FindBlob(const protocol::BlobId& blob) const override
+  {
+    const auto found = this->inMemory ? this->blobs.find(blob) : this->blobs.end();
+    return found == this->blobs.end() ? nullptr : found->second;
+  }
+
   std::map<protocol::BlobId, BlobBytes> blobs;
+  bool inMemory = false; // all blobs
+  // While it is set, whoever reads a blob or the tree waits.
+  std::atomic<bool> diskHangs{ false };
+  mutable std::atomic<int> hanging{ 0 };
   std::set<protocol::BlobId> damaged;
   bool treeDamaged = false;
   std::optional<ErrorCode> fails;    // how every blob does
@@ -99,6 +111,12 @@ public:
   std::span<const Box> TrueBoxes() const { return this->Tree; }
 
 private:
+  void AwaitDisk() const
+  {
+    ++this->hanging;
+    this->diskHangs.wait(true);
+    --this->hanging;
+  }
   void Describe(std::string id, std::uint64_t vertices)
   {
     this->Told.id = std::move(id);

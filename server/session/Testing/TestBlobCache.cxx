@@ -45,23 +45,25 @@ TEST_F(Cache, WhatWasAskedForLastIsKept)
   {
     this->Get(number);
   }
-  EXPECT_EQ(this->cache.KeptBytes(), 1000u);
+  EXPECT_EQ(this->cache.Use().bytes, 1000u);
   this->Get(0);
   EXPECT_EQ(this->reads, 10u);
   this->Get(10); // in the place of 1, which is the oldest now
-  EXPECT_EQ(this->cache.KeptBytes(), 1000u);
+  EXPECT_EQ(this->cache.Use().bytes, 1000u);
   this->Get(0);
   this->Get(2);
   EXPECT_EQ(this->reads, 11u);
   EXPECT_FALSE(this->cache.Find(this->model, BlobId::Partition(1)));
   this->Get(1);
   EXPECT_EQ(this->reads, 12u);
+  EXPECT_EQ(this->cache.Use().misses, 12u);
+  EXPECT_EQ(this->cache.Use().hits, 3u);
 }
 
 TEST_F(Cache, WhatSomebodyHoldsIsFoundThoughItIsNotKept)
 {
   const auto held = this->Get(0, 5000); // larger than all of the cache
-  EXPECT_EQ(this->cache.KeptBytes(), 0u);
+  EXPECT_EQ(this->cache.Use().bytes, 0u);
   EXPECT_EQ(this->Get(0), held);
   EXPECT_EQ(this->reads, 1u);
   for (std::uint32_t number = 1; number < 200; ++number)
@@ -131,5 +133,5 @@ TEST_F(Cache, ModelsAreApartAndForgotten)
   EXPECT_TRUE(this->cache.Find(this->model, BlobId::Partition(1)));
   this->cache.RemoveModel(this->model);
   EXPECT_FALSE(this->cache.Find(this->model, BlobId::Partition(1)));
-  EXPECT_EQ(this->cache.KeptBytes(), 0u);
+  EXPECT_EQ(this->cache.Use().bytes, 0u);
 }

@@ -298,6 +298,60 @@ TEST_F(Talk, CancelInTheMiddleOfABlob)
   blob = before;
 }
 
+TEST_F(Talk, ListensWhileAnErrandIsDone)
+{
+  this->OpenModel();
+  this->Ask({ 2, RegionRequest{ 1, 1, {} } });
+  EXPECT_FALSE(this->conversation.NextReadyMessage());
+  const auto search = this->conversation.TakeErrand();
+  ASSERT_TRUE(search);
+  EXPECT_FALSE(this->conversation.TakeErrand()) << "once";
+  this->Ask({ 2, PreviewRequest{} });
+  EXPECT_TRUE(this->conversation.NextReadyMessage()) << "2 is not finished yet";
+  this->Ask({ 2, CancelRequest{} });
+  search->Run();
+  this->conversation.Finish(search);
+  this->Finish();
+  ASSERT_EQ(this->answers.size(), 1u);
+  EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
+  EXPECT_EQ(this->model->reads.load(), 0u);
+}
+
+TEST_F(Talk, ABlobOfACancelledRequestIsNoneOfTheNext)
+{
+  this->OpenModel();
+  this->Ask({ 2, PartitionsRequest{ { 3 } } });
+  EXPECT_TRUE(this->conversation.NextReadyMessage()); // begin
+  EXPECT_FALSE(this->conversation.NextReadyMessage());
+  const auto read = this->conversation.TakeErrand();
+  ASSERT_TRUE(read);
+  this->Ask({ 2, CancelRequest{} });
+  this->Ask({ 2, PartitionsRequest{ { 4 } } });
+  EXPECT_TRUE(this->conversation.NextReadyMessage()); // end
+  EXPECT_TRUE(this->conversation.NextReadyMessage()); // begin
+  read->Run();
+  this->conversation.Finish(read);
+  this->Finish();
+  ASSERT_EQ(this->blobs.size(), 1u);
+  EXPECT_EQ(this->blobs[0].id, BlobId::Partition(4));
+  EXPECT_EQ(this->blobs[0].bytes, *this->model->blobs.at(BlobId::Partition(4)));
+}
+
+TEST_F(Talk, WhatIsInMemoryNeedsNoErrand)
+{
+  this->OpenModel();
+  this->model->inMemory = true;
+  this->Ask({ 2, PartitionsRequest{ { 3, 4 } } });
+  std::size_t messages = 0;
+  while (this->conversation.NextReadyMessage())
+  {
+    ++messages;
+  }
+  EXPECT_GE(messages, 4u);
+  EXPECT_FALSE(this->conversation.TakeErrand());
+  EXPECT_EQ(this->model->reads.load(), 0u);
+}
+
 TEST_F(Talk, CancelOfAWaitingRequest)
 {
   this->OpenModel();
