@@ -6,7 +6,10 @@
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <iostream>
 #include <thread>
@@ -27,6 +30,7 @@ constexpr const char* examples = "Example:\n"
 struct CommandLine
 {
   std::string folder, web, accessLog;
+  std::uint64_t slowest = 16384;
   std::uint64_t cacheBytes = BlobCache::defaultBytes;
   std::chrono::seconds::rep grace = StoreCatalog::defaultGrace.count();
   HttpServerOptions server;
@@ -58,6 +62,19 @@ void AddOptions(CLI::App& app, CommandLine& line)
   certificate->needs(key);
   key->needs(certificate);
 
+  app
+    .add_option("--trusted-proxy", server.trustedProxies,
+      "address or network of a proxy, whose X-Forwarded-For is believed; may be repeated")
+    ->type_name("ADDRESS")
+    ->allow_extra_args(false)
+    ->group(address);
+  app
+    .add_option("--allow-host", server.allowedHosts,
+      "host that requests may name; may be repeated [default: any]")
+    ->type_name("HOST")
+    ->allow_extra_args(false)
+    ->group(address);
+
   const char* const pages = "Pages";
   app
     .add_option("--web", line.web,
@@ -77,6 +94,46 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1000000 }))
     ->capture_default_str()
     ->group(load);
+  app
+    .add_option("--max-per-address", server.connectionsOfAddress,
+      "clients of one address at once; more are answered 429; 0: any number [default: 100, for "
+      "others than this machine]")
+    ->type_name("N")
+    ->group(load);
+  app
+    .add_option("--requests-per-minute", server.requestsOfAddress,
+      "requests of one address; more are answered 429; 0: any number [default: 6000, for others "
+      "than this machine]")
+    ->type_name("N")
+    ->group(load);
+  app
+    .add_option(
+      "--max-region", server.regionPartitions, "most partitions of a region that is asked for")
+    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 30))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(load);
+  const auto seconds = [&](const char* name, std::chrono::milliseconds& time, const char* text)
+  {
+    app
+      .add_option_function<double>(
+        name,
+        [&time](double value) { time = std::chrono::milliseconds(std::llround(value * 1000)); },
+        text)
+      ->check(CLI::Range(0.001, 1e6))
+      ->type_name("SECONDS")
+      ->default_str(std::to_string(time.count() / 1000))
+      ->group(load);
+  };
+  seconds("--request-timeout", server.requestTimeout, "for the handshake of TLS and a request");
+  seconds("--answer-timeout", server.answerTimeout,
+    "for taking an answer, or 64 KiB of a stream, and a second more for each --slowest");
+  AddSizeOption(app, "--slowest", line.slowest, "bytes a second that a client must take")
+    ->default_str("16K")
+    ->group(load);
+  seconds("--stream-timeout", server.streamTimeout, "until a stream that says nothing is closed");
+  seconds("--idle-timeout", server.idleTimeout,
+    "after which an idle stream is closed where its place is needed");
   app.add_option("--threads", server.threads, "threads that answer")
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
@@ -168,8 +225,34 @@ void WaitForEnd(const sigset_t& signals, const std::string& program, const std::
   }
 }
 
+// Takes all the descriptors that the system gives, and no more clients than they are enough for:
+// one each, and what the program itself needs.
+void FitDescriptors(const std::string& program, HttpServerOptions& server)
+{
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
+  {
+    return;
+  }
+  limit.rlim_cur = limit.rlim_max;
+  (void)::setrlimit(RLIMIT_NOFILE, &limit);
+  (void)::getrlimit(RLIMIT_NOFILE, &limit);
+  // Of what is left, half for stores where there is little.
+  const std::uint64_t own = std::min<std::uint64_t>(512, limit.rlim_cur / 2);
+  const std::uint64_t most = std::max<std::uint64_t>(1, limit.rlim_cur - own);
+  if (limit.rlim_cur != RLIM_INFINITY && server.maximumConnections > most)
+  {
+    PrintWarning(program, "--max-connections " + std::to_string(server.maximumConnections),
+      "this process may have " + std::to_string(limit.rlim_cur) + " descriptors, enough for " +
+        std::to_string(most) + " clients");
+    server.maximumConnections = static_cast<std::size_t>(most);
+  }
+}
+
 int Serve(const std::string& program, CommandLine& line)
 {
+  line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
+  FitDescriptors(program, line.server);
   const sigset_t signals = BlockSignals();
   StoreCatalog catalog(
     line.folder,

@@ -9,12 +9,14 @@
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/read_size.hpp>
+#include <boost/beast/core/string.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/error.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/rfc7230.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -51,14 +53,13 @@ class HttpConnection
   , public std::enable_shared_from_this<HttpConnection>
 {
 public:
-  HttpConnection(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
-    std::shared_ptr<void> refusal)
+  HttpConnection(ClientSocket socket, ServerState& state, Admission admission)
     : Executor(socket.get_executor())
     , Socket(std::move(socket))
     , State(state)
-    , Seat(std::move(seat))
-    , Refusal(std::move(refusal))
+    , Admitted(std::move(admission))
   {
+    this->SetIdle(patienceWithNew);
   }
 
   ~HttpConnection() override { this->State.Leave(this); }
@@ -69,8 +70,6 @@ public:
     beast::error_code error;
     auto& socket = this->Socket.Tcp();
     socket.set_option(asio::ip::tcp::no_delay(true), error);
-    const auto address = socket.remote_endpoint(error).address();
-    this->Client = error ? "-" : address.to_string();
     asio::dispatch(this->Executor,
       [self = this->shared_from_this()]
       {
@@ -103,9 +102,22 @@ public:
       });
   }
 
+  void GiveUp() override
+  {
+    asio::post(this->Executor,
+      [self = this->shared_from_this()]
+      {
+        if (!self->Answering)
+        {
+          self->Socket.Close();
+        }
+      });
+  }
+
 private:
-  using Clock = std::chrono::steady_clock;
   static constexpr std::uint32_t headerBytes = 8192;
+  // How long a client may take for its first request if its seat is needed.
+  static constexpr std::chrono::seconds patienceWithNew{ 5 };
 
   // What each handler does.
   template <class Work>
@@ -165,6 +177,7 @@ private:
   {
     namespace http = beast::http;
     this->Answering = true;
+    this->SetBusy();
     this->Began = Clock::now();
     const auto& request = this->Parser->get();
     if (error == asio::error::eof)
@@ -188,14 +201,26 @@ private:
     {
       return; // the client has gone, or took too long
     }
-    else if (!this->Seat)
+    else if (this->Admitted.refusedWith != 0)
     {
-      this->State.Counters.ConnectionRefused();
-      this->Refuse(503, "there are too many connections");
+      this->Refuse(this->Admitted.refusedWith,
+        this->Admitted.refusedWith == 503 ? "there are too many connections"
+                                          : "there are too many connections of this address");
     }
     else if (request.version() >= 11 && request.count(http::field::host) != 1)
     {
       this->Refuse(400, "the request must name one host");
+    }
+    else if (!this->MayNameHost())
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Host);
+      this->Refuse(421, "this server does not answer for that host");
+    }
+    else if (!this->MayAsk())
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Requests);
+      this->Send(this->State.Answers.Failure(429, "too many requests: ask again later"),
+        request.keep_alive());
     }
     else if (beast::websocket::is_upgrade(request))
     {
@@ -205,6 +230,48 @@ private:
     {
       this->Respond();
     }
+  }
+
+  // Whether the client may ask once more. Finds out who it is.
+  bool MayAsk()
+  {
+    auto& client = this->Admitted.client;
+    if (client.proxied)
+    {
+      client.address = this->State.Proxies.ClientOf(client.peer, this->Joined("X-Forwarded-For"));
+    }
+    return this->State.Clients.TakeRequest(client.address);
+  }
+
+  // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
+  bool MayNameHost() const
+  {
+    const auto& allowed = this->State.Options.allowedHosts;
+    const auto& request = this->Parser->get();
+    if (allowed.empty() || request.target() == "/healthz")
+    {
+      return true;
+    }
+    const auto field = request[beast::http::field::host];
+    const std::string_view host(field.data(), field.size());
+    const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
+    return std::any_of(allowed.begin(), allowed.end(),
+      [&](const std::string& name) {
+        return beast::iequals(name, beast::string_view(host.data(), std::min(port, host.size())));
+      });
+  }
+
+  // The fields of a name, joined by commas.
+  std::string Joined(beast::string_view name) const
+  {
+    std::string values;
+    const auto range = this->Parser->get().equal_range(name);
+    for (auto each = range.first; each != range.second; ++each)
+    {
+      values += values.empty() ? "" : ",";
+      values.append(each->value().data(), each->value().size());
+    }
+    return values;
   }
 
   // Answers at once what needs no disk, and leaves the rest to the readers.
@@ -257,18 +324,11 @@ private:
       const auto value = request[name];
       return std::string(value.data(), value.size());
     };
-    std::string encodings;
-    const auto range = request.equal_range(http::field::accept_encoding);
-    for (auto each = range.first; each != range.second; ++each)
-    {
-      encodings += encodings.empty() ? "" : ",";
-      encodings.append(each->value().data(), each->value().size());
-    }
     const auto method = request.method_string();
     const auto target = request.target();
     return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
       field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
-      encodings };
+      this->Joined("Accept-Encoding") };
   }
 
   // Answers with an error and closes the connection.
@@ -310,8 +370,20 @@ private:
       this->Refuse(400, "the client sent data before the WebSocket was open");
       return;
     }
-    ServeStream(std::move(this->Socket), this->State, std::move(this->Seat),
-      AccessRecord{ this->Client, "STREAM", target, 101, 0, 0 }, request);
+    auto& seat = this->Admitted.seat;
+    const auto& client = this->Admitted.client;
+    if (client.proxied && !seat.ofAddress)
+    {
+      seat.ofAddress = this->State.Clients.TakeSeat(client.address);
+    }
+    if (!seat.ofAddress)
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Address);
+      this->Refuse(429, "there are too many streams of this address");
+      return;
+    }
+    ServeStream(std::move(this->Socket), this->State, std::move(seat),
+      AccessRecord{ client.address, "STREAM", target, 101, 0, 0 }, request);
   }
 
   void Send(HttpResponse response, bool keepAlive)
@@ -322,8 +394,7 @@ private:
     const bool hasBody = this->Answer.body && !this->Answer.omitBody;
     this->BodyBytes = hasBody ? this->Answer.length : 0;
     const auto* body = hasBody ? this->Answer.body->data() + this->Answer.begin : nullptr;
-    const auto patience = std::chrono::seconds(this->BodyBytes >> 14);
-    this->Socket.ExpireAfter(this->State.Options.answerTimeout + patience);
+    this->Socket.ExpireAfter(this->State.PatienceFor(this->BodyBytes));
     asio::async_write(
       this->Socket,
       std::array{ asio::const_buffer(this->Head.data(), this->Head.size()),
@@ -371,11 +442,16 @@ private:
     this->State.Counters.CountBytes(sent);
     const auto method = request.method_string();
     const auto target = request.target();
-    this->State.Log({ this->Client, std::string(method.data(), method.size()),
+    this->State.Log({ this->Admitted.client.address, std::string(method.data(), method.size()),
       std::string(target.data(), target.size()), this->Answer.status, sent, time.count() });
     this->Answer = {};
+    if (error == beast::error::timeout)
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Slow);
+    }
     if (!error && this->KeepAlive)
     {
+      this->SetIdle({});
       this->Read();
     }
     else if (!error)
@@ -415,8 +491,7 @@ private:
   ClientSocket::executor_type Executor;
   ClientSocket Socket;
   ServerState& State;
-  std::shared_ptr<void> Seat, Refusal;
-  std::string Client;
+  Admission Admitted;
   beast::flat_buffer Input{ headerBytes + 1024 };
   std::optional<beast::http::request_parser<beast::http::empty_body>> Parser;
   HttpResponse Answer;
@@ -430,11 +505,9 @@ private:
 
 }
 
-void ServeHttp(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
-  std::shared_ptr<void> refusal)
+void ServeHttp(ClientSocket socket, ServerState& state, Admission admission)
 {
-  std::make_shared<HttpConnection>(std::move(socket), state, std::move(seat), std::move(refusal))
-    ->Run();
+  std::make_shared<HttpConnection>(std::move(socket), state, std::move(admission))->Run();
 }
 
 }

@@ -11,9 +11,15 @@
 namespace kdstream
 {
 
-// Without a seat, every request is answered 503. `refusal` is kept as long as the connection, to
-// count it.
-void ServeHttp(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
-  std::shared_ptr<void> refusal);
+// How a client is let in.
+struct Admission
+{
+  Client client;
+  Seat seat;
+  unsigned refusedWith = 0;      // the status of every answer where there is no seat: 503 or 429
+  std::shared_ptr<void> refusal; // kept as long as the connection, to count it
+};
+
+void ServeHttp(ClientSocket socket, ServerState& state, Admission admission);
 
 }

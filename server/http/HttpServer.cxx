@@ -12,7 +12,11 @@
 #include <openssl/err.h>
 #include <openssl/x509.h>
 
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <cerrno>
+#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -62,6 +66,9 @@ struct HttpServer::Implementation
   void OnAccept(beast::error_code error, tcp::socket socket) noexcept;
   void AcceptAfterPause();
   void Serve(tcp::socket socket);
+  Admission Admit(const tcp::socket& socket);
+  void TurnAway();
+  void KeepSpare();
   void Stop(std::chrono::milliseconds drainTimeout);
 
   // At most so many clients without a seat are answered 503 at a time. Further ones are closed
@@ -82,6 +89,7 @@ struct HttpServer::Implementation
   std::uint16_t Port = 0;
   std::shared_ptr<int> Refusals = std::make_shared<int>(0); // its copies count
   std::vector<std::thread> Threads;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> Spare{ nullptr, nullptr };
 };
 
 Status HttpServer::Implementation::PrepareTls()
@@ -122,6 +130,11 @@ Status HttpServer::Implementation::PrepareTls()
 Status HttpServer::Implementation::Listen()
 {
   const auto& options = this->State.Options;
+  if (!TrustedProxies::Parse(options.trustedProxies))
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "a trusted proxy is an address or a network (10.0.0.0/8)" };
+  }
   boost::system::error_code error;
   tcp::resolver resolver(this->Context);
   const auto found = resolver.resolve(options.host, std::to_string(options.port),
@@ -158,6 +171,7 @@ Status HttpServer::Implementation::Listen()
 
 void HttpServer::Implementation::StartThreads()
 {
+  this->KeepSpare();
   this->State.Readers.Start(std::max(1u, this->State.Options.readers));
   this->Accept();
   for (unsigned i = 0; i < std::max(1u, this->State.Options.threads); ++i)
@@ -221,6 +235,10 @@ void HttpServer::Implementation::OnAccept(beast::error_code error, tcp::socket s
     {
       // Out of file descriptors, mostly: wait for some to be given back.
       this->State.LogError("a connection cannot be accepted: " + error.message());
+      if (error.value() == EMFILE || error.value() == ENFILE)
+      {
+        this->TurnAway();
+      }
       this->AcceptAfterPause();
       return;
     }
@@ -245,16 +263,75 @@ void HttpServer::Implementation::AcceptAfterPause()
 
 void HttpServer::Implementation::Serve(tcp::socket socket)
 {
-  auto seat = this->State.TakeSeat();
-  const bool refused = !seat;
-  if (refused && this->Refusals.use_count() > maximumRefusals)
+  auto admission = this->Admit(socket);
+  if (admission.refusedWith != 0)
   {
-    this->State.Counters.ConnectionRefused();
-    return;
+    if (this->Refusals.use_count() > maximumRefusals)
+    {
+      return;
+    }
+    admission.refusal = this->Refusals;
   }
   ServeHttp(
     this->IsTls() ? ClientSocket(std::move(socket), this->Tls) : ClientSocket(std::move(socket)),
-    this->State, std::move(seat), refused ? this->Refusals : nullptr);
+    this->State, std::move(admission));
+}
+
+// A seat of its address first, so that one address takes no others' seats back.
+Admission HttpServer::Implementation::Admit(const tcp::socket& socket)
+{
+  Admission admission;
+  beast::error_code error;
+  const auto address = socket.remote_endpoint(error).address();
+  auto& client = admission.client;
+  client.peer = error ? "-" : address.to_string();
+  client.address = client.peer;
+  client.proxied = this->State.Proxies.Holds(client.peer);
+  auto& seat = admission.seat;
+  if (!client.proxied)
+  {
+    seat.ofAddress = this->State.Clients.TakeSeat(client.address);
+    if (!seat.ofAddress)
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Address);
+      admission.refusedWith = 429;
+      return admission;
+    }
+  }
+  seat.ofAll = this->State.TakeSeat();
+  if (!seat.ofAll)
+  {
+    this->State.Counters.ConnectionRefused();
+    admission.refusedWith = 503;
+  }
+  return admission;
+}
+
+// The process is out of descriptors: who knocks is turned away at once, by means of the one that is
+// kept for this, instead of being left waiting.
+void HttpServer::Implementation::TurnAway()
+{
+  const std::lock_guard lock(this->AcceptMutex);
+  this->Spare.reset();
+  for (int turned = 0; turned < maximumRefusals; ++turned)
+  {
+    const int client = !this->Acceptor.is_open() ? -1
+                                                 : ::accept4(this->Acceptor.native_handle(),
+                                                     nullptr, nullptr, SOCK_CLOEXEC);
+    if (client < 0)
+    {
+      break;
+    }
+    ::close(client);
+    this->State.Counters.CountRefusal(Metrics::Reason::Descriptors);
+  }
+  this->KeepSpare();
+}
+
+void HttpServer::Implementation::KeepSpare()
+{
+  this->Spare = std::unique_ptr<std::FILE, int (*)(std::FILE*)>(
+    std::fopen("/dev/null", "re"), [](std::FILE* file) { return file ? std::fclose(file) : 0; });
 }
 
 void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)

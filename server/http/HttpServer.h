@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -36,20 +37,33 @@ struct HttpServerOptions
   unsigned threads = 2;           // of the event loop, at least 1
   unsigned readers = 8;           // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
-  std::string allowOrigin; // RouteOptions::allowOrigin
+  // Of one address, connections at a time and requests a minute, messages of streams included. 0:
+  // any number. Without a number the defaults of ClientLimits, not for this machine itself.
+  std::optional<std::size_t> connectionsOfAddress, requestsOfAddress;
+  // Addresses and networks of proxies, whose X-Forwarded-For is taken for the client's address.
+  std::vector<std::string> trustedProxies;
+  // The hosts that requests may name (but those to /healthz); none: any.
+  std::vector<std::string> allowedHosts;
+  std::size_t regionPartitions = 65536; // most in a region
+  std::string allowOrigin;              // RouteOptions::allowOrigin
   std::optional<StaticFiles> web;
   std::string version;
 
   // PEM files. If both are given, the server speaks TLS and nothing else.
   std::filesystem::path tlsCertificate, tlsKey;
 
-  // How long a client may take to send a request's header, from the connection or the last answer
-  // on.
+  // How long a client may take for the handshake of TLS and to send a request's header, from the
+  // connection or the last answer on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
-  // How long a client may take to receive an answer, plus a second for each 16 KiB.
+  // How long a client may take to receive an answer, or a message of a stream (of at most 64 KiB),
+  // plus a second for each `slowestBytes`.
   std::chrono::milliseconds answerTimeout{ 30'000 };
+  std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
   std::chrono::milliseconds streamTimeout{ 60'000 };
+  // Where seats are short, those of streams whose clients have been idle for so long are taken
+  // back; those of idle HTTP connections, at once.
+  std::chrono::milliseconds idleTimeout{ 60'000 };
   // How long Stop waits for the answers that are under way.
   std::chrono::milliseconds drainTimeout{ 10'000 };
 
@@ -62,8 +76,8 @@ class HttpServer
 {
 public:
   // Listens and serves from threads of its own.
-  // Errors: InvalidArgument for the address; InvalidInput for the TLS files; InputOutput where the
-  // port is taken or not allowed. REQUIRES: the catalog outlives the server.
+  // Errors: InvalidArgument for the address, and those of proxies; InvalidInput for the TLS files;
+  // InputOutput where the port is taken or not allowed. REQUIRES: the catalog outlives the server.
   static Result<std::unique_ptr<HttpServer>> Start(
     const Catalog& catalog, HttpServerOptions options);
 

@@ -80,6 +80,14 @@ std::string Metrics::Text(const CacheUse& memory) const
     this->OpenConnections);
   Put(text, "kdstream_refused_connections_total", "counter",
     "Connections refused because there were too many.", this->RefusedConnections);
+  constexpr std::array<const char*, static_cast<std::size_t>(Reason::Count)> reasons{ "address",
+    "requests", "host", "slow", "idle", "descriptors" };
+  Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
+  for (std::size_t i = 0; i < reasons.size(); ++i)
+  {
+    text += std::string("kdstream_refusals_total{reason=\"") + reasons[i] + "\"} " +
+            std::to_string(this->Refusals[i]) + "\n";
+  }
   Put(text, "kdstream_streams", "gauge", "WebSocket streams that are open.", this->OpenStreams);
   Put(text, "kdstream_streams_total", "counter", "WebSocket streams opened.", this->TotalStreams);
   Put(text, "kdstream_failed_blobs_total", "counter",

@@ -37,6 +37,18 @@ public:
   void ConnectionOpened() { ++this->OpenConnections; }
   void ConnectionClosed() { --this->OpenConnections; }
   void ConnectionRefused() { ++this->RefusedConnections; }
+  // Why a client was refused or dropped.
+  enum class Reason
+  {
+    Address,     // too many connections of its address
+    Requests,    // too many requests a minute
+    Host,        // it named another host
+    Slow,        // it took too little
+    Idle,        // its seat was needed
+    Descriptors, // the process has no more files
+    Count
+  };
+  void CountRefusal(Reason reason) { ++this->Refusals[static_cast<std::size_t>(reason)]; }
   void StreamOpened()
   {
     ++this->OpenStreams;
@@ -57,6 +69,7 @@ public:
 private:
   using Counter = std::atomic<std::uint64_t>;
   std::array<Counter, 600> Requests{}; // by status
+  std::array<Counter, static_cast<std::size_t>(Reason::Count)> Refusals{};
   Counter SentBytes{ 0 }, OpenConnections{ 0 }, RefusedConnections{ 0 };
   Histogram Waits;
   Counter Queued{ 0 }, Begun{ 0 };

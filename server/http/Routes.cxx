@@ -181,7 +181,7 @@ HttpResponse Routes::Failure(unsigned status, std::string_view message) const
   json.BeginObject().Member("error", message).EndObject();
   auto response = Whole(status, "application/json", Bytes(json.Text() + "\n"));
   response.fields.emplace_back("Cache-Control", "no-store");
-  if (status == 503)
+  if (status == 503 || status == 429)
   {
     response.fields.emplace_back("Retry-After", "1"); // in seconds
   }

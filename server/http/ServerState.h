@@ -3,11 +3,13 @@
 #pragma once
 
 #include "filters/core/CaughtError.h"
+#include "server/http/ClientLimits.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Metrics.h"
 #include "server/http/ReaderPool.h"
 #include "server/http/Routes.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -22,12 +24,41 @@
 namespace kdstream
 {
 
-// A connection that can be asked to end when it has answered what is under way. Drain: any thread.
+// A connection that can be asked to end when it has answered what is under way. Functions: from any
+// thread, but those that are protected.
 class Drainable
 {
 public:
+  using Clock = std::chrono::steady_clock;
+
   virtual ~Drainable() = default;
   virtual void Drain() = 0;
+  // Its seat is needed: it ends if its client still waits for nothing.
+  virtual void GiveUp() = 0;
+
+  // When its seat may be taken back; the end of time while its client waits for something.
+  Clock::time_point FreeFrom() const { return Clock::time_point(this->Free.load()); }
+
+protected:
+  void SetBusy() { this->Free = Clock::time_point::max().time_since_epoch(); }
+  void SetIdle(Clock::duration before) { this->Free = (Clock::now() + before).time_since_epoch(); }
+
+private:
+  std::atomic<Clock::duration> Free{ Clock::time_point::max().time_since_epoch() };
+};
+
+// Who is served: the socket's other end, or for a trusted proxy the client that it speaks for.
+struct Client
+{
+  std::string peer;    // address of the other end
+  std::string address; // of the client
+  bool proxied = false;
+};
+
+// A client's place among all, and among those of its address; either may be missing.
+struct Seat
+{
+  std::shared_ptr<void> ofAll, ofAddress;
 };
 
 class ServerState
@@ -36,6 +67,8 @@ public:
   ServerState(const Catalog& catalog, HttpServerOptions options)
     : Models(catalog)
     , Options(std::move(options))
+    , Clients(this->Options.connectionsOfAddress, this->Options.requestsOfAddress)
+    , Proxies(TrustedProxies::Parse(this->Options.trustedProxies).value_or(TrustedProxies()))
     , Answers(catalog, Counters,
         RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version })
   {
@@ -43,10 +76,19 @@ public:
 
   const Catalog& Models;
   const HttpServerOptions Options;
+  ClientLimits Clients;
+  const TrustedProxies Proxies;
   Metrics Counters;
   const Routes Answers;
   ReaderPool Readers{ [this](ReaderPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
+
+  // How long a client may take to receive so many bytes.
+  std::chrono::milliseconds PatienceFor(std::size_t bytes) const
+  {
+    return this->Options.answerTimeout +
+           std::chrono::seconds(bytes / std::max<std::size_t>(1, this->Options.slowestBytes));
+  }
 
   // A line that cannot be written is lost: nothing else may fail because of a log.
   void Log(const AccessRecord& record) noexcept
@@ -126,16 +168,27 @@ public:
     return this->Changed.wait_for(lock, timeout, [this] { return this->Count == 0; });
   }
 
-  // A seat among maximumConnections, kept while a client is connected; null if all are taken.
+  // A seat among maximumConnections, kept while a client is connected; null if all are taken and
+  // nobody is idle whose seat could be taken back.
   std::shared_ptr<void> TakeSeat()
   {
+    std::shared_ptr<Drainable> idle;
     {
       const std::lock_guard lock(this->Mutex);
       if (this->Count >= this->Options.maximumConnections)
       {
-        return nullptr;
+        idle = this->TakeIdle();
+        if (!idle)
+        {
+          return nullptr;
+        }
       }
       ++this->Count;
+    }
+    if (idle)
+    {
+      this->Counters.CountRefusal(Metrics::Reason::Idle);
+      idle->GiveUp();
     }
     this->Counters.ConnectionOpened();
     // Not under the lock, which the deleter takes: where there is no memory for the shared_ptr, the
@@ -162,6 +215,29 @@ public:
   }
 
 private:
+  // The connection that has been idle for longest, of which nothing more is known then; null if
+  // none may be ended yet. The lock is held.
+  std::shared_ptr<Drainable> TakeIdle()
+  {
+    auto first = Drainable::Clock::now();
+    auto chosen = this->Connections.end();
+    for (auto each = this->Connections.begin(); each != this->Connections.end(); ++each)
+    {
+      if (each->first->FreeFrom() <= first)
+      {
+        first = each->first->FreeFrom();
+        chosen = each;
+      }
+    }
+    if (chosen == this->Connections.end())
+    {
+      return nullptr;
+    }
+    auto connection = chosen->second.lock();
+    this->Connections.erase(chosen);
+    return connection;
+  }
+
   template <class Write>
   void WriteLog(const Write& write) noexcept
   {

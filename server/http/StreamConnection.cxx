@@ -8,6 +8,7 @@
 #include "server/session/Conversation.h"
 
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
@@ -27,13 +28,13 @@ class StreamConnection
   , public std::enable_shared_from_this<StreamConnection>
 {
 public:
-  StreamConnection(
-    ClientSocket socket, ServerState& state, std::shared_ptr<void> seat, AccessRecord record)
+  StreamConnection(ClientSocket socket, ServerState& state, Seat seat, AccessRecord record)
     : Socket(std::move(socket))
     , State(state)
-    , Seat(std::move(seat))
+    , Place(std::move(seat))
     , Record(std::move(record))
-    , Talk(state.Models)
+    , Talk(state.Models, state.Options.regionPartitions)
+    , Patience(this->Socket.get_executor())
   {
     this->State.Counters.StreamOpened();
   }
@@ -93,9 +94,24 @@ public:
       });
   }
 
-private:
-  using Clock = std::chrono::steady_clock;
+  void GiveUp() override
+  {
+    asio::post(this->Socket.get_executor(),
+      [self = this->shared_from_this()]
+      {
+        if (self->Talk.IsIdle())
+        {
+          self->Guard(
+            [&]
+            {
+              self->Talk.Drain();
+              self->Write();
+            });
+        }
+      });
+  }
 
+private:
   // What each handler does.
   template <class Work>
   void Guard(const Work& work) noexcept
@@ -150,7 +166,13 @@ private:
     if (this->Socket.got_text())
     {
       const auto data = this->Input.cdata();
-      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() });
+      const bool busy = !this->State.Clients.TakeRequest(this->Record.client);
+      if (busy)
+      {
+        this->State.Counters.CountRefusal(Metrics::Reason::Requests);
+      }
+      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() }, busy);
+      this->SetBusy();
     }
     else
     {
@@ -174,12 +196,18 @@ private:
     {
       this->RunErrand();
       this->CloseIfEnded();
+      if (this->Talk.IsIdle() && !this->Talk.Closing())
+      {
+        this->SetIdle(this->State.Options.idleTimeout);
+      }
       return;
     }
     this->Output = std::move(*message);
     this->Writing = true;
+    this->SetBusy();
     this->Socket.text(std::holds_alternative<std::string>(this->Output));
     const auto bytes = std::visit([](const auto& m) { return asio::buffer(m); }, this->Output);
+    this->WatchWrite(bytes.size());
     this->Socket.async_write(bytes,
       [self = this->shared_from_this()](beast::error_code error, std::size_t sent)
       {
@@ -191,6 +219,48 @@ private:
           self->GoOn();
         }
       });
+  }
+
+  // Ends the stream if what is being written is not taken in time, though the client may answer
+  // pings: one timer, which looks again when it goes off.
+  void WatchWrite(std::size_t bytes)
+  {
+    this->TakenBy = Clock::now() + this->State.PatienceFor(bytes);
+    if (!this->Watching)
+    {
+      this->Watch();
+    }
+  }
+
+  void Watch()
+  {
+    this->Watching = true;
+    this->Patience.expires_at(this->TakenBy);
+    this->Patience.async_wait(
+      [weak = this->weak_from_this()](beast::error_code error)
+      {
+        const auto self = weak.lock();
+        if (self && !error)
+        {
+          self->Guard([&] { self->LookAtWrite(); });
+        }
+      });
+  }
+
+  void LookAtWrite()
+  {
+    this->Watching = false;
+    if (!this->Writing)
+    {
+      return;
+    }
+    if (Clock::now() < this->TakenBy)
+    {
+      this->Watch();
+      return;
+    }
+    this->State.Counters.CountRefusal(Metrics::Reason::Slow);
+    this->Socket.next_layer().Close();
   }
 
   // Has the readers do what the conversation waits for.
@@ -228,6 +298,7 @@ private:
     }
     this->ClosingNow = true;
     this->Writing = true;
+    this->WatchWrite(0);
     this->Socket.async_close(
       beast::websocket::close_reason(
         static_cast<beast::websocket::close_code>(static_cast<std::uint16_t>(*reason))),
@@ -236,13 +307,16 @@ private:
 
   beast::websocket::stream<ClientSocket, false> Socket; // false: no code for compression
   ServerState& State;
-  std::shared_ptr<void> Seat;
+  Seat Place;
   AccessRecord Record;
   Conversation Talk;
   std::uint64_t FailedBlobs = 0; // that have been counted
   Clock::time_point Opened = Clock::now();
   beast::flat_buffer Input;
   Conversation::Message Output;
+  asio::steady_timer Patience;
+  Clock::time_point TakenBy; // what is being written
+  bool Watching = false;
   bool Accepted = false;
   bool Reading = false;
   bool Writing = false;
@@ -251,8 +325,8 @@ private:
 
 }
 
-void ServeStream(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
-  AccessRecord record, const beast::http::request<beast::http::empty_body>& request)
+void ServeStream(ClientSocket socket, ServerState& state, Seat seat, AccessRecord record,
+  const beast::http::request<beast::http::empty_body>& request)
 {
   std::make_shared<StreamConnection>(std::move(socket), state, std::move(seat), std::move(record))
     ->Run(request);

@@ -15,7 +15,7 @@ namespace kdstream
 
 // Accepts the upgrade that `request` asks for, and serves the stream until the client leaves. Then
 // `record` is completed and logged. The seat is kept as long.
-void ServeStream(ClientSocket socket, ServerState& state, std::shared_ptr<void> seat,
-  AccessRecord record, const beast::http::request<beast::http::empty_body>& request);
+void ServeStream(ClientSocket socket, ServerState& state, Seat seat, AccessRecord record,
+  const beast::http::request<beast::http::empty_body>& request);
 
 }

@@ -104,7 +104,8 @@ Result<BlobList> ListNodes(
   return list;
 }
 
-Result<BlobList> ListRegion(const ServedModel& model, const protocol::RegionRequest& request)
+Result<BlobList> ListRegion(
+  const ServedModel& model, const protocol::RegionRequest& request, std::size_t mostPartitions)
 {
   const ModelDescription& description = model.Description();
   if (DepthOfNode(request.cell) > description.depths.partition)
@@ -115,7 +116,11 @@ Result<BlobList> ListRegion(const ServedModel& model, const protocol::RegionRequ
   }
   const auto boxes = model.Boxes();
   KDSTREAM_TRY(boxes);
-  auto region = FindRegion(*boxes, description.depths, request.cell, request.rings);
+  auto region = FindRegion(*boxes, description.depths, request.cell, request.rings, mostPartitions);
+  if (!region && region.GetError().code == ErrorCode::LimitExceeded)
+  {
+    return Error{ ErrorCode::InvalidArgument, region.GetError().message };
+  }
   KDSTREAM_TRY(region);
 
   auto held = request.except;
@@ -142,7 +147,8 @@ BlobId BlobList::At(std::uint64_t index) const
   return { this->kind, this->level, number };
 }
 
-Result<BlobList> ListBlobs(const ServedModel& model, const protocol::ClientMessage& message)
+Result<BlobList> ListBlobs(
+  const ServedModel& model, const protocol::ClientMessage& message, std::size_t mostPartitions)
 {
   const ModelDescription& description = model.Description();
   if (const auto* level = std::get_if<protocol::LevelRequest>(&message.body))
@@ -159,7 +165,7 @@ Result<BlobList> ListBlobs(const ServedModel& model, const protocol::ClientMessa
   }
   if (const auto* region = std::get_if<protocol::RegionRequest>(&message.body))
   {
-    return ListRegion(model, *region);
+    return ListRegion(model, *region, mostPartitions);
   }
   if (const auto* partitions = std::get_if<protocol::PartitionsRequest>(&message.body))
   {

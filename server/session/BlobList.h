@@ -32,8 +32,9 @@ struct BlobList
 };
 
 // Errors: NotFound for a blob that the model does not have; InvalidArgument for a cell outside its
-// tree; Damaged where the tree cannot be read. REQUIRES: a request for blobs (neither open nor
-// cancel).
-Result<BlobList> ListBlobs(const ServedModel& model, const protocol::ClientMessage& message);
+// tree, or a region of more than `mostPartitions`; Damaged where the tree cannot be read. REQUIRES:
+// a request for blobs (neither open nor cancel).
+Result<BlobList> ListBlobs(
+  const ServedModel& model, const protocol::ClientMessage& message, std::size_t mostPartitions);
 
 }

@@ -66,7 +66,7 @@ void Errand::Do()
   }
   else
   {
-    auto list = ListBlobs(*this->Model, *this->Request);
+    auto list = ListBlobs(*this->Model, *this->Request, this->MostPartitions);
     if (list)
     {
       this->List = std::move(*list);
@@ -96,14 +96,15 @@ struct Conversation::Job
   }
 };
 
-Conversation::Conversation(const Catalog& catalog)
+Conversation::Conversation(const Catalog& catalog, std::size_t mostPartitions)
   : Models(catalog)
+  , MostPartitions(mostPartitions)
 {
 }
 
 Conversation::~Conversation() = default;
 
-void Conversation::Receive(std::string_view text)
+void Conversation::Receive(std::string_view text, bool busy)
 {
   if (this->Close)
   {
@@ -133,6 +134,10 @@ void Conversation::Receive(std::string_view text)
   {
     this->AnswerError(
       0, 409, "request " + std::to_string(message->request) + " is not finished yet");
+  }
+  else if (busy)
+  {
+    this->AnswerError(message->request, 429, "too many requests: ask again later");
   }
   else if (this->Waiting.size() + (this->Current ? 1 : 0) >= maximumRequests)
   {
@@ -304,7 +309,7 @@ void Conversation::Start(protocol::ClientMessage message)
   this->Current = std::make_unique<Job>();
   this->Current->request = message.request;
   this->Current->model = opens ? nullptr : this->Model;
-  this->Pending = std::make_shared<Errand>(this->Models);
+  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
   this->Pending->Model = this->Current->model;
   this->Pending->Request = std::move(message);
   const bool takesLong =
@@ -423,7 +428,7 @@ bool Conversation::HasBlob()
     return true;
   }
   job.bytes.reset();
-  this->Pending = std::make_shared<Errand>(this->Models);
+  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
   this->Pending->Model = job.model;
   this->Pending->Blob = id;
   return false;

@@ -40,8 +40,9 @@ enum class CloseReason : std::uint16_t
 class Errand
 {
 public:
-  explicit Errand(const Catalog& catalog)
+  Errand(const Catalog& catalog, std::size_t mostPartitions)
     : Models(catalog)
+    , MostPartitions(mostPartitions)
   {
   }
 
@@ -53,6 +54,7 @@ private:
   void Do();
 
   const Catalog& Models;
+  std::size_t MostPartitions;
   std::shared_ptr<const ServedModel> Model;       // null: to be found, and opened
   std::optional<protocol::ClientMessage> Request; // what to open or to list
   protocol::BlobId Blob;                          // what to read otherwise
@@ -72,12 +74,16 @@ public:
   static constexpr std::size_t maximumPendingAnswers =
     64; // to messages that are no accepted requests
 
-  // REQUIRES: the catalog outlives the conversation.
-  explicit Conversation(const Catalog& catalog);
+  static constexpr std::size_t defaultPartitions = 65536;
+
+  // Regions of more than `mostPartitions` are refused. REQUIRES: the catalog outlives the
+  // conversation.
+  explicit Conversation(const Catalog& catalog, std::size_t mostPartitions = defaultPartitions);
   ~Conversation();
 
-  // Takes a text message of any content and length.
-  void Receive(std::string_view text);
+  // Takes a text message of any content and length. busy: the client has asked too often; requests
+  // but cancels are refused (429).
+  void Receive(std::string_view text, bool busy = false);
   // Takes a binary message, which a client must not send.
   void ReceiveBinary();
   // The server is stopping: the current request is finished, waiting and later ones are refused
@@ -103,6 +109,9 @@ public:
   // Blobs that could not be read, in all requests so far.
   std::uint64_t FailedBlobs() const { return this->Failed; }
 
+  // Whether the client has nothing to wait for.
+  bool IsIdle() const { return !this->Current && this->Waiting.empty() && this->Answers.empty(); }
+
   // Set once the conversation has to end: send what NextMessage still returns, then close.
   std::optional<CloseReason> Closing() const { return this->Close; }
 
@@ -124,6 +133,7 @@ private:
   std::vector<std::uint8_t> NextFrame();
 
   const Catalog& Models;
+  std::size_t MostPartitions;
   std::shared_ptr<const ServedModel> Model; // the open one
   std::deque<protocol::ClientMessage> Waiting;
   std::unique_ptr<Job> Current;

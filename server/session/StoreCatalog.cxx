@@ -104,8 +104,15 @@ Status StoreCatalog::ReadFolder()
 {
   const std::lock_guard reloading(this->ReloadMutex);
   const auto files = FindStores(this->Folder);
-  KDSTREAM_TRY(files);
   const auto before = this->Current();
+  if (!files) // a disk that is not there for the moment, or no descriptors
+  {
+    auto same = std::make_shared<State>(*before);
+    same->passing = true;
+    const std::lock_guard lock(this->Mutex);
+    this->Present = std::move(same);
+    return files.GetError();
+  }
   auto state = std::make_shared<State>();
   for (const auto& file : *files)
   {

@@ -42,7 +42,7 @@ public:
   Status Reload();
 
   // To be called now and then: lets go of replaced models after their grace, and where a store was
-  // overwritten, or could not be opened for the moment, does what Reload does. What has been
+  // overwritten, or a store or the folder could not be opened, does what Reload does. What has been
   // reported already is not reported again.
   void Refresh();
 

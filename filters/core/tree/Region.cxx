@@ -136,14 +136,15 @@ Box Reach(const Box& cell, unsigned rings)
   return reach;
 }
 
-// cell, box: the node, and its exact box.
-std::optional<std::vector<std::uint32_t>> RegionAround(
-  TreeBoxes& boxes, const TreeDepths& depths, NodeId cell, const Box& box, unsigned rings)
+// cell, box: the node, and its exact box. Of more than `most` partitions some.
+std::optional<std::vector<std::uint32_t>> RegionAround(TreeBoxes& boxes, const TreeDepths& depths,
+  NodeId cell, const Box& box, unsigned rings, std::size_t most)
 {
   const Box reach = Reach(box, rings);
   const Vec3 centre = Centre(box);
   std::vector<std::pair<double, std::uint32_t>> found;
-  const auto touches = [&reach](const Box& other) { return Touch(other, reach); };
+  const auto touches = [&](const Box& other)
+  { return found.size() <= most && Touch(other, reach); };
   const auto add = [&](NodeId node, const Box& exact)
   {
     const bool own = (node >> (depths.partition - DepthOfNode(cell))) == cell;
@@ -165,8 +166,8 @@ std::optional<std::vector<std::uint32_t>> RegionAround(
 
 }
 
-Result<std::vector<std::uint32_t>> FindRegion(
-  std::span<const Box> boxes, const TreeDepths& depths, NodeId cell, unsigned rings)
+Result<std::vector<std::uint32_t>> FindRegion(std::span<const Box> boxes, const TreeDepths& depths,
+  NodeId cell, unsigned rings, std::size_t most)
 {
   if (cell < 1 || cell >= boxes.size())
   {
@@ -179,7 +180,13 @@ Result<std::vector<std::uint32_t>> FindRegion(
     return std::vector<std::uint32_t>{};
   }
   AllBoxes all(boxes);
-  return *RegionAround(all, depths, cell, boxes[cell], rings);
+  std::vector<std::uint32_t> region = *RegionAround(all, depths, cell, boxes[cell], rings, most);
+  if (region.size() > most)
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "the region has more than " + std::to_string(most) + " partitions" };
+  }
+  return region;
 }
 
 std::optional<std::vector<std::uint32_t>> FindKnownRegion(
@@ -194,7 +201,8 @@ std::optional<std::vector<std::uint32_t>> FindKnownRegion(
   {
     return std::vector<std::uint32_t>{};
   }
-  return RegionAround(boxes, depths, partition, Box(*exact), rings);
+  return RegionAround(
+    boxes, depths, partition, Box(*exact), rings, std::numeric_limits<std::size_t>::max());
 }
 
 NearestAnswer NearestKnownPartition(TreeBoxes& boxes, const TreeDepths& depths, const Vec3& point)

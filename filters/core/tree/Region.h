@@ -9,7 +9,9 @@
 #include "filters/core/Types.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,9 +37,10 @@ public:
 // itself by number, then by the distance from box centre to box centre, ties by number. boxes: heap
 // order, as KdTree::boxes, of 2^(P+1) entries. cell: any node of depth <= P. rings: 1-3 in the
 // viewers, 0 = the partitions that touch the cell itself.
-// O(partitions touched × P). Errors: InvalidArgument for a node outside the tree.
-Result<std::vector<std::uint32_t>> FindRegion(
-  std::span<const Box> boxes, const TreeDepths& depths, NodeId cell, unsigned rings);
+// O(partitions touched × P). Errors: InvalidArgument for a node outside the tree; LimitExceeded for
+// a region of more than `most` partitions, before they are sorted.
+Result<std::vector<std::uint32_t>> FindRegion(std::span<const Box> boxes, const TreeDepths& depths,
+  NodeId cell, unsigned rings, std::size_t most = std::numeric_limits<std::size_t>::max());
 // The same around a partition's node; nothing where boxes are needed that are not known.
 std::optional<std::vector<std::uint32_t>> FindKnownRegion(
   TreeBoxes& boxes, const TreeDepths& depths, NodeId partition, unsigned rings);

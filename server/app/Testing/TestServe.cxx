@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <csignal>
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 using namespace kdstream;
 namespace fs = std::filesystem;
@@ -26,7 +28,8 @@ std::string program;
 class Process
 {
 public:
-  explicit Process(std::vector<std::string> arguments, std::string executable = program)
+  explicit Process(std::vector<std::string> arguments, std::string executable = program,
+    std::optional<rlim_t> descriptors = {})
   {
     std::array<int, 2> out{}, error{};
     EXPECT_EQ(::pipe(out.data()), 0);
@@ -46,6 +49,11 @@ public:
       for (const int end : { out[0], out[1], error[0], error[1] })
       {
         ::close(end);
+      }
+      if (descriptors)
+      {
+        const rlimit limit{ *descriptors, *descriptors };
+        ::setrlimit(RLIMIT_NOFILE, &limit);
       }
       ::execv(executable.c_str(), list.data());
       ::_exit(127);
@@ -157,6 +165,51 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   std::ifstream lines(log);
   const std::string text{ std::istreambuf_iterator<char>(lines), {} };
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
+}
+
+// More clients knock than there are descriptors: all are answered or turned away at once, stores go
+// on, and nothing stays lost.
+TEST_F(Serve, RunsOutOfDescriptorsAndRecovers)
+{
+  this->Build("one.kds");
+  constexpr rlim_t descriptors = 48;
+  Process serve({ this->stores, "--port", "0" }, program, descriptors);
+  const auto port = serve.Port();
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: warning: --max-connections 1000: this process may have 48 descriptors, enough "
+    "for 24 clients");
+  StreamTestClient seated(port);
+  ASSERT_TRUE(seated.Open());
+  seated.Ask({ 1, protocol::OpenRequest{ "one" } });
+  ASSERT_TRUE(seated.Await(1).opened);
+  std::size_t turnedAway = 0;
+  {
+    std::vector<std::unique_ptr<HttpTestClient>> crowd;
+    for (int i = 0; i < 100; ++i)
+    {
+      crowd.push_back(std::make_unique<HttpTestClient>(port)); // says nothing
+    }
+    for (std::size_t i = crowd.size(); i > 60; --i) // those who came last
+    {
+      turnedAway += crowd[i - 1]->Ends() ? 1 : 0;
+    }
+    this->Build("two.kds");
+    serve.Signal(SIGHUP);
+    seated.Ask({ 2, protocol::PartitionsRequest{ { 0 } } });
+    const auto answer = seated.Await(2);
+    EXPECT_TRUE(answer.end);
+    EXPECT_TRUE(answer.blobErrors.empty() || answer.blobErrors[0].code == 503);
+  }
+  EXPECT_EQ(turnedAway, 40u);
+  std::optional<HttpTestClient::Response> answer;
+  while (!answer || answer->status != 200) // until the crowd has gone, and the store is opened
+  {
+    answer = HttpTestClient(port).Get("/api/models/two/model.json");
+  }
+  seated.Ask({ 3, protocol::PartitionsRequest{ { 0 } } });
+  EXPECT_EQ(seated.Await(3).blobs.size(), 1u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 TEST_F(Serve, AnOverwrittenStoreIsOpenedAgainByItself)

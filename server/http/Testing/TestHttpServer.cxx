@@ -46,6 +46,12 @@ protected:
     return this->server->Port();
   }
 
+  static bool MetricsHave(const std::string& line, HttpTestClient& client)
+  {
+    const auto metrics = client.Get("/metrics");
+    return metrics && metrics->body.find(line) != std::string::npos;
+  }
+
   std::string Blob(const BlobId& id) const
   {
     return BlobPath("dragon", this->model->Description().digest, id);
@@ -311,11 +317,11 @@ TEST_F(Server, RefusesMoreConnectionsThanItHasSeats)
 {
   this->options.maximumConnections = 3;
   const auto port = this->Start();
-  std::vector<std::unique_ptr<HttpTestClient>> seated;
+  std::vector<std::unique_ptr<StreamTestClient>> seated;
   for (int i = 0; i < 3; ++i)
   {
-    seated.push_back(std::make_unique<HttpTestClient>(port));
-    EXPECT_EQ(seated.back()->Get("/healthz")->status, 200u);
+    seated.push_back(std::make_unique<StreamTestClient>(port));
+    EXPECT_TRUE(seated.back()->Open());
   }
   {
     HttpTestClient refused(port);
@@ -330,6 +336,171 @@ TEST_F(Server, RefusesMoreConnectionsThanItHasSeats)
     status = HttpTestClient(port).Get("/healthz")->status;
     EXPECT_TRUE(status == 503 || status == 200);
   }
+}
+
+TEST_F(Server, AnAddressHasSoManyConnections)
+{
+  this->options.connectionsOfAddress = 2;
+  const auto port = this->Start();
+  HttpTestClient first(port);
+  auto second = std::make_unique<HttpTestClient>(port);
+  EXPECT_EQ(first.Get("/healthz")->status, 200u);
+  EXPECT_EQ(second->Get("/healthz")->status, 200u);
+  {
+    HttpTestClient third(port);
+    const auto refused = third.Get("/healthz");
+    ASSERT_TRUE(refused);
+    EXPECT_EQ(refused->status, 429u);
+    EXPECT_EQ(refused->Field("Retry-After"), "1");
+    EXPECT_TRUE(third.Ends());
+  }
+  EXPECT_TRUE(this->MetricsHave("kdstream_refusals_total{reason=\"address\"} 1\n", first));
+  second.reset();
+  for (unsigned status = 429; status == 429;) // the server notices the free seat when it does
+  {
+    status = HttpTestClient(port).Get("/healthz")->status;
+    EXPECT_TRUE(status == 429 || status == 200);
+  }
+}
+
+TEST_F(Server, AProxysClientsAreCountedByTheirOwnAddress)
+{
+  this->options.connectionsOfAddress = 1;
+  this->options.requestsOfAddress = 3;
+  this->options.trustedProxies = { "127.0.0.1" };
+  const auto port = this->Start();
+  const std::string upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\n"
+                              "Sec-WebSocket-Version: 13\r\n"
+                              "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                              "Sec-WebSocket-Protocol: kdstream.v1\r\nX-Forwarded-For: ";
+  HttpTestClient first(port);
+  HttpTestClient second(port);
+  HttpTestClient third(port);
+  EXPECT_EQ(first.Get("/api/stream", upgrade + "1.2.3.4\r\n")->status, 101u);
+  EXPECT_EQ(second.Get("/api/stream", upgrade + "6.6.6.6, 1.2.3.4\r\n")->status, 429u);
+  EXPECT_EQ(third.Get("/api/stream", upgrade + "1.2.3.5\r\n")->status, 101u);
+  HttpTestClient pooled(port); // one connection of the proxy, for many
+  for (int i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.9\r\n")->status, 200u);
+  }
+  EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.9\r\n")->status, 429u);
+  EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.10\r\n")->status, 200u);
+  this->server->Stop();
+  EXPECT_EQ(this->records.back().target, "/healthz");
+  EXPECT_NE(std::find_if(this->records.begin(), this->records.end(),
+              [](const AccessRecord& record) { return record.client == "1.2.3.10"; }),
+    this->records.end());
+}
+
+TEST_F(Server, WhoAsksTooOftenIsToldAndStaysConnected)
+{
+  this->options.requestsOfAddress = 5;
+  const auto port = this->Start();
+  HttpTestClient client(port);
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open()); // one
+  stream.Ask({ 1, OpenRequest{ "dragon" } });
+  EXPECT_TRUE(stream.Await(1).opened);
+  for (int i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(client.Get("/healthz")->status, 200u);
+  }
+  const auto refused = client.Get("/healthz");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 429u);
+  EXPECT_EQ(refused->Field("Retry-After"), "1");
+  EXPECT_TRUE(client.Get("/healthz")) << "the connection stays";
+  stream.Ask({ 2, PreviewRequest{} });
+  const auto error = stream.Await(2).error;
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->code, 429);
+}
+
+TEST_F(Server, AnswersForTheHostsThatItIsTold)
+{
+  this->options.allowedHosts = { "models.example", "[::1]" };
+  const auto port = this->Start();
+  const auto statusFor = [port](const std::string& host, const std::string& target = "/")
+  {
+    HttpTestClient client(port);
+    client.Send("GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n");
+    const auto response = client.Receive();
+    return response ? response->status : 0;
+  };
+  EXPECT_EQ(statusFor("models.example"), 200u);
+  EXPECT_EQ(statusFor("Models.Example:8700"), 200u);
+  EXPECT_EQ(statusFor("[::1]:8700"), 200u);
+  EXPECT_EQ(statusFor("[::1]"), 200u);
+  for (const char* wrong :
+    { "evil.example", "models.example.evil", "127.0.0.1", "", ":80", "]", "[::" })
+  {
+    EXPECT_EQ(statusFor(wrong), 421u) << wrong;
+  }
+  EXPECT_EQ(statusFor("10.0.0.7", "/healthz"), 200u);
+}
+
+TEST_F(Server, SeatsOfIdleConnectionsAreTakenBack)
+{
+  this->options.maximumConnections = 2;
+  const auto port = this->Start();
+  HttpTestClient longest(port);
+  EXPECT_EQ(longest.Get("/healthz")->status, 200u);
+  HttpTestClient idle(port);
+  EXPECT_EQ(idle.Get("/healthz")->status, 200u);
+  HttpTestClient next(port);
+  EXPECT_EQ(next.Get("/healthz")->status, 200u);
+  EXPECT_TRUE(longest.Ends());
+  EXPECT_TRUE(this->MetricsHave("kdstream_refusals_total{reason=\"idle\"} 1\n", idle));
+}
+
+TEST_F(Server, SeatsOfIdleStreamsAreTakenBackButOfNoOthers)
+{
+  this->options.maximumConnections = 2;
+  this->options.idleTimeout = std::chrono::milliseconds(0);
+  this->model = this->catalog.Add("dragon", 2, 6, 1000000);
+  const auto port = this->Start();
+  StreamTestClient busy(port);
+  ASSERT_TRUE(busy.Open());
+  busy.Ask({ 1, OpenRequest{ "dragon" } });
+  busy.Await(1);
+  busy.Ask({ 2, RegionRequest{ 1, 3, {} } }); // 64 MB, which nobody takes yet
+  StreamTestClient idle(port);
+  ASSERT_TRUE(idle.Open());
+  idle.Ask({ 1, OpenRequest{ "dragon" } });
+  ASSERT_TRUE(idle.Await(1).opened);
+  unsigned status = 503;
+  while (status == 503) // until the server knows that the client has its answer
+  {
+    status = HttpTestClient(port).Get("/healthz")->status;
+  }
+  EXPECT_EQ(status, 200u);
+  EXPECT_FALSE(idle.Receive());
+  EXPECT_EQ(idle.CloseCode(), 1001);
+  EXPECT_TRUE(this->IsRegion(busy.Await(2), 1, 3));
+}
+
+TEST_F(Server, WhoTakesTooLittleIsDropped)
+{
+  this->options.answerTimeout = std::chrono::milliseconds(50);
+  this->options.slowestBytes = std::size_t{ 1 } << 30;
+  this->model = this->catalog.Add("dragon", 2, 6, 1000000);
+  const auto port = this->Start();
+  StreamTestClient deaf(port);
+  ASSERT_TRUE(deaf.Open());
+  deaf.Ask({ 1, OpenRequest{ "dragon" } });
+  deaf.Ask({ 2, RegionRequest{ 1, 3, {} } });
+  HttpTestClient slow(port);
+  for (std::uint32_t p = 0; p < 60; ++p)
+  {
+    slow.Send("GET " + this->Blob(BlobId::Partition(p)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
+  }
+  HttpTestClient other(port);
+  while (!this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 2\n", other))
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_TRUE(this->MetricsHave("kdstream_streams 0\n", other));
 }
 
 TEST_F(Server, UpgradesOnlyWhatItKnows)

@@ -352,6 +352,34 @@ TEST_F(Talk, WhatIsInMemoryNeedsNoErrand)
   EXPECT_EQ(this->model->reads.load(), 0u);
 }
 
+TEST_F(Talk, RegionsHaveSoManyPartitions)
+{
+  for (const std::size_t most : { std::size_t{ 127 }, std::size_t{ 128 } })
+  {
+    Conversation other(this->catalog, most);
+    other.Receive(WriteClientMessage({ 1, OpenRequest{ "dragon" } }));
+    other.NextMessage();
+    other.Receive(WriteClientMessage({ 2, RegionRequest{ 1, 3, {} } }));
+    const auto message = ParseServerMessage(std::get<std::string>(*other.NextMessage()));
+    const auto* error = std::get_if<ErrorAnswer>(&message->body);
+    EXPECT_EQ(error != nullptr, most == 127);
+    EXPECT_TRUE(!error || error->code == 400);
+  }
+}
+
+TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
+{
+  this->OpenModel();
+  this->Ask({ 2, PartitionsRequest{ { 3 } } });
+  this->conversation.Receive(WriteClientMessage({ 3, PreviewRequest{} }), true);
+  this->conversation.Receive(WriteClientMessage({ 2, CancelRequest{} }), true);
+  this->Finish();
+  ASSERT_EQ(this->answers.size(), 2u);
+  EXPECT_EQ(std::get<ErrorAnswer>(this->answers[0].body).code, 429);
+  EXPECT_EQ(this->answers[0].request, 3u);
+  EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
+}
+
 TEST_F(Talk, CancelOfAWaitingRequest)
 {
   this->OpenModel();

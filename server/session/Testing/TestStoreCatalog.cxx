@@ -289,6 +289,20 @@ TEST_F(Folder, AnOverwrittenStoreIsOpenedAgain)
   EXPECT_TRUE(found->CheckUnchanged());
 }
 
+TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
+{
+  this->Build("sheet.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto away = fs::path(this->folder) += "-away";
+  fs::rename(this->folder, away);
+  EXPECT_FALSE(this->catalog.Reload());
+  EXPECT_TRUE(this->catalog.Find("sheet"));
+  fs::rename(away, this->folder);
+  this->Build("other.kds", 20);
+  this->catalog.Refresh();
+  EXPECT_TRUE(this->catalog.Find("other"));
+}
+
 TEST_F(Folder, AReplacedModelIsFoundByItsDigestForAWhile)
 {
   StoreCatalog hasty(this->folder, [](const fs::path&, const std::string&) {}, {});

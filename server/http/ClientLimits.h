@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How much each address may have: connections at a time, requests a minute. Internal to the server.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace kdstream
+{
+
+// All functions may be called from any thread. An address is one of IPv4, or the first 64 bits of
+// one of IPv6, which is what one subscriber has.
+class ClientLimits
+{
+public:
+  using Clock = std::chrono::steady_clock;
+
+  // Without a number the default, which does not hold for this machine itself (loopback): behind it
+  // may be a proxy. 0: any number.
+  ClientLimits(std::optional<std::size_t> connections, std::optional<std::size_t> requestsAMinute)
+    : Connections(connections)
+    , Requests(requestsAMinute)
+  {
+  }
+  static constexpr std::size_t defaultConnections = 100;
+  static constexpr std::size_t defaultRequests = 6000; // a minute
+
+  // A seat of this address, kept while its client is connected; null if it has all of its own.
+  std::shared_ptr<void> TakeSeat(std::string_view address);
+
+  // Whether this address may ask once more: as many requests at once as it may have in a minute,
+  // which come back evenly.
+  bool TakeRequest(std::string_view address, Clock::time_point now = Clock::now());
+
+  // Addresses that are remembered.
+  std::size_t Size() const;
+
+private:
+  struct Client
+  {
+    std::size_t seats = 0;
+    double requests = 0; // that it may still make
+    Clock::time_point counted;
+  };
+  static std::string KeyOf(std::string_view address, bool& isLoopback);
+  void GiveBack(const std::string& key);
+  void Sweep(Clock::time_point now, double most);
+
+  const std::optional<std::size_t> Connections, Requests;
+  mutable std::mutex Mutex;
+  std::unordered_map<std::string, Client> Clients;
+  std::size_t SweepAt = 1000;
+};
+
+// Which peers are proxies whose word is taken for the address of their client.
+class TrustedProxies
+{
+public:
+  // Each an address or a network (10.0.0.0/8). Nothing if one is neither.
+  static std::optional<TrustedProxies> Parse(const std::vector<std::string>& networks);
+
+  bool Holds(std::string_view address) const;
+
+  // The address of the client that `peer` speaks for, given the X-Forwarded-For fields that it has
+  // sent, joined by commas: the last in them that is no trusted proxy. The peer itself if it is not
+  // trusted, or names none.
+  std::string ClientOf(const std::string& peer, std::string_view forwardedFor) const;
+
+private:
+  std::vector<std::string> Networks;
+};
+
+}

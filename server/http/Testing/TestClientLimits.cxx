@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/ClientLimits.h"
+
+#include <gtest/gtest.h>
+
+using namespace kdstream;
+using namespace std::chrono_literals;
+
+TEST(ClientLimits, AnAddressHasSoManySeats)
+{
+  ClientLimits limits(2, 0);
+  auto first = limits.TakeSeat("10.0.0.1");
+  const auto second = limits.TakeSeat("::ffff:10.0.0.1");
+  EXPECT_TRUE(first && second);
+  EXPECT_FALSE(limits.TakeSeat("10.0.0.1"));
+  const auto other = limits.TakeSeat("10.0.0.2");
+  EXPECT_TRUE(other);
+  first.reset();
+  EXPECT_TRUE(limits.TakeSeat("10.0.0.1"));
+}
+
+TEST(ClientLimits, OneSubscriberHasOneNetworkOfIpv6)
+{
+  ClientLimits limits(1, 0);
+  const auto seat = limits.TakeSeat("2001:db8:1:2::1");
+  EXPECT_FALSE(limits.TakeSeat("2001:db8:1:2:ffff::1"));
+  EXPECT_TRUE(limits.TakeSeat("2001:db8:1:3::1"));
+}
+
+TEST(ClientLimits, TheDefaultIsNotForThisMachine)
+{
+  ClientLimits limits({}, {});
+  std::vector<std::shared_ptr<void>> seats;
+  for (std::size_t i = 0; i < ClientLimits::defaultConnections; ++i)
+  {
+    seats.push_back(limits.TakeSeat("192.0.2.1"));
+    seats.push_back(limits.TakeSeat("127.0.0.1"));
+    seats.push_back(limits.TakeSeat("::1"));
+    EXPECT_TRUE(seats.rbegin()[0] && seats.rbegin()[1] && seats.rbegin()[2]);
+  }
+  EXPECT_FALSE(limits.TakeSeat("192.0.2.1"));
+  EXPECT_TRUE(limits.TakeSeat("127.0.0.1"));
+  EXPECT_TRUE(limits.TakeSeat("::1"));
+  ClientLimits own(1, 0);
+  const auto seat = own.TakeSeat("127.0.0.1");
+  EXPECT_FALSE(own.TakeSeat("127.0.0.1")) << "unless it is given";
+}
+
+TEST(ClientLimits, RequestsComeBackEvenly)
+{
+  ClientLimits limits(0, 60);
+  const auto start = ClientLimits::Clock::now();
+  for (int i = 0; i < 60; ++i)
+  {
+    EXPECT_TRUE(limits.TakeRequest("10.0.0.1", start));
+  }
+  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start));
+  EXPECT_TRUE(limits.TakeRequest("10.0.0.2", start));
+  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start + 900ms));
+  EXPECT_TRUE(limits.TakeRequest("10.0.0.1", start + 1100ms));
+  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start + 1200ms));
+  for (int i = 0; i < 60; ++i)
+  {
+    EXPECT_TRUE(limits.TakeRequest("10.0.0.1", start + 10min));
+  }
+  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start + 10min)) << "never more than a minute's";
+}
+
+TEST(ClientLimits, ThoseWhoAreGoneAreForgotten)
+{
+  ClientLimits limits(5, 60);
+  const auto start = ClientLimits::Clock::now();
+  const auto seat = limits.TakeSeat("10.9.9.9");
+  for (int minute = 0; minute < 20; ++minute)
+  {
+    for (int i = 0; i < 1000; ++i)
+    {
+      limits.TakeRequest("10.0." + std::to_string(minute) + "." + std::to_string(i), // any text
+        start + minute * 2min);
+      limits.TakeSeat("10.1." + std::to_string(i));
+    }
+  }
+  EXPECT_LE(limits.Size(), 3000u);
+  EXPECT_GE(limits.Size(), 1u);
+}
+
+TEST(TrustedProxies, OnlyTheyAreBelieved)
+{
+  const auto proxies = *TrustedProxies::Parse({ "127.0.0.1", "10.0.0.0/8", "2001:db8::/32" });
+  EXPECT_EQ(proxies.ClientOf("192.0.2.1", "1.2.3.4"), "192.0.2.1");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "1.2.3.4"), "1.2.3.4");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "6.6.6.6, 1.2.3.4 , 10.1.2.3"), "1.2.3.4")
+    << "what the client wrote itself is not believed";
+  EXPECT_EQ(proxies.ClientOf("2001:db8::7", "1.2.3.4"), "1.2.3.4");
+  EXPECT_EQ(proxies.ClientOf("::ffff:10.3.3.3", "1.2.3.4"), "1.2.3.4");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", ""), "127.0.0.1");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "nobody\"\n"), "127.0.0.1");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "x, 10.0.0.1"), "10.0.0.1");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", ",,"), "127.0.0.1");
+  EXPECT_EQ(TrustedProxies().ClientOf("127.0.0.1", "1.2.3.4"), "127.0.0.1");
+}
+
+TEST(TrustedProxies, AreAddressesAndNetworks)
+{
+  for (const char* wrong :
+    { "", "proxy", "1.2.3", "1.2.3.4/33", "::1/129", "1.2.3.4/", "1.2.3.4/x" })
+  {
+    EXPECT_FALSE(TrustedProxies::Parse({ wrong })) << wrong;
+  }
+  EXPECT_TRUE(TrustedProxies::Parse({}));
+}
