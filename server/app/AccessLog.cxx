@@ -3,8 +3,18 @@
 
 #include "filters/core/SystemReason.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
 #include <ctime>
+#include <mutex>
+#include <string_view>
+#include <thread>
+#include <utility>
 
 namespace kdstream
 {
@@ -32,37 +42,163 @@ std::string Escaped(const std::string& text)
   return safe;
 }
 
-}
-
-Result<std::shared_ptr<AccessLog>> AccessLog::Open(const std::string& file)
+// Does not wait for a pipe's reader: without one it fails.
+int OpenFile(const std::string& file)
 {
-  std::FILE* stream = file == "-" ? stderr : std::fopen(file.c_str(), "a");
-  if (!stream)
+  if (file == "-")
   {
-    return SystemError("cannot be written", errno);
+    return STDERR_FILENO;
   }
-  return std::shared_ptr<AccessLog>(new AccessLog(stream));
+  constexpr int flags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOCTTY;
+  const int opened = ::open(file.c_str(), flags | O_NONBLOCK, 0644);
+  if (opened >= 0)
+  {
+    ::fcntl(opened, F_SETFL, O_APPEND);
+  }
+  return opened;
 }
 
-AccessLog::~AccessLog()
+void CloseFile(int file)
 {
-  if (this->Stream != stderr)
+  if (file != STDERR_FILENO)
   {
-    std::fclose(this->Stream);
+    ::close(file);
   }
 }
 
-void AccessLog::Write(const AccessRecord& record)
+// What cannot be written, on a full disk mostly, is lost.
+void WriteAll(int file, std::string_view text)
+{
+  while (!text.empty())
+  {
+    const auto written = ::write(file, text.data(), text.size());
+    if (written < 0 && errno != EINTR)
+    {
+      return;
+    }
+    text.remove_prefix(written < 0 ? 0 : static_cast<std::size_t>(written));
+  }
+}
+
+std::string LineOf(const AccessRecord& record)
 {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
   char time[32];
   std::strftime(time, sizeof time, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  std::fprintf(this->Stream, "%s %s \"%s %s\" %u %llu %.1f\n", time, record.client.c_str(),
-    Escaped(record.method).c_str(), Escaped(record.target).c_str(), record.status,
+  char numbers[80];
+  std::snprintf(numbers, sizeof numbers, "\" %u %llu %.1f\n", record.status,
     static_cast<unsigned long long>(record.bytes), record.seconds * 1000);
-  std::fflush(this->Stream);
+  return std::string(time) + " " + record.client + " \"" + Escaped(record.method) + " " +
+         Escaped(record.target) + numbers;
+}
+
+}
+
+// What the thread that writes shares with those who have lines for it. It may outlive the log,
+// where it is stuck in a pipe.
+struct AccessLog::Writer
+{
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::string waiting;
+  std::string before; // what goes to the old file yet
+  std::uint64_t lost = 0;
+  int file = -1;
+  int next = -1; // takes the place of `file`
+  bool ending = false, ended = false;
+
+  void Run()
+  {
+    std::unique_lock lock(this->mutex);
+    for (;;)
+    {
+      this->changed.wait(
+        lock, [this] { return this->ending || this->next >= 0 || !this->waiting.empty(); });
+      const int then = std::exchange(this->next, -1);
+      if (then < 0 && this->waiting.empty() && this->lost == 0)
+      {
+        break; // is ending
+      }
+      std::string text;
+      text.swap(then < 0 ? this->waiting : this->before);
+      if (this->lost != 0)
+      {
+        text += "# " + std::to_string(std::exchange(this->lost, 0)) + " lines are lost\n";
+      }
+      const int to = this->file;
+      lock.unlock();
+      WriteAll(to, text);
+      lock.lock();
+      if (then >= 0)
+      {
+        CloseFile(std::exchange(this->file, then));
+      }
+    }
+    CloseFile(this->file);
+    this->ended = true;
+    this->changed.notify_all();
+  }
+};
+
+Result<std::shared_ptr<AccessLog>> AccessLog::Open(const std::string& file)
+{
+  auto writer = std::make_shared<Writer>();
+  writer->file = OpenFile(file);
+  if (writer->file < 0)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  return std::shared_ptr<AccessLog>(new AccessLog(file, std::move(writer)));
+}
+
+AccessLog::AccessLog(std::string file, std::shared_ptr<Writer> writer)
+  : File(std::move(file))
+  , Lines(std::move(writer))
+{
+  std::thread([lines = this->Lines] { lines->Run(); }).detach();
+}
+
+AccessLog::~AccessLog()
+{
+  std::unique_lock lock(this->Lines->mutex);
+  this->Lines->ending = true;
+  this->Lines->changed.notify_all();
+  this->Lines->changed.wait_for(
+    lock, std::chrono::seconds(1), [this] { return this->Lines->ended; });
+}
+
+void AccessLog::Write(const AccessRecord& record)
+{
+  const auto line = LineOf(record);
+  const std::lock_guard lock(this->Lines->mutex);
+  if (this->Lines->waiting.size() + line.size() > waitingBytes)
+  {
+    ++this->Lines->lost;
+    return;
+  }
+  this->Lines->waiting += line;
+  this->Lines->changed.notify_all();
+}
+
+Status AccessLog::Reopen()
+{
+  const int file = OpenFile(this->File);
+  if (file < 0)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  const std::lock_guard lock(this->Lines->mutex);
+  if (this->Lines->next >= 0)
+  {
+    CloseFile(this->Lines->next);
+  }
+  this->Lines->next = file;
+  this->Lines->before += this->Lines->waiting;
+  this->Lines->waiting.clear();
+  this->Lines->changed.notify_all();
+  return {};
 }
 
 }

@@ -4,13 +4,13 @@
 //   2026-01-31T12:00:00Z 127.0.0.1 "GET /api/models.json" 200 512 0.3
 //
 // time, client, method and target, status, bytes sent, milliseconds. What a client has sent is
-// escaped.
+// escaped. A thread of its own writes: a disk that is full or slow, or a pipe that nobody reads,
+// costs lines, never an answer's time.
 #pragma once
 
 #include "filters/core/Result.h"
 #include "server/http/HttpServer.h"
 
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -20,21 +20,29 @@ namespace kdstream
 class AccessLog
 {
 public:
+  // Lines that wait for the disk take at most so many bytes; further ones are left out, and a line
+  // says how many: "# 17 lines are lost".
+  static constexpr std::size_t waitingBytes = std::size_t{ 4 } << 20;
+
   // Appends to `file`; "-" is stderr. Errors: InputOutput.
   static Result<std::shared_ptr<AccessLog>> Open(const std::string& file);
+  // Writes what waits, for at most a second.
   ~AccessLog();
   AccessLog(const AccessLog&) = delete;
   AccessLog& operator=(const AccessLog&) = delete;
 
-  // One thread at a time.
+  // Waits for nobody. From any thread.
   void Write(const AccessRecord& record);
 
+  // What comes from now on goes to what has the file's name now: log rotation. Errors: InputOutput;
+  // then the lines go on where they went.
+  Status Reopen();
+
 private:
-  explicit AccessLog(std::FILE* stream)
-    : Stream(stream)
-  {
-  }
-  std::FILE* Stream;
+  struct Writer;
+  AccessLog(std::string file, std::shared_ptr<Writer> writer);
+  std::string File;
+  std::shared_ptr<Writer> Lines;
 };
 
 }

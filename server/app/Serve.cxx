@@ -3,12 +3,17 @@
 // protocol is doc/protocol.md.
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
+#include "server/app/FolderWatch.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
+#include <poll.h>
 #include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <iostream>
@@ -22,7 +27,8 @@ using namespace kdstream;
 constexpr const char* description =
   "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
   "When it is ready it prints one line: listening on http://HOST:PORT\n"
-  "SIGHUP makes it read the folder again; SIGTERM and SIGINT end it, what is under way first.";
+  "Stores that come, change or go are seen by themselves; SIGHUP makes it read the folder and the\n"
+  "pages again and open its log anew; SIGTERM and SIGINT end it, what is under way first.";
 
 constexpr const char* examples = "Example:\n"
                                  "  kdstream-serve stores --port 8700 --access-log -";
@@ -193,36 +199,78 @@ void WarnOfEmptyFolder(
 {
   if (catalog.Models().empty())
   {
-    PrintWarning(program, folder,
-      "there is no store (NAME.kds) to serve in this folder; SIGHUP makes the server look again");
+    PrintWarning(program, folder, "there is no store (NAME.kds) to serve in this folder yet");
   }
 }
 
-void WaitForEnd(const sigset_t& signals, const std::string& program, const std::string& folder,
-  StoreCatalog& catalog, const std::optional<StaticFiles>& web)
+// What runs beside the server.
+struct Surroundings
 {
-  constexpr timespec second{ 1, 0 };
-  for (int signal = 0; signal != SIGTERM && signal != SIGINT;)
+  const std::string& program;
+  const CommandLine& line;
+  StoreCatalog& catalog;
+  const std::shared_ptr<AccessLog>& log; // may be null
+};
+
+void Reload(const Surroundings& around)
+{
+  const auto& [program, line, catalog, log] = around;
+  if (const auto status = catalog.Reload(); !status)
   {
-    signal = sigtimedwait(&signals, nullptr, &second);
-    if (signal < 0)
+    PrintWarning(
+      program, line.folder, status.GetError().message + "; the models of before are served");
+  }
+  WarnOfEmptyFolder(program, line.folder, catalog);
+  if (line.server.web)
+  {
+    line.server.web->Forget();
+  }
+  if (const auto status = log ? log->Reopen() : Status{}; !status)
+  {
+    PrintWarning(
+      program, line.accessLog, status.GetError().message + "; the file of before is kept");
+  }
+}
+
+// Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
+void WaitForEnd(const sigset_t& signals, const Surroundings& around)
+{
+  auto watch = FolderWatch::Open(around.line.folder);
+  if (!watch)
+  {
+    PrintWarning(around.program, around.line.folder,
+      watch.GetError().message + ": what changes in it is seen at SIGHUP");
+  }
+  else
+  {
+    around.catalog.Look(); // what came before it was watched
+  }
+  const int signalFile = ::signalfd(-1, &signals, SFD_CLOEXEC);
+  std::array<pollfd, 2> sources{ { { signalFile, POLLIN, 0 },
+    { watch ? watch->Descriptor() : -1, POLLIN, 0 } } };
+  for (;;)
+  {
+    (void)::poll(sources.data(), sources.size(), 1000);
+    if (watch && watch->HasChanged())
     {
-      catalog.Refresh();
+      around.catalog.Look();
     }
-    else if (signal == SIGHUP)
+    else
     {
-      if (const auto status = catalog.Reload(); !status)
-      {
-        PrintWarning(
-          program, folder, status.GetError().message + "; the models of before are served");
-      }
-      WarnOfEmptyFolder(program, folder, catalog);
-      if (web)
-      {
-        web->Forget();
-      }
+      around.catalog.Refresh();
+    }
+    constexpr timespec now{ 0, 0 };
+    const int signal = sigtimedwait(&signals, nullptr, &now);
+    if (signal == SIGTERM || signal == SIGINT)
+    {
+      break;
+    }
+    if (signal == SIGHUP)
+    {
+      Reload(around);
     }
   }
+  ::close(signalFile);
 }
 
 // Takes all the descriptors that the system gives, and no more clients than they are enough for:
@@ -281,6 +329,7 @@ int Serve(const std::string& program, CommandLine& line)
     }
     line.server.web = std::move(*web);
   }
+  std::shared_ptr<AccessLog> log;
   if (!line.accessLog.empty())
   {
     if (line.accessLog != "-")
@@ -292,12 +341,13 @@ int Serve(const std::string& program, CommandLine& line)
         return PrintError(program, line.accessLog, place.GetError());
       }
     }
-    const auto log = AccessLog::Open(line.accessLog);
-    if (!log)
+    auto opened = AccessLog::Open(line.accessLog);
+    if (!opened)
     {
-      return PrintError(program, line.accessLog, log.GetError());
+      return PrintError(program, line.accessLog, opened.GetError());
     }
-    line.server.onAccess = [log = *log](const AccessRecord& record) { log->Write(record); };
+    log = std::move(*opened);
+    line.server.onAccess = [log](const AccessRecord& record) { log->Write(record); };
   }
   line.server.onError = [&program](const std::string& what) {
     PrintError(program, "", { ErrorCode::InputOutput, what });
@@ -312,7 +362,7 @@ int Serve(const std::string& program, CommandLine& line)
   }
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  WaitForEnd(signals, program, line.folder, catalog, line.server.web);
+  WaitForEnd(signals, { program, line, catalog, log });
   (*server)->Stop();
   return exitDone;
 }

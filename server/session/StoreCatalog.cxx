@@ -58,6 +58,15 @@ bool MayPass(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
+// It may be half of a copy that is under way.
+bool WasWrittenJustNow(const std::filesystem::path& file)
+{
+  std::error_code error;
+  const auto age =
+    std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
+  return !error && age < std::chrono::seconds(10);
+}
+
 // The stores of a folder, by name.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
@@ -97,10 +106,15 @@ StoreCatalog::~StoreCatalog() = default;
 Status StoreCatalog::Reload()
 {
   this->Reports->Forget();
-  return this->ReadFolder();
+  return this->ReadFolder(Patience::None);
 }
 
-Status StoreCatalog::ReadFolder()
+void StoreCatalog::Look()
+{
+  (void)this->ReadFolder(Patience::WithNew); // where it cannot be read, all stays as it is
+}
+
+Status StoreCatalog::ReadFolder(Patience patience)
 {
   const std::lock_guard reloading(this->ReloadMutex);
   const auto files = FindStores(this->Folder);
@@ -116,7 +130,7 @@ Status StoreCatalog::ReadFolder()
   auto state = std::make_shared<State>();
   for (const auto& file : *files)
   {
-    this->Add(*state, file, *before);
+    this->Add(*state, file, *before, patience);
   }
   this->KeepReplaced(*state, *before);
   const std::lock_guard lock(this->Mutex);
@@ -125,7 +139,8 @@ Status StoreCatalog::ReadFolder()
 }
 
 // The model of `file`: the one of before, if it is the same or there is no other.
-void StoreCatalog::Add(State& state, const std::filesystem::path& file, const State& before) const
+void StoreCatalog::Add(
+  State& state, const std::filesystem::path& file, const State& before, Patience patience) const
 {
   const auto id = file.stem().string();
   if (!IsModelId(id))
@@ -149,10 +164,14 @@ void StoreCatalog::Add(State& state, const std::filesystem::path& file, const St
     return;
   }
   const Error& error = model.GetError();
-  state.passing = state.passing || MayPass(error);
-  this->Reports->TellOnce(file,
-    error.message +
-      (old ? "; the store of before is served" : "; it is left out, the other stores are served"));
+  const bool isNew = patience == Patience::WithNew && WasWrittenJustNow(file);
+  state.passing = state.passing || MayPass(error) || isNew;
+  if (!isNew)
+  {
+    this->Reports->TellOnce(
+      file, error.message + (old ? "; the store of before is served"
+                                 : "; it is left out, the other stores are served"));
+  }
   if (old)
   {
     state.byId.emplace(id, old);
@@ -196,7 +215,7 @@ void StoreCatalog::Refresh()
     [now](const Replaced& replaced) { return replaced.until <= now; });
   if (present->passing || changed || outlived)
   {
-    (void)this->ReadFolder(); // where the folder cannot be read, all stays as it is
+    this->Look();
   }
 }
 

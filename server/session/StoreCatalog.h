@@ -41,6 +41,9 @@ public:
   // folder cannot be read: the models stay as they were. Memory: 48 bytes a node of each tree.
   Status Reload();
 
+  // What Reload does, where stores may have come or gone; but nothing is reported again.
+  void Look();
+
   // To be called now and then: lets go of replaced models after their grace, and where a store was
   // overwritten, or a store or the folder could not be opened, does what Reload does. What has been
   // reported already is not reported again.
@@ -68,8 +71,14 @@ private:
     bool passing = false;           // something failed that may succeed soon
   };
   std::shared_ptr<const State> Current() const;
-  Status ReadFolder();
-  void Add(State& state, const std::filesystem::path& file, const State& before) const;
+  enum class Patience
+  {
+    None,
+    WithNew // what was written just now, and is no store, may become one: it is not reported yet
+  };
+  Status ReadFolder(Patience patience);
+  void Add(
+    State& state, const std::filesystem::path& file, const State& before, Patience patience) const;
   void KeepReplaced(State& state, const State& before) const;
 
   std::filesystem::path Folder;

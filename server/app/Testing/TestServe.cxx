@@ -244,10 +244,64 @@ TEST_F(Serve, AnEmptyFolderIsServed)
   const auto port = serve.Port();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models")->body, "{\"models\":[]}");
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
-                                 ": there is no store (NAME.kds) to serve in this folder; SIGHUP "
-                                 "makes the server look again");
+                                 ": there is no store (NAME.kds) to serve in this folder yet");
   serve.Signal(SIGINT);
   EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
+{
+  const auto log = this->folder / "access.log";
+  Process serve({ this->stores, "--port", "0", "--access-log", log });
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto digest = [&client](const std::string& name) -> std::string
+  {
+    const auto model = client.Get("/api/models/" + name + "/model.json");
+    return model && model->status == 200 ? ParseModel(model->body)->digest : "";
+  };
+  this->Build("one.kds");
+  while (digest("one").empty())
+  {
+  }
+  const auto first = digest("one");
+  this->Build("one.kds", 2);
+  while (digest("one") == first)
+  {
+  }
+  {
+    std::ifstream in(this->stores / "one.kds", std::ios::binary);
+    const std::string bytes{ std::istreambuf_iterator<char>(in), {} };
+    std::ofstream slow(this->stores / "two.kds", std::ios::binary);
+    slow << bytes.substr(0, bytes.size() / 2) << std::flush;
+    this->Build("three.kds"); // while two is half there
+    while (digest("three").empty())
+    {
+    }
+    EXPECT_EQ(digest("two"), "");
+    slow << bytes.substr(bytes.size() / 2);
+  }
+  while (digest("two").empty())
+  {
+  }
+  fs::remove(this->stores / "one.kds");
+  while (!digest("one").empty())
+  {
+  }
+  fs::rename(log, this->folder / "old.log");
+  serve.Signal(SIGHUP);
+  while (!fs::exists(log))
+  {
+  }
+  EXPECT_EQ(client.Get("/api/models.json")->status, 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  std::ifstream lines(log);
+  const std::string text{ std::istreambuf_iterator<char>(lines), {} };
+  EXPECT_NE(text.find("\"GET /api/models.json\" 200 "), std::string::npos) << text;
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
+                                 ": there is no store (NAME.kds) to serve in this folder yet");
+  EXPECT_EQ(serve.ErrorLine(), "") << "nothing else to warn of";
 }
 
 TEST_F(Serve, FindsThePageThatIsInstalledWithIt)
