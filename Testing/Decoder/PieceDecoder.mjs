@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A second decoder of pieces, written from doc/formats.md (sections 3 to 5) alone: what is said
+// A second decoder of pieces, tree pages and boxes, written from doc/formats.md (sections 3 to 7) alone: what is said
 // there is enough, and what the C++ writes is what is said. For tests; it is not fast. Throws where a
-// piece is damaged.
+// blob is damaged.
 
 const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
 const context = { seed: 0, group: 1, samePartition: 9, parent: 10, steps: 12, seedVertex: 13, jump: 14, groupDifference: 15,
   partition: 16, index: 17, otherIndex: 18, position: 19, unguided: 22, ownPartition: 23, ownIndex: 24, ancestor: 25,
   reachEnd: 26, reachNode: 27, single: 28, attribute: 29 };
-const choices = 12; // contexts of few symbols, whose frequencies sum to 256
+const pieceChoices = 12; // contexts of few symbols, whose frequencies sum to 256
 
 function need(holds, what) {
   if (!holds) throw new Error(what);
@@ -55,12 +55,13 @@ class Bytes {
 
 // Section 3.
 class Symbols {
-  constructor(reader, contexts) {
+  constructor(reader, contexts, choices = pieceChoices) {
+    this.choices = choices;
     this.bits = reader.take(reader.varint());
     this.words = new Bytes(reader.take(reader.bytes.length - reader.at));
     this.bit = 0;
     this.tables = [];
-    for (let c = 0; c < contexts; ++c) this.tables.push(this.raw(1) ? this.table(c < choices ? 256 : 1024) : null);
+    for (let c = 0; c < contexts; ++c) this.tables.push(this.raw(1) ? this.table(c < this.choices ? 256 : 1024) : null);
     this.bit = Math.ceil(this.bit / 8) * 8;
     this.a = this.word() + 65536 * this.word();
     this.b = this.word() + 65536 * this.word();
@@ -97,7 +98,7 @@ class Symbols {
   }
   symbol(c) {
     const table = this.tables[c];
-    const total = c < choices ? 256 : 1024, at = this.a % total;
+    const total = c < this.choices ? 256 : 1024, at = this.a % total;
     const { symbol, frequency, slot } = table ? table[at] : { symbol: 0, frequency: total, slot: at };
     let next = frequency * Math.floor(this.a / total) + slot;
     if (next < 65536) next = 65536 * next + this.word();
@@ -412,4 +413,83 @@ export function decodePiece(blob, model, level, node) {
 
 function compare(s, t) {
   return s[0] - t[0] || s[1] - t[1] || s[2] - t[2];
+}
+
+function content(blob, magic) {
+  const reader = new Bytes(blob.subarray(0, blob.length - 8));
+  need([...Buffer.from(magic), 7].every((byte) => reader.byte() === byte), `no ${magic} of version 7`);
+  return reader;
+}
+
+const depthOf = (node) => Math.floor(Math.log2(node));
+const isEmpty = (box) => box.lo[0] > box.hi[0];
+const empty = () => ({ lo: [Infinity, Infinity, Infinity], hi: [-Infinity, -Infinity, -Infinity] });
+
+function depthsOfPage(page, partition) {
+  return page > 1 ? 5 : partition < 10 ? partition : 5 + (partition % 5);
+}
+
+function readBox(symbols, parent, second) {
+  const side = [0, 1, 2].map((k) => parent.hi[k] - parent.lo[k]);
+  const split = side.indexOf(Math.max(...side));
+  const plane = (k, step) => step === 0 ? parent.lo[k] : step === 16 ? parent.hi[k] : parent.lo[k] + side[k] * (step / 16);
+  const box = { lo: [], hi: [] };
+  for (let k = 0; k < 3; ++k) {
+    for (const upper of [false, true]) {
+      const away = k === split && upper !== second ? symbols.signed(1) + 8 : symbols.number(2);
+      need(away >= 0 && away <= 16, "a box is not in its parent's");
+      (upper ? box.hi : box.lo)[k] = plane(k, upper ? 16 - away : away);
+    }
+    need(box.lo[k] <= box.hi[k], "a box is not in its parent's");
+  }
+  return box;
+}
+
+// Section 6. model: { partition, finest, onePiece: 11, levels: whether it has them }; around: the box of the page's node.
+// Boxes by heap number under the page, from 2 on; facts { most99, most, bytes } in the order of the page.
+export function decodeTreePage(blob, model, page, around) {
+  const symbols = new Symbols(content(blob, "KDT"), 6, 1);
+  const top = depthOf(page), most = top + depthsOfPage(page, model.partition);
+  const boxes = [empty(), around];
+  for (let i = 2; i < 2 ** (most - top + 1); ++i) {
+    const parent = boxes[i >> 1];
+    boxes.push(isEmpty(parent) || symbols.symbol(0) !== 0 ? empty() : readBox(symbols, parent, i % 2 === 1));
+  }
+  const depths = [];
+  for (let level = 0; model.levels && level <= model.finest; ++level) {
+    depths.push(Math.min(model.partition, Math.max(0, level - model.onePiece)));
+  }
+  const pieces = [...depths, model.partition].filter((depth) => (depth > top || page === 1) && depth <= most)
+    .reduce((sum, depth) => sum + 2 ** (depth - top), 0);
+  const bound = (code) => new Float32Array(new Uint32Array([code << 19]).buffer)[0];
+  let nearly = 0, bytes = 0;
+  const facts = Array.from({ length: pieces }, () => {
+    nearly += symbols.signed(3);
+    const all = nearly + symbols.number(4);
+    bytes += symbols.signed(5);
+    need(nearly >= 0 && all <= 0xfef && bytes >= 0 && bytes <= 192, "bounds or bytes out of range");
+    return { most99: bound(nearly), most: bound(all),
+      bytes: bytes < 16 ? bytes : (8 + (bytes % 8)) * 2 ** (Math.floor(bytes / 8) - 1) };
+  });
+  symbols.finish();
+  return { boxes, facts };
+}
+
+// Section 7: the boxes of the partitions below `node`.
+export function decodePartitionBoxes(blob, model, node) {
+  const reader = content(blob, "KDB");
+  const width = reader.byte();
+  need(width === 4 || width === 8, "unknown width");
+  const symbols = new Symbols(reader, 6, 0);
+  const boxes = Array.from({ length: 2 ** (model.partition - depthOf(node)) }, empty);
+  for (let side = 0; side < 6; ++side) {
+    let bits = 0n;
+    for (const box of boxes) {
+      bits = BigInt.asUintN(64, bits + symbols.bigSigned(side));
+      need(width === 8 || bits < 2n ** 32n, "a coordinate out of range");
+      (side < 3 ? box.lo : box.hi)[side % 3] = unordered(bits, width);
+    }
+  }
+  symbols.finish();
+  return boxes;
 }

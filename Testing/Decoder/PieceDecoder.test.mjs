@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
-import { decodePiece } from "./PieceDecoder.mjs";
+import { decodePartitionBoxes, decodePiece, decodeTreePage } from "./PieceDecoder.mjs";
 
 const [program, file] = process.argv.slice(2);
 execFileSync(program, [file]);
@@ -11,9 +11,37 @@ const doubles = (hex) => {
   const bytes = Buffer.from(hex, "hex");
   return Array.from({ length: bytes.length / 8 }, (_, i) => bytes.readDoubleBE(8 * i));
 };
-let samples = 0, damaged = 0;
+const flat = (boxes) => boxes.flatMap((box) => [...box.lo, ...box.hi]);
+const same = (values, expected, where) => {
+  assert.equal(values.length, expected.length, where);
+  values.forEach((value, i) => assert.ok(Object.is(value, expected[i]), `${where}, value ${i}`));
+};
+let samples = 0, damaged = 0, pages = 0;
+
+function checkTree(sample) {
+  const blob = new Uint8Array(Buffer.from(sample.blob, "hex"));
+  const where = `${sample.kind} ${sample.node}`;
+  const decode = (bytes) => {
+    if (sample.kind === "boxes") return { boxes: decodePartitionBoxes(bytes, sample, sample.node), facts: [] };
+    const [lo, hi] = [doubles(sample.around).slice(0, 3), doubles(sample.around).slice(3)];
+    const page = decodeTreePage(bytes, sample, sample.node, { lo, hi });
+    return { boxes: page.boxes.slice(1), facts: page.facts };
+  };
+  const told = decode(blob);
+  same(flat(told.boxes), doubles(sample.boxes), where);
+  same(told.facts.flatMap((fact) => [fact.most99, fact.most, fact.bytes]), doubles(sample.facts), where);
+  const cut = new Uint8Array(blob.length - 1 - (pages % (blob.length - 12)));
+  cut.set(blob.subarray(0, cut.length));
+  assert.throws(() => decode(cut), where);
+  ++pages;
+}
+
 for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   const sample = JSON.parse(line);
+  if (sample.kind) {
+    checkTree(sample);
+    continue;
+  }
   const frame = doubles(sample.frame);
   const grid = { bits: sample.bits, scalarType: sample.scalarType, origin: frame.slice(0, 3), step: frame[3],
     spacing: sample.spacing };
@@ -39,4 +67,5 @@ for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   ++samples;
 }
 assert.ok(samples > 600, "too few samples");
-console.log(`${samples} pieces are the same, ${damaged} that were cut are refused`);
+assert.ok(pages > 100, "too few pages and boxes");
+console.log(`${pages} pages and boxes are the same; ${samples} pieces are the same, ${damaged} that were cut are refused`);

@@ -200,9 +200,13 @@ Result<Piece> DecodePiece(
   {
     return Named(reader.Why(), expected);
   }
-  if (Status status = CheckPiece(piece, context.depths); !status)
+  for (const Status& status :
+    { CheckPiece(piece, context.depths), CheckRanks(piece, context.depths, context.clusters) })
   {
-    return Named(status.GetError(), expected);
+    if (!status)
+    {
+      return Named(status.GetError(), expected);
+    }
   }
   return piece;
 }

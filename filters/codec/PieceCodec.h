@@ -27,6 +27,8 @@ struct CodecContext
   // Of each level, how many of the grid's steps lie between the points that it uses (SpacingFor);
   // empty: 1 of all.
   std::vector<std::uint32_t> spacings{};
+  // Of each level, how many clusters it has: no rank is above. Empty: that is not known.
+  std::vector<std::uint64_t> clusters{};
 
   CoordinateGrid GridOf(Resolution resolution) const
   {
@@ -53,7 +55,8 @@ std::vector<std::uint8_t> EncodePiece(
 
 // Decodes the blob of piece `expected`. Any bytes may be given: lengths are bounded by the size of
 // the blob before memory is taken (at most 2 KiB for a byte of it, the piece and what is needed on
-// the way), time by both, and the piece passes CheckPiece. Errors: Damaged where the
+// the way), time by both, and the piece passes CheckPiece; its ranks are of
+// clusters that the levels have. Errors: Damaged where the
 // checksum is wrong (see Seal.h); InvalidInput with the byte offset; Unsupported for an unknown
 // codec version.
 Result<Piece> DecodePiece(

@@ -34,10 +34,11 @@ bool ModelDescription::HasPiece(PieceId piece) const
 
 CodecContext ModelDescription::Codec() const
 {
-  CodecContext context{ this->depths, this->grid, {} };
+  CodecContext context{ this->depths, this->grid, {}, {} };
   for (const ResolutionDescription& level : this->levels)
   {
     context.spacings.push_back(level.spacing);
+    context.clusters.push_back(level.vertices);
   }
   return context;
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes pieces as blobs and as what they hold, one JSON object a line, for the decoder in
-// JavaScript (Testing/Decoder) to be held against. PieceSamples FILE
+// Writes pieces, tree pages and boxes as blobs and as what they hold, one JSON object a line, for
+// the decoder in JavaScript (Testing/Decoder) to be held against. PieceSamples FILE
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
+#include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/Testing/RandomPiece.h"
+#include "filters/codec/TreePage.h"
 #include "filters/core/BitCast.h"
 
 #include <fstream>
@@ -89,6 +91,60 @@ std::string Sample(const Piece& piece, const CodecContext& context)
          "}\n";
 }
 
+std::string HexOfBoxes(std::span<const Box> boxes)
+{
+  std::vector<double> sides;
+  for (const Box& box : boxes)
+  {
+    sides.insert(sides.end(), box.lo.begin(), box.lo.end());
+    sides.insert(sides.end(), box.hi.begin(), box.hi.end());
+  }
+  return HexOfDoubles(sides);
+}
+
+std::string TreeSample(const char* kind, NodeId node, const TreeDepths& depths, bool levels,
+  const std::vector<std::uint8_t>& blob, const Box& around, std::span<const Box> boxes,
+  std::span<const PieceFacts> facts)
+{
+  std::vector<double> numbers;
+  for (const PieceFacts& piece : facts)
+  {
+    numbers.insert(numbers.end(), { piece.most99, piece.most, double(piece.bytes) });
+  }
+  return std::string("{\"kind\":\"") + kind + "\",\"node\":" + Number(node) +
+         ",\"partition\":" + Number(depths.partition) + ",\"finest\":" + Number(depths.finest) +
+         ",\"onePiece\":" + Number(depths.onePiece) + ",\"levels\":" + (levels ? "true" : "false") +
+         ",\"blob\":" + Hex(blob) + ",\"around\":" + HexOfBoxes({ &around, 1 }) +
+         ",\"boxes\":" + HexOfBoxes(boxes) + ",\"facts\":" + HexOfDoubles(numbers) + "}\n";
+}
+
+// Pages and boxes of a tree, its pieces with any facts.
+void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt19937& random)
+{
+  const KdTree tree = *BuildKdTree(mesh.points, { 1, {}, 1 });
+  const TreeDepths& depths = tree.depths;
+  for (const NodeId page : TreePages(depths))
+  {
+    PieceTable pieces(depths, levels);
+    for (const PieceId piece : PiecesOfTreePage(page, depths, levels))
+    {
+      const auto most99 = float(random() % 1000) / 7;
+      pieces.At(
+        piece) = { most99, most99 * 2, static_cast<std::uint32_t>(random() >> random() % 32) };
+    }
+    const TreePage told = RoundTreePage(tree.boxes, page, depths, pieces);
+    file << TreeSample("page", page, depths, levels, EncodeTreePage(told), told.boxes[1],
+      std::span(told.boxes).subspan(1), told.facts);
+  }
+  for (const NodeId node : AllPartitionBoxes(depths))
+  {
+    const unsigned below = depths.partition - DepthOfNode(node);
+    file << TreeSample("boxes", node, depths, levels,
+      EncodePartitionBoxes(tree.boxes, node, depths), {},
+      std::span(tree.boxes).subspan(node << below, std::size_t{ 1 } << below), {});
+  }
+}
+
 }
 
 int main(int argc, char** argv)
@@ -129,6 +185,11 @@ int main(int argc, char** argv)
         piece, { depths, CoordinateGrid::Over(box, 20, mesh.scalarType), { 1, 2000, 300, 77, 2 } });
       file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType), { 5 } });
     }
+  }
+  for (const Mesh& mesh : { Torus(40, 25), Cloud(3), Soup(30, 5) })
+  {
+    WriteTreeSamples(file, mesh, true, random);
+    WriteTreeSamples(file, mesh, false, random);
   }
   file.close();
   return file ? 0 : 1;

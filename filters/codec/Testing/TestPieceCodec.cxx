@@ -13,11 +13,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <new>
 #include <random>
+#include <set>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -394,6 +397,45 @@ TEST(PieceCodec, PiecesOfAnythingComeBack)
       ASSERT_EQ(EncodePiece(*decoded, context), blob) << "encoding again gives other bytes";
     }
   }
+}
+
+TEST(PieceCodec, RanksBeyondTheirLevelAreRefused)
+{
+  const auto model = MakeModel(Torus(60, 40), { 20, {}, 2 }, {}, {}, 3);
+  CodecContext context = ContextsOf(*model)[0];
+  std::map<unsigned, std::uint64_t> clusters;
+  for (const auto& [id, piece] : model->pieces)
+  {
+    if (!id.resolution.IsOriginal())
+    {
+      clusters[id.resolution.Depth()] += piece.ownVertices;
+    }
+  }
+  for (const auto& [level, count] : clusters)
+  {
+    context.clusters.push_back(count);
+  }
+  std::set<std::string> reasons;
+  for (const auto& [id, piece] : model->pieces)
+  {
+    const auto blob = EncodePiece(piece, context);
+    ASSERT_TRUE(DecodePiece(blob, id, context));
+    for (std::size_t level = 0; level < context.clusters.size(); ++level)
+    {
+      CodecContext fewer = context;
+      fewer.clusters[level] = 0;
+      if (const auto told = DecodePiece(blob, id, fewer); !told)
+      {
+        EXPECT_EQ(told.GetError().code, ErrorCode::InvalidInput);
+        const std::string& why = told.GetError().message;
+        EXPECT_EQ(why.rfind("piece " + std::to_string(id.node) + " of ", 0), 0U) << why;
+        const std::size_t ofAncestor = why.find(" of an ancestor");
+        reasons.insert(why.substr(std::min(ofAncestor, why.find(" is beyond"))));
+      }
+    }
+  }
+  EXPECT_EQ(reasons,
+    (std::set<std::string>{ " is beyond its level", " of an ancestor is beyond its level" }));
 }
 
 TEST(PieceCodec, WhatIsTooRegularToFillItsBlobComesBack)

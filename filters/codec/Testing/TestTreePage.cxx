@@ -169,8 +169,7 @@ TEST(TreePage, FactsAreRoundedUp)
       const PieceFacts &told = page.facts[i], &exact = pieces.At(ids[i]);
       ASSERT_GE(told.most99, exact.most99);
       ASSERT_LE(double(told.most99), double(exact.most99) * 1.0626);
-      ASSERT_TRUE(
-        told.most >= exact.most || exact.most == std::numeric_limits<float>::max());
+      ASSERT_TRUE(told.most >= exact.most || exact.most == std::numeric_limits<float>::max());
       ASSERT_LE(told.most99, told.most);
       ASSERT_GE(told.bytes, exact.bytes);
       ASSERT_LE(told.bytes, exact.bytes + exact.bytes / 8);
@@ -213,7 +212,8 @@ TEST(TreePage, WhatIsNoPageIsRefused)
   const Mesh mesh = Torus(40, 30);
   const KdTree tree = *BuildKdTree(mesh.points, { 1, {}, 1 });
   const TreeDepths& depths = tree.depths;
-  const Bytes blob = EncodeTreePage(RoundTreePage(tree.boxes, 1, depths, RandomFacts(depths, true)));
+  const Bytes blob =
+    EncodeTreePage(RoundTreePage(tree.boxes, 1, depths, RandomFacts(depths, true)));
   const auto why = [&](const Bytes& bytes, NodeId page, const Box& around, bool levels = true)
   {
     const auto told = DecodeTreePage(bytes, page, around, depths, levels);

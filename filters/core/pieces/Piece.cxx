@@ -262,4 +262,31 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
+Status CheckRanks(
+  const Piece& piece, const TreeDepths& depths, std::span<const std::uint64_t> clusters)
+{
+  const Resolution resolution = piece.id.resolution;
+  const bool ranked = !resolution.IsOriginal() && resolution.Depth() < depths.stitch;
+  if (ranked && resolution.Depth() < clusters.size())
+  {
+    for (const VertexKey rank : piece.keys)
+    {
+      if (rank >= clusters[resolution.Depth()])
+      {
+        return Bad("rank ", rank, " is beyond its level");
+      }
+    }
+  }
+  const AncestorLevels levels = AncestorLevelsOf(resolution, depths);
+  for (std::size_t at = 0; at < piece.ancestors.size(); ++at)
+  {
+    const std::size_t level = levels.coarsest + at % levels.count;
+    if (level < clusters.size() && piece.ancestors[at] >= clusters[level])
+    {
+      return Bad("rank ", piece.ancestors[at], " of an ancestor is beyond its level");
+    }
+  }
+  return {};
+}
+
 }

@@ -90,4 +90,10 @@ struct Piece
 // on, so that hostile bytes cannot reach it.
 Status CheckPiece(const Piece& piece, const TreeDepths& depths);
 
+// Whether all ranks of vertices below S, and of ancestors, are of clusters that the levels have.
+// clusters: of each level, how many; empty: nothing is known. REQUIRES: sizes of the piece agree.
+// Errors: InvalidInput.
+Status CheckRanks(
+  const Piece& piece, const TreeDepths& depths, std::span<const std::uint64_t> clusters);
+
 }
