@@ -114,6 +114,10 @@ TEST(EdgeCandidates, LeaveInOrder)
         const auto u = static_cast<VertexId>(random.Below(20));
         const EdgeCandidate candidate{ std::abs(random.Next()), u,
           static_cast<VertexId>(u + 1 + random.Below(3)), stamps[u], random.Below(4) == 0 };
+        if (queue.IsFull() || random.Below(100) == 0)
+        {
+          queue.MakeRoom(isCurrent);
+        }
         queue.Push(candidate);
         expected.insert(candidate);
       }
@@ -138,6 +142,33 @@ TEST(EdgeCandidates, LeaveInOrder)
       }
     }
   }
+}
+
+TEST(EdgeCandidates, WhatIsOutOfDateTakesNoMemory)
+{
+  constexpr std::uint32_t edges = 3000, rounds = 200;
+  EdgeCandidates queue;
+  std::uint32_t stamp = 0; // of all edges
+  const auto isCurrent = [&](const EdgeCandidate& c) { return c.stamp == stamp; };
+  for (stamp = 0; stamp < rounds; ++stamp)
+  {
+    for (VertexId u = 0; u < edges; ++u)
+    {
+      if (queue.IsFull())
+      {
+        queue.MakeRoom(isCurrent);
+      }
+      queue.Push({ double(u % 7) * double(stamp + 1), u, u + 1, stamp, u % 2 == 0 });
+    }
+  }
+  EXPECT_LT(queue.Capacity(), 3 * edges);
+  stamp = rounds - 1;
+  EdgeCandidate first;
+  for (std::uint32_t left = edges; left > 0; --left)
+  {
+    ASSERT_TRUE(queue.Pop(first, isCurrent));
+  }
+  EXPECT_FALSE(queue.Pop(first, isCurrent));
 }
 
 TEST(EdgeCandidates, AreOrderedByCostThenByVertices)

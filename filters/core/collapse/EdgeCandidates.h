@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -36,7 +37,9 @@ struct EdgeCandidate
 // buckets of half an octave of cost each. Only the cheapest bucket is sorted, by a heap: it gets
 // what is still current of the bucket, and candidates that come later and cost no more than the
 // bucket's. They leave the queue in their full order. Push O(1), or O(log h) for a heap of h;
-// memory 24 bytes for each candidate in the queue at once.
+// memory 24 bytes for each candidate in the queue at once. Where vertices have hundreds of edges
+// far more are pushed than are ever current together: whoever pushes many drops those that are out
+// of date when the queue is full.
 class EdgeCandidates
 {
 public:
@@ -48,6 +51,14 @@ public:
   // Memory for so many at once.
   void Reserve(std::size_t candidates) { this->Slots.reserve(candidates); }
   void Push(const EdgeCandidate& candidate);
+  // For how many there is memory.
+  std::size_t Capacity() const { return this->Slots.capacity(); }
+  // Whether the next Push may take more memory.
+  bool IsFull() const { return this->Free == none && this->Slots.size() == this->Slots.capacity(); }
+  // Makes room for more: by what is out of date if that is a third, else by memory. The order in
+  // which candidates leave stays. O(all); O(1) for each Push in between. REQUIRES: as Pop.
+  template <class IsCurrent>
+  void MakeRoom(const IsCurrent& isCurrent);
   // Takes out the first candidate for which isCurrent(candidate) is true, and drops all before it.
   // False: no candidate is current. REQUIRES: one that is out of date stays so.
   template <class IsCurrent>
@@ -55,6 +66,7 @@ public:
 
 private:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::size_t leastRoom = 1024;
   static constexpr unsigned shift = 51; // what is left of a double: exponent and a binary digit
   static constexpr std::size_t buckets = std::size_t{ 1 } << (63 - shift);
 
@@ -105,6 +117,32 @@ inline void EdgeCandidates::Push(const EdgeCandidate& candidate)
   first = this->Free;
   this->Free = this->Slots[first].next;
   this->Slots[first] = waiting;
+}
+
+template <class IsCurrent>
+void EdgeCandidates::MakeRoom(const IsCurrent& isCurrent)
+{
+  std::size_t dropped = 0;
+  for (std::size_t list = 2 * this->Lowest; list < this->First.size(); ++list)
+  {
+    std::uint32_t* from = &this->First[list];
+    while (*from != none)
+    {
+      Waiting& waiting = this->Slots[*from];
+      if (isCurrent({ waiting.cost, waiting.u, waiting.v, waiting.stamp, list % 2 != 0 }))
+      {
+        from = &waiting.next;
+        continue;
+      }
+      ++dropped;
+      const std::uint32_t slot = std::exchange(*from, waiting.next);
+      waiting.next = std::exchange(this->Free, slot);
+    }
+  }
+  if (dropped < this->Slots.size() / 3)
+  {
+    this->Slots.reserve(this->Slots.size() + this->Slots.size() / 2 + leastRoom);
+  }
 }
 
 template <class IsCurrent>

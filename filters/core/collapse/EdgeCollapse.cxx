@@ -242,6 +242,10 @@ void EdgeCollapse::PushAt(const Edge& edge, double cost)
   if (cost <= std::numeric_limits<double>::max())
   {
     const auto [u, v] = edge;
+    if (this->Candidates.IsFull())
+    {
+      this->Candidates.MakeRoom([&](const EdgeCandidate& other) { return this->IsCurrent(other); });
+    }
     this->Candidates.Push({ cost, u, v, this->Stamp[u] + this->Stamp[v], false });
   }
 }
