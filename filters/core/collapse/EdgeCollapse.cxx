@@ -27,11 +27,12 @@ constexpr std::size_t mostRetries = 256;
 // for large parts, and up to 70 for noisy ones of a few hundred vertices: hence the constant. In
 // parts of a soup retries took most of 100 to 400, the more the denser it is, and gained hardly a
 // merge.
-constexpr std::uint64_t stepsOfRetries = 32, leastStepsOfRetries = std::uint64_t{ 1 } << 16;
+constexpr std::uint64_t stepsOfRetries = 16, leastStepsOfRetries = std::uint64_t{ 1 } << 16;
 // From there on each merge may have taken so many steps on average, or the part is given up.
-// Surfaces take 30 to 60, tangles that still get coarser 500. Where most edges are refused it was
-// 5,000 to 30,000, for one merge of thirty vertices.
-constexpr std::uint64_t mostStepsOfMerge = 1024;
+// Surfaces take 30 to 60. Where most edges are refused it was 5,000 to 30,000, for one merge of
+// thirty vertices. Tangles that still get coarser take 500: they are grouped by cells instead,
+// which costs little and looks no worse.
+constexpr std::uint64_t mostStepsOfMerge = 256;
 
 // The sums of the quadrics of two edges' ends, side by side.
 QuadraticForm<Lanes> SumsOf(
