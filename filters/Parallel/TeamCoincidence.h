@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices in one place that lie on several ranks: for the levels by clusters of a parallel build.
+// Step "levels" on several ranks, a part of it: finds vertices in the same place that different
+// ranks have, and links them for the levels by clusters. For TeamLevels.
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"

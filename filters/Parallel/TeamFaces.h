@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Triangles and attributes on several ranks: step "faces" of a parallel build.
+// Step "faces" of a parallel build: brings the triangles and attributes that each rank has read to
+// the ranks in whose cells they lie. For TeamBuilder.
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The blocks of a level that lie on several ranks, as a round of collapses goes through them.
+// LevelBlocks (core/levels) over ranks: lets a round of collapses (CollapseRound) go through the
+// blocks that this rank has, and tells the others what theirs need to know. For TeamLevels.
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"

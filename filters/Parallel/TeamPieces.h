@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces of several ranks on their way into one store: step "store" of a parallel build.
+// Step "store" of a parallel build: rank 0 gets the encoded pieces of all ranks, in their order,
+// and writes them. For TeamBuilder.
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Welding on several ranks: step "weld" of a parallel build.
+// Step "weld" of a parallel build: equal vertices become one, though different ranks have read
+// them. For TeamBuilder.
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"

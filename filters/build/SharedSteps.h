@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the builders in memory, out of core and on the ranks of a job do alike: checks, counts and
-// what is said of the model. The steps themselves are in the folders of the README's picture.
+// Small checks and counts that the three builders (in memory, out of core, on ranks) do alike, so
+// that each stands once: names of attributes, vertices that the grid merges. For the builders
+// alone; the steps themselves are in the folders of the README's picture.
 #pragma once
 
 #include "filters/build/Builder.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A block of the next coarser level from a block of a level and what merges in it. For the makers
-// of levels alone.
+// The last step of a round from one level to the next coarser one: once it is decided which
+// clusters merge (Merging.h), makes the new clusters, their places, sums and parents. For the
+// makers of levels alone (CollapseRound, CollapseLevels), block by block.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A few values as bytes, and back: counts, boxes, lists. What a phase of a build leaves for those
-// after it. Written and read by the same program on the same machine (a build folder's fingerprint
-// says so), hence as they lie in memory.
+// What a finished phase of a build leaves for --resume besides its files: a few counts, boxes and
+// lists, as bytes and back. For the journal and the phases (PhaseValues of filters/build); a blob
+// of a store is something else (doc/formats.md).
+//
+// Written and read by the same program on the same machine (a build folder's fingerprint says so),
+// hence values stand as they lie in memory.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Freed memory goes back to the system, where a memory limit is watched from outside.
+// How a process that promised --memory keeps what it holds small as the system sees it: memory that
+// was freed goes back at once, and threads share what they free. For the builders, between steps,
+// and for kdstream-build, as it begins. How much memory is free is FreeMemory of
+// filters/program/Program.h.
 #pragma once
 
 #include <cstdint>

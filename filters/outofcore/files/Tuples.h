@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tuples of several arrays as bytes, element by element: how they lie in files.
+// How attributes lie in files: of each vertex or triangle the values of all arrays together (its
+// tuple), so that one element is read at once. For whatever spills attributes (MeshSpill,
+// MeshBlocks, LevelStates, the phase "faces").
 #pragma once
 
 #include "filters/core/Attribute.h"

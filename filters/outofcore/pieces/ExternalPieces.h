@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What pieces are cut from, of a mesh that does not fit the memory: part by part. Step "cut" out of
-// core.
+// Step "cut" out of core: of a mesh that does not fit the memory, hands the cutter one part after
+// the other, each as if it were a whole mesh (PieceCutter of core cuts it). For the builders out of
+// core and on ranks.
 #pragma once
 
 #include "filters/core/Execution.h"
