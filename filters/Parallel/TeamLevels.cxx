@@ -137,8 +137,18 @@ private:
   {
     KDSTREAM_TRY(
       WriteTeamImages(this->Team, this->Folder, finer, this->Memory, level, this->LinksIfAny()));
-    return FetchForeignClusters(
-      this->Team, this->Steps.Arrays().TupleBytes(), level, this->LinksIfAny());
+    KDSTREAM_TRY(FetchForeignClusters(
+      this->Team, this->Steps.Arrays().TupleBytes(), level, this->LinksIfAny()));
+    return this->Steps.ByClusters() ? Status{} : this->Untangle(level);
+  }
+
+  // Each rank its own clusters, with those of others where they were at first.
+  Status Untangle(LevelFile& level)
+  {
+    KDSTREAM_TRY(
+      this->Steps.Untangle(this->Folder, level, this->States, this->Team.Here(level.blockDepth)));
+    return this->Team.Fetch(
+      level.clusters, sizeof(ClusterRecord), level.begin, level.blockDepth, level.foreign);
   }
 
   // Level `depth` from the one below it.

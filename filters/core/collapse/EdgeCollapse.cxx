@@ -8,6 +8,7 @@
 //   6. Candidates anew around it; what neighbours had left is tried again.
 #include "filters/core/collapse/EdgeCollapse.h"
 
+#include "filters/core/VectorMath.h"
 #include "filters/core/collapse/EdgePlacement.h"
 
 #include <algorithm>
@@ -19,6 +20,8 @@ namespace
 
 constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
+// Of what others cost: of edges between the vertices of folds. Measured.
+constexpr double costOfFolds = 0.01;
 // How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
 // that is all knots, whose vertices have hundreds of edges each, would take most of its time for
 // edges that never collapse.
@@ -51,11 +54,33 @@ QuadraticForm<Lanes> SumsOf(
   return sums;
 }
 
+// Whether a triangle around a vertex faces the wrong way.
+std::vector<std::uint8_t> FoldedVertices(const CollapsePart& part)
+{
+  std::vector<std::uint8_t> folded(part.positions.size(), 0);
+  std::vector<Vec3> facing(part.normals.size());
+  std::transform(
+    part.normals.begin(), part.normals.end(), part.quadrics.begin(), facing.begin(), FacingOf);
+  for (std::size_t t = 0; t < (facing.empty() ? 0 : part.triangles.size()); ++t)
+  {
+    const auto [a, b, c] = part.triangles[t];
+    const Vec3 normal = Cross(
+      Minus(part.positions[b], part.positions[a]), Minus(part.positions[c], part.positions[a]));
+    if (Dot(normal, Plus(Plus(facing[a], facing[b]), facing[c])) < 0)
+    {
+      folded[a] = folded[b] = folded[c] = 1;
+    }
+  }
+  return folded;
+}
+
 }
 
 EdgeCollapse::EdgeCollapse(CollapsePart part)
-  : Positions(std::move(part.positions))
+  : Folded(FoldedVertices(part))
+  , Positions(std::move(part.positions))
   , Quadrics(std::move(part.quadrics))
+  , Normals(std::move(part.normals))
   , Fixed(std::move(part.fixed))
   , Components(part.components)
   , Attributes(std::move(part.attributes))
@@ -78,6 +103,12 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
     this->Vertices += !this->Fixed[v] && this->Stars.Degree(v) > 0;
   }
   this->FindEdges();
+}
+
+// Edges between the vertices of folds are cheaper: so most folds go.
+double EdgeCollapse::DiscountOf(VertexId u, VertexId v) const
+{
+  return this->Folded[u] != 0 && this->Folded[v] != 0 ? costOfFolds : 1;
 }
 
 void EdgeCollapse::FindEdges()
@@ -179,7 +210,7 @@ bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) c
     position = placed.position;
     cost = placed.cost;
   }
-  cost += this->LastingCost(u, v);
+  cost = this->DiscountOf(u, v) * (cost + this->LastingCost(u, v));
   return cost <= std::numeric_limits<double>::max();
 }
 
@@ -233,7 +264,7 @@ void EdgeCollapse::PushWaiting()
   for (std::size_t i = 0; i < this->WaitingCount; ++i)
   {
     const auto [u, v] = this->Waiting[i];
-    this->PushAt({ u, v }, placed.cost[i] + this->LastingCost(u, v));
+    this->PushAt({ u, v }, this->DiscountOf(u, v) * (placed.cost[i] + this->LastingCost(u, v)));
   }
   this->WaitingCount = 0;
 }
@@ -299,22 +330,66 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
     this->Looked += this->Star.sides.size() + this->Star.facing.size();
     if (!edge.measured && this->AreaPerVertex > 0)
     {
-      const double retreat =
-        this->AreaPerVertex * this->Merged.SquaredRetreat(this->Positions, this->Star, edge.u,
-                                edge.v, this->AreaPerVertex, edge.cost);
+      const double scale = this->AreaPerVertex * this->DiscountOf(edge.u, edge.v);
+      const double retreat = scale * this->Merged.SquaredRetreat(this->Positions, this->Star,
+                                       edge.u, edge.v, scale, edge.cost);
       if (retreat > edge.cost)
       {
         this->Candidates.Push({ retreat, edge.u, edge.v, edge.stamp, true });
         continue;
       }
     }
-    if (this->Merged.KeepsNormals() && (!this->KeepTopology || this->KeepsTopology(edge.u, edge.v)))
+    if (this->KeepsFacing(edge.u, edge.v, position) &&
+        (!this->KeepTopology || this->KeepsTopology(edge.u, edge.v)))
     {
       this->Collapse(edge.u, edge.v, position, edge.cost);
     }
     else if (this->MayTryAgain())
     {
       this->Reject(edge);
+    }
+  }
+  return true;
+}
+
+// Where a triangle around u should face: the sum of what is known of its corners.
+Vec3 EdgeCollapse::ReferenceOf(VertexId u, const StarSide& side) const
+{
+  Vec3 sum{};
+  for (const VertexId w : { u, side.first, side.second })
+  {
+    sum = Plus(sum, FacingOf(this->Normals[w], this->Quadrics[w]));
+  }
+  return sum;
+}
+
+// Whether no triangle turns its normal, but for those that faced the wrong way before, and none
+// faces the wrong way that did not before.
+bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
+{
+  if (this->Normals.empty())
+  {
+    return this->Merged.KeepsNormals();
+  }
+  const bool keeps = this->Merged.KeepsNormals();
+  this->FoldsAfter = false;
+  for (std::size_t i = 0; i < this->Star.sides.size(); ++i)
+  {
+    const StarSide& side = this->Star.sides[i];
+    const VertexId end = i < this->Star.ofU ? u : v;
+    const Vec3 &p = this->Positions[end], &q = this->Positions[side.first],
+               &r = this->Positions[side.second];
+    if (!keeps && !MergedStar::TurnsNormal(p, q, r, position))
+    {
+      continue;
+    }
+    Vec3 reference = this->ReferenceOf(end, side);
+    const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
+    const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;
+    this->FoldsAfter |= !rightAfter;
+    if (keeps ? !rightAfter && !wrongBefore : !wrongBefore || !rightAfter)
+    {
+      return false;
     }
   }
   return true;
@@ -415,6 +490,11 @@ void EdgeCollapse::Collapse(VertexId u, VertexId v, const Vec3& position, double
   this->MergeAttributes(u, v);
   this->Positions[u] = position;
   this->Quadrics[u].Add(this->Quadrics[v]);
+  if (!this->Normals.empty())
+  {
+    this->Normals[u] = Plus(this->Normals[u], this->Normals[v]);
+    this->Folded[u] = this->FoldsAfter ? 1 : 0;
+  }
   this->Boundary[u] |= this->Boundary[v];
   this->Retries[u] = std::max(this->Retries[u], this->Retries[v]);
   ++this->Stamp[u];

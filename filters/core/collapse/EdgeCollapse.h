@@ -31,6 +31,9 @@ struct CollapsePart
   // Of each vertex: its triangles', and its boundary edges'. Of fixed ones anything will do, as of
   // their attributes.
   std::vector<Quadric> quadrics;
+  // Of each vertex the sum of its triangles' area vectors, 0 where unknown; empty = of none. Where
+  // they are known triangles face as they do: see EdgeCollapse.
+  std::vector<Vec3> normals;
   // 1 = stays as it is, and other parts may hold more of its triangles: the vertices of a part's
   // border. Empty = none.
   std::vector<std::uint8_t> fixed;
@@ -125,6 +128,9 @@ private:
   void PushAt(const Edge& edge, double cost);
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool IsHopeless() const;
+  Vec3 ReferenceOf(VertexId u, const StarSide& side) const;
+  double DiscountOf(VertexId u, VertexId v) const;
+  bool KeepsFacing(VertexId u, VertexId v, const Vec3& position);
   bool TurnsAny(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
   bool ShareAnEdgeOpposite(std::uint32_t facing) const;
@@ -134,8 +140,11 @@ private:
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
 
+  std::vector<std::uint8_t> Folded; // whether a triangle around the vertex faced the wrong way
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
+  std::vector<Vec3> Normals;
+  bool FoldsAfter = false; // whether one would around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;

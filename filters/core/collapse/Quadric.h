@@ -51,6 +51,16 @@ struct Quadric : QuadraticForm<double>
   void AddPlane(const Vec3& n, const Vec3& p, double weight);
 };
 
+// Where the triangles of a quadric face whose area vectors add up to `normal`; 0 where they face
+// all ways, so that there is no such direction.
+inline Vec3 FacingOf(const Vec3& normal, const Quadric& quadric)
+{
+  constexpr double leastAgreement = 0.25; // of the area
+  const double least = leastAgreement * quadric.Trace();
+  const double squared = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+  return squared >= least * least ? normal : Vec3{};
+}
+
 // Here to be inlined: edge collapse spends its time in them.
 
 inline void Quadric::Add(const QuadraticForm& other)

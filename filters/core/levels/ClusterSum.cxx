@@ -36,6 +36,7 @@ void ClusterSum::Add(const ClusterSum& child)
   {
     this->sum[k] += child.sum[k];
     this->boundarySum[k] += child.boundarySum[k];
+    this->normal[k] += child.normal[k];
   }
   this->box.Add(child.box);
   this->quadric.Add(child.quadric);
@@ -64,6 +65,11 @@ Vec3 ClusterSum::Represent(Representative representative, const Vec3& origin) co
     x[k] = std::clamp(x[k] + origin[k], this->box.lo[k], this->box.hi[k]) + 0.0;
   }
   return x;
+}
+
+Vec3 ClusterSum::Facing() const
+{
+  return FacingOf(this->normal, this->quadric);
 }
 
 double ClusterSum::DeviationAt(const Vec3& x) const

@@ -26,6 +26,7 @@ struct ClusterSum
   std::uint64_t boundaryCount = 0;
   Box box;         // of the vertices, absolute
   Quadric quadric; // of their triangles and boundary edges
+  Vec3 normal{};   // of their triangles the area vectors, each once; only where clusters collapse
   double deviation = 0;
   VertexId lowest = noVertex;
   bool surface = false; // whether a triangle touches one of its vertices
@@ -36,6 +37,9 @@ struct ClusterSum
   // The representative, absolute; inside the box, so that what lies in a plane or in one place
   // stays there exactly. Without -0.0, whose sign would depend on which vertex the box met first.
   Vec3 Represent(Representative representative, const Vec3& origin) const;
+  // Where its triangles face, as long as their area; 0 where they face all ways: both sides of a
+  // thin wall, or a whole limb.
+  Vec3 Facing() const;
   // sqrt(Q(x) / trace A); where the quadric is empty the RMS distance of the vertices. x is
   // relative.
   double DeviationAt(const Vec3& x) const;

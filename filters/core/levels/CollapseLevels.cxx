@@ -12,6 +12,7 @@
 #include "filters/core/levels/FinestClusters.h"
 #include "filters/core/levels/FreeCollapse.h"
 #include "filters/core/levels/LevelProgress.h"
+#include "filters/core/levels/Untangling.h"
 
 #include <algorithm>
 #include <numeric>
@@ -102,6 +103,7 @@ public:
     state.clusters = std::move(finest->clusters);
     state.cellOf = std::move(finest->cellOf);
     clusterOf = std::move(finest->clusterOf);
+    this->Mend(state, this->Depths.finest);
     return state;
   }
 
@@ -113,7 +115,7 @@ public:
       const Result<Merging> merging = CollapseFreely(below, this->Space, this->Depths, depth,
         SurfaceWanted(depth), this->Options.sheets, this->Aside);
       KDSTREAM_TRY(merging);
-      return this->Finish(below, *merging);
+      return this->Finish(below, *merging, depth);
     }
     WholeLevel level(below);
     const std::function<Status(double)> report = [&](double done)
@@ -121,7 +123,7 @@ public:
     KDSTREAM_TRY(CollapseRound(level, this->Depths, depth, this->Space,
       this->Options.representative, this->Options.sheets, this->Exec, report)
                    .Run());
-    return this->AddTriangles(below, std::move(level.Coarser), std::move(level.Parents));
+    return this->AddTriangles(below, std::move(level.Coarser), std::move(level.Parents), depth);
   }
 
   // The levels `depth` … coarsestDepth, from the state of the first.
@@ -157,7 +159,7 @@ public:
     {
       merging.GroupNodes(std::vector<std::uint8_t>(merging.NodeCount(), 1), sheets);
     }
-    return this->Finish(below, merging);
+    return this->Finish(below, merging, depth);
   }
 
 private:
@@ -181,21 +183,34 @@ private:
     return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
   }
 
-  CollapseState Finish(CollapseState& below, const Merging& merging) const
+  CollapseState Finish(CollapseState& below, const Merging& merging, unsigned depth) const
   {
     std::vector<VertexId> parents;
     CollapseState coarser =
       MakeCoarser(below, merging, this->Space, this->Options.representative, parents, this->Exec);
-    return this->AddTriangles(below, std::move(coarser), std::move(parents));
+    return this->AddTriangles(below, std::move(coarser), std::move(parents), depth);
   }
 
-  CollapseState AddTriangles(
-    CollapseState& below, CollapseState&& coarser, std::vector<VertexId>&& parents) const
+  CollapseState AddTriangles(CollapseState& below, CollapseState&& coarser,
+    std::vector<VertexId>&& parents, unsigned depth) const
   {
     below.level.parents = std::move(parents);
     coarser.level.triangles =
       ImageOfTriangles(below.level.triangles, below.level.parents, this->Exec);
+    this->Mend(coarser, depth);
     return std::move(coarser);
+  }
+
+  // Moves what stands where triangles face the wrong way. depth: the level's.
+  void Mend(CollapseState& state, unsigned depth) const
+  {
+    const BlockParts parts = PartsOfLevel(this->Depths, depth, 0, 0);
+    for (const MovedCluster& moved : Untangle(state, this->Space, parts, this->Exec))
+    {
+      state.clusters[moved.cluster].deviation = moved.deviation;
+      state.level.positions[moved.cluster] = moved.position;
+      state.level.deviations[moved.cluster] = moved.deviation;
+    }
   }
 
   TreeDepths Depths;

@@ -33,12 +33,11 @@ constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
 constexpr unsigned firstInParts = 16;
 constexpr std::size_t mostCollapsedFreely = (1 << firstInParts) + (1 << (firstInParts - 2));
 
-// Depth of the parts.
+}
+
 unsigned PartDepthOf(const TreeDepths& depths, unsigned depth)
 {
   return depth >= depths.stitch ? depths.partition : PieceDepth(Resolution::Level(depth), depths);
-}
-
 }
 
 bool CollapsesInParts(const TreeDepths& depths, unsigned depth, std::size_t finer)

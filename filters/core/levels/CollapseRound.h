@@ -31,6 +31,9 @@ bool CollapsesInParts(const TreeDepths& depths, unsigned depth, std::size_t fine
 // or limbs are lost. Those without triangles come on top of them.
 std::size_t SurfaceWanted(unsigned depth);
 
+// Depth of the parts that the clusters of a level are collapsed in.
+unsigned PartDepthOf(const TreeDepths& depths, unsigned depth);
+
 class CollapseRound
 {
 public:

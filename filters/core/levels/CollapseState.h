@@ -70,6 +70,7 @@ inline void AppendCluster(
   const std::size_t own = cluster - state.ownBegin;
   part.positions.push_back(space.Relative(state.level.positions[cluster]));
   part.quadrics.push_back(state.clusters[own].quadric);
+  part.normals.push_back(state.clusters[own].normal);
   const auto values = state.attributes.values.begin() +
                       static_cast<std::ptrdiff_t>(own * state.attributes.components);
   part.attributes.insert(part.attributes.end(), values,

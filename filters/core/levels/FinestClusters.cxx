@@ -281,19 +281,23 @@ private:
       }
       const QuadraticForm<Lanes> planes =
         QuadraticForm<Lanes>::OfTriangle(corners[0], corners[1], corners[2]);
-      this->AddPlane(first, planes, 0, firstCluster, endCluster);
+      const std::array<Lanes, 3> twice =
+        Cross(Minus(corners[1], corners[0]), Minus(corners[2], corners[0]));
+      this->AddPlane(first, planes, twice, 0, firstCluster, endCluster);
       if (i + 1 < numbers.size())
       {
-        this->AddPlane(second, planes, 1, firstCluster, endCluster);
+        this->AddPlane(second, planes, twice, 1, firstCluster, endCluster);
       }
     }
   }
 
-  // Adds a triangle's plane once to each of its clusters that are the partition's.
-  void AddPlane(const Triangle& triangle, const QuadraticForm<Lanes>& planes, std::size_t lane,
-    VertexId firstCluster, VertexId endCluster)
+  // Adds a triangle's plane and area vector, given twice as long, once to each of its clusters that
+  // are the partition's.
+  void AddPlane(const Triangle& triangle, const QuadraticForm<Lanes>& planes,
+    const std::array<Lanes, 3>& twice, std::size_t lane, VertexId firstCluster, VertexId endCluster)
   {
     const Quadric quadric = QuadricOf(planes, lane);
+    const Vec3 area{ twice[0][lane] / 2, twice[1][lane] / 2, twice[2][lane] / 2 };
     VertexId done[3] = { noVertex, noVertex, noVertex };
     for (std::size_t k = 0; k < 3; ++k)
     {
@@ -301,7 +305,9 @@ private:
       if (cluster >= firstCluster && cluster < endCluster && cluster != done[0] &&
           cluster != done[1])
       {
-        this->Output.clusters[cluster].quadric.Add(quadric);
+        ClusterSum& sum = this->Output.clusters[cluster];
+        sum.quadric.Add(quadric);
+        sum.normal = Plus(sum.normal, area);
       }
       done[k] = cluster;
     }

@@ -14,30 +14,35 @@ constexpr double deepest = 0.25;
 
 }
 
-PartCollapse::PartCollapse(const CollapseState& block, const CollapseSpace& space,
-  const BlockParts& parts, std::size_t share, double areaPerVertex, const Execution& execution)
-  : Block(block)
-  , Space(space)
-  , Parts(parts)
-  , Share(share)
-  , AreaPerVertex(areaPerVertex)
-  , Exec(execution)
-  , Begin(parts.count + 1, block.ownEnd)
+PartTriangles::PartTriangles(
+  const CollapseState& block, const BlockParts& parts, const Execution& execution)
+  : begin(parts.count + 1, block.ownEnd)
 {
   for (VertexId c = block.ownEnd; c-- > block.ownBegin;)
   {
-    this->Begin[parts.Of(block.cellOf[c - block.ownBegin])] = c;
+    this->begin[parts.Of(block.cellOf[c - block.ownBegin])] = c;
   }
   for (std::size_t p = parts.count; p-- > 0;) // parts without clusters
   {
-    this->Begin[p] = std::min(this->Begin[p], this->Begin[p + 1]);
+    this->begin[p] = std::min(this->begin[p], this->begin[p + 1]);
   }
   const std::size_t ghosts = parts.count; // a bucket that nobody looks into
-  this->Buckets = BucketTriangles(
+  this->buckets = BucketTriangles(
     block.level.triangles, parts.count + 1,
     [&](VertexId c)
     { return block.IsOwn(c) ? parts.Of(block.cellOf[c - block.ownBegin]) : ghosts; },
     execution);
+}
+
+PartCollapse::PartCollapse(const CollapseState& block, const CollapseSpace& space,
+  const BlockParts& parts, std::size_t share, double areaPerVertex, const Execution& execution)
+  : Block(block)
+  , Space(space)
+  , Share(share)
+  , AreaPerVertex(areaPerVertex)
+  , Exec(execution)
+  , Of(block, parts, execution)
+{
 }
 
 void PartCollapse::Collapse(
@@ -57,8 +62,8 @@ void PartCollapse::Collapse(
 CollapsePart PartCollapse::Extract(std::size_t p) const
 {
   const std::vector<Triangle>& all = this->Block.level.triangles;
-  const std::span<const std::uint32_t> triangles = this->Buckets.Of(p);
-  const VertexId begin = this->Begin[p], end = this->Begin[p + 1], own = end - begin;
+  const std::span<const std::uint32_t> triangles = this->Of.buckets.Of(p);
+  const VertexId begin = this->Of.begin[p], end = this->Of.begin[p + 1], own = end - begin;
   std::vector<VertexId> ghosts;
   for (const std::uint32_t t : triangles)
   {
@@ -74,6 +79,7 @@ CollapsePart PartCollapse::Extract(std::size_t p) const
   part.areaPerVertex = this->AreaPerVertex;
   part.positions.reserve(own + ghosts.size());
   part.quadrics.reserve(own + ghosts.size());
+  part.normals.reserve(own + ghosts.size());
   for (VertexId c = begin; c < end; ++c)
   {
     AppendCluster(this->Block, this->Space, c, part);
@@ -81,6 +87,7 @@ CollapsePart PartCollapse::Extract(std::size_t p) const
   std::transform(ghosts.begin(), ghosts.end(), std::back_inserter(part.positions),
     [&](VertexId ghost) { return this->Space.Relative(this->Block.level.positions[ghost]); });
   part.quadrics.resize(own + ghosts.size());
+  part.normals.resize(own + ghosts.size());
   part.attributes.resize((own + ghosts.size()) * part.components);
   part.fixed.assign(own, 0);
   part.fixed.resize(own + ghosts.size(), 1);
@@ -114,7 +121,7 @@ MergeList PartCollapse::MergesOf(std::size_t part, double enough) const
   }
   list.whole = list.stuck || engine.VertexCount() <= fewest;
   list.merges = engine.Merges();
-  const VertexId offset = this->Begin[part] - this->Block.ownBegin;
+  const VertexId offset = this->Of.begin[part] - this->Block.ownBegin;
   for (Merge& merge : list.merges) // fixed clusters are in no merge
   {
     merge.from += offset;

@@ -27,6 +27,16 @@ struct BlockParts
   }
 };
 
+// What each part of a block has.
+struct PartTriangles
+{
+  PartTriangles(
+    const CollapseState& block, const BlockParts& parts, const Execution& execution = {});
+
+  std::vector<VertexId> begin; // of each part its first cluster, and the end
+  TriangleBuckets buckets;     // of each part the triangles that touch it; one more for ghosts
+};
+
 // Collapses parts, as many at once as there are threads.
 class PartCollapse
 {
@@ -40,7 +50,7 @@ public:
   // first one.
   std::uint32_t ClustersOf(std::size_t part) const
   {
-    return this->Begin[part + 1] - this->Begin[part];
+    return this->Of.begin[part + 1] - this->Of.begin[part];
   }
   // Makes the lists of these parts anew. enough: merges that cost more need not all be found, once
   // no more clusters are left than the share. A list that is made again with a greater `enough`
@@ -54,12 +64,10 @@ private:
 
   const CollapseState& Block;
   const CollapseSpace& Space;
-  BlockParts Parts;
   std::size_t Share;
   double AreaPerVertex;
   const Execution& Exec;
-  TriangleBuckets Buckets;
-  std::vector<VertexId> Begin; // of each part its first cluster, and the end
+  PartTriangles Of;
 };
 
 }

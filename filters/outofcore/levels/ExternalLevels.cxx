@@ -252,7 +252,9 @@ private:
       }
     }
     this->Links = std::move(links);
-    return {};
+    return this->Steps.ByClusters()
+             ? Status{}
+             : this->Steps.Untangle(this->Folder, level, this->States, level.AllBlocks());
   }
 
   // The images of the finer blocks from `first` on, as many as are made at once.

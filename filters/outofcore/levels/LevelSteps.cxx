@@ -8,6 +8,7 @@
 #include "filters/core/levels/FreeCollapse.h"
 #include "filters/core/levels/LevelAttributes.h"
 #include "filters/core/levels/LevelProgress.h"
+#include "filters/core/levels/Untangling.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/RecordFile.h"
@@ -58,6 +59,23 @@ private:
   SpillFile File;
   std::size_t Count = 0;
 };
+
+// Puts a cluster of a level, which is numbered so there, at its new place.
+Status MoveTo(const MovedCluster& moved, LevelFile& level, LevelStates& states)
+{
+  ClusterRecord record;
+  ClusterState state;
+  KDSTREAM_TRY(ReadRecords<ClusterRecord>(
+    level.clusters, moved.cluster, std::span<ClusterRecord>(&record, 1)));
+  KDSTREAM_TRY(
+    ReadRecords<ClusterState>(states.sums, moved.cluster, std::span<ClusterState>(&state, 1)));
+  record.position = moved.position;
+  record.deviation = state.sum.deviation = moved.deviation;
+  KDSTREAM_TRY(WriteRecords<ClusterRecord>(
+    level.clusters, moved.cluster, std::span<const ClusterRecord>(&record, 1)));
+  return WriteRecords<ClusterState>(
+    states.sums, moved.cluster, std::span<const ClusterState>(&state, 1));
+}
 
 }
 
@@ -161,6 +179,41 @@ LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
   options.joinCoincident = !this->Clusters;
   this->MayCoincide |= options.mayCoincide;
   return options;
+}
+
+Status LevelSteps::Untangle(
+  SpillFolder& folder, LevelFile& level, LevelStates& states, const BlockRange& here) const
+{
+  SpillFile file;
+  KDSTREAM_TRY(Take(folder.CreateFile("clusters that move", 0), file));
+  RecordWriter<MovedCluster> writer(file);
+  for (std::size_t block = here.begin; block < here.end; ++block)
+  {
+    Result<LevelBlock> loaded = LoadLevelBlock(level, block);
+    KDSTREAM_TRY(loaded);
+    const Result<CollapseState> state = LoadState(level, states, this->LevelsArrays, *loaded);
+    KDSTREAM_TRY(state);
+    const BlockParts parts = PartsOfLevel(this->Mesh.depths, level.depth, level.blockDepth, block);
+    for (MovedCluster& moved : kdstream::Untangle(*state, this->Space, parts, this->Exec))
+    {
+      moved.cluster = loaded->clusters[moved.cluster];
+      writer.Append(moved);
+    }
+  }
+  KDSTREAM_TRY(writer.Finish());
+  RecordReader<MovedCluster> reader(file, 0, writer.Position());
+  std::span<const MovedCluster> some;
+  do
+  {
+    const Result<std::span<const MovedCluster>> read = reader.Next();
+    KDSTREAM_TRY(read);
+    some = *read;
+    for (const MovedCluster& moved : some)
+    {
+      KDSTREAM_TRY(MoveTo(moved, level, states));
+    }
+  } while (!some.empty());
+  return {};
 }
 
 Status LevelSteps::Collapse(FileLevelBlocks& blocks, unsigned depth) const

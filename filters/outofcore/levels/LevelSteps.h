@@ -44,6 +44,12 @@ public:
   Status BuildFinestBlock(
     const TreeBlock& block, VertexId firstCluster, SpillFile& clusterOfRank, LevelWriter& writer);
 
+  // Moves the clusters of a level's blocks that are here where its triangles face the wrong way
+  // (Untangling.h): those of other blocks must be where they were at first. REQUIRES: the level's
+  // triangles are written. Not by clusters.
+  Status Untangle(
+    SpillFolder& folder, LevelFile& level, LevelStates& states, const BlockRange& here) const;
+
   // The clusters of level `depth` by a round of collapses.
   Status Collapse(FileLevelBlocks& blocks, unsigned depth) const;
   // The same by clusters: MakeCoarserClustersInFiles.
