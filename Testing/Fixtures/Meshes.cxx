@@ -278,6 +278,17 @@ Mesh GridPlate(unsigned side)
   return mesh;
 }
 
+Mesh HeightField(unsigned side)
+{
+  Mesh mesh = GridPlate(side);
+  for (Vec3& p : mesh.points)
+  {
+    p[2] =
+      6 * std::sin(0.05 * p[0]) * std::cos(0.04 * p[1]) + 1.5 * std::sin(0.2 * p[0] + 0.3 * p[1]);
+  }
+  return mesh;
+}
+
 Mesh Unwelded(const Mesh& shared)
 {
   Mesh mesh;

@@ -31,6 +31,8 @@ Mesh ThinPlate(unsigned side);
 Mesh GridPlate(unsigned side);
 // Random triangles that share no vertex.
 Mesh Soup(unsigned triangles, std::uint32_t seed);
+// An open height field of side × side quads, with waves of two lengths.
+Mesh HeightField(unsigned side);
 // Each triangle with vertices of its own: with welding the mesh that shared them, without it a soup
 // of coincident vertices.
 Mesh Unwelded(const Mesh& shared);

@@ -20,8 +20,8 @@ namespace
 
 constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
-// Of what others cost: of edges between the vertices of folds. Measured.
-constexpr double costOfFolds = 0.01;
+// Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
+constexpr double costOfFolds = 0.01, retreatOfFolds = 0.1;
 // How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
 // that is all knots, whose vertices have hundreds of edges each, would take most of its time for
 // edges that never collapse.
@@ -54,16 +54,19 @@ QuadraticForm<Lanes> SumsOf(
   return sums;
 }
 
-// Whether a triangle around a vertex faces the wrong way.
+// Whether a triangle around a vertex faces the wrong way; empty where folds cost what others do.
 std::vector<std::uint8_t> FoldedVertices(const CollapsePart& part)
 {
+  if (part.normals.empty() || part.fixed.empty())
+  {
+    return {};
+  }
   std::vector<std::uint8_t> folded(part.positions.size(), 0);
   std::vector<Vec3> facing(part.normals.size());
   std::transform(
     part.normals.begin(), part.normals.end(), part.quadrics.begin(), facing.begin(), FacingOf);
-  for (std::size_t t = 0; t < (facing.empty() ? 0 : part.triangles.size()); ++t)
+  for (const auto& [a, b, c] : part.triangles)
   {
-    const auto [a, b, c] = part.triangles[t];
     const Vec3 normal = Cross(
       Minus(part.positions[b], part.positions[a]), Minus(part.positions[c], part.positions[a]));
     if (Dot(normal, Plus(Plus(facing[a], facing[b]), facing[c])) < 0)
@@ -105,10 +108,11 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   this->FindEdges();
 }
 
-// Edges between the vertices of folds are cheaper: so most folds go.
-double EdgeCollapse::DiscountOf(VertexId u, VertexId v) const
+// Whether both ends are of triangles that face the wrong way. Such edges are cheaper in parts of
+// fine levels, so most folds go there; where all is free the tips of limbs would go with them.
+bool EdgeCollapse::IsFolded(VertexId u, VertexId v) const
 {
-  return this->Folded[u] != 0 && this->Folded[v] != 0 ? costOfFolds : 1;
+  return !this->Folded.empty() && this->Folded[u] != 0 && this->Folded[v] != 0;
 }
 
 void EdgeCollapse::FindEdges()
@@ -210,7 +214,7 @@ bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) c
     position = placed.position;
     cost = placed.cost;
   }
-  cost = this->DiscountOf(u, v) * (cost + this->LastingCost(u, v));
+  cost = (this->IsFolded(u, v) ? costOfFolds : 1) * (cost + this->LastingCost(u, v));
   return cost <= std::numeric_limits<double>::max();
 }
 
@@ -264,7 +268,8 @@ void EdgeCollapse::PushWaiting()
   for (std::size_t i = 0; i < this->WaitingCount; ++i)
   {
     const auto [u, v] = this->Waiting[i];
-    this->PushAt({ u, v }, this->DiscountOf(u, v) * (placed.cost[i] + this->LastingCost(u, v)));
+    this->PushAt({ u, v },
+      (this->IsFolded(u, v) ? costOfFolds : 1) * (placed.cost[i] + this->LastingCost(u, v)));
   }
   this->WaitingCount = 0;
 }
@@ -330,7 +335,8 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
     this->Looked += this->Star.sides.size() + this->Star.facing.size();
     if (!edge.measured && this->AreaPerVertex > 0)
     {
-      const double scale = this->AreaPerVertex * this->DiscountOf(edge.u, edge.v);
+      const double scale =
+        this->AreaPerVertex * (this->IsFolded(edge.u, edge.v) ? retreatOfFolds : 1);
       const double retreat = scale * this->Merged.SquaredRetreat(this->Positions, this->Star,
                                        edge.u, edge.v, scale, edge.cost);
       if (retreat > edge.cost)
@@ -383,7 +389,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     {
       continue;
     }
-    Vec3 reference = this->ReferenceOf(end, side);
+    const Vec3 reference = this->ReferenceOf(end, side);
     const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
     const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;
     this->FoldsAfter |= !rightAfter;
@@ -493,7 +499,10 @@ void EdgeCollapse::Collapse(VertexId u, VertexId v, const Vec3& position, double
   if (!this->Normals.empty())
   {
     this->Normals[u] = Plus(this->Normals[u], this->Normals[v]);
-    this->Folded[u] = this->FoldsAfter ? 1 : 0;
+    if (!this->Folded.empty())
+    {
+      this->Folded[u] = this->FoldsAfter ? 1 : 0;
+    }
   }
   this->Boundary[u] |= this->Boundary[v];
   this->Retries[u] = std::max(this->Retries[u], this->Retries[v]);

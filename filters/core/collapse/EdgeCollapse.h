@@ -65,21 +65,23 @@ struct Merge
 // The vertex goes where the sum of both quadrics is least, or to the best place on the edge; an
 // edge between the boundary and the rest goes to its end on the boundary. Planes do not see when
 // the tip of a limb goes back along it: so the distance of the old vertices from the new triangles
-// has a price too (areaPerVertex). An edge is left alone while its merge would turn the normal of a
-// triangle by more than about 80°, or would change the topology (link condition) or pinch the
-// boundary; it is tried again when a neighbour has changed, a bounded number of times for each
-// vertex, and in all only until several times as much has been looked at as a surface takes. From
-// then on what would turn a normal is refused at the first such triangle, and where hardly a merge
-// is found for all that is looked at, no more are: Run returns false. So tangled triangles, most of
-// whose edges can never collapse, take time in proportion too. Boundary edges are those of a single
-// triangle, unless both ends are fixed. Any triangles will do: duplicates, folds and edges of many
-// triangles only keep their neighbourhood from collapsing. So do vertices of very many triangles,
-// hubs of fans: an edge whose ends have more than mostTriangles together waits until collapses
-// around it have left fewer.
-// Complexity: O(m log m) for m merges and edges of ordinary surfaces. Whatever the triangles are,
-// an edge is looked at when it is found and when an end has merged, and costs at most mostTriangles
-// triangles each time: linear in the size, but up to hundreds of times a surface where vertices
-// have hundreds of triangles. Memory about 350 bytes a vertex. The same bits on every machine.
+// has a price too (areaPerVertex). Where normals are known a triangle faces the wrong way if it
+// opposes the sum of its corners': what faces the right way must go on to, what does not may turn,
+// and in parts with fixed vertices edges between vertices of such triangles are cheaper. An edge is
+// left alone while its merge would turn the normal of a triangle by more than about 80°, or would
+// change the topology (link condition) or pinch the boundary; it is tried again when a neighbour
+// has changed, a bounded number of times for each vertex, and in all only until several times as
+// much has been looked at as a surface takes. From then on what would turn a normal is refused at
+// the first such triangle, and where hardly a merge is found for all that is looked at, no more
+// are: Run returns false. So tangled triangles, most of whose edges can never collapse, take time
+// in proportion too. Boundary edges are those of a single triangle, unless both ends are fixed. Any
+// triangles will do: duplicates, folds and edges of many triangles only keep their neighbourhood
+// from collapsing. So do vertices of very many triangles, hubs of fans: an edge whose ends have
+// more than mostTriangles together waits until collapses around it have left fewer. Complexity: O(m
+// log m) for m merges and edges of ordinary surfaces. Whatever the triangles are, an edge is looked
+// at when it is found and when an end has merged, and costs at most mostTriangles triangles each
+// time: linear in the size, but up to hundreds of times a surface where vertices have hundreds of
+// triangles. Memory about 350 bytes a vertex. The same bits on every machine.
 class EdgeCollapse
 {
 public:
@@ -129,7 +131,7 @@ private:
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool IsHopeless() const;
   Vec3 ReferenceOf(VertexId u, const StarSide& side) const;
-  double DiscountOf(VertexId u, VertexId v) const;
+  bool IsFolded(VertexId u, VertexId v) const;
   bool KeepsFacing(VertexId u, VertexId v, const Vec3& position);
   bool TurnsAny(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
