@@ -38,13 +38,12 @@ KnownTree::KnownTree(const TreeDepths& depths, bool hasLevels, const Box& root, 
 
 // ---- looking for boxes
 
-// Counts as a use; what is not there is missing.
+// Counts as a use.
 const KnownTree::Entry* KnownTree::Find(const BlobId& blob)
 {
   const auto found = this->Entries.find(blob);
   if (found == this->Entries.end())
   {
-    this->Missing.insert(blob);
     return nullptr;
   }
   this->Touch(blob, found->second);
@@ -87,6 +86,16 @@ const Box* KnownTree::OfPartition(NodeId node)
   return entry ? &entry->ofPartitions[node - first] : nullptr;
 }
 
+void KnownTree::NeedAround(NodeId node)
+{
+  this->Missing.insert(BlobId::TreePage(TreePageOfNode(node, this->Depths)));
+}
+
+void KnownTree::NeedOfPartition(NodeId node)
+{
+  this->Missing.insert(BlobId::PartitionBoxes(BoxesOfPartition(node, this->Depths)));
+}
+
 void KnownTree::Walk(const std::function<bool(NodeId page, const Box& box)>& enter)
 {
   constexpr std::size_t largestPage =
@@ -98,9 +107,13 @@ void KnownTree::Walk(const std::function<bool(NodeId page, const Box& box)>& ent
     {
       const Box* box = this->Around(page);
       bytes += largestPage;
-      if (!box || box->Empty() || bytes > this->Limit / 2 || !enter(page, *box) ||
-          !this->Find(BlobId::TreePage(page)))
+      if (!box || box->Empty() || bytes > this->Limit / 2 || !enter(page, *box))
       {
+        continue;
+      }
+      if (!this->Find(BlobId::TreePage(page)))
+      {
+        this->Missing.insert(BlobId::TreePage(page));
         continue;
       }
       const unsigned deep = DepthsOfTreePage(page, this->Depths);

@@ -19,7 +19,7 @@ namespace kdstream
 {
 
 // Not all of it is held at a time: beyond a limit the least recently used leave, and are missing
-// again when they are asked for. What is looked for and not known is noted (TakeMissing).
+// again when they are asked for. What a search needs is noted (TakeMissing).
 class KnownTree : public TreeBoxes
 {
 public:
@@ -33,12 +33,14 @@ public:
 
   const Box* Around(NodeId node) override;
   const Box* OfPartition(NodeId node) override;
+  void NeedAround(NodeId node) override;
+  void NeedOfPartition(NodeId node) override;
 
   // Looks up the pages whose node's box passes `enter`, from the root down, depth by depth, as far
   // as they are known: the next ones are missing. Takes at most half of the limit.
   void Walk(const std::function<bool(NodeId page, const Box& box)>& enter);
 
-  // What was looked for and not found since the last call, coarse before fine.
+  // What was needed and is not there, since the last call; pages first, coarse before fine.
   std::set<protocol::BlobId> TakeMissing();
 
   std::size_t Bytes() const { return this->Sum; }

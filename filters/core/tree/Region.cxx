@@ -63,56 +63,85 @@ public:
   }
   const Box* Around(NodeId node) override { return &this->Boxes[node]; }
   const Box* OfPartition(NodeId node) override { return &this->Boxes[node]; }
+  void NeedAround(NodeId) override {}
+  void NeedOfPartition(NodeId) override {}
 
 private:
   std::span<const Box> Boxes;
 };
 
-// Calls visit(partition's node, its box) for the partitions below `node` whose boxes pass `enter`.
-// `nearest`: the child nearer to it is looked into first. False: some that might pass are not
-// known.
+// A box that a search would look into and that is not known: somewhere in `within`.
+struct UnknownBox
+{
+  NodeId node;
+  bool ofPartition;
+  Box within;
+};
+
+void Need(TreeBoxes& boxes, const UnknownBox& unknown)
+{
+  unknown.ofPartition ? boxes.NeedOfPartition(unknown.node) : boxes.NeedAround(unknown.node);
+}
+
+// Calls visit(partition's node, its box) for the partitions whose boxes pass `enter`. `nearest`:
+// the child nearer to it is looked into first.
 template <class Enter, class Visit>
 class Descent
 {
 public:
-  Descent(TreeBoxes& boxes, const Enter& enter, const Visit& visit)
+  Descent(TreeBoxes& boxes, const Enter& enter, const Visit& visit, const Vec3* nearest = nullptr)
     : Boxes(boxes)
     , MayEnter(enter)
     , Found(visit)
+    , Nearest(nearest)
   {
   }
 
-  bool Into(NodeId node, unsigned levelsBelow, const Vec3* nearest = nullptr)
+  // What might pass and is not known.
+  std::vector<UnknownBox> Into(unsigned depth)
   {
-    const Box* around = this->Boxes.Around(node);
-    if (!around)
-    {
-      return false;
-    }
-    if (around->Empty() || !this->MayEnter(*around))
-    {
-      return true;
-    }
-    if (levelsBelow == 0)
-    {
-      const Box* exact = this->Boxes.OfPartition(node);
-      if (exact && !exact->Empty() && this->MayEnter(*exact))
-      {
-        this->Found(node, *exact);
-      }
-      return exact != nullptr;
-    }
-    const NodeId first = nearest ? this->NearerChild(node, *nearest) : 2 * node;
-    const bool one = this->Into(first, levelsBelow - 1, nearest);
-    return this->Into(first ^ 1, levelsBelow - 1, nearest) && one;
+    this->Into(1, depth, {});
+    return std::move(this->Unknown);
   }
 
 private:
-  NodeId NearerChild(NodeId node, const Vec3& point)
+  void Into(NodeId node, unsigned levelsBelow, const Box& parent)
+  {
+    const Box* known = this->Boxes.Around(node);
+    if (!known)
+    {
+      this->Unknown.push_back({ node, false, parent });
+      return;
+    }
+    const Box around = *known;
+    if (around.Empty() || !this->MayEnter(around))
+    {
+      return;
+    }
+    if (levelsBelow > 0)
+    {
+      const NodeId first = this->Nearest ? this->NearerChild(node) : 2 * node;
+      this->Into(first, levelsBelow - 1, around);
+      this->Into(first ^ 1, levelsBelow - 1, around);
+      return;
+    }
+    const Box* exact = this->Boxes.OfPartition(node);
+    if (!exact)
+    {
+      this->Unknown.push_back({ node, true, around });
+    }
+    else if (!exact->Empty() && this->MayEnter(*exact))
+    {
+      this->Found(node, *exact);
+    }
+  }
+
+  NodeId NearerChild(NodeId node)
   {
     const Box* lower = this->Boxes.Around(2 * node);
     const Box* upper = this->Boxes.Around(2 * node + 1);
-    return lower && upper && SquaredDistanceTo(*upper, point) < SquaredDistanceTo(*lower, point)
+    return lower && upper &&
+               SquaredDistanceTo(*upper, *this->Nearest) < SquaredDistanceTo(*lower, *this->Nearest)
              ? 2 * node + 1
              : 2 * node;
   }
@@ -120,6 +149,8 @@ private:
   TreeBoxes& Boxes;
   const Enter& MayEnter;
   const Visit& Found;
+  const Vec3* Nearest;
+  std::vector<UnknownBox> Unknown;
 };
 
 // A cell's box moved outward by so many times the average of its sides.
@@ -151,7 +182,12 @@ std::optional<std::vector<std::uint32_t>> RegionAround(TreeBoxes& boxes, const T
     found.emplace_back(own ? -1.0 : SquaredDistance(Centre(exact), centre),
       node - (NodeId{ 1 } << depths.partition));
   };
-  if (!Descent(boxes, touches, add).Into(1, depths.partition))
+  const std::vector<UnknownBox> unknown = Descent(boxes, touches, add).Into(depths.partition);
+  for (const UnknownBox& needed : unknown)
+  {
+    Need(boxes, needed);
+  }
+  if (!unknown.empty())
   {
     return {};
   }
@@ -195,6 +231,7 @@ std::optional<std::vector<std::uint32_t>> FindKnownRegion(
   const Box* exact = boxes.OfPartition(partition);
   if (!exact)
   {
+    boxes.NeedOfPartition(partition);
     return {};
   }
   if (exact->Empty())
@@ -226,8 +263,23 @@ NearestAnswer NearestKnownPartition(TreeBoxes& boxes, const TreeDepths& depths, 
       most = std::min(most, best);
     }
   };
+  std::vector<UnknownBox> unknown = Descent(boxes, isNear, take, &point).Into(depths.partition);
+  std::erase_if(
+    unknown, [&](const UnknownBox& box) { return SquaredDistanceTo(box.within, point) > most; });
+  double least = std::numeric_limits<double>::infinity();
+  for (const UnknownBox& box : unknown)
+  {
+    least = std::min(least, SquaredDistanceTo(box.within, point));
+  }
+  for (const UnknownBox& box : unknown)
+  {
+    if (SquaredDistanceTo(box.within, point) == least)
+    {
+      Need(boxes, box);
+    }
+  }
   NearestAnswer answer;
-  answer.known = Descent(boxes, isNear, take).Into(1, depths.partition, &point);
+  answer.known = unknown.empty();
   if (nearest != 0)
   {
     answer.partition = nearest - (NodeId{ 1 } << depths.partition);

@@ -19,8 +19,7 @@
 namespace kdstream
 {
 
-// Boxes of a tree as far as they are known. What a search asks for and does not get is for the
-// source to note.
+// Boxes of a tree as far as they are known.
 class TreeBoxes
 {
 public:
@@ -30,6 +29,9 @@ public:
   virtual const Box* Around(NodeId node) = 0;
   // Exact; null where it is not known.
   virtual const Box* OfPartition(NodeId node) = 0;
+  // A search cannot go on without the box around a node, or the exact one of a partition.
+  virtual void NeedAround(NodeId node) = 0;
+  virtual void NeedOfPartition(NodeId node) = 0;
 };
 
 // The partitions whose boxes touch (closed, in doubles) the box of `cell` moved outward on every
@@ -49,7 +51,9 @@ std::optional<std::vector<std::uint32_t>> FindKnownRegion(
 // not empty.
 std::uint32_t NearestPartition(
   std::span<const Box> boxes, const TreeDepths& depths, const Vec3& point);
-// The same; `known` false: boxes are needed that are not known. Of a tree without vertices none.
+// The same; `known` false: boxes are needed that are not known. Of these the search names those
+// where the nearest is most likely, to be asked again when they have come. Of a tree without
+// vertices none.
 struct NearestAnswer
 {
   bool known = true;
