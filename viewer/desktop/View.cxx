@@ -276,6 +276,19 @@ SessionOptions OptionsOf(const CommandLine& line)
   return options;
 }
 
+// Of a look that leaves nothing behind, which would be silent, that it has worked.
+void TellIfNothingIsWritten(const std::string& program, const CommandLine& line,
+  const std::vector<SessionStep>& steps, const ViewerSession& session)
+{
+  const bool pictures = std::any_of(steps.begin(), steps.end(),
+    [](const SessionStep& step) { return step.kind == SessionStep::Kind::Screenshot; });
+  if (!pictures && line.record.empty() && line.statistics.empty())
+  {
+    std::cerr << program << ": showed " << session.Statistics().size() << " pieces of " << line.url
+              << ", and wrote nothing: --screenshot FILE writes a picture\n";
+  }
+}
+
 // Steps: check where the outputs go, read what is to be played, connect, open the window, play,
 // write the outputs. Returns the exit code: a part of the model that could not be loaded makes it a
 // failure, but the session goes on without that part.
@@ -306,7 +319,8 @@ Result<int> View(const std::string& program, CommandLine line)
   };
   options.interrupted = Interrupted;
   Player player(**client, session, **window, options);
-  for (const SessionStep& step : Script(*first, *replay, line))
+  const std::vector<SessionStep> steps = Script(*first, *replay, line);
+  for (const SessionStep& step : steps)
   {
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
     KDSTREAM_TRY(At(picture ? step.name : line.url, player.Play(step)));
@@ -315,6 +329,7 @@ Result<int> View(const std::string& program, CommandLine line)
   KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));
   KDSTREAM_TRY(
     At(line.statistics, WriteOutput(line.statistics, StatisticsJson(session.Statistics()))));
+  TellIfNothingIsWritten(program, line, steps, session);
   return exitCode;
 }
 

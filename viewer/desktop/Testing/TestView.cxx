@@ -137,6 +137,21 @@ TEST_F(TestView, EglAndOsMesaShowTheOnlyModelInFullScreen)
   EXPECT_EQ(ReadText(this->Folder / "egl.png"), ReadText(this->Folder / "osmesa.png"));
 }
 
+TEST_F(TestView, ALookThatWritesNothingSaysSo)
+{
+  const std::string offscreen = "--offscreen auto --size 64x64 ";
+  ASSERT_EQ(this->View(offscreen), 0);
+  EXPECT_EQ(this->Err.rfind("kdstream-view: showed ", 0), 0U) << this->Err;
+  EXPECT_NE(this->Err.find(" pieces of http://"), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find("wrote nothing: --screenshot FILE"), std::string::npos) << this->Err;
+  ASSERT_EQ(this->View(offscreen + "--stats s.json"), 0);
+  EXPECT_EQ(this->Err, "");
+  this->Write(
+    "picture.jsonl", "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"screenshot\":\"p.png\"}\n");
+  ASSERT_EQ(this->View(offscreen + "--replay picture.jsonl"), 0);
+  EXPECT_EQ(this->Err, "");
+}
+
 TEST_F(TestView, MoreRingsStreamMore)
 {
   this->Write("walk.jsonl", walk);
