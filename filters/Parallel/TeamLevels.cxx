@@ -15,9 +15,9 @@
 #include "filters/Parallel/TeamLevelBlocks.h"
 #include "filters/Parallel/TeamLevelFiles.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/LoadAhead.h"
 #include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/levels/LevelSteps.h"
 
 #include <algorithm>

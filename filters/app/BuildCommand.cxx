@@ -4,7 +4,7 @@
 #include "filters/app/ConvertedInput.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/model/ModelJson.h"
-#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 
 #include <sys/resource.h>
 

@@ -18,7 +18,7 @@
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/core/tree/GatherMesh.h"
 #include "filters/meshio/MeshReader.h"
-#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include <algorithm>

@@ -20,7 +20,7 @@
 #include "filters/build/SharedSteps.h"
 #include "filters/build/TreePhase.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/levels/LevelDeviations.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
 

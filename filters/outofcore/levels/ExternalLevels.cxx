@@ -7,8 +7,8 @@
 #include "filters/outofcore/levels/ExternalLevels.h"
 
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/LoadAhead.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/levels/LevelSteps.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
 #include "filters/outofcore/mesh/CoincidentRanks.h"

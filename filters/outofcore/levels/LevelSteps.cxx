@@ -10,8 +10,8 @@
 #include "filters/core/levels/LevelProgress.h"
 #include "filters/core/levels/Untangling.h"
 #include "filters/core/tree/PieceDepth.h"
-#include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 
 #include <algorithm>
 #include <cmath>

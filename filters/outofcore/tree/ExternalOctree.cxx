@@ -6,8 +6,8 @@
 
 #include "filters/core/tree/OctreeKey.h"
 #include "filters/outofcore/files/BatchPass.h"
-#include "filters/outofcore/files/FreeMemory.h"
 #include "filters/outofcore/files/MemoryPlan.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/tree/PointSurvey.h"
 
 #include <algorithm>

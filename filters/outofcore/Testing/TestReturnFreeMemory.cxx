@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // When freed memory goes back to the system.
-#include "filters/outofcore/files/FreeMemory.h"
+#include "filters/outofcore/files/ReturnFreeMemory.h"
 
 #include <gtest/gtest.h>
 
