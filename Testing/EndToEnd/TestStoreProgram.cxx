@@ -212,8 +212,8 @@ TEST_F(StoreProgram, ExtractsWhatIsAskedFor)
   const Outcome unread =
     this->Store({ "extract", "m.kds", "--resolutions", "no.json", "-o", "x.ply" });
   EXPECT_EQ(unread.exitCode, 1);
-  EXPECT_EQ(unread.err,
-    "kdstream-store: error: no.json: cannot be read: No such file or directory\n");
+  EXPECT_EQ(
+    unread.err, "kdstream-store: error: no.json: cannot be read: No such file or directory\n");
   this->WriteText("mix.json", "[\"original\"]");
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--resolutions", "mix.json", "-o", "x.ply" }).err,
     "kdstream-store: error: m.kds: --resolutions: mix.json has 1 entries for " +
