@@ -142,7 +142,8 @@ TEST(CollapseLevels, TrianglesAreTheImageOfTheOriginal)
     });
 }
 
-// Before representatives moved, 0.5 to 2.7 % of the finest level's triangles faced the wrong way.
+// Before representatives moved, up to 0.5 % of these meshes' finest triangles faced the wrong way,
+// and up to 0.7 % of all of the plate's.
 TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
 {
   const std::vector<NamedMesh> meshes{ { "sphere", DisplacedSphere(6) },
