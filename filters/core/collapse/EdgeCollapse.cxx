@@ -54,17 +54,23 @@ QuadraticForm<Lanes> SumsOf(
   return sums;
 }
 
-// Whether a triangle around a vertex faces the wrong way; empty where folds cost what others do.
-std::vector<std::uint8_t> FoldedVertices(const CollapsePart& part)
+// Where the triangles of each vertex face; empty where it is unknown.
+std::vector<Vec3> FacingOfVertices(const CollapsePart& part)
 {
-  if (part.normals.empty() || part.fixed.empty())
+  std::vector<Vec3> facing(part.normals.size());
+  std::transform(
+    part.normals.begin(), part.normals.end(), part.quadrics.begin(), facing.begin(), FacingOf);
+  return facing;
+}
+
+// Whether a triangle around a vertex faces the wrong way; empty where folds cost what others do.
+std::vector<std::uint8_t> FoldedVertices(const CollapsePart& part, std::span<const Vec3> facing)
+{
+  if (facing.empty() || part.fixed.empty())
   {
     return {};
   }
   std::vector<std::uint8_t> folded(part.positions.size(), 0);
-  std::vector<Vec3> facing(part.normals.size());
-  std::transform(
-    part.normals.begin(), part.normals.end(), part.quadrics.begin(), facing.begin(), FacingOf);
   for (const auto& [a, b, c] : part.triangles)
   {
     const Vec3 normal = Cross(
@@ -80,7 +86,8 @@ std::vector<std::uint8_t> FoldedVertices(const CollapsePart& part)
 }
 
 EdgeCollapse::EdgeCollapse(CollapsePart part)
-  : Folded(FoldedVertices(part))
+  : Facing(FacingOfVertices(part))
+  , Folded(FoldedVertices(part, this->Facing))
   , Positions(std::move(part.positions))
   , Quadrics(std::move(part.quadrics))
   , Normals(std::move(part.normals))
@@ -364,7 +371,7 @@ Vec3 EdgeCollapse::ReferenceOf(VertexId u, const StarSide& side) const
   Vec3 sum{};
   for (const VertexId w : { u, side.first, side.second })
   {
-    sum = Plus(sum, FacingOf(this->Normals[w], this->Quadrics[w]));
+    sum = Plus(sum, this->Facing[w]);
   }
   return sum;
 }
@@ -499,6 +506,7 @@ void EdgeCollapse::Collapse(VertexId u, VertexId v, const Vec3& position, double
   if (!this->Normals.empty())
   {
     this->Normals[u] = Plus(this->Normals[u], this->Normals[v]);
+    this->Facing[u] = FacingOf(this->Normals[u], this->Quadrics[u]);
     if (!this->Folded.empty())
     {
       this->Folded[u] = this->FoldsAfter ? 1 : 0;

@@ -142,6 +142,7 @@ private:
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
 
+  std::vector<Vec3> Facing;         // of each vertex, of Normals: FacingOf; empty if they are
   std::vector<std::uint8_t> Folded; // whether a triangle around the vertex faced the wrong way
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
