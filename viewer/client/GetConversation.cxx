@@ -78,8 +78,14 @@ void GetConversation::Receive(const Result<HttpReply>& reply, double now)
   event.transmissionSeconds = now - begin;
   if (!reply || reply->status != 200)
   {
-    event.kind =
-      item.model.empty() ? ClientEvent::Kind::BlobFailed : ClientEvent::Kind::RequestFailed;
+    const bool forbidden = reply && IsForbidden(reply->status); // all of the request
+    event.kind = item.model.empty() && !forbidden ? ClientEvent::Kind::BlobFailed
+                                                  : ClientEvent::Kind::RequestFailed;
+    if (forbidden)
+    {
+      std::erase_if(
+        this->Waiting, [&item](const Item& other) { return other.request == item.request; });
+    }
     event.message = reply ? DescribeRefusal(*reply) : reply.GetError().message;
   }
   else if (item.model.empty())

@@ -26,6 +26,11 @@ public:
   void Receive(const Result<HttpReply>& reply, double now);
   // Instead of an answer to the last Next: it will be asked for again.
   void PutBack();
+  // Whether all is done.
+  bool IsIdle() const { return !this->Current && this->Waiting.empty(); }
+  // What is open; empty if nothing is.
+  const std::string& OpenModel() const { return this->Model; }
+  const std::string& OpenDigest() const { return this->Digest; }
   std::vector<ClientEvent> TakeEvents();
 
 private:

@@ -18,6 +18,19 @@ struct HttpReply
 {
   unsigned status = 0;
   std::string body;
+  double retryAfter = 0; // s; what the server asks for with 429 and 503, 0 = nothing
 };
+
+// 429 and 503 say nothing about what was asked for: it is to be asked for again.
+constexpr bool IsBusy(unsigned status)
+{
+  return status == 429 || status == 503;
+}
+
+// 401 and 403 are about who asks: nothing of the model can be had.
+constexpr bool IsForbidden(unsigned status)
+{
+  return status == 401 || status == 403;
+}
 
 }

@@ -13,7 +13,9 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <optional>
 #include <utility>
 
@@ -138,7 +140,10 @@ private:
 
   void Answer()
   {
-    HttpReply reply{ this->Parser->get().result_int(), std::move(this->Parser->get().body()) };
+    const auto field = this->Parser->get()[http::field::retry_after];
+    const auto seconds = std::strtoul(std::string(field.data(), field.size()).c_str(), nullptr, 10);
+    HttpReply reply{ this->Parser->get().result_int(), std::move(this->Parser->get().body()),
+      std::min(static_cast<double>(seconds), 3600.0) }; // a date counts as 0
     if (!this->Parser->keep_alive())
     {
       this->Disconnect();

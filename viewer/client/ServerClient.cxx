@@ -11,9 +11,13 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <future>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <string_view>
@@ -71,6 +75,8 @@ public:
       {
         ServerLineOptions options;
         options.authority = this->Server.Authority();
+        options.jitter = 2;
+        options.streamRetry = 60;
         this->Talk.emplace(std::move(options));
         this->Act();
       });
@@ -130,6 +136,34 @@ private:
       }
     }
     this->Publish(this->Talk->TakeEvents());
+    this->WaitForTick();
+  }
+
+  void WaitForTick()
+  {
+    const double next = this->Talk->NextTick();
+    if (next == this->TickAt)
+    {
+      return;
+    }
+    this->TickAt = next;
+    this->Ticks.cancel();
+    if (!std::isfinite(next))
+    {
+      return;
+    }
+    this->Ticks.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(std::max(0.0, next - Now()))));
+    this->Ticks.async_wait(
+      [this](boost::system::error_code error)
+      {
+        if (!error)
+        {
+          this->TickAt = 0;
+          this->Talk->Tick(Now());
+          this->Act();
+        }
+      });
   }
 
   void Connect()
@@ -207,6 +241,8 @@ private:
   std::uint64_t Connection = 0;   // grows with every one
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
+  asio::steady_timer Ticks{ this->Context };
+  double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
 
   std::mutex Mutex;
   std::condition_variable Arrived;

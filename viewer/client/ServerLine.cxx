@@ -2,7 +2,10 @@
 // When to connect, to send, to fetch and to give up: see ServerLine.h.
 #include "viewer/client/ServerLine.h"
 
+#include "filters/core/BitCast.h"
+
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -50,6 +53,7 @@ void ServerLine::SocketOpened(double now)
 {
   this->Current = State::Streaming;
   this->HasStreamed = true;
+  this->Probing = false;
   this->Early.clear();
   this->Why.clear();
   this->LastNews = now;
@@ -88,6 +92,10 @@ void ServerLine::Receive(const Status& status, double now)
     this->MayRetryAtOnce = true;
     this->RetryAfter = 0;
   }
+  if (this->Stream.IsResting() && !this->Retrying)
+  {
+    this->RetryLater(now, this->Options.firstRetry);
+  }
   this->Flush();
 }
 
@@ -97,18 +105,36 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now)
   {
     return;
   }
-  if (!refused || this->HasStreamed)
+  if (!this->Probing && (!refused || this->HasStreamed))
   {
     this->Lose(why, now);
     return;
   }
+  this->EndProbe(now);
+}
+
+// There is no stream (yet).
+void ServerLine::EndProbe(double now)
+{
+  this->Probing = false;
+  this->ProbeAt = now + this->Jittered(this->Options.streamRetry, now);
   this->Current = State::Getting;
+  this->Stream = {};
   this->Why.clear();
   for (const SessionRequest& request : std::exchange(this->Early, {}))
   {
     this->Gets.Send(request, now);
   }
   this->FetchNext();
+}
+
+// Asks for a stream again, which goes on with what is open.
+void ServerLine::ProbeStream()
+{
+  this->Probing = true;
+  this->Stream = {};
+  this->Stream.Adopt(this->Gets.OpenModel(), this->Gets.OpenDigest());
+  this->Connect();
 }
 
 void ServerLine::Lose(const std::string& why, double now)
@@ -132,12 +158,31 @@ void ServerLine::Lose(const std::string& why, double now)
   this->Flush();
 }
 
-void ServerLine::RetryLater(double now)
+void ServerLine::RetryLater(double now, double atLeast)
 {
   this->RetryAfter =
     std::clamp(2 * this->RetryAfter, this->Options.firstRetry, this->Options.longestRetry);
-  this->RetryAt = now + this->RetryAfter;
+  this->RetryAt = now + this->Jittered(std::max(this->RetryAfter, atLeast), now);
   this->Retrying = true;
+}
+
+// The finest digits of the time differ from one client to the next. (SplitMix64, Steele et al.
+// 2014.)
+double ServerLine::Jittered(double pause, double now) const
+{
+  auto bits = BitCast<std::uint64_t>(now) + 0x9e3779b97f4a7c15u;
+  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
+  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
+  bits ^= bits >> 31;
+  const double chance = static_cast<double>(bits >> 11) / 9007199254740992.0; // 2^53
+  return pause * (1 + this->Options.jitter * chance);
+}
+
+double ServerLine::NextTick() const
+{
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const bool probes = this->Current == State::Getting && this->Options.streamRetry > 0;
+  return std::min(this->Retrying ? this->RetryAt : never, probes ? this->ProbeAt : never);
 }
 
 void ServerLine::Tick(double now)
@@ -149,10 +194,23 @@ void ServerLine::Tick(double now)
     {
       this->FetchNext();
     }
-    else
+    else if (this->Current == State::Streaming)
+    {
+      this->LastNews = now;
+      this->Stream.AskAgain(
+        this->Options.patient ? std::numeric_limits<std::size_t>::max() : this->Options.mostTries,
+        now);
+      this->Flush();
+    }
+    else if (this->Current == State::Lost)
     {
       this->Connect();
     }
+  }
+  if (this->Current == State::Getting && this->Options.streamRetry > 0 && now >= this->ProbeAt)
+  {
+    // When something is under way, it is looked at again later.
+    this->Gets.IsIdle() ? this->ProbeStream() : void(this->ProbeAt = now + 1);
   }
   const bool silent = this->Current == State::Streaming && this->Options.longestSilence > 0 &&
                       this->Stream.IsWaiting() &&
@@ -183,13 +241,16 @@ void ServerLine::FetchNext()
 
 void ServerLine::Fetched(const Result<HttpReply>& reply, double now)
 {
-  if (!reply && this->Options.patient)
+  const bool busy =
+    reply && (IsBusy(reply->status) || (this->Options.patient && IsForbidden(reply->status)));
+  if (this->Options.patient ? !reply || busy : busy && this->Tries++ < this->Options.mostTries)
   {
-    this->Why = reply.GetError().message;
+    this->Why = reply ? DescribeRefusal(*reply) : reply.GetError().message;
     this->Gets.PutBack();
-    this->RetryLater(now);
+    this->RetryLater(now, reply ? reply->retryAfter : 0);
     return;
   }
+  this->Tries = 0;
   this->Why.clear();
   this->RetryAfter = 0;
   this->Gets.Receive(reply, now);

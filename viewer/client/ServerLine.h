@@ -29,8 +29,17 @@ struct ServerLineOptions
   // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice as
   //   long, up to longestRetry, until it succeeds. The same for GETs that find no server.
   bool patient = false;
-  double firstRetry = 0.5;   // s
-  double longestRetry = 8;   // s
+  double firstRetry = 0.5; // s
+  double longestRetry = 8; // s
+  // Each pause lasts up to so many times longer, by chance (from the time's last digits): after a
+  // server's restart its clients must not all come back at once.
+  double jitter = 0;
+  // Busy servers (429, 503) are asked again after what they ask for, or after firstRetry and so on;
+  // not patient: at most so often for one thing, which has failed then.
+  std::size_t mostTries = 6;
+  // s; a server that had no stream is asked for one again after so long, when nothing else is to be
+  // had; 0 = never.
+  double streamRetry = 0;
   double longestSilence = 0; // s; if something is owed and nothing has come for so long, the
                              // connection is given up; 0 = never (the host's sockets do that)
 };
@@ -69,11 +78,14 @@ public:
   void SocketOpened(double now);
   void SocketText(std::string_view text, double now);
   void SocketFrame(std::span<const std::uint8_t> message, double now);
-  // refused: the server answered that it has no stream. why: a reason for the person to read.
+  // refused: the server answered that it has no stream (not that it is busy, or that this client
+  // may not have one). why: a reason for the person to read.
   void SocketEnded(bool refused, const std::string& why, double now);
   void Fetched(const Result<HttpReply>& reply, double now);
   // Call now and then: retries, silences.
   void Tick(double now);
+  // When the next Tick will have something to do, if no more happens before; infinite for never.
+  double NextTick() const;
   // Makes the next Tick try again, without waiting any longer.
   void Hurry();
 
@@ -91,7 +103,10 @@ private:
   void Connect();
   void Receive(const Status& status, double now);
   void Lose(const std::string& why, double now);
-  void RetryLater(double now);
+  void RetryLater(double now, double atLeast = 0);
+  double Jittered(double pause, double now) const;
+  void ProbeStream();
+  void EndProbe(double now);
   void FetchNext();
   void Flush();
 
@@ -107,6 +122,9 @@ private:
   GetConversation Gets;
   bool Retrying = false; // at RetryAt
   double RetryAt = 0, RetryAfter = 0;
+  std::size_t Tries = 0; // to fetch one thing from a busy server
+  bool Probing = false;  // whether there is a stream by now
+  double ProbeAt = 0;    // the next time
   double LastNews = 0;
   std::string Why;
   std::vector<Action> Actions;

@@ -2,6 +2,8 @@
 // A session's requests as messages of the stream, and the server's answers as events.
 #include "viewer/client/StreamConversation.h"
 
+#include "viewer/client/HttpFetch.h"
+
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -158,7 +160,9 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
   const auto found = this->Unfinished.find(wire);
   if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message->body))
   {
-    if (wire == 0)
+    // That the open model cannot be opened again for the moment is a reason to connect again later.
+    const bool reopening = found != this->Unfinished.end() && found->second.request == 0;
+    if (wire == 0 || (reopening && IsBusy(error->code)))
     {
       return Error{ ErrorCode::InvalidInput, "the server refused: " + error->message };
     }
@@ -211,6 +215,19 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
   }
   const std::uint32_t request = message->second.request;
   const auto debt = this->Outstanding.find(request);
+  if (IsBusy(answer.code) && request != 0)
+  {
+    if (debt != this->Outstanding.end())
+    {
+      debt->second.busy = answer.message.empty() ? "the server is busy" : answer.message;
+    }
+    if (!answer.blob)
+    {
+      this->Frames.Forget(wire);
+      this->FinishMessage(wire, now);
+    }
+    return;
+  }
   ClientEvent event;
   event.request = request;
   event.message = answer.message;
@@ -247,7 +264,8 @@ void StreamConversation::FinishMessage(std::uint32_t wire, double now)
   }
   const auto debt = this->Outstanding.find(message->second.request);
   this->Unfinished.erase(message);
-  if (debt != this->Outstanding.end() && --debt->second.messages == 0)
+  const bool ended = debt != this->Outstanding.end() && --debt->second.messages == 0;
+  if (ended && !debt->second.IsResting())
   {
     if (!debt->second.owed.empty())
     {
@@ -304,6 +322,7 @@ void StreamConversation::Restart(double now)
   for (auto& [request, debt] : this->Outstanding)
   {
     debt.messages = 0;
+    debt.busy.clear();
     if (debt.open)
     {
       this->Queue(request, protocol::OpenRequest{ debt.model });
@@ -311,6 +330,51 @@ void StreamConversation::Restart(double now)
     else
     {
       this->QueueLists(request, debt.OwedInOrder());
+    }
+  }
+  this->Flush(now);
+}
+
+bool StreamConversation::Debt::IsResting() const
+{
+  return !this->busy.empty() && this->messages == 0 && (this->open || !this->owed.empty());
+}
+
+void StreamConversation::Adopt(const std::string& model, const std::string& digest)
+{
+  this->Model = model;
+  this->Digest = digest;
+}
+
+bool StreamConversation::IsResting() const
+{
+  return std::any_of(this->Outstanding.begin(), this->Outstanding.end(),
+    [](const auto& entry) { return entry.second.IsResting(); });
+}
+
+void StreamConversation::AskAgain(std::size_t most, double now)
+{
+  for (auto next = this->Outstanding.begin(); next != this->Outstanding.end();)
+  {
+    const auto entry = next++;
+    Debt& debt = entry->second;
+    if (!debt.IsResting())
+    {
+      continue;
+    }
+    const std::string why = std::exchange(debt.busy, {});
+    if (debt.tries++ == most)
+    {
+      this->Fail(entry->first, why);
+      this->Outstanding.erase(entry);
+    }
+    else if (debt.open)
+    {
+      this->Queue(entry->first, protocol::OpenRequest{ debt.model });
+    }
+    else
+    {
+      this->QueueLists(entry->first, debt.OwedInOrder());
     }
   }
   this->Flush(now);

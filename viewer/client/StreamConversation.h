@@ -38,6 +38,15 @@ public:
 
   // A new connection: opens the model again and asks for everything that is still owed.
   void Restart(double now);
+  // Goes on with a model that was opened otherwise, at the next Restart. REQUIRES: nothing was
+  // sent.
+  void Adopt(const std::string& model, const std::string& digest);
+
+  // Whether something is to be asked for again later: the server was busy (429, 503).
+  bool IsResting() const;
+  // Asks for it, if it was not asked for `most` times already; else it has failed.
+  void AskAgain(std::size_t most, double now);
+
   // Everything that is owed has failed; the next Send starts a new conversation.
   void FailAll(const std::string& message);
 
@@ -57,7 +66,10 @@ private:
     std::set<protocol::BlobId> owed;      // those that have not come
 
     std::vector<protocol::BlobId> OwedInOrder() const;
+    bool IsResting() const;   // all that is owed is to be asked for again
     std::size_t messages = 0; // not yet ended
+    std::string busy;         // what a busy server said of it; empty = it was not
+    std::size_t tries = 0;    // times that it has been asked for again
   };
   struct Message
   {

@@ -4,6 +4,7 @@
 
 #include "server/protocol/ControlMessage.h"
 #include "server/protocol/ResourcePath.h"
+#include "viewer/client/HttpFetch.h"
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
@@ -101,9 +102,10 @@ private:
   {
     if (error)
     {
-      const bool refused = error == websocket::error::upgrade_declined;
-      this->End(refused,
-        refused ? "the server says " + std::to_string(this->Answer.result_int()) : error.message());
+      const bool declined = error == websocket::error::upgrade_declined;
+      const auto status = this->Answer.result_int();
+      this->End(declined && !IsBusy(status) && !IsForbidden(status),
+        declined ? "the server says " + std::to_string(status) : error.message());
     }
     else if (this->Answer[http::field::sec_websocket_protocol].to_string() !=
              protocol::streamSubprotocol)

@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
 using namespace kdstream;
 using ActionKind = ServerLine::Action::Kind;
 using State = ServerLine::State;
@@ -333,6 +336,185 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].kind, EventKind::Blob);
   EXPECT_EQ(events[0].request, 3u);
+}
+
+namespace
+{
+
+// A line that fetches, with model m open.
+void Get(ServerLine& line)
+{
+  Actions(line);
+  line.SocketEnded(true, "the server says 426", 0);
+  line.Send(OpenModel(1), 0);
+  EXPECT_EQ(Actions(line), Names{ "fetch /api/models/m/model.json" });
+  line.Fetched(HttpReply{ 200, WriteModel(Model()) }, 0);
+  EXPECT_EQ(line.TakeEvents().size(), 1u);
+}
+const std::string partition1 = "fetch /api/models/m/" + std::string(32, 'a') + "/partitions/1";
+
+}
+
+TEST(TestServerLine, ABusyServerIsAskedAgainWhenItSays)
+{
+  for (const unsigned status : { 429u, 503u })
+  {
+    ServerLine line(Patient());
+    Get(line);
+    line.Send(Partitions(2, { BlobId::Partition(1) }), 10);
+    EXPECT_EQ(Actions(line), Names{ partition1 });
+    line.Fetched(HttpReply{ status, R"({"error":"busy"})", 3 }, 10);
+    EXPECT_TRUE(line.TakeEvents().empty()) << "no damage";
+    EXPECT_EQ(line.Trouble(), "the server says " + std::to_string(status) + ": busy");
+    EXPECT_EQ(line.NextTick(), 13);
+    line.Tick(12.9);
+    EXPECT_EQ(Actions(line), Names{});
+    line.Tick(13);
+    EXPECT_EQ(Actions(line), Names{ partition1 });
+    line.Fetched(HttpReply{ 200, "abc" }, 14);
+    EXPECT_EQ(line.TakeEvents().size(), 1u);
+    EXPECT_EQ(line.Trouble(), "");
+  }
+}
+
+TEST(TestServerLine, AnImpatientLineAsksABusyServerAFewTimes)
+{
+  ServerLineOptions options;
+  options.mostTries = 3;
+  ServerLine line(options);
+  Get(line);
+  line.Send(Partitions(2, { BlobId::Partition(1) }), 0);
+  double now = 0;
+  for (int i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(Actions(line), Names{ partition1 });
+    line.Fetched(HttpReply{ 503, "" }, now);
+    EXPECT_TRUE(line.TakeEvents().empty());
+    now = line.NextTick();
+    line.Tick(now);
+  }
+  line.Fetched(HttpReply{ 503, "" }, now);
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::BlobFailed);
+}
+
+TEST(TestServerLine, WhoMayNotHaveAModelHasNoDamage)
+{
+  ServerLine line({});
+  Get(line);
+  line.Send(Partitions(2, { BlobId::Partition(1), BlobId::Partition(2) }), 0);
+  Actions(line);
+  line.Fetched(HttpReply{ 403, "" }, 0);
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
+  EXPECT_EQ(Actions(line), Names{}) << "the others are not asked for";
+  EXPECT_EQ(line.GetState(), State::Getting);
+}
+
+TEST(TestServerLine, WhatABusyStreamDoesNotSendIsAskedForAgain)
+{
+  ServerLine line(Patient());
+  Stream(line, 0);
+  SendPartition(line, 3, 1, 1);
+  line.TakeEvents();
+  const auto say = [&line](
+                     decltype(protocol::ServerMessage::body) body, std::uint32_t wire, double now) {
+    line.SocketText(protocol::WriteServerMessage({ wire, std::move(body) }), now);
+  };
+  say(protocol::ErrorAnswer{ 503, "cannot be read", BlobId::Partition(2) }, 3, 2);
+  say(protocol::EndAnswer{ 1, 3, 1, false }, 3, 2);
+  EXPECT_TRUE(line.TakeEvents().empty());
+  EXPECT_EQ(line.NextTick(), 3);
+  line.Tick(3);
+  EXPECT_EQ(Actions(line), Names{ "partitions 2" });
+  say(protocol::ErrorAnswer{ 429, "too many requests", std::nullopt }, 4, 4);
+  EXPECT_TRUE(line.TakeEvents().empty());
+  line.Tick(line.NextTick());
+  EXPECT_EQ(Actions(line), Names{ "partitions 2" });
+  SendPartition(line, 5, 2, 6);
+  EXPECT_EQ(line.TakeEvents().size(), 1u);
+  say(protocol::ErrorAnswer{ 500, "damaged", BlobId::Partition(7) }, 5, 6);
+  say(protocol::EndAnswer{ 1, 3, 0, false }, 5, 6);
+  line.Tick(100);
+  EXPECT_EQ(Actions(line), Names{}) << "nothing is owed";
+}
+
+TEST(TestServerLine, AnImpatientStreamGivesUpABusyServer)
+{
+  ServerLineOptions options;
+  options.mostTries = 2;
+  ServerLine line(options);
+  Stream(line, 0);
+  for (std::uint32_t wire = 3; wire < 6; ++wire)
+  {
+    EXPECT_TRUE(line.TakeEvents().empty());
+    line.SocketText(protocol::WriteServerMessage(
+                      { wire, protocol::ErrorAnswer{ 429, "too many requests", std::nullopt } }),
+      wire);
+    line.Tick(line.NextTick());
+  }
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
+  EXPECT_EQ(events[0].message, "too many requests");
+}
+
+TEST(TestServerLine, AServerWithoutAStreamIsAskedForOneLater)
+{
+  auto options = Patient();
+  options.streamRetry = 60;
+  ServerLine line(options);
+  Get(line);
+  EXPECT_EQ(line.NextTick(), 60);
+  line.Send(Partitions(2, { BlobId::Partition(1) }), 59);
+  EXPECT_EQ(Actions(line), Names{ partition1 });
+  line.Tick(60);
+  EXPECT_EQ(Actions(line), Names{}) << "not while something is under way";
+  line.Fetched(HttpReply{ 200, "abc" }, 60);
+  line.TakeEvents();
+  line.Tick(61);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.Send(Partitions(3, { BlobId::Partition(1) }), 61);
+  EXPECT_EQ(Actions(line), Names{});
+  line.SocketEnded(false, "reset", 62); // still none, or none that answers
+  EXPECT_EQ(line.GetState(), State::Getting);
+  EXPECT_EQ(Actions(line), Names{ partition1 });
+  line.Fetched(HttpReply{ 200, "abc" }, 62);
+  EXPECT_EQ(line.TakeEvents().size(), 1u);
+
+  line.Tick(line.NextTick());
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketOpened(130);
+  EXPECT_EQ(Actions(line), Names{ "open m" });
+  SendOpened(line, 1, 130);
+  EXPECT_TRUE(line.TakeEvents().empty());
+  line.Send(Partitions(4, { BlobId::Partition(2) }), 130);
+  EXPECT_EQ(Actions(line), Names{ "partitions 2" });
+  EXPECT_EQ(line.NextTick(), std::numeric_limits<double>::infinity());
+}
+
+TEST(TestServerLine, ClientsComeBackAtDifferentTimes)
+{
+  auto options = Patient();
+  options.jitter = 2;
+  std::vector<double> pauses;
+  for (int i = 0; i < 1000; ++i)
+  {
+    ServerLine line(options);
+    const double now = 100 + i * 1e-6;
+    line.SocketEnded(false, "reset", now); // at once
+    line.SocketEnded(false, "reset", now);
+    pauses.push_back(line.NextTick() - now);
+    EXPECT_GE(pauses.back(), 1);
+    EXPECT_LE(pauses.back(), 3);
+  }
+  std::sort(pauses.begin(), pauses.end());
+  for (const double share : { 0.25, 0.5, 0.75 })
+  {
+    EXPECT_NEAR(pauses[static_cast<std::size_t>(1000 * share)], 1 + 2 * share, 0.15);
+  }
 }
 
 TEST(TestServerLine, WithoutPatienceALostServerIsTheAnswerOfAFetch)

@@ -37,6 +37,8 @@ ServerLineOptions PatientLine()
   ServerLineOptions options;
   options.authority = "the server"; // the page has only one
   options.patient = true;
+  options.jitter = 2;
+  options.streamRetry = 60;
   options.longestSilence = 20;
   return options;
 }
