@@ -141,7 +141,11 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   DoubleTap(session, px, py);
   TakeTree(session, server);
   server.Take(session);
-  ASSERT_EQ(server.log.size(), 2u); // boxes, and then the region
+  ASSERT_GE(server.log.size(), 2u);
+  for (const std::string& request : std::span(server.log).first(server.log.size() - 1))
+  {
+    EXPECT_NE(request.find("\"kind\":\"boxes\""), std::string::npos) << request;
+  }
   status = session.GetStatus();
   ASSERT_TRUE(status.region);
   const auto region = *FindRegion(server.Tree(), server.Codec().depths, status.region->cell, 1);
@@ -153,10 +157,10 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
       (names.empty() ? "\"partitions/" : ",\"partitions/") + std::to_string(partition) + "\"";
   }
   EXPECT_NE(
-    server.log[1].find("\"kind\":\"region\",\"cell\":" + std::to_string(status.region->cell) +
-                       ",\"rings\":1,\"except\":[],\"blobs\":[" + names + "]"),
+    server.log.back().find("\"kind\":\"region\",\"cell\":" + std::to_string(status.region->cell) +
+                           ",\"rings\":1,\"except\":[],\"blobs\":[" + names + "]"),
     std::string::npos)
-    << server.log[1];
+    << server.log.back();
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().region->shown, region.size());
   EXPECT_TRUE(session.IsIdle());
