@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The cheapest of many errors, found in passes: against sorting.
-#include "filters/core/levels/MergeSelection.h"
+#include "filters/core/collapse/MergeSelection.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 // CollapseRound alone.
 #pragma once
 
+#include "filters/core/collapse/MergeSelection.h"
 #include "filters/core/levels/LevelBlocks.h"
-#include "filters/core/levels/MergeSelection.h"
 #include "filters/core/levels/PartLists.h"
 
 #include <cstddef>
