@@ -53,7 +53,9 @@ struct ClusterOptions
 // One level. Clusters are ordered by (cell, lowest original vertex).
 struct ClusterLevel
 {
-  std::vector<Vec3> positions; // representatives, inside the box of the cluster's original vertices
+  // Representatives; inside the box of the cluster's original vertices, but where a collapse has
+  // moved them off (Untangling.h), and never outside the model's.
+  std::vector<Vec3> positions;
   std::vector<double> deviations;      // sqrt(Q(x) / trace A), never below a child's; model units
   std::vector<VertexId> lowest;        // lowest original vertex of each cluster
   std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
