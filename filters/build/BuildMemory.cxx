@@ -195,7 +195,7 @@ std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarT
   }
   const std::uint64_t ofDoubles = scalars == ScalarType::Float64 ? 24 : 0;
   const std::uint64_t later =
-    (52 + ofDoubles) * mesh.vertices + 52 * mesh.triangles + (std::uint64_t{ 4 } << 20);
+    (60 + ofDoubles) * mesh.vertices + 52 * mesh.triangles + (std::uint64_t{ 4 } << 20);
   const std::uint64_t tuples =
     mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes;
   return (soup ? welding : std::max(welding, later)) + 5 * tuples / 2;
