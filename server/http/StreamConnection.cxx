@@ -144,7 +144,7 @@ private:
   void Read()
   {
     // After the conversation has ended we read on only to find the client's close frame.
-    if (this->Reading || !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
+    if (this->Reading || this->Unreadable || !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
     {
       return;
     }
@@ -153,6 +153,7 @@ private:
       [self = this->shared_from_this()](beast::error_code error, std::size_t)
       {
         self->Reading = false;
+        self->Unreadable = error.failed();
         if (!error)
         {
           self->Guard([&] { self->Take(); });
@@ -319,6 +320,7 @@ private:
   bool Watching = false;
   bool Accepted = false;
   bool Reading = false;
+  bool Unreadable = false; // it has failed: amid a message it must not be read again
   bool Writing = false;
   bool ClosingNow = false;
 };
