@@ -144,7 +144,8 @@ private:
   void Read()
   {
     // After the conversation has ended we read on only to find the client's close frame.
-    if (this->Reading || this->Unreadable || !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
+    if (this->Reading || this->Unreadable ||
+        !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
     {
       return;
     }
