@@ -307,28 +307,59 @@ PieceTable::PieceTable(const TreeDepths& depths, bool hasLevels)
   this->Rows.emplace_back(std::size_t{ 1 } << depths.partition);
 }
 
-std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels)
+namespace
+{
+
+// Calls visit(resolution, first node, count of nodes) for each resolution that a page tells of,
+// coarse to fine, until it returns false.
+template <class Visit>
+void ForEachRow(NodeId page, const TreeDepths& depths, bool hasLevels, const Visit& visit)
 {
   const unsigned top = DepthOfNode(page), most = top + DepthsOfTreePage(page, depths);
-  std::vector<PieceId> pieces;
-  const auto add = [&](Resolution resolution)
+  const auto goOn = [&](Resolution resolution)
   {
     const unsigned depth = PieceDepth(resolution, depths);
-    if ((depth > top || page == 1) && depth <= most)
-    {
-      const NodeId count = NodeId{ 1 } << (depth - top);
-      for (NodeId i = 0; i < count; ++i)
-      {
-        pieces.push_back({ resolution, (page << (depth - top)) + i });
-      }
-    }
+    const bool told = (depth > top || page == 1) && depth <= most;
+    return !told || visit(resolution, page << (depth - top), NodeId{ 1 } << (depth - top));
   };
   for (unsigned level = 0; hasLevels && level <= depths.finest; ++level)
   {
-    add(Resolution::Level(level));
+    if (!goOn(Resolution::Level(level)))
+    {
+      return;
+    }
   }
-  add(Resolution::Original());
+  goOn(Resolution::Original());
+}
+
+}
+
+std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels)
+{
+  std::vector<PieceId> pieces;
+  ForEachRow(page, depths, hasLevels,
+    [&pieces](Resolution resolution, NodeId first, NodeId count)
+    {
+      for (NodeId i = 0; i < count; ++i)
+      {
+        pieces.push_back({ resolution, first + i });
+      }
+      return true;
+    });
   return pieces;
+}
+
+std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths, bool hasLevels)
+{
+  std::size_t place = 0;
+  ForEachRow(page, depths, hasLevels,
+    [&place, piece](Resolution resolution, NodeId first, NodeId count)
+    {
+      const bool here = resolution == piece.resolution;
+      place += here ? piece.node - first : count;
+      return !here;
+    });
+  return place;
 }
 
 Box RoundedBoxOf(std::span<const Box> boxes, NodeId node)

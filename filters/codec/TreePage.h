@@ -73,6 +73,8 @@ private:
 // The pieces that a page tells of: those whose nodes it tells of, the root's page those of the root
 // too; coarse to fine, nodes ascending.
 std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels);
+// Where in that list a piece stands. REQUIRES: the page tells of it. O(levels).
+std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths, bool hasLevels);
 
 struct TreePage
 {

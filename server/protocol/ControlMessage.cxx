@@ -70,6 +70,15 @@ void PutBody(JsonWriter& writer, const PartitionsRequest& body)
   writer.Member("type", "partitions");
   writer.Member("partitions", body.partitions);
 }
+void PutBody(JsonWriter& writer, const BlobsRequest& body)
+{
+  writer.Member("type", "blobs").Key("blobs").BeginArray();
+  for (const BlobId& blob : body.blobs)
+  {
+    writer.Put(BlobName(blob));
+  }
+  writer.EndArray();
+}
 void PutBody(JsonWriter& writer, const CancelRequest&)
 {
   writer.Member("type", "cancel");
@@ -141,6 +150,24 @@ LevelRequest ReadLevel(JsonReader& reader, const JsonValue& json)
 {
   return { reader.Small<std::uint8_t>(json, "level", 0, maximumDepth),
     reader.Integers(json, "nodes", 1, highestNode, mostListed, false) };
+}
+
+BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json)
+{
+  BlobsRequest body;
+  const JsonValue* names = reader.Array(json, "blobs", mostListed);
+  for (rapidjson::SizeType i = 0; names && i < names->Size(); ++i)
+  {
+    const JsonValue& name = (*names)[i];
+    const auto blob = name.IsString() ? ParseBlobName(TextOf(name)) : Result<BlobId>(BlobId{});
+    if (!name.IsString() || !blob)
+    {
+      reader.Fail("\"blobs\": " + (blob ? Show(name) + " is no name" : blob.GetError().message));
+      return {};
+    }
+    body.blobs.push_back(*blob);
+  }
+  return body;
 }
 
 RegionRequest ReadRegion(JsonReader& reader, const JsonValue& json)
@@ -242,6 +269,10 @@ void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& me
   {
     message.body = PartitionsRequest{ reader.Integers(
       json, "partitions", 0, highestPartition, mostListed, true) };
+  }
+  else if (type == "blobs")
+  {
+    message.body = ReadBlobs(reader, json);
   }
   else if (type == "cancel")
   {

@@ -82,6 +82,13 @@ struct PartitionsRequest
   bool operator==(const PartitionsRequest&) const = default;
 };
 
+// Blobs of any kind, in the order given.
+struct BlobsRequest
+{
+  std::vector<BlobId> blobs;
+  bool operator==(const BlobsRequest&) const = default;
+};
+
 // Ends the request whose id it carries. Not a request of its own: the answer is that request's
 // `end`.
 struct CancelRequest
@@ -93,7 +100,7 @@ struct ClientMessage
 {
   std::uint32_t request = 0;
   std::variant<OpenRequest, PreviewRequest, LevelRequest, TreeRequest, BoxesRequest, RegionRequest,
-    PartitionsRequest, CancelRequest>
+    PartitionsRequest, BlobsRequest, CancelRequest>
     body;
   bool operator==(const ClientMessage&) const = default;
 };

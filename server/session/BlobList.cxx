@@ -104,6 +104,24 @@ Result<BlobList> ListNodes(
   return list;
 }
 
+// Those of one blob, one after the other.
+Result<BlobList> ListAnyBlobs(const ModelDescription& model, const std::vector<BlobId>& blobs)
+{
+  BlobList list;
+  for (const BlobId& blob : blobs)
+  {
+    const auto one = blob.kind == BlobKind::Level ? ListLevel(model, blob.level, { blob.number })
+                     : blob.kind == BlobKind::Partition
+                       ? ListPartitions(model, { blob.number })
+                       : ListNodes(model, blob.kind, { blob.number });
+    KDSTREAM_TRY(one);
+    list.estimatedBytes += one->estimatedBytes;
+  }
+  list.blobs = blobs;
+  list.count = blobs.size();
+  return list;
+}
+
 Result<BlobList> ListRegion(
   const ServedModel& model, const protocol::RegionRequest& request, std::size_t mostPartitions)
 {
@@ -142,6 +160,10 @@ Result<BlobList> ListRegion(
 
 BlobId BlobList::At(std::uint64_t index) const
 {
+  if (!this->blobs.empty())
+  {
+    return this->blobs[static_cast<std::size_t>(index)];
+  }
   const auto number = this->numbers.empty() ? this->first + static_cast<std::uint32_t>(index)
                                             : this->numbers[static_cast<std::size_t>(index)];
   return { this->kind, this->level, number };
@@ -170,6 +192,10 @@ Result<BlobList> ListBlobs(
   if (const auto* partitions = std::get_if<protocol::PartitionsRequest>(&message.body))
   {
     return ListPartitions(description, partitions->partitions);
+  }
+  if (const auto* blobs = std::get_if<protocol::BlobsRequest>(&message.body))
+  {
+    return ListAnyBlobs(description, blobs->blobs);
   }
   return ListLevel(description, PreviewLevel(description), {});
 }

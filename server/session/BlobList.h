@@ -13,10 +13,11 @@
 namespace kdstream
 {
 
-// Blobs in the order in which they are sent: the listed numbers, or the `count` numbers from
-// `first`.
+// Blobs in the order in which they are sent: those of any kind, or of one kind and level the listed
+// numbers, or the `count` numbers from `first`.
 struct BlobList
 {
+  std::vector<protocol::BlobId> blobs;
   protocol::BlobKind kind = protocol::BlobKind::Tree;
   std::uint8_t level = 0;
   std::vector<std::uint32_t> numbers;

@@ -19,6 +19,8 @@ using protocol::BlobKind;
 // Numbers of a list in one message: with 10 digits each they stay well below
 // maximumClientMessageBytes.
 constexpr std::size_t longestList = 300;
+// The same of names: "partitions/1073741823", with quotes and comma.
+constexpr std::size_t longestListOfNames = 150;
 
 std::vector<std::uint32_t> NumbersOf(const BlobId* begin, const BlobId* end)
 {
@@ -90,17 +92,28 @@ void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientM
   this->Waiting.push_back({ request, { 0, std::move(body) }, 0 });
 }
 
-// Asks for blobs one by one: runs of one kind and level, cut where they are too long for a message.
+// Asks for blobs one by one, in as many messages as it takes: by their numbers where all are of one
+// kind and level, by their names otherwise.
 void StreamConversation::QueueLists(std::uint32_t request, const std::vector<BlobId>& blobs)
 {
+  const bool alike = std::all_of(blobs.begin(), blobs.end(),
+    [&](const BlobId& blob)
+    { return blob.kind == blobs.front().kind && blob.level == blobs.front().level; });
+  for (std::size_t i = 0; !alike && i < blobs.size(); i += longestListOfNames)
+  {
+    const auto begin = blobs.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto end =
+      begin + static_cast<std::ptrdiff_t>(std::min(longestListOfNames, blobs.size() - i));
+    this->Queue(request, protocol::BlobsRequest{ { begin, end } });
+  }
+  if (!alike)
+  {
+    return;
+  }
   const BlobId* const end = blobs.data() + blobs.size();
   for (const BlobId *begin = blobs.data(), *next = begin; begin != end; begin = next)
   {
-    while (next != end && next->kind == begin->kind && next->level == begin->level &&
-           static_cast<std::size_t>(next - begin) < longestList)
-    {
-      ++next;
-    }
+    next += std::min(end - begin, static_cast<std::ptrdiff_t>(longestList));
     std::vector<std::uint32_t> numbers = NumbersOf(begin, next);
     switch (begin->kind)
     {

@@ -53,6 +53,7 @@ Status Player::WaitForIdle()
     this->DeliverEvents();
     this->SendRequests();
     KDSTREAM_TRY(this->Frame());
+    this->SendRequests(); // what the frame found to be needed
     if (this->Session.IsIdle())
     {
       return {};
@@ -99,6 +100,10 @@ Status Player::Frame()
   this->Complain();
   Status status = this->Window.Show(this->Session.Scene());
   this->Session.EndFrame(std::chrono::duration<double>(Clock::now() - begin).count());
+  if (this->Options.drawn)
+  {
+    this->Options.drawn();
+  }
   return status;
 }
 

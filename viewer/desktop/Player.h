@@ -25,6 +25,8 @@ struct PlayerOptions
   std::function<void(const SessionStep&)> record;
   // Called with a sentence for each part that could not be loaded; the session goes on.
   std::function<void(const std::string&)> complain;
+  // Called after each frame.
+  std::function<void()> drawn;
   // Whether to give up a wait.
   std::function<bool()> interrupted;
 };

@@ -3,6 +3,7 @@
 #include "filters/core/SystemReason.h"
 #include "filters/program/Program.h"
 #include "viewer/desktop/Player.h"
+#include "viewer/desktop/ViewReport.h"
 
 #include <algorithm>
 #include <cctype>
@@ -23,7 +24,7 @@ using namespace kdstream;
 
 constexpr const char* description =
   "Looks at a model of a KdStream server without a screen: this version opens no window yet.\n"
-  "It shows the model in the level of detail that fits the window, or plays a recorded session "
+  "It shows the model as fine as the window shows it, or plays a recorded session "
   "(--replay), writes what is asked for, and ends.";
 
 constexpr const char* examples =
@@ -37,10 +38,16 @@ constexpr const char* examples =
   "Example:\n"
   "  kdstream-view http://localhost:8700 --model dragon --offscreen auto --screenshot dragon.png";
 
+constexpr std::uint64_t leastViewMemory = std::uint64_t{ 16 } << 20;
+
 struct CommandLine
 {
-  std::string url, model, offscreen, size = "1280x720", record, replay, screenshot, statistics;
+  std::string url, model, offscreen, size = "1280x720", record, replay, screenshot, statistics,
+                                     report;
   unsigned rings = 1;
+  DetailMode detail = DetailMode::View;
+  std::uint64_t triangles = RefinementOptions().triangles;
+  std::uint64_t memory = std::uint64_t{ 1 } << 30;
   SurfaceColoring coloring = SurfaceColoring::Own;
   int width = 0, height = 0;
 };
@@ -108,6 +115,45 @@ void AddPictureOptions(CLI::App& app, CommandLine& line)
     ->group(group);
 }
 
+void AddDetailOptions(CLI::App& app, CommandLine& line)
+{
+  const char* const group = "Detail";
+  const std::map<std::string, DetailMode> modes{ { "view", DetailMode::View },
+    { "level", DetailMode::Level }, { "full", DetailMode::Full } };
+  app
+    .add_option("--detail", line.detail,
+      "view: what is seen, as fine as the window shows it; level: one level for the whole model, "
+      "by "
+      "the zoom; full: all of it as the original")
+    ->transform(CLI::CheckedTransformer(modes).description(""))
+    ->type_name("view|level|full")
+    ->default_str("view")
+    ->group(group);
+  app.add_option("--triangles", line.triangles, "show about so many triangles at most")
+    ->check(CLI::Range(std::uint64_t{ 1000 }, std::uint64_t{ 1'000'000'000 }))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(group);
+  app
+    .add_option_function<std::string>(
+      "--view-memory",
+      [&line](const std::string& text)
+      {
+        const auto size = ParseSize(text);
+        if (!size || *size < leastViewMemory)
+        {
+          throw CLI::ValidationError("--view-memory",
+            size ? "'" + text + "' is less than 16M, which the coarsest picture may take"
+                 : size.GetError().message);
+        }
+        line.memory = *size;
+      },
+      "decoded pieces and what is drawn of them take about so much at most")
+    ->type_name("SIZE")
+    ->default_str("1G")
+    ->group(group);
+}
+
 void AddOptions(CLI::App& app, CommandLine& line)
 {
   app.add_option("URL", line.url, "the server: http://HOST:PORT")->required();
@@ -121,6 +167,7 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->check(CLI::Range(1u, 3u))
     ->capture_default_str()
     ->group(model);
+  AddDetailOptions(app, line);
   AddPictureOptions(app, line);
   const char* const session = "Session";
   app.add_option("--replay", line.replay, "play this session file")
@@ -132,6 +179,11 @@ void AddOptions(CLI::App& app, CommandLine& line)
   app
     .add_option("--stats", line.statistics,
       "write JSON at the end: vertices, triangles, bytes and seconds of every blob")
+    ->type_name("FILE")
+    ->group(session);
+  app
+    .add_option("--report", line.report,
+      "write JSON at the end: bytes, seconds, triangles and memory of all of it")
     ->type_name("FILE")
     ->group(session);
 }
@@ -246,7 +298,8 @@ Result<T> At(const std::string& place, Result<T> result)
 Status CheckOutputs(CommandLine& line)
 {
   const std::pair<std::string*, OutputKind> outputs[] = { { &line.record, OutputKind::Stream },
-    { &line.statistics, OutputKind::Stream }, { &line.screenshot, OutputKind::File } };
+    { &line.statistics, OutputKind::Stream }, { &line.report, OutputKind::Stream },
+    { &line.screenshot, OutputKind::File } };
   for (const auto& [file, kind] : outputs)
   {
     if (file->empty())
@@ -264,6 +317,10 @@ SessionOptions OptionsOf(const CommandLine& line)
 {
   SessionOptions options;
   options.rings = line.rings;
+  options.detail = line.detail;
+  options.refinement.triangles = options.policy.triangleBudget = line.triangles;
+  options.refinement.bytes = line.memory;
+  options.cacheBytes = line.memory / 2; // the other half is what is drawn
   options.clock = []
   {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -282,7 +339,7 @@ void TellIfNothingIsWritten(const std::string& program, const CommandLine& line,
 {
   const bool pictures = std::any_of(steps.begin(), steps.end(),
     [](const SessionStep& step) { return step.kind == SessionStep::Kind::Screenshot; });
-  if (!pictures && line.record.empty() && line.statistics.empty())
+  if (!pictures && line.record.empty() && line.statistics.empty() && line.report.empty())
   {
     std::cerr << program << ": showed " << session.Statistics().size() << " pieces of " << line.url
               << ", and wrote nothing: --screenshot FILE writes a picture\n";
@@ -318,6 +375,8 @@ Result<int> View(const std::string& program, CommandLine line)
     exitCode = PrintError(program, line.url, { ErrorCode::NotFound, sentence });
   };
   options.interrupted = Interrupted;
+  ViewReport report;
+  options.drawn = [&] { report.AddFrame(session.GetStatus()); };
   Player player(**client, session, **window, options);
   const std::vector<SessionStep> steps = Script(*first, *replay, line);
   for (const SessionStep& step : steps)
@@ -329,6 +388,7 @@ Result<int> View(const std::string& program, CommandLine line)
   KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));
   KDSTREAM_TRY(
     At(line.statistics, WriteOutput(line.statistics, StatisticsJson(session.Statistics()))));
+  KDSTREAM_TRY(At(line.report, WriteOutput(line.report, report.Json(session.GetTraffic()))));
   TellIfNothingIsWritten(program, line, steps, session);
   return exitCode;
 }

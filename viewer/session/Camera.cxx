@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace kdstream
 {
@@ -122,12 +123,19 @@ Ray Camera::RayOf(double x, double y) const
   return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
 }
 
+std::array<Vec3, 5> Camera::InwardNormals() const
+{
+  const double aspect = double(this->View.width) / this->View.height;
+  const Vec3 ahead = this->Forward();
+  const Vec3 up = ahead * tangentOfHalfAngle, right = ahead * (tangentOfHalfAngle * aspect);
+  return { ahead, Normalized(up - this->Up()), Normalized(up + this->Up()),
+    Normalized(right - this->Right()), Normalized(right + this->Right()) };
+}
+
 // A box is not seen if all of it is beyond one of the planes through the eye.
 bool Camera::MaySee(const Box& box) const
 {
-  const double aspect = double(this->View.width) / this->View.height;
-  const Vec3 eye = this->Eye(), ahead = this->Forward();
-  const Vec3 up = ahead * tangentOfHalfAngle, right = ahead * (tangentOfHalfAngle * aspect);
+  const Vec3 eye = this->Eye();
   const auto reaches = [&](const Vec3& inward) // the corner of the box that is farthest within
   {
     double farthest = 0;
@@ -137,8 +145,36 @@ bool Camera::MaySee(const Box& box) const
     }
     return farthest >= 0;
   };
-  return !box.Empty() && reaches(ahead) && reaches(up - this->Up()) && reaches(up + this->Up()) &&
-         reaches(right - this->Right()) && reaches(right + this->Right());
+  const auto planes = this->InwardNormals();
+  return !box.Empty() && std::all_of(planes.begin(), planes.end(), reaches);
+}
+
+double Camera::DistanceTo(const Box& box) const
+{
+  const Vec3 eye = this->Eye();
+  Vec3 away{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    away[k] = std::max({ box.lo[k] - eye[k], eye[k] - box.hi[k], 0.0 });
+  }
+  return Length(away);
+}
+
+double Camera::PointsPerUnit(double distance) const
+{
+  return this->View.height / (2 * tangentOfHalfAngle * distance * this->View.pixelRatio);
+}
+
+double Camera::Eccentricity(const Vec3& point) const
+{
+  const Vec3 sight = point - this->Eye();
+  const double depth = Dot(sight, this->Forward());
+  if (!(depth > 0))
+  {
+    return std::numeric_limits<double>::infinity();
+  }
+  const double aside = std::max(0.0, Dot(sight, sight) - depth * depth);
+  return std::sqrt(aside) / (depth * tangentOfHalfAngle);
 }
 
 double Camera::PixelsPerUnit() const

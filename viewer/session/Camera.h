@@ -4,6 +4,8 @@
 
 #include "viewer/session/Geometry.h"
 
+#include <array>
+
 namespace kdstream
 {
 
@@ -61,6 +63,17 @@ public:
   // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
   // an empty box false.
   bool MaySee(const Box& box) const;
+  // Of the planes through the eye that bound what is on the screen: ahead, and the four sides; of
+  // length 1.
+  std::array<Vec3, 5> InwardNormals() const;
+  // From the eye to the nearest point of a box that is not empty; 0 within it.
+  double DistanceTo(const Box& box) const;
+  // Points of the screen (pixels / pixel ratio) that a length of 1 takes at most, `distance` > 0
+  // away from the eye.
+  double PointsPerUnit(double distance) const;
+  // How far from the middle of the screen a point is seen: 0 there, 1 at the middle of its upper
+  // edge; infinite behind the eye.
+  double Eccentricity(const Vec3& point) const;
   // Pixels of one model unit in the focal plane.
   double PixelsPerUnit() const;
 

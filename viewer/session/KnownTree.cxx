@@ -96,18 +96,42 @@ void KnownTree::NeedOfPartition(NodeId node)
   this->Missing.insert(BlobId::PartitionBoxes(BoxesOfPartition(node, this->Depths)));
 }
 
-void KnownTree::Walk(const std::function<bool(NodeId page, const Box& box)>& enter)
+// The pieces of the root are told of by its own page.
+NodeId KnownTree::PageOfFacts(PieceId piece) const
+{
+  return TreePageOfNode(piece.node, this->Depths);
+}
+
+const PieceFacts* KnownTree::FactsOf(PieceId piece)
+{
+  const NodeId page = this->PageOfFacts(piece);
+  const Entry* entry = this->Find(BlobId::TreePage(page));
+  return entry ? &entry->page.facts[PlaceInTreePage(page, piece, this->Depths, this->HasLevels)]
+               : nullptr;
+}
+
+void KnownTree::NeedFactsOf(PieceId piece)
+{
+  this->Missing.insert(BlobId::TreePage(this->PageOfFacts(piece)));
+}
+
+std::size_t KnownTree::MostPages() const
 {
   constexpr std::size_t largestPage =
     sizeof(Entry) + (std::size_t{ 4 } << treePageDepths) * (sizeof(Box) + sizeof(PieceFacts));
+  return this->Limit / largestPage;
+}
+
+void KnownTree::Walk(const std::function<bool(NodeId page, const Box& box)>& enter)
+{
   std::vector<NodeId> pages{ 1 }, below;
-  for (std::size_t bytes = 0; !pages.empty(); pages = std::exchange(below, {}))
+  for (std::size_t looked = 0; !pages.empty(); pages = std::exchange(below, {}))
   {
     for (const NodeId page : pages)
     {
       const Box* box = this->Around(page);
-      bytes += largestPage;
-      if (!box || box->Empty() || bytes > this->Limit / 2 || !enter(page, *box))
+      ++looked;
+      if (!box || box->Empty() || looked > this->MostPages() / 2 || !enter(page, *box))
       {
         continue;
       }

@@ -36,8 +36,14 @@ public:
   void NeedAround(NodeId node) override;
   void NeedOfPartition(NodeId node) override;
 
+  // What is told of a piece; null where that page is not known. O(log pages + levels).
+  const PieceFacts* FactsOf(PieceId piece);
+  void NeedFactsOf(PieceId piece);
+  // So many pages can be known at a time, whatever they tell.
+  std::size_t MostPages() const;
+
   // Looks up the pages whose node's box passes `enter`, from the root down, depth by depth, as far
-  // as they are known: the next ones are missing. Takes at most half of the limit.
+  // as they are known: the next ones are missing. At most half of MostPages.
   void Walk(const std::function<bool(NodeId page, const Box& box)>& enter);
 
   // What was needed and is not there, since the last call; pages first, coarse before fine.
@@ -56,6 +62,7 @@ private:
     std::uint64_t lastUse = 0;
   };
   const Entry* Find(const protocol::BlobId& blob);
+  NodeId PageOfFacts(PieceId piece) const;
   const Box* AroundIfLoaded(NodeId node) const; // as Around, but is no use and notes nothing
   void Touch(const protocol::BlobId& blob, Entry& entry);
   Status AddPage(NodeId page, std::span<const std::uint8_t> bytes);

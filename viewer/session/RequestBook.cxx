@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-void RequestBook::Send(SessionRequest request)
+std::uint32_t RequestBook::Send(SessionRequest request)
 {
   ++this->Changes;
   request.id = ++this->LastId;
@@ -21,6 +21,7 @@ void RequestBook::Send(SessionRequest request)
   }
   entry.request = request;
   this->Unsent.push_back(std::move(request));
+  return this->LastId;
 }
 
 void RequestBook::Cancel(std::uint32_t request)
@@ -59,6 +60,22 @@ void RequestBook::CancelUnwanted(const std::set<protocol::BlobId>& wanted)
   for (const std::uint32_t request : unwanted)
   {
     this->Cancel(request);
+  }
+}
+
+void RequestBook::CancelUseless(const std::set<protocol::BlobId>& wanted)
+{
+  std::set<std::uint32_t> useless, useful;
+  for (const auto& [blob, request] : this->Owed)
+  {
+    (wanted.count(blob) == 0 ? useless : useful).insert(request);
+  }
+  for (const std::uint32_t request : useless)
+  {
+    if (useful.count(request) == 0)
+    {
+      this->Cancel(request);
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "viewer/session/SessionTypes.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -17,12 +18,15 @@ namespace kdstream
 class RequestBook
 {
 public:
-  // Gives the request the next id and notes what it will bring. REQUIRES: none of its blobs is owed
-  // already.
-  void Send(SessionRequest request);
+  // Gives the request the next id, which is returned, and notes what it will bring. REQUIRES: none
+  // of its blobs is owed already.
+  std::uint32_t Send(SessionRequest request);
   // Cancels each request that still owes a blob which is not in `wanted`; the blobs it owed are
   // owed by nobody then. `Open` is never cancelled so. O(blobs owed).
   void CancelUnwanted(const std::set<protocol::BlobId>& wanted);
+  // Cancels each request that owes blobs of which none is in `wanted`, `Open` never. So what comes
+  // of the others is not asked for twice. O(blobs owed).
+  void CancelUseless(const std::set<protocol::BlobId>& wanted);
   // Cancels everything. Ids go on.
   void CancelAll();
 
@@ -33,6 +37,9 @@ public:
   // The request is over: what it still owed, nothing if it is not known (any more).
   std::vector<protocol::BlobId> Close(std::uint32_t request);
 
+  // What is owed, and by which request.
+  const std::map<protocol::BlobId, std::uint32_t>& AllOwed() const { return this->Owed; }
+  std::size_t RequestCount() const { return this->Open.size(); }
   bool IsOwed(const protocol::BlobId& blob) const { return this->Owed.count(blob) != 0; }
   const SessionRequest* Find(std::uint32_t request) const;
   bool Empty() const { return this->Open.empty(); }

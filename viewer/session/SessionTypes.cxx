@@ -49,6 +49,8 @@ const char* NameOf(SessionRequest::Kind kind)
       return "region";
     case SessionRequest::Kind::Partitions:
       return "partitions";
+    case SessionRequest::Kind::Blobs:
+      return "blobs";
     case SessionRequest::Kind::Cancel:
       break;
   }

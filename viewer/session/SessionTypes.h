@@ -37,6 +37,7 @@ struct SessionRequest
     Boxes,   // `blobs`, boxes of partitions
     Region,  // the region of `rings` around `cell`, nearest first, but for the partitions `except`
     Partitions, // `blobs`, partitions
+    Blobs,      // `blobs`, of any kind
     Cancel      // of the request with this id, which ends without further answers
   };
   Kind kind = Kind::Open;
@@ -66,6 +67,14 @@ struct ViewerScene
   TreeDepths depths;                    // of the model
 };
 
+// What decides which pieces are shown in full screen.
+enum class DetailMode
+{
+  View,  // what is seen, as fine as the screen shows it
+  Level, // one level for the whole model, by the zoom (paper section 5.2)
+  Full   // all of the model as the original
+};
+
 enum class ViewerMode
 {
   NoModel,   // nothing is selected
@@ -80,8 +89,13 @@ struct ViewerStatus
   ViewerMode mode = ViewerMode::NoModel;
   std::string model; // id, title
   std::string title;
-  std::optional<unsigned> shownLevel; // of what is not refined; nothing before the preview has come
-  std::optional<unsigned> targetLevel; // that the zoom asks for; nothing before the model is open
+  // Of what is shown but for the tapped region; by the view, the finest of it, L where that is the
+  // original. Nothing before the preview has come.
+  std::optional<unsigned> shownLevel;
+  // That the zoom asks for; by the view, the finest that is wanted. Nothing before the model is
+  // open.
+  std::optional<unsigned> targetLevel;
+  double errorLeft = 0; // by the view: points on the screen that a budget leaves; else 0
   struct Region
   {
     NodeId cell = 1; // picked
@@ -96,6 +110,15 @@ struct ViewerStatus
   std::uint64_t bytesLoaded = 0;                  // of these
   std::string error; // a sentence about the last failure; empty again after the next request of the
                      // person
+};
+
+// What a session has received.
+struct SessionTraffic
+{
+  std::uint64_t blobs = 0, bytes = 0;
+  // Of these bytes those of pieces that no drawn surface has used, and of answers to requests that
+  // had been cancelled.
+  std::uint64_t wasted = 0;
 };
 
 // The region as a JSON object, for traces and pages; null where there is none.

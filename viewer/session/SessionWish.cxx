@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session would like to see, and how it gets it:
+// What a session would like to see, and how it gets it, where one level is shown for all of the
+// model (by the view: SessionView.cxx):
 //   1. the wish: the level that the zoom asks for (or a coarser one, where it failed) and the
 //   picked region,
 //   2. the shown cut: the best that the loaded pieces allow,
@@ -32,15 +33,27 @@ unsigned ViewerSession::EffectiveLevel() const
 
 SurfaceWish ViewerSession::Wish() const
 {
-  SurfaceWish wish;
-  // The preview comes first, alone.
-  wish.level =
-    this->Shown.IsEmpty() ? this->Current->policy.PreviewLevel() : this->EffectiveLevel();
-  if (this->Region && !this->Shown.IsEmpty())
+  const auto preview = Resolution::Level(this->Current->policy.PreviewLevel());
+  if (this->Shown.IsEmpty()) // it comes first, alone
   {
-    wish.region = this->Region->partitions;
+    return { preview, {} };
   }
-  return wish;
+  switch (this->Options.detail)
+  {
+    case DetailMode::View:
+    {
+      SurfaceWish wish{ preview, this->Current->refinement.Pieces() };
+      const std::vector<PieceId> tapped = this->TappedPieces();
+      wish.pieces.insert(wish.pieces.end(), tapped.begin(), tapped.end());
+      return wish;
+    }
+    case DetailMode::Level:
+      return { Resolution::Level(this->EffectiveLevel()), this->TappedPieces() };
+    case DetailMode::Full:
+      break;
+  }
+  const bool full = this->Mode == ViewerMode::FullScreen;
+  return { full ? Resolution::Original() : preview, {} };
 }
 
 ViewerSession::Situation ViewerSession::GetSituation() const
@@ -56,8 +69,11 @@ ViewerSession::Situation ViewerSession::GetSituation() const
   now.failedPieces = this->FailedPieces;
   now.failedTree = this->FailedTree;
   now.pieces = this->Pieces.Version();
-  now.cut = this->Shown.CutVersion();
-  now.requests = this->Book.Version();
+  if (!this->ByView())
+  {
+    now.cut = this->Shown.CutVersion();
+    now.requests = this->Book.Version();
+  }
   return now;
 }
 
@@ -67,6 +83,11 @@ void ViewerSession::Update()
 {
   if (!this->Current)
   {
+    return;
+  }
+  if (this->ByView())
+  {
+    this->RefineView();
     return;
   }
   this->FollowTree();
@@ -86,7 +107,7 @@ void ViewerSession::FollowTree()
   KnownTree& tree = this->Current->tree;
   this->FollowPick();
   this->MissingTree = tree.TakeMissing();
-  if (this->Mode == ViewerMode::FullScreen)
+  if (this->Mode == ViewerMode::FullScreen && this->Options.detail == DetailMode::Level)
   {
     const unsigned onePiece = this->Current->codec.depths.onePiece;
     tree.Walk(
@@ -194,9 +215,14 @@ void ViewerSession::RequestLevels(const std::vector<PieceId>& missing)
   }
 }
 
-// What is missing of the region's partitions, nearest first.
+// What is missing of the region's partitions, nearest first; of all the model's, in their order.
 void ViewerSession::RequestRegion(const std::vector<PieceId>& missing)
 {
+  if (this->Options.detail == DetailMode::Full)
+  {
+    this->RequestAllPartitions(missing);
+    return;
+  }
   if (!this->Region)
   {
     return;
@@ -217,6 +243,24 @@ void ViewerSession::RequestRegion(const std::vector<PieceId>& missing)
     else if (this->Region->whole)
     {
       request.except.push_back(partition);
+    }
+  }
+  if (!request.blobs.empty())
+  {
+    this->BlobsWanted += request.blobs.size();
+    this->Book.Send(std::move(request));
+  }
+}
+
+void ViewerSession::RequestAllPartitions(const std::vector<PieceId>& missing)
+{
+  SessionRequest request;
+  request.kind = SessionRequest::Kind::Partitions;
+  for (const PieceId piece : missing)
+  {
+    if (piece.resolution.IsOriginal())
+    {
+      request.blobs.push_back(BlobOfPiece(piece, this->Current->codec.depths));
     }
   }
   if (!request.blobs.empty())

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <utility>
 
 namespace kdstream
@@ -30,23 +31,20 @@ void ShownSurface::Reset(const TreeDepths& depths)
   this->Shown.reset();
   ++this->ShownVersion;
   this->Used.clear();
+  this->Refined.clear();
+  this->FinestDrawn.reset();
   this->Dirty = false;
   this->Drawn = std::make_shared<Surface>();
   ++this->DrawnVersion;
 }
 
-// A level with some partitions as the original, and what of that is not loaded.
+// A base with some finer pieces, and what of that is not loaded.
 ShownSurface::Choice ShownSurface::MakeChoice(
-  unsigned level, const std::vector<std::uint32_t>& partitions, PieceCache& pieces) const
+  Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces) const
 {
   const PieceLookup lookup = [&pieces](PieceId id) { return pieces.Find(id); };
-  std::vector<PieceId> wanted;
-  for (const std::uint32_t partition : partitions)
-  {
-    wanted.push_back({ Resolution::Original(), NodeOfPartition(partition, this->Depths) });
-  }
-  Choice choice{ { this->Depths, Resolution::Level(level) }, {} };
-  Closure closure = MakeClosure(this->Depths, choice.cut.base, wanted, lookup);
+  Choice choice{ { this->Depths, base }, {} };
+  Closure closure = MakeClosure(this->Depths, base, wanted, lookup);
   choice.cut.active = std::move(closure.pieces);
   choice.missing = MissingPieces(choice.cut, lookup);
   std::vector<PieceId> all;
@@ -66,14 +64,13 @@ ShownSurface::Needs ShownSurface::NeedsOf(const SurfaceWish& wish, PieceCache& p
     needs.all.insert(choice.cut.active.begin(), choice.cut.active.end());
     needs.missing.insert(needs.missing.end(), choice.missing.begin(), choice.missing.end());
   };
-  add(this->MakeChoice(wish.level, {}, pieces));
-  if (wish.region.empty())
+  add(this->MakeChoice(wish.base, {}, pieces));
+  if (wish.pieces.empty())
   {
     return needs;
   }
-  const unsigned level =
-    needs.missing.empty() || !this->Shown ? wish.level : this->Shown->base.Depth();
-  add(this->MakeChoice(level, wish.region, pieces));
+  const Resolution base = needs.missing.empty() || !this->Shown ? wish.base : this->Shown->base;
+  add(this->MakeChoice(base, wish.pieces, pieces));
   auto& missing = needs.missing;
   std::sort(missing.begin(), missing.end());
   missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
@@ -83,24 +80,32 @@ ShownSurface::Needs ShownSurface::NeedsOf(const SurfaceWish& wish, PieceCache& p
 void ShownSurface::Choose(
   const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed)
 {
-  std::vector<std::uint32_t> loaded;
-  for (const std::uint32_t partition : wish.region)
-  {
-    if (pieces.Peek({ Resolution::Original(), NodeOfPartition(partition, this->Depths) }))
-    {
-      loaded.push_back(partition);
-    }
-  }
-  const Choice best = this->MakeChoice(wish.level, loaded, pieces);
+  std::vector<PieceId> loaded;
+  std::copy_if(wish.pieces.begin(), wish.pieces.end(), std::back_inserter(loaded),
+    [&pieces](PieceId id) { return pieces.Peek(id) != nullptr; });
+  const Choice best = this->MakeChoice(wish.base, loaded, pieces);
   if (this->Show(best) ||
-      (this->Shown && this->Show(this->MakeChoice(this->Shown->base.Depth(), loaded, pieces))))
+      (this->Shown && this->Show(this->MakeChoice(this->Shown->base, loaded, pieces))))
   {
     return;
   }
   if (!this->Shown || AnyOf(best.missing, failed))
   {
-    this->Show(this->MakeChoice(wish.level, {}, pieces));
+    this->Show(this->MakeChoice(wish.base, {}, pieces));
   }
+}
+
+ShownSurface::Needs ShownSurface::ShowLoaded(const SurfaceWish& wish, PieceCache& pieces)
+{
+  Choice choice = this->MakeChoice(wish.base, wish.pieces, pieces);
+  const std::vector<PieceId> used = PiecesOf(choice.cut);
+  Needs needs{ { used.begin(), used.end() }, choice.missing };
+  needs.all.insert(choice.cut.active.begin(), choice.cut.active.end());
+  const PieceLookup peek = [&pieces](PieceId id) { return pieces.Peek(id); };
+  std::erase_if(choice.cut.active, [&peek](PieceId id) { return !peek(id); });
+  choice.missing = MissingPieces(choice.cut, peek);
+  this->Show(choice);
+  return needs;
 }
 
 // Shows a cut if all its pieces are there.
@@ -133,7 +138,42 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
   KDSTREAM_TRY(surface);
   this->Drawn = std::make_shared<Surface>(std::move(*surface));
   ++this->DrawnVersion;
+  this->NoteWhatIsDrawn(pieces);
   return true;
+}
+
+// Which partitions are drawn whole as the original: as many of their vertices as their piece owns.
+void ShownSurface::NoteWhatIsDrawn(PieceCache& pieces)
+{
+  this->FinestDrawn.reset();
+  std::map<std::uint32_t, std::uint32_t> originals; // vertices of partitions
+  std::uint32_t* count = nullptr;                   // of the last partition
+  std::uint32_t last = 0;
+  for (const Surface::Source& source : this->Drawn->sources)
+  {
+    this->FinestDrawn = std::max(this->FinestDrawn.value_or(source.resolution), source.resolution);
+    const std::uint32_t partition = PartitionOfKey(source.key);
+    if (!source.resolution.IsOriginal())
+    {
+      continue;
+    }
+    if (!count || partition != last)
+    {
+      count = &originals[partition];
+      last = partition;
+    }
+    ++*count;
+  }
+  this->Refined.clear();
+  for (const auto& [partition, vertices] : originals)
+  {
+    const Piece* piece =
+      pieces.Peek({ Resolution::Original(), NodeOfPartition(partition, this->Depths) });
+    if (piece && piece->ownVertices == vertices)
+    {
+      this->Refined.insert(partition);
+    }
+  }
 }
 
 }

@@ -6,7 +6,6 @@
 #include "filters/core/drawing/Surface.h"
 #include "viewer/session/PieceCache.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -19,14 +18,14 @@ namespace kdstream
 // What one would like to see.
 struct SurfaceWish
 {
-  unsigned level = 0;                // everywhere
-  std::vector<std::uint32_t> region; // these partitions as the original, nearest first
+  Resolution base;             // everywhere
+  std::vector<PieceId> pieces; // and these, finer than that, in any order
   bool operator==(const SurfaceWish&) const = default;
 };
 
 // Holds the shown cut of one model. All pieces of the shown cut are always loaded, so that one
-// whole surface is drawn at every moment: a finer level replaces the old one only when all of it
-// has come.
+// whole surface is drawn at every moment: a finer base replaces the old one only when all of it has
+// come.
 class ShownSurface
 {
 public:
@@ -37,7 +36,7 @@ public:
   // What the whole wish needs, and what of it is missing, ascending. Which pieces between a level
   // and a region in it are needed is known only from other pieces: ask again after each that
   // arrives.
-  // The region is taken in the wished level once that is loaded, until then in the shown one.
+  // The pieces are taken in the wished base once that is loaded, until then in the shown one.
   struct Needs
   {
     std::set<PieceId> all; // to keep
@@ -46,24 +45,25 @@ public:
   Needs NeedsOf(const SurfaceWish& wish, PieceCache& pieces) const;
 
   // Shows the best cut that the loaded pieces allow, the first that is whole of
-  //   the wished level with those partitions of the region that are loaded,
-  //   the shown level with these,
-  //   where `failed` holds a piece that the first would need: the wished level alone;
+  //   the wished base with those pieces that are loaded,
+  //   the shown base with these,
+  //   where `failed` holds a piece that the first would need: the wished base alone;
   //   what is shown already.
-  // Before anything is shown: the wished level, or nothing.
+  // Before anything is shown: the wished base, or nothing.
   void Choose(const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed);
+
+  // Shows, once the base is loaded, all that is loaded of what the pieces need: any set of pieces
+  // is a cut. What is to be had for the rest: as NeedsOf.
+  Needs ShowLoaded(const SurfaceWish& wish, PieceCache& pieces);
 
   bool IsEmpty() const { return !this->Shown.has_value(); }
   const std::optional<Cut>& GetCut() const { return this->Shown; }
   // Grows whenever another cut is shown.
   std::uint64_t CutVersion() const { return this->ShownVersion; }
-  // Whether the partition is shown as the original.
-  bool IsRefined(std::uint32_t partition) const
-  {
-    return this->Shown &&
-           std::binary_search(this->Shown->active.begin(), this->Shown->active.end(),
-             PieceId{ Resolution::Original(), NodeOfPartition(partition, this->Depths) });
-  }
+  // Whether all of the partition is drawn as the original. O(log partitions).
+  bool IsRefined(std::uint32_t partition) const { return this->Refined.count(partition) != 0; }
+  // The finest resolution of which anything is drawn.
+  std::optional<Resolution> Finest() const { return this->FinestDrawn; }
   // The pieces that the shown cut needs.
   const std::set<PieceId>& Pieces() const { return this->Used; }
 
@@ -80,9 +80,9 @@ private:
     Cut cut;
     std::vector<PieceId> missing; // ascending
   };
-  Choice MakeChoice(
-    unsigned level, const std::vector<std::uint32_t>& partitions, PieceCache& pieces) const;
+  Choice MakeChoice(Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces) const;
   bool Show(const Choice& choice);
+  void NoteWhatIsDrawn(PieceCache& pieces);
 
   TreeDepths Depths;
   std::optional<Cut> Shown;
@@ -91,6 +91,8 @@ private:
   bool Dirty = false;
   std::shared_ptr<const Surface> Drawn;
   std::uint64_t DrawnVersion = 0;
+  std::set<std::uint32_t> Refined; // partitions
+  std::optional<Resolution> FinestDrawn;
 };
 
 }

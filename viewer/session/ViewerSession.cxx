@@ -5,6 +5,7 @@
 #include "viewer/session/ViewerSession.h"
 
 #include "filters/core/tree/Region.h"
+#include "viewer/session/LightError.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,26 +19,15 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-bool HasColors(const ModelDescription& model)
-{
-  return std::any_of(model.attributes.begin(), model.attributes.end(),
-    [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
-}
-
-// Light and paint suffer before the shape does, because both are interpolated between vertices. So
-// the deviation of a level counts as at least a part of the distance between its vertices: a sixth,
-// for the normals; a third if there are colours. We assume the vertices to be spread over half the
-// surface of the box.
+// Light and paint suffer before the shape does (LightError.h). Of a whole level the vertices are
+// taken to be spread over half the surface of the box.
 std::vector<LevelFacts> FactsOf(const ModelDescription& model)
 {
-  const Vec3 s = model.box.hi - model.box.lo;
-  const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
-  const double part = HasColors(model) ? 1.0 / 3 : 1.0 / 6;
+  const double part = LightPartOf(model);
   std::vector<LevelFacts> facts;
   for (const auto& level : model.levels)
   {
-    const double spacing =
-      std::sqrt(area / static_cast<double>(std::max<std::uint64_t>(level.vertices, 1)));
+    const double spacing = VertexSpacing(model.box, static_cast<double>(level.vertices));
     facts.push_back({ std::max(level.deviation99, spacing * part), level.triangles });
   }
   return facts;
@@ -115,8 +105,12 @@ void ViewerSession::CloseModel()
   this->Shown.Reset({});
   this->Current.reset();
   this->Region.reset();
+  this->EarlierTaps.clear();
+  this->NeverShown.clear(); // and never will be
   this->DropPick();
   this->MissingTree.clear();
+  this->Queue.clear();
+  this->ChoiceIsDue = false;
   this->LastSituation.reset();
   this->History.CloseModel();
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
@@ -140,6 +134,7 @@ void ViewerSession::LeaveFullScreen()
   {
     this->Mode = ViewerMode::Browsing;
     this->Region.reset();
+    this->EarlierTaps.clear();
     this->DropPick();
     this->EyeMoved = false;
     if (this->Current)
@@ -269,6 +264,7 @@ void ViewerSession::DoubleTap(double x, double y)
   else
   {
     this->Region.reset();
+    this->EarlierTaps.clear();
   }
 }
 
@@ -330,6 +326,10 @@ bool ViewerSession::SetRegion(NodeId cell)
   {
     region.box.Add(*model.tree.OfPartition(NodeOfPartition(partition, depths)));
   }
+  if (this->Region && this->ByView())
+  {
+    this->AddToRegion(*this->Region);
+  }
   this->Region = std::move(region);
   return true;
 }
@@ -377,7 +377,8 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   }
   this->Current.emplace(
     Model{ model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), model.box,
-      KnownTree(model.depths, model.HasLevels(), model.box, this->Options.treeBytes) });
+      KnownTree(model.depths, model.HasLevels(), model.box, this->Options.treeBytes),
+      ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
   this->Eye.FitTo(this->Current->box);
   this->Target = this->Current->policy.PreviewLevel();
@@ -391,9 +392,17 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
 {
   const SessionRequest* asked = this->Book.Find(request);
   const bool preview = asked && asked->kind == SessionRequest::Kind::Preview;
+  ++this->Traffic.blobs;
+  this->Traffic.bytes += bytes.size();
   if (!this->Current || !this->Book.Settle(request, blob))
   {
+    this->Traffic.wasted += bytes.size();
     return;
+  }
+  if (!fromCache)
+  {
+    this->Meter.Arrived(bytes.size(), transmissionSeconds, request == this->LoneRequest);
+    this->LoneRequest = 0;
   }
   BlobStatistics entry;
   entry.what = preview ? "preview" : blob.kind == BlobKind::Partition ? "partition" : "level";
@@ -409,7 +418,10 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   }
   else if (IsOfPiece(blob))
   {
-    this->History.Add(PieceOfBlob(blob, this->Current->codec.depths), std::move(entry));
+    const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
+    this->NeverShown[piece] += bytes.size();
+    this->Traffic.wasted += bytes.size();
+    this->History.Add(piece, std::move(entry));
   }
   this->Update();
   this->Trace("blob", protocol::BlobName(blob));
@@ -429,6 +441,13 @@ Status ViewerSession::Decode(
   KDSTREAM_TRY(piece);
   entry.vertices = piece->ownVertices;
   entry.triangles = piece->triangles.size();
+  if (this->ByView())
+  {
+    model.seen.Add(*piece);
+    model.isClosed = piece->id.resolution == Resolution::Level(model.policy.PreviewLevel())
+                       ? SeenPartitions::IsNearlyClosed(*piece)
+                       : model.isClosed;
+  }
   this->Pieces.Add(std::move(*piece));
   return {};
 }
@@ -487,8 +506,21 @@ void ViewerSession::RequestEnded(std::uint32_t request)
 
 // ---- frames and what comes out
 
+void ViewerSession::NoteWhatIsShown()
+{
+  const std::set<PieceId>& shown = this->Shown.Pieces();
+  std::erase_if(this->NeverShown,
+    [&](const auto& entry)
+    {
+      const bool isShown = shown.count(entry.first) != 0;
+      this->Traffic.wasted -= isShown ? entry.second : 0;
+      return isShown;
+    });
+}
+
 void ViewerSession::BeginFrame()
 {
+  this->FollowView();
   const auto drawn = this->Shown.Draw(this->Pieces);
   if (!drawn)
   {
@@ -497,8 +529,15 @@ void ViewerSession::BeginFrame()
   else if (*drawn)
   {
     this->History.BeginFrame(this->Shown.Pieces());
+    this->NoteWhatIsShown();
     this->Trace("frame");
   }
+}
+
+// The original counts as the finest level.
+unsigned ViewerSession::LevelFor(Resolution resolution) const
+{
+  return resolution.IsOriginal() ? this->Current->codec.depths.finest : resolution.Depth();
 }
 
 void ViewerSession::EndFrame(double seconds)
@@ -533,17 +572,23 @@ ViewerStatus ViewerSession::GetStatus() const
   status.error = this->LastError;
   status.vertices = this->Shown.GetSurface()->points.size();
   status.triangles = this->Shown.GetSurface()->triangles.size();
+  status.errorLeft = this->Current && this->ByView() ? this->Current->refinement.ErrorLeft() : 0;
   status.blobsLoaded = this->BlobsLoaded;
   status.blobsWanted = this->BlobsWanted;
   status.bytesLoaded = this->BytesLoaded;
   if (this->Current)
   {
     status.title = this->Current->description.title;
-    status.targetLevel = this->Target;
+    status.targetLevel =
+      this->ByView() ? this->LevelFor(this->Current->refinement.Finest()) : this->Target;
   }
-  if (this->Shown.GetCut())
+  if (this->ByView() && this->Shown.Finest())
   {
-    status.shownLevel = this->Shown.GetCut()->base.Depth();
+    status.shownLevel = this->LevelFor(*this->Shown.Finest());
+  }
+  else if (!this->ByView() && this->Shown.GetCut())
+  {
+    status.shownLevel = this->LevelFor(this->Shown.GetCut()->base);
   }
   status.picking = this->WaitingPick || this->WaitingCell;
   if (this->Region)

@@ -11,14 +11,17 @@
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/KnownTree.h"
 #include "viewer/session/LevelPolicy.h"
+#include "viewer/session/LineMeter.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/RequestBook.h"
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/ShownSurface.h"
+#include "viewer/session/ViewRefinement.h"
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <set>
 #include <span>
 #include <string>
@@ -33,7 +36,9 @@ class ViewerSession;
 struct SessionOptions
 {
   unsigned rings = 1; // around a picked cell, 1-3
-  LevelPolicyOptions policy;
+  DetailMode detail = DetailMode::View;
+  RefinementOptions refinement; // by the view
+  LevelPolicyOptions policy;    // by one level for all
   GestureThresholds gestures;
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
@@ -69,19 +74,22 @@ private:
 //                                      <--LeaveFullScreen--
 //
 // *Browsing* shows the selected model's preview, which can be turned, and double-tapped. In *full
-// screen* pinching zooms about the surface under the fingers and picks the level (LevelPolicy); a
-// double tap on the surface picks the partition nearest to the hit and streams the region around it
-// as the original; a double tap beside the model lets the region go. Selecting another model
-// browses that one.
+// screen* pinching zooms about the surface under the fingers, and what is seen becomes as fine as
+// the screen shows it (ViewRefinement); a double tap on the surface picks the partition nearest to
+// the hit and streams the region around it as the original, whatever the zoom; a double tap beside
+// the model lets the region go. Selecting another model browses that one.
 //
-// A region stays while one turns, pans and pinches, whatever the level around it, until another one
-// is picked or it has become too small to be seen. Partitions that the next region also has are not
-// asked for again.
+// A region stays while one turns, pans and pinches, until it has become too small to be seen. The
+// next one adds to it, as far as the budget goes; what leaves the view then is let go.
 //
-// Levels and regions appear when everything that they need has come; until then the old surface
-// stays (ShownSurface). A blob that fails is named in Status().error, and not asked for again
-// before the next double tap, pinch or selection. If a piece of a level failed, the next coarser
-// level is shown.
+// Whatever has come of what is wanted is shown in the next frame, and the surface is whole all the
+// time (ShownSurface). A blob that fails is named in Status().error, and not asked for again before
+// the next double tap, pinch or selection; what is coarser stays shown there.
+//
+// With DetailMode::Level the zoom picks one level for the whole model instead (LevelPolicy, paper
+// section 5.2), which appears when all of it has come, and the next region replaces the last one.
+// If a piece of a level failed, the next coarser level is shown. DetailMode::Full shows all of the
+// model as the original, when all of it has come.
 //
 // Not thread-safe; no input blocks, throws, or calls back (but for clock and trace).
 class ViewerSession
@@ -121,6 +129,9 @@ public:
   void RequestEnded(std::uint32_t request);
 
   // ---- frames
+  // Asks for what the view needs by now, and calls back what it does not need any more; part of
+  // BeginFrame. Call it alone where a frame is rendered of the old surface.
+  void FollowView();
   // Draws what has changed; call before rendering Scene().
   void BeginFrame();
   // Call after rendering, with the seconds that it and BeginFrame took.
@@ -135,7 +146,13 @@ public:
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const { return this->History.Entries(); }
   // Whether nothing is outstanding and all that came has been drawn.
-  bool IsIdle() const { return this->Book.Empty() && !this->Shown.NeedsDrawing(); }
+  bool IsIdle() const
+  {
+    return this->Book.Empty() && this->Queue.empty() && !this->ChoiceIsDue &&
+           !this->Shown.NeedsDrawing();
+  }
+  // Of all models so far.
+  const SessionTraffic& GetTraffic() const { return this->Traffic; }
   // What is outstanding, for messages.
   std::string DescribeOutstanding() const { return this->Book.Describe(); }
   // How often it was worked out what to show and what to ask for: for tests.
@@ -149,6 +166,9 @@ private:
     LevelPolicy policy;
     Box box;
     KnownTree tree;
+    ViewRefinement refinement;
+    SeenPartitions seen;
+    bool isClosed = false; // nearly: its back is hidden
   };
   struct PickedRegion
   {
@@ -186,16 +206,28 @@ private:
   Situation GetSituation() const;
   void FollowTree();
   void Update();
+  bool ByView() const { return this->Options.detail == DetailMode::View; }
   void ChooseAndAsk();
+  void RefineView();
+  void ChooseByView();
+  void AddToRegion(const PickedRegion& last);
+  std::vector<PieceId> TappedPieces() const;
+  std::vector<protocol::BlobId> InOrder(const std::vector<PieceId>& missing);
+  std::size_t BytesOf(const protocol::BlobId& blob);
+  void AskMore();
+  void CountProgress();
   unsigned EffectiveLevel() const;
+  unsigned LevelFor(Resolution resolution) const;
   SurfaceWish Wish() const;
   void RequestMissing(const std::vector<PieceId>& missing);
   void RequestTree();
   void RequestLevels(const std::vector<PieceId>& missing);
   void RequestRegion(const std::vector<PieceId>& missing);
+  void RequestAllPartitions(const std::vector<PieceId>& missing);
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
   void Fail(const protocol::BlobId& blob, const std::string& message);
+  void NoteWhatIsShown();
   void Trace(std::string_view input, std::string_view detail = {}) const;
   friend struct SessionOptions;
   std::string FormatTrace(std::string_view input, std::string_view detail) const;
@@ -222,6 +254,12 @@ private:
   PieceCache Pieces;
   ShownSurface Shown;
   RequestBook Book;
+  LineMeter Meter;
+  // By the view: what is wanted and has not been asked for, most urgent first.
+  std::deque<protocol::BlobId> Queue;
+  bool ChoiceIsDue = false;               // something is wanted, or has come, since the last one
+  std::vector<std::uint32_t> EarlierTaps; // partitions of regions before, newest first
+  std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
   std::string LastError;
@@ -230,6 +268,8 @@ private:
   std::uint64_t ChoicesMade = 0;
   BlobHistory History;
   std::uint64_t BlobsLoaded = 0, BlobsWanted = 0, BytesLoaded = 0;
+  SessionTraffic Traffic;
+  std::map<PieceId, std::size_t> NeverShown; // bytes of pieces that have come
 };
 
 }

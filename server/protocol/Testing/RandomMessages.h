@@ -36,7 +36,7 @@ public:
     constexpr std::uint32_t highestNode = (1u << 31) - 1;
     ClientMessage message;
     message.request = this->Small<std::uint32_t>(1, 0xFFFFFFFFu);
-    switch (this->Integer(0, 7))
+    switch (this->Integer(0, 8))
     {
       case 0:
         message.body = OpenRequest{ "dragon-2.x" };
@@ -60,6 +60,9 @@ public:
         break;
       case 5:
         message.body = PartitionsRequest{ this->Numbers(0, (1u << 30) - 1, 100) };
+        break;
+      case 7:
+        message.body = BlobsRequest{ { this->Blob(), this->Blob(), this->Blob() } };
         break;
       default:
         message.body = CancelRequest{};

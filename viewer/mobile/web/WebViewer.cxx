@@ -102,6 +102,7 @@ bool Draw(WebViewer& viewer)
 {
   const double begin = Now();
   ViewerSession& session = viewer.page.Session();
+  session.FollowView();
   if (MayDrawSurface(viewer, begin))
   {
     session.BeginFrame();

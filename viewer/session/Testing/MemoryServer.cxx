@@ -123,6 +123,13 @@ MemoryServer::MemoryServer(
     {
       const Piece piece = cutter.Cut(i);
       deviations.insert(deviations.end(), piece.deviations.begin(), piece.deviations.end());
+      if (level && !piece.deviations.empty())
+      {
+        std::vector<float> own = piece.deviations;
+        std::sort(own.begin(), own.end());
+        pieces.At(piece.id).most99 = own[(own.size() - 1) * 99 / 100];
+        pieces.At(piece.id).most = own.back();
+      }
       auto& blob = this->Blobs[BlobOfPiece(piece.id, tree.depths)];
       blob = EncodePiece(piece, this->Context);
       pieces.At(piece.id).bytes = static_cast<std::uint32_t>(blob.size());
@@ -144,11 +151,17 @@ MemoryServer::MemoryServer(
     this->Blobs[protocol::BlobId::PartitionBoxes(node)] =
       EncodePartitionBoxes(tree.boxes, node, tree.depths);
   }
-  for (const NodeId page : TreePages(tree.depths))
+  this->TellOfPieces(pieces);
+}
+
+void MemoryServer::TellOfPieces(const PieceTable& pieces)
+{
+  for (const NodeId page : TreePages(this->Model.depths))
   {
     this->Blobs[protocol::BlobId::TreePage(page)] =
-      EncodeTreePage(RoundTreePage(tree.boxes, page, tree.depths, pieces));
+      EncodeTreePage(RoundTreePage(this->Boxes, page, this->Model.depths, pieces));
   }
+  this->Told = pieces;
 }
 
 void MemoryServer::Take(ViewerSession& session)
@@ -169,6 +182,19 @@ void MemoryServer::Take(ViewerSession& session)
       this->Queue.push_back({ request.id, false, {}, blob });
     }
   }
+}
+
+std::vector<protocol::BlobId> MemoryServer::Outstanding() const
+{
+  std::vector<protocol::BlobId> blobs;
+  for (const Pending& pending : this->Queue)
+  {
+    if (!pending.open)
+    {
+      blobs.push_back(pending.blob);
+    }
+  }
+  return blobs;
 }
 
 bool MemoryServer::Answer(ViewerSession& session, std::mt19937* random)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
+#include "filters/codec/TreePage.h"
 #include "filters/model/ModelDescription.h"
 #include "viewer/session/ViewerSession.h"
 
@@ -35,6 +36,10 @@ public:
   std::vector<std::uint8_t>& Blob(const protocol::BlobId& id) { return this->Blobs.at(id); }
   bool Has(const protocol::BlobId& id) const { return this->Blobs.count(id) != 0; }
 
+  // What the pages of the tree say of pieces.
+  const PieceTable& Table() const { return this->Told; }
+  void TellOfPieces(const PieceTable& pieces);
+
   // Blobs that the server refuses.
   std::set<protocol::BlobId> refused;
 
@@ -47,6 +52,9 @@ public:
   void Serve(
     ViewerSession& session, std::mt19937* random = nullptr,
     const std::function<void()>& eachFrame = [] {});
+
+  // Blobs that were asked for and have not been sent.
+  std::vector<protocol::BlobId> Outstanding() const;
 
   std::vector<std::string> log;
   std::multiset<protocol::BlobId> sent;
@@ -63,6 +71,7 @@ private:
   ModelDescription Model;
   CodecContext Context;
   std::vector<Box> Boxes;
+  PieceTable Told;
   std::map<protocol::BlobId, std::vector<std::uint8_t>> Blobs;
   std::vector<Pending> Queue;
 };

@@ -36,9 +36,17 @@ const MemoryServer& SmallCells()
   return server;
 }
 
-SessionOptions WithTrace(std::vector<std::string>& trace)
+// One level for the whole model; by the view: TestViewDetail.
+SessionOptions ByLevel()
 {
   SessionOptions options;
+  options.detail = DetailMode::Level;
+  return options;
+}
+
+SessionOptions WithTrace(std::vector<std::string>& trace)
+{
+  SessionOptions options = ByLevel();
   options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
   return options;
 }
@@ -106,7 +114,7 @@ void ExpectClosed(const ViewerSession& session)
 TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::NoModel);
@@ -186,7 +194,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
 TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   session.SetModels({ Summarize(server.Description()), { "other", {}, {}, 1, 1 } });
   Open(session);
   EXPECT_TRUE(session.SelectModel("torus"));
@@ -212,7 +220,7 @@ TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
 TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 4;
   ViewerSession session(options);
   Open(session);
@@ -261,7 +269,7 @@ TEST(TestViewerSession, APaintedModelIsShownFiner)
   const auto levelOf = [&torus]()
   {
     MemoryServer server(torus, 128, 2);
-    SessionOptions options;
+    SessionOptions options = ByLevel();
     options.policy.tolerance = 3;
     options.policy.hysteresis = 1;
     ViewerSession session(options);
@@ -282,7 +290,7 @@ TEST(TestViewerSession, APaintedModelIsShownFiner)
 TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 0.5; // the preview is too coarse for the whole torus
   ViewerSession early(options), late(options);
   Open(early);
@@ -299,7 +307,7 @@ TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
 TEST(TestViewerSession, OtherRingsChangeTheRegionThatIsThere)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   session.EnterFullScreen();
   server.Serve(session);
@@ -337,7 +345,7 @@ TEST(TestViewerSession, PicksOnPointsWhereThereAreNoTriangles)
   mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
   mesh.triangles = { { 0, 1, 2 } };
   MemoryServer server(mesh, 2000, 8);
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   session.EnterFullScreen();
   server.Serve(session);
@@ -362,7 +370,7 @@ TEST(TestViewerSession, PicksOnPointsWhereThereAreNoTriangles)
 TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   for (int i = 0; i <= 20; ++i)
@@ -399,7 +407,7 @@ TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
 TEST(TestViewerSession, CancelledTouchesAreNoTap)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
@@ -423,7 +431,7 @@ TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
     std::mt19937 random(seed);
     MemoryServer server = seed % 2 == 0 ? Torus() : SmallCells();
     std::set<BlobId> damaged;
-    SessionOptions options;
+    SessionOptions options = ByLevel();
     options.cacheBytes = seed % 3 == 0 ? 1 : 1u << 26; // one keeps nothing beyond what is shown
     options.policy.tolerance = 1;
     ViewerSession session(options);
@@ -493,7 +501,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
   {
     std::mt19937 random(seed);
     MemoryServer server = SmallCells();
-    ViewerSession session;
+    ViewerSession session(ByLevel());
     Open(session);
     server.Serve(session, &random);
     const auto [x, y] = OnModel(session);
@@ -513,7 +521,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
 TEST(TestViewerSession, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBetween)
 {
   MemoryServer server = SmallCells();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 1000; // the preview is always fine enough
   ViewerSession session(options);
   Open(session);
@@ -534,7 +542,7 @@ TEST(TestViewerSession, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInB
 TEST(TestViewerSession, MovingTheRegionOnReusesPartitions)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.smallestRegionPoints = 60;
   ViewerSession session(options);
   Open(session);
@@ -572,7 +580,7 @@ TEST(TestViewerSession, MovingTheRegionOnReusesPartitions)
 TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
   Open(session);
@@ -596,7 +604,7 @@ TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 TEST(TestViewerSession, WhatIsShownIsKeptWhileSomethingElseComes)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.cacheBytes = 1; // nothing beyond what is shown or asked for
   ViewerSession session(options);
   Open(session);
@@ -614,7 +622,7 @@ TEST(TestViewerSession, WhatIsShownIsKeptWhileSomethingElseComes)
 TEST(TestViewerSession, AnswersToCancelledRequestsAreIgnored)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
   Open(session);
@@ -649,7 +657,7 @@ TEST(TestViewerSession, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
 {
   MemoryServer server = Torus();
   server.Blob(BlobId::LevelPiece(13, 5)).resize(40);
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
@@ -673,7 +681,7 @@ TEST(TestViewerSession, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
 TEST(TestViewerSession, ARefusedPartitionLeavesTheRestOfTheRegion)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
@@ -704,7 +712,7 @@ TEST(TestViewerSession, ARefusedPartitionLeavesTheRestOfTheRegion)
 TEST(TestViewerSession, ALostConnectionFailsWhatWasOutstanding)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
@@ -727,7 +735,7 @@ TEST(TestViewerSession, ALostConnectionFailsWhatWasOutstanding)
 TEST(TestViewerSession, ADoubleTapBeforeTheTreeWaitsForIt)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Answer(session); // opened
   server.Answer(session); // the preview
@@ -744,7 +752,7 @@ TEST(TestViewerSession, ADoubleTapBeforeTheTreeWaitsForIt)
 TEST(TestViewerSession, OnlyTheTreeAroundATapComes)
 {
   MemoryServer server(MakeTorus(200, 80), 4, 2); // P = 12: pages at the root, and at depth 7
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto count = [&server](BlobKind kind)
@@ -773,7 +781,7 @@ TEST(TestViewerSession, OnlyTheTreeAroundATapComes)
 TEST(TestViewerSession, ATapThatNeedsTooMuchOfTheTreeIsDropped)
 {
   MemoryServer server(MakeTorus(200, 80), 4, 2);
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.mostBlobsOfPick = 2;
   ViewerSession session(options);
   Open(session);
@@ -791,7 +799,7 @@ TEST(TestViewerSession, ATapThatNeedsTooMuchOfTheTreeIsDropped)
 TEST(TestViewerSession, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
 {
   MemoryServer server(MakeTorus(200, 80), 4, 2);
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto whole = server.Blob(BlobId::TreePage(1));
@@ -812,7 +820,7 @@ TEST(TestViewerSession, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
 
 TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
 {
-  ViewerSession session;
+  ViewerSession session(ByLevel());
   ModelDescription model = MemoryServer(Torus()).Description();
   model.levels.clear();
   Open(session);
@@ -836,7 +844,7 @@ TEST(TestViewerSession, ModelsThatCannotBeShownAreRefusedInWords)
   EXPECT_TRUE(session.TakeRequests().empty());
   session.LeaveFullScreen();
   EXPECT_TRUE(session.IsIdle());
-  ViewerSession deep;
+  ViewerSession deep(ByLevel());
   model = MemoryServer(Torus()).Description();
   model.depths = { 30, 30, 30 };
   model.levels.resize(31);
@@ -849,7 +857,7 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
 {
   MemoryServer server = Torus();
   double seconds = 0;
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.clock = [&seconds] { return seconds += 0.125; };
   ViewerSession session(options);
   Open(session);
@@ -889,7 +897,7 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
 TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
 {
   MemoryServer server = Torus();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.mostStatistics = 3;
   ViewerSession session(options);
   Open(session);
@@ -911,7 +919,7 @@ TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
 TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
 {
   MemoryServer server = SmallCells();
-  SessionOptions options;
+  SessionOptions options = ByLevel();
   options.policy.tolerance = 4;
   ViewerSession session(options);
   Open(session);

@@ -125,6 +125,7 @@ std::string TextsJson(std::initializer_list<std::pair<const char*, std::string_v
 SessionOptions TracedOptions(const std::function<void(std::string_view)>& trace)
 {
   SessionOptions options;
+  options.detail = DetailMode::Level;
   options.TraceTo(trace);
   return options;
 }

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a whole look took: see ViewReport.h.
+#include "viewer/desktop/ViewReport.h"
+
+#include "filters/model/JsonWriter.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// The most resident memory that this process has had, bytes.
+std::uint64_t PeakMemory()
+{
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}
+
+ViewReport::ViewReport()
+  : Begin(std::chrono::steady_clock::now())
+{
+}
+
+double ViewReport::Now() const
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - this->Begin).count();
+}
+
+void ViewReport::AddFrame(const ViewerStatus& status)
+{
+  if (status.vertices == this->Vertices && status.triangles == this->Triangles)
+  {
+    return;
+  }
+  this->Vertices = status.vertices;
+  this->Triangles = status.triangles;
+  this->PeakTriangles = std::max(this->PeakTriangles, status.triangles);
+  this->Settled = this->Now();
+  this->First = this->First < 0 ? this->Settled : this->First;
+}
+
+std::string ViewReport::Json(const SessionTraffic& traffic) const
+{
+  JsonWriter json;
+  const auto seconds = [&json](const char* key, double value)
+  { value < 0 ? json.Key(key).PutJson("null") : json.Member(key, value); };
+  json.BeginObject()
+    .Member("bytes", traffic.bytes)
+    .Member("blobs", traffic.blobs)
+    .Member("bytes_wasted", traffic.wasted);
+  seconds("seconds_to_first", this->First);
+  seconds("seconds_to_settled", this->Settled);
+  json.Member("peak_triangles", this->PeakTriangles)
+    .Member("peak_rss_bytes", PeakMemory())
+    .EndObject();
+  return json.Text() + "\n";
+}
+
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a whole look took: bytes, seconds, triangles, memory. The contract is
+// doc/cli.md#report-of-a-viewer.
+#pragma once
+
+#include "viewer/session/SessionTypes.h"
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace kdstream
+{
+
+class ViewReport
+{
+public:
+  // Its seconds begin now.
+  ViewReport();
+
+  // A frame has been drawn.
+  void AddFrame(const ViewerStatus& status);
+  // One JSON object.
+  std::string Json(const SessionTraffic& traffic) const;
+
+private:
+  double Now() const;
+
+  std::chrono::steady_clock::time_point Begin;
+  double First = -1;   // s; of the first frame with anything on it, -1 before
+  double Settled = -1; // s; of the last frame that showed something else
+  std::uint64_t Vertices = 0, Triangles = 0, PeakTriangles = 0;
+};
+
+}

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a session would like to see by the view, and how it gets it:
+//   1. the pieces that the view needs (ViewRefinement), and those that were tapped: at every input,
+//   2. the shown cut: all that is loaded of these and of what they need,
+//   3. what is missing, in one order: most urgent first; what nobody wants any more is cancelled,
+//   4. requests for as much of it as fills the line (LineMeter), and more as it comes.
+// 2 and 3 look at every vertex of the wanted pieces, so they are done once a frame, and where
+// nothing is under way that one could wait for.
+#include "viewer/session/ViewerSession.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+// Unfinished requests at a time; servers refuse more than 16 messages.
+constexpr std::size_t mostRequests = 8;
+constexpr std::size_t bytesOfTreeBlob = 1500; // about
+// A window as of 4 MB/s: what is on the way to a fine piece would be seen for some frames only.
+constexpr std::size_t fastLine = std::size_t{ 1 } << 20;
+}
+
+using protocol::BlobId;
+
+void ViewerSession::FollowView()
+{
+  if (this->Current && this->ChoiceIsDue)
+  {
+    this->ChooseByView();
+  }
+}
+
+void ViewerSession::RefineView()
+{
+  Model& model = *this->Current;
+  this->FollowPick();
+  this->MissingTree = model.tree.TakeMissing();
+  std::erase_if(this->EarlierTaps,
+    [&](std::uint32_t partition)
+    {
+      const Box* box = model.tree.Around(NodeOfPartition(partition, model.codec.depths));
+      return box && !this->Eye.MaySee(*box);
+    });
+  if (this->Mode == ViewerMode::FullScreen && !this->Shown.IsEmpty())
+  {
+    model.seen.LookThrough(this->Eye, model.isClosed);
+    const bool inSteps = this->Meter.Window() < fastLine;
+    model.refinement.Follow({ this->Eye, model.tree, this->Pieces, &model.seen, inSteps },
+      this->TappedPieces(), this->FailedPieces);
+  }
+  else
+  {
+    model.refinement.Reset();
+  }
+  this->MissingTree.merge(model.tree.TakeMissing());
+
+  Situation now = this->GetSituation();
+  if (this->LastSituation != now)
+  {
+    this->LastSituation = std::move(now);
+    this->ChoiceIsDue = true;
+  }
+  const bool nothingIsComing = this->Queue.empty() && this->Book.Empty();
+  if (this->ChoiceIsDue && (nothingIsComing || this->Shown.IsEmpty()))
+  {
+    this->ChooseByView();
+  }
+  this->AskMore();
+}
+
+// What is tapped and can be asked for, the newest first.
+std::vector<PieceId> ViewerSession::TappedPieces() const
+{
+  std::vector<PieceId> pieces;
+  const auto add = [&](std::uint32_t partition)
+  {
+    pieces.push_back(
+      { Resolution::Original(), NodeOfPartition(partition, this->Current->codec.depths) });
+  };
+  if (this->Region)
+  {
+    std::for_each(this->Region->partitions.begin(), this->Region->partitions.end(), add);
+    std::for_each(this->EarlierTaps.begin(), this->EarlierTaps.end(), add);
+  }
+  return pieces;
+}
+
+// The region before the one that is tapped now stays, with those before it, as long as all of them
+// are within half of the budget.
+void ViewerSession::AddToRegion(const PickedRegion& last)
+{
+  this->EarlierTaps.insert(
+    this->EarlierTaps.begin(), last.partitions.begin(), last.partitions.end());
+  const ModelDescription& model = this->Current->description;
+  const std::uint64_t trianglesOfOne =
+    std::max<std::uint64_t>(model.triangles / std::max<std::uint64_t>(model.partitions, 1), 1);
+  const std::size_t most = std::min<std::size_t>(
+    this->Options.mostRegionPartitions, this->Options.refinement.triangles / 2 / trianglesOfOne);
+  std::set<std::uint32_t> once;
+  std::erase_if(this->EarlierTaps,
+    [&](std::uint32_t partition) { return once.size() >= most || !once.insert(partition).second; });
+}
+
+void ViewerSession::ChooseByView()
+{
+  this->ChoiceIsDue = false;
+  ++this->ChoicesMade;
+  const bool wasEmpty = this->Shown.IsEmpty();
+  ShownSurface::Needs needs = this->Shown.ShowLoaded(this->Wish(), this->Pieces);
+  if (wasEmpty && !this->Shown.IsEmpty())
+  {
+    this->RefineView(); // the preview has just appeared
+    return;
+  }
+  const std::vector<BlobId> missing = this->InOrder(needs.missing);
+  this->Book.CancelUseless({ missing.begin(), missing.end() });
+  this->Queue.clear();
+  std::copy_if(missing.begin(), missing.end(), std::back_inserter(this->Queue),
+    [this](const BlobId& blob) { return !this->Book.IsOwed(blob); });
+  needs.all.insert(this->Shown.Pieces().begin(), this->Shown.Pieces().end());
+  this->Pieces.Pin(std::move(needs.all));
+  this->AskMore();
+}
+
+// All that is missing and can be had, in the order in which it is wanted: the tree, without which
+// nothing can be judged; the way to each tapped partition and the partition; then the most urgent.
+std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
+{
+  Model& model = *this->Current;
+  const TreeDepths& depths = model.codec.depths;
+  std::vector<BlobId> order;
+  std::copy_if(this->MissingTree.begin(), this->MissingTree.end(), std::back_inserter(order),
+    [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
+
+  std::map<NodeId, std::size_t> tapped; // place of a partition's node
+  for (const PieceId piece : this->TappedPieces())
+  {
+    tapped.emplace(piece.node, tapped.size());
+  }
+  // The first of the taps below a piece; those that lie below it are one interval of nodes.
+  const auto firstTapBelow = [&](PieceId piece)
+  {
+    const unsigned below = depths.partition - DepthOfNode(piece.node);
+    std::size_t first = std::numeric_limits<std::size_t>::max();
+    for (auto tap = tapped.lower_bound(piece.node << below);
+         tap != tapped.end() && tap->first >> below == piece.node; ++tap)
+    {
+      first = std::min(first, tap->second);
+    }
+    return first;
+  };
+  struct Entry
+  {
+    std::size_t tap;
+    double urgency;
+    PieceId piece;
+  };
+  std::vector<Entry> entries;
+  for (const PieceId piece : missing)
+  {
+    if (this->FailedPieces.count(piece) == 0)
+    {
+      const std::size_t tap = firstTapBelow(piece);
+      const bool isTapped = tap != std::numeric_limits<std::size_t>::max();
+      entries.push_back(
+        { tap, isTapped ? 0 : model.refinement.UrgencyOf(piece, this->Eye, model.tree), piece });
+    }
+  }
+  std::stable_sort(entries.begin(), entries.end(), // coarse before fine among equals
+    [](const Entry& a, const Entry& b)
+    { return a.tap != b.tap ? a.tap < b.tap : a.urgency > b.urgency; });
+  for (const Entry& entry : entries)
+  {
+    order.push_back(BlobOfPiece(entry.piece, depths));
+  }
+  return order;
+}
+
+// About, of a blob that has not come.
+std::size_t ViewerSession::BytesOf(const BlobId& blob)
+{
+  return IsOfPiece(blob) ? this->Current->refinement.BlobBytes(
+                             PieceOfBlob(blob, this->Current->codec.depths), this->Current->tree)
+                         : bytesOfTreeBlob;
+}
+
+// In requests of a quarter of what may be under way, so that calling one back costs little.
+void ViewerSession::AskMore()
+{
+  const std::size_t window = this->Meter.Window();
+  std::size_t underWay = 0;
+  for (const auto& [blob, request] : this->Book.AllOwed())
+  {
+    underWay += this->BytesOf(blob);
+  }
+  const BlobId preview = BlobOfPiece(
+    { Resolution::Level(this->Current->policy.PreviewLevel()), 1 }, this->Current->codec.depths);
+  while (!this->Queue.empty() && underWay < window && this->Book.RequestCount() < mostRequests)
+  {
+    SessionRequest request;
+    request.kind =
+      this->Queue.front() == preview ? SessionRequest::Kind::Preview : SessionRequest::Kind::Blobs;
+    std::size_t bytes = 0;
+    do
+    {
+      const bool ofPick =
+        !IsOfPiece(this->Queue.front()) && (this->WaitingPick || this->WaitingCell);
+      this->AskedForPick += ofPick ? 1 : 0;
+      bytes += this->BytesOf(this->Queue.front());
+      request.blobs.push_back(this->Queue.front());
+      this->Queue.pop_front();
+    } while (
+      !this->Queue.empty() && request.kind == SessionRequest::Kind::Blobs && bytes < window / 4);
+    underWay += bytes;
+    const bool alone = this->Book.Empty();
+    const std::uint32_t id = this->Book.Send(std::move(request));
+    this->LoneRequest = alone ? id : this->LoneRequest;
+  }
+  if (this->AskedForPick > this->Options.mostBlobsOfPick)
+  {
+    this->LastError = "What is around the tap cannot be told: too much of the tree is there.";
+    this->DropPick();
+  }
+  this->CountProgress();
+}
+
+void ViewerSession::CountProgress()
+{
+  if (this->Queue.empty() && this->Book.Empty())
+  {
+    this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
+    return;
+  }
+  this->BlobsWanted = this->BlobsLoaded + this->Book.AllOwed().size() + this->Queue.size();
+}
+
+}

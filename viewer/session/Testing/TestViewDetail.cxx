@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The session that chooses by the view, against a server in memory: what is seen is fine, what is
+// drawn is closed at every moment, and it comes to rest.
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+using namespace kdstream;
+using kdstream::testing::CountBoundaryEdges;
+using kdstream::testing::MakeTorus;
+using kdstream::testing::MemoryServer;
+using protocol::BlobId;
+using protocol::BlobKind;
+
+namespace
+{
+
+// P = 9, levels 11 … 16: 64,000 vertices.
+const MemoryServer& Torus()
+{
+  static const MemoryServer server(MakeTorus(400, 160), 128, 2);
+  return server;
+}
+
+constexpr int width = 800, height = 600;
+constexpr double onRingX = 150, onRingY = 300; // pixels, where the torus is when it is opened
+
+void OpenFullScreen(ViewerSession& session, MemoryServer& server)
+{
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  server.Serve(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+}
+
+void ExpectClosed(const ViewerSession& session)
+{
+  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->triangles), 0u);
+}
+
+void DoubleTap(ViewerSession& session, double x, double y, double& clock)
+{
+  clock += 1;
+  for (int i = 0; i < 2; ++i)
+  {
+    session.HandleTouches({ clock += 0.1, { { 1, x, y } } });
+    session.HandleTouches({ clock += 0.05, {} });
+  }
+}
+
+std::size_t VerticesOfOriginal(const ViewerSession& session)
+{
+  const auto& sources = session.Scene().surface->sources;
+  return static_cast<std::size_t>(std::count_if(sources.begin(), sources.end(),
+    [](const auto& source) { return source.resolution.IsOriginal(); }));
+}
+
+TEST(TestViewDetail, WhatIsSeenIsFineAndTheRestCostsNothing)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  ASSERT_TRUE(session.IsIdle());
+  const ViewerStatus whole = session.GetStatus();
+  EXPECT_GT(whole.shownLevel, 11u);
+  EXPECT_EQ(whole.shownLevel, whole.targetLevel);
+  session.Zoom(40, onRingX, onRingY);
+  server.Serve(session);
+  const ViewerStatus near = session.GetStatus();
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(near.error, "");
+  EXPECT_EQ(near.shownLevel, server.Codec().depths.finest);
+  EXPECT_GT(VerticesOfOriginal(session), 100u) << "the finest is the original";
+  EXPECT_LT(near.triangles, whole.triangles / 2) << "what is not on the screen is coarse";
+  std::size_t partitions = 0, sent = 0;
+  for (const BlobId& blob : server.sent)
+  {
+    partitions += blob.kind == BlobKind::Partition ? 1 : 0;
+    sent += server.sent.count(blob) == 1 ? 0 : 1;
+  }
+  EXPECT_EQ(sent, 0u) << "nothing comes twice";
+  EXPECT_LT(partitions, server.Description().partitions / 16);
+
+  // And back: nothing has to be fetched.
+  server.log.clear();
+  session.Zoom(1.0 / 40, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_TRUE(server.log.empty());
+  EXPECT_NEAR(
+    double(session.GetStatus().triangles), double(whole.triangles), 0.3 * double(whole.triangles));
+}
+
+TEST(TestViewDetail, AStillCameraComesToRest)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(6, onRingX, onRingY);
+  server.Serve(session);
+  const auto version = session.Scene().surfaceVersion;
+  const auto choices = session.Choices();
+  server.log.clear();
+  for (int i = 0; i < 10; ++i)
+  {
+    session.Resize({ width, height, 1 });
+    session.BeginFrame();
+    session.EndFrame(0.01);
+    server.Take(session);
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_TRUE(server.log.empty());
+  EXPECT_EQ(session.Scene().surfaceVersion, version);
+  EXPECT_EQ(session.Choices(), choices);
+}
+
+// Steps never show holes, whatever comes in whatever order, while the view moves on.
+TEST(TestViewDetail, TheSurfaceIsWholeAfterEveryArrival)
+{
+  for (const unsigned seed : { 1u, 2u, 3u, 4u })
+  {
+    std::mt19937 random(seed);
+    MemoryServer server = Torus();
+    SessionOptions options;
+    options.refinement.triangles = seed == 4 ? 9'000 : 2'000'000;
+    ViewerSession session(options);
+    OpenFullScreen(session, server);
+    double clock = 0;
+    const auto chance = [&random](double most)
+    { return most * double(random()) / double(std::mt19937::max()); };
+    for (int step = 0; step < 12; ++step)
+    {
+      switch (random() % 4)
+      {
+        case 0:
+          session.Zoom(1 + chance(3), 100 + chance(600), 100 + chance(400));
+          break;
+        case 1:
+          session.Zoom(0.3 + chance(0.7), 400, 300);
+          break;
+        case 2:
+          DoubleTap(session, 100 + chance(600), 100 + chance(400), clock);
+          break;
+        default:
+          clock += 1;
+          session.HandleTouches({ clock, { { 1, 300, 300 } } });
+          session.HandleTouches({ clock += 0.1, { { 1, 300 + chance(200), 250 + chance(100) } } });
+          session.HandleTouches({ clock += 0.1, {} });
+      }
+      for (auto answers = random() % 25; answers > 0; --answers)
+      {
+        session.BeginFrame();
+        session.EndFrame(0.01);
+        ExpectClosed(session);
+        if (!server.Answer(session, &random))
+        {
+          break;
+        }
+      }
+    }
+    server.Serve(session, &random, [&session] { ExpectClosed(session); });
+    EXPECT_TRUE(session.IsIdle());
+    EXPECT_EQ(session.GetStatus().error, "");
+  }
+}
+
+TEST(TestViewDetail, BudgetsHold)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.refinement.triangles = 8'000;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  std::uint64_t most = 0;
+  for (int i = 0; i < 8; ++i)
+  {
+    session.Zoom(1.6, onRingX, onRingY);
+    server.Serve(session, nullptr, [&] { most = std::max(most, session.GetStatus().triangles); });
+    EXPECT_TRUE(session.IsIdle());
+  }
+  EXPECT_GT(most, 5'000u);
+  EXPECT_LT(most, 10'000u);
+}
+
+TEST(TestViewDetail, ATapComesFirst)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  double clock = 0;
+  session.Zoom(5, onRingX, onRingY);
+  session.BeginFrame();
+  server.Take(session); // much is wanted
+  for (int i = 0; i < 4; ++i)
+  {
+    server.Answer(session);
+  }
+  session.BeginFrame();
+  server.sent.clear();
+  DoubleTap(session, 400, 300, clock);
+  ASSERT_TRUE(session.GetStatus().picking || session.GetStatus().region);
+  // The way down to the partition: boxes, and a piece of each level that is not there yet.
+  std::size_t before = 0;
+  while (session.GetStatus().region == std::nullopt || session.GetStatus().region->shown == 0)
+  {
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+    ++before;
+    ASSERT_LT(before, 100u);
+  }
+  EXPECT_LT(before, 40u);
+  server.Serve(session);
+  const auto region = session.GetStatus().region;
+  ASSERT_TRUE(region);
+  EXPECT_EQ(region->shown, region->partitions);
+  ExpectClosed(session);
+
+  // The next one adds to it.
+  const std::size_t originals = VerticesOfOriginal(session);
+  DoubleTap(session, 430, 340, clock);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  EXPECT_GE(VerticesOfOriginal(session), originals);
+  DoubleTap(session, -1e6, -1e6, clock);
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+TEST(TestViewDetail, WhatIsNotWantedAnyMoreIsCalledBack)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(8, onRingX, onRingY);
+  for (int i = 0; i < 6; ++i)
+  {
+    session.BeginFrame();
+    ASSERT_TRUE(server.Answer(session));
+  }
+  ASSERT_FALSE(session.IsIdle());
+  server.log.clear();
+  session.Zoom(1.0 / 8, onRingX, onRingY);
+  session.Zoom(8, width - onRingX, onRingY);
+  session.BeginFrame();
+  server.Take(session);
+  EXPECT_TRUE(std::any_of(server.log.begin(), server.log.end(),
+    [](const std::string& request)
+    { return request.find("\"kind\":\"cancel\"") != std::string::npos; }));
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+}
+
+// So that a turn is answered at once: little is under way on a slow line (the server's is 0.25 s a
+// blob).
+TEST(TestViewDetail, LittleIsUnderWayOnASlowLine)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(30, onRingX, onRingY);
+  std::size_t most = 0;
+  server.Serve(session, nullptr,
+    [&]
+    {
+      std::size_t underWay = 0;
+      for (const auto& blob : server.Outstanding())
+      {
+        underWay += server.Blob(blob).size();
+      }
+      most = std::max(most, underWay);
+    });
+  EXPECT_GT(most, 0u);
+  EXPECT_LT(most, 16u * 1024);
+}
+
+TEST(TestViewDetail, WhatFailsStaysCoarseAndIsNotAskedForAgain)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  constexpr unsigned level = 13;
+  const NodeId first = NodeId{ 1 } << PieceDepth(Resolution::Level(level), server.Codec().depths);
+  for (NodeId node = first; node < 2 * first; node += 2)
+  {
+    server.refused.insert(BlobId::LevelPiece(static_cast<std::uint8_t>(level), node));
+  }
+  OpenFullScreen(session, server);
+  session.Resize({ 2 * width, 2 * height, 1 });
+  server.Serve(session, nullptr, [&session] { ExpectClosed(session); });
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_NE(
+    session.GetStatus().error.find("levels/" + std::to_string(level) + "/"), std::string::npos)
+    << session.GetStatus().error;
+  EXPECT_GE(session.GetStatus().shownLevel, level);
+
+  server.refused.clear();
+  server.log.clear();
+  session.Resize({ 2 * width, 2 * height + 1, 1 });
+  server.Serve(session);
+  for (const std::string& request : server.log)
+  {
+    EXPECT_EQ(request.find("levels/" + std::to_string(level) + "/" + std::to_string(first) + "\""),
+      std::string::npos)
+      << request;
+  }
+  session.Zoom(1.01, onRingX, onRingY); // asks again
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+}
+
+// A scan with fewer vertices than the preview could have is shown as it is.
+TEST(TestViewDetail, ASmallScanIsShownAsItIs)
+{
+  const Mesh mesh = MakeTorus(60, 30);
+  MemoryServer server(mesh, 128, 2);
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(3, 400, 300);
+  session.Zoom(0.4, 400, 300);
+  session.Resize({ 4 * width, 4 * height, 1 });
+  server.Serve(session);
+  EXPECT_EQ(VerticesOfOriginal(session), mesh.points.size());
+  EXPECT_EQ(session.GetStatus().triangles, mesh.triangles.size());
+}
+
+TEST(TestViewDetail, FullShowsAllOfTheOriginal)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.detail = DetailMode::Full;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().triangles, server.Description().triangles);
+  ExpectClosed(session);
+  session.LeaveFullScreen();
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().triangles, server.Description().levels[11].triangles);
+}
+
+TEST(TestViewDetail, CountsWhatWasWasted)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  std::uint64_t bytes = 0;
+  for (const BlobId& blob : server.sent)
+  {
+    bytes += server.Blob(blob).size();
+  }
+  EXPECT_EQ(session.GetTraffic().blobs, server.sent.size());
+  EXPECT_EQ(session.GetTraffic().bytes, bytes);
+  EXPECT_EQ(session.GetTraffic().wasted, 0u);
+  const auto piece = BlobId::Partition(0);
+  session.BlobArrived(4711, piece, server.Blob(piece), 0, false); // nobody asked
+  EXPECT_EQ(session.GetTraffic().wasted, server.Blob(piece).size());
+}
+
+}

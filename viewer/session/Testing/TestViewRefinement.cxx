@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which pieces a view needs, against what the pages of a torus tell.
+#include "viewer/session/LightError.h"
+#include "viewer/session/PieceCache.h"
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/ViewRefinement.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+using namespace kdstream;
+using kdstream::testing::MakeTorus;
+using kdstream::testing::MemoryServer;
+
+namespace
+{
+
+const MemoryServer& Torus()
+{
+  static const MemoryServer server(MakeTorus(400, 160), 128, 2); // 64,000 vertices
+  return server;
+}
+
+// All of its pages.
+KnownTree WholeTree(MemoryServer& server)
+{
+  const ModelDescription& model = server.Description();
+  KnownTree tree(model.depths, true, model.box, std::size_t{ 16 } << 20);
+  for (const NodeId page : TreePages(model.depths))
+  {
+    const auto blob = protocol::BlobId::TreePage(page);
+    EXPECT_TRUE(tree.Add(blob, server.Blob(blob)));
+  }
+  return tree;
+}
+
+Camera Looking(const ModelDescription& model, double zoom, double x = 400, double y = 300)
+{
+  Camera camera;
+  camera.SetViewport({ 800, 600, 1 });
+  camera.FitTo(model.box);
+  camera.Zoom(zoom, x, y);
+  return camera;
+}
+
+bool Holds(const std::vector<PieceId>& pieces, PieceId piece)
+{
+  return std::binary_search(pieces.begin(), pieces.end(), piece);
+}
+
+// The pieces that would take the place of a piece.
+std::vector<PieceId> Below(PieceId piece, const TreeDepths& depths)
+{
+  const Resolution next = piece.resolution.Depth() == depths.finest
+                            ? Resolution::Original()
+                            : Resolution::Level(piece.resolution.Depth() + 1);
+  const unsigned deeper = PieceDepth(next, depths) - PieceDepth(piece.resolution, depths);
+  std::vector<PieceId> pieces;
+  for (NodeId i = 0; i < NodeId{ 1 } << deeper; ++i)
+  {
+    pieces.push_back({ next, (piece.node << deeper) + i });
+  }
+  return pieces;
+}
+
+const PieceCache& Nothing()
+{
+  static const PieceCache empty(0);
+  return empty;
+}
+
+void Follow(ViewRefinement& refinement, const Camera& camera, KnownTree& tree)
+{
+  refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+}
+
+// The rule, said once more: a piece is refined where it would be seen to be wrong in the box of one
+// below it. Of what is refined all is wanted down to level S; of the finer pieces those of which
+// something is shown, and one three steps above each.
+std::vector<PieceId> WhatTheScreenNeeds(
+  const Camera& camera, const ModelDescription& model, KnownTree& tree)
+{
+  const unsigned finest = model.depths.finest;
+  const auto stepOf = [finest](Resolution resolution)
+  { return resolution.IsOriginal() ? finest + 1 : resolution.Depth(); };
+  std::set<PieceId> refined{ { Resolution::Level(PreviewLevel(model.depths)), 1 } }, wanted;
+  for (unsigned d = PreviewLevel(model.depths); d <= finest + 1; ++d)
+  {
+    const Resolution resolution = d <= finest ? Resolution::Level(d) : Resolution::Original();
+    const NodeId first = NodeId{ 1 } << PieceDepth(resolution, model.depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      const PieceId piece{ resolution, node };
+      if (refined.count(piece) == 0)
+      {
+        continue;
+      }
+      std::size_t seen = 0, below = 0;
+      for (const PieceId next : d > finest ? std::vector<PieceId>() : Below(piece, model.depths))
+      {
+        const double deviation = std::max<double>(tree.FactsOf(piece)->most99,
+          VertexSpacing(*tree.Around(node), double(model.levels[d].vertices) / first) / 6);
+        const Box& box = *tree.Around(next.node);
+        const bool mayBeSeen = camera.MaySee(box);
+        const double error = deviation * camera.PointsPerUnit(camera.DistanceTo(box));
+        seen += mayBeSeen ? 1 : 0;
+        if (mayBeSeen && error > 1)
+        {
+          refined.insert(next);
+          ++below;
+        }
+      }
+      const bool isWay = d <= model.depths.stitch;
+      if (d > PreviewLevel(model.depths) && ((isWay ? seen > 0 : below < seen) || d > finest))
+      {
+        wanted.insert(piece);
+        if (!isWay && d > model.depths.stitch + 3)
+        {
+          const Resolution before = Resolution::Level(stepOf(resolution) - 3);
+          wanted.insert({ before, node >> (DepthOfNode(node) - PieceDepth(before, model.depths)) });
+        }
+      }
+    }
+  }
+  return { wanted.begin(), wanted.end() };
+}
+
+TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  KnownTree tree = WholeTree(server);
+  std::size_t sizes[4] = {};
+  for (int i = 0; i < 4; ++i)
+  {
+    ViewRefinement refinement(model, {});
+    const Camera camera =
+      Looking(model, std::array{ 0.1, 1.0, 4.0, 40.0 }[std::size_t(i)], 150, 300);
+    refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+    EXPECT_EQ(refinement.Pieces(), WhatTheScreenNeeds(camera, model, tree));
+    EXPECT_TRUE(tree.TakeMissing().empty());
+    EXPECT_EQ(refinement.ErrorLeft(), 0);
+    sizes[i] = refinement.Pieces().size();
+  }
+  EXPECT_EQ(sizes[0], 0u); // small: the preview does
+  EXPECT_GT(sizes[1], 10u);
+  EXPECT_GT(sizes[2], 10u);
+  ViewRefinement near(model, {});
+  Follow(near, Looking(model, 40, 150, 300), tree);
+  EXPECT_EQ(near.Finest(), Resolution::Original());
+}
+
+TEST(TestViewRefinement, PiecesAboveComeFirstAndAreMoreUrgent)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  KnownTree tree = WholeTree(server);
+  ViewRefinement refinement(model, {});
+  const Camera camera = Looking(model, 8, 150, 300);
+  refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+  for (const PieceId piece : refinement.Pieces())
+  {
+    for (const PieceId below :
+      piece.resolution.IsOriginal() ? std::vector<PieceId>() : Below(piece, model.depths))
+    {
+      if (Holds(refinement.Pieces(), below))
+      {
+        ASSERT_GE(
+          refinement.UrgencyOf(piece, camera, tree), refinement.UrgencyOf(below, camera, tree));
+      }
+    }
+  }
+}
+
+TEST(TestViewRefinement, BudgetsEndItAtTheLeastError)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  KnownTree tree = WholeTree(server);
+  const Camera camera = Looking(model, 4, 150, 300);
+  ViewRefinement all(model, {});
+  all.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+  double left = 0;
+  std::size_t pieces = all.Pieces().size();
+  for (const std::uint64_t triangles : { 50'000, 20'000, 10'000, 8'000, 1'000 })
+  {
+    RefinementOptions options;
+    options.triangles = triangles;
+    ViewRefinement some(model, options);
+    some.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+    EXPECT_LE(some.Pieces().size(), pieces);
+    EXPECT_GE(some.ErrorLeft(), left);
+    pieces = some.Pieces().size();
+    left = some.ErrorLeft();
+  }
+  EXPECT_GT(left, 1);
+  EXPECT_EQ(pieces, 0u); // fewer than the preview has
+
+  RefinementOptions little;
+  little.bytes = std::size_t{ 2 } << 20;
+  ViewRefinement small(model, little);
+  small.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+  std::size_t bytes = 0;
+  for (const PieceId piece : small.Pieces())
+  {
+    bytes += small.MemoryOf(piece);
+  }
+  EXPECT_LE(bytes, little.bytes);
+  EXPECT_GT(small.ErrorLeft(), 1);
+  EXPECT_FALSE(small.Pieces().empty());
+
+  // What is wanted anyway takes from the budget first.
+  std::vector<PieceId> tapped;
+  for (NodeId i = 0; i < 40; ++i)
+  {
+    tapped.push_back({ Resolution::Original(), (NodeId{ 1 } << model.depths.partition) + i });
+  }
+  RefinementOptions some;
+  some.triangles = 20'000;
+  ViewRefinement without(model, some), with(model, some);
+  without.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+  with.Follow({ camera, tree, Nothing(), nullptr, true }, tapped, {});
+  EXPECT_LT(with.Pieces().size(), without.Pieces().size());
+}
+
+TEST(TestViewRefinement, ALittleToAndFroChangesNothing)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  KnownTree tree = WholeTree(server);
+  ViewRefinement refinement(model, {});
+  Follow(refinement, Looking(model, 1), tree);
+  const std::vector<PieceId> near = refinement.Pieces();
+  const Resolution finest = refinement.Finest();
+  Follow(refinement, Looking(model, 0.86), tree);
+  EXPECT_EQ(refinement.Pieces(), near);
+  Follow(refinement, Looking(model, 0.2), tree);
+  EXPECT_LT(refinement.Finest(), finest);
+  ViewRefinement fresh(model, {});
+  Follow(fresh, Looking(model, 0.86), tree);
+  EXPECT_LT(fresh.Pieces().size(), near.size());
+}
+
+TEST(TestViewRefinement, FailedPiecesAreNotWantedNorWhatIsBelow)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  KnownTree tree = WholeTree(server);
+  ViewRefinement refinement(model, {});
+  const Camera camera = Looking(model, 20, 150, 300);
+  refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+  const PieceId failed = refinement.Pieces().front();
+  ASSERT_FALSE(failed.resolution.IsOriginal());
+  refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, { failed });
+  const unsigned depth = DepthOfNode(failed.node);
+  for (const PieceId piece : refinement.Pieces())
+  {
+    EXPECT_FALSE(piece.resolution >= failed.resolution &&
+                 piece.node >> (DepthOfNode(piece.node) - depth) == failed.node);
+  }
+}
+
+TEST(TestViewRefinement, PagesAreAskedForAlongTheView)
+{
+  MemoryServer server(MakeTorus(400, 160), 32, 2);
+  const ModelDescription& model = server.Description();
+  KnownTree tree(model.depths, true, model.box, std::size_t{ 16 } << 20);
+  ViewRefinement refinement(model, {});
+  const Camera camera = Looking(model, 40, 150, 300);
+  std::size_t pages = 0;
+  for (std::set<protocol::BlobId> missing;;)
+  {
+    refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+    missing = tree.TakeMissing();
+    if (missing.empty())
+    {
+      break;
+    }
+    for (const auto& blob : missing)
+    {
+      ASSERT_TRUE(tree.Add(blob, server.Blob(blob)));
+      ++pages;
+    }
+  }
+  EXPECT_LT(pages, TreePages(model.depths).size());
+  KnownTree whole = WholeTree(server);
+  ViewRefinement other(model, {});
+  other.Follow({ camera, whole, Nothing(), nullptr, true }, {}, {});
+  EXPECT_EQ(refinement.Pieces(), other.Pieces());
+}
+
+// Whatever pages tell, the walk ends within its budgets.
+TEST(TestViewRefinement, LiesAboutErrorsEndAtABudget)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  PieceTable lies = server.Table();
+  for (unsigned d = 0; d <= model.depths.finest; ++d)
+  {
+    const NodeId first = NodeId{ 1 } << PieceDepth(Resolution::Level(d), model.depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      auto& facts = lies.At({ Resolution::Level(d), node });
+      facts.most99 = facts.most = std::numeric_limits<float>::max();
+    }
+  }
+  server.TellOfPieces(lies);
+  KnownTree tree = WholeTree(server);
+  RefinementOptions options;
+  options.triangles = 20'000;
+  ViewRefinement refinement(model, options);
+  Follow(refinement, Looking(model, 0.2), tree);
+  EXPECT_GT(refinement.Pieces().size(), 3u);
+  EXPECT_GT(refinement.ErrorLeft(), 1e30);
+  EXPECT_LT(refinement.Pieces().size(), 200u);
+}
+
+// What is reckoned for the memory of pieces is about what they take, and not less.
+TEST(TestViewRefinement, ReckonsMemory)
+{
+  MemoryServer server = Torus();
+  const ModelDescription& model = server.Description();
+  const ViewRefinement refinement(model, {});
+  for (unsigned d = PreviewLevel(model.depths); d <= model.depths.finest + 1; ++d)
+  {
+    const bool level = d <= model.depths.finest;
+    const Resolution resolution = level ? Resolution::Level(d) : Resolution::Original();
+    const NodeId first = NodeId{ 1 } << PieceDepth(resolution, model.depths);
+    std::size_t taken = 0;
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      const PieceId id{ resolution, node };
+      taken +=
+        MemoryOf(*DecodePiece(server.Blob(BlobOfPiece(id, model.depths)), id, server.Codec()));
+    }
+    const double told = double(refinement.MemoryOf({ resolution, first })) * double(first);
+    EXPECT_GT(told, 0.9 * double(taken)) << d;
+    EXPECT_LT(told, 4 * double(taken)) << d;
+  }
+}
+
+}

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which pieces a view needs: see ViewRefinement.h.
+#include "viewer/session/ViewRefinement.h"
+
+#include "viewer/session/LightError.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// Of a decoded piece (positions and keys, ghosts too, ancestors, triangles) and of what is drawn
+// and uploaded of it, for each triangle; TestViewRefinement compares it with MemoryOf(Piece).
+constexpr double bytesOfTriangle = 120;
+
+}
+
+// What has been found of a piece that is refined.
+struct FoundBelow
+{
+  double urgency = 0;
+  std::size_t seen = 0;    // pieces below it that are in view
+  std::size_t refined = 0; // those of them that take its place
+};
+
+struct ViewRefinement::Walk
+{
+  const View& view;
+  const std::set<PieceId>& failed;
+  const std::set<PieceId> before; // what was refined
+  std::priority_queue<Candidate> waiting;
+  std::map<PieceId, FoundBelow> found;
+  std::set<NodeId> pages; // that tell of what was refined
+};
+
+bool ViewRefinement::Candidate::operator<(const Candidate& other) const
+{
+  if (this->urgency != other.urgency)
+  {
+    return this->urgency < other.urgency;
+  }
+  return this->step != other.step ? this->step > other.step : this->node > other.node;
+}
+
+ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOptions& options)
+  : Options(options)
+  , Depths(model.depths)
+  , Stitch(0)
+  , LightPart(LightPartOf(model))
+  , Smallest(std::max(Length(model.box.hi - model.box.lo) * 1e-6, 1e-300))
+{
+  const auto add = [this](Resolution resolution, const ResolutionDescription& facts)
+  {
+    const unsigned depth = PieceDepth(resolution, this->Depths);
+    const double pieces = std::ldexp(1.0, static_cast<int>(depth));
+    this->Steps.push_back({ resolution, depth, static_cast<double>(facts.triangles) / pieces,
+      static_cast<double>(facts.vertices) / pieces, static_cast<double>(facts.bytes) / pieces,
+      bytesOfTriangle *
+        std::max(static_cast<double>(facts.triangles), 2.0 * static_cast<double>(facts.vertices)) /
+        pieces });
+  };
+  for (unsigned level = PreviewLevel(this->Depths); level <= this->Depths.finest; ++level)
+  {
+    add(Resolution::Level(level), model.levels[level]);
+  }
+  add(Resolution::Original(), model.original);
+  this->Stitch = this->Depths.stitch > PreviewLevel(this->Depths)
+                   ? this->StepOf(Resolution::Level(this->Depths.stitch))
+                   : 0;
+}
+
+void ViewRefinement::Reset()
+{
+  this->Refined.clear();
+  this->Wanted.clear();
+  this->Urgencies.clear();
+  this->Left = 0;
+}
+
+std::size_t ViewRefinement::StepOf(Resolution resolution) const
+{
+  return resolution.IsOriginal()
+           ? this->Steps.size() - 1
+           : resolution.Depth() - std::size_t{ this->Steps.front().resolution.Depth() };
+}
+
+// Of a piece, model units: how far it may be seen to be wrong.
+std::optional<double> ViewRefinement::DeviationOf(
+  std::size_t step, NodeId node, KnownTree& tree) const
+{
+  const PieceId piece{ this->Steps[step].resolution, node };
+  const PieceFacts* facts = tree.FactsOf(piece);
+  const double most = facts ? facts->most99 : 0;
+  const Box* box = facts ? tree.Around(node) : nullptr;
+  if (!box)
+  {
+    tree.NeedFactsOf(piece);
+    return {};
+  }
+  return std::max(most, this->LightPart * VertexSpacing(*box, this->Steps[step].vertices));
+}
+
+double ViewRefinement::ErrorIn(const Box& box, double deviation, const Camera& camera) const
+{
+  return deviation * camera.PointsPerUnit(std::max(camera.DistanceTo(box), this->Smallest));
+}
+
+double ViewRefinement::Weight(const Box& box, const Camera& camera)
+{
+  const double away = camera.Eccentricity(box.lo * 0.5 + box.hi * 0.5);
+  return 1 / (1 + std::min(away * away, 100.0));
+}
+
+// What would take the place of a piece.
+void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const
+{
+  if (step + 1 == this->Steps.size())
+  {
+    return;
+  }
+  const View& view = walk.view;
+  walk.pages.insert(TreePageOfNode(node, this->Depths));
+  if (walk.pages.size() > view.tree.MostPages() / 2)
+  {
+    return; // what is looked for would push out what is needed
+  }
+  const auto deviation = this->DeviationOf(step, node, view.tree);
+  if (!deviation)
+  {
+    return;
+  }
+  const PieceId above{ this->Steps[step].resolution, node };
+  if (view.seen && step >= this->Stitch && !view.loaded.Peek(this->Above(above, this->Stitch)))
+  {
+    walk.found[above].seen = 1; // which of what is below may be seen, that piece will tell
+    return;
+  }
+  const Step& next = this->Steps[step + 1];
+  const unsigned deeper = next.depth - this->Steps[step].depth;
+  for (NodeId i = 0; i < NodeId{ 1 } << deeper; ++i)
+  {
+    const PieceId below{ next.resolution, (node << deeper) + i };
+    const Box* box = view.tree.Around(below.node);
+    if (!box)
+    {
+      view.tree.NeedAround(below.node);
+      ++walk.found[above].seen; // perhaps
+    }
+    else if (view.camera.MaySee(*box) && (!view.seen || view.seen->MayBeSeen(below.node)))
+    {
+      ++walk.found[above].seen;
+      const double bonus = walk.before.count(below) != 0 ? this->Options.deadBand : 1;
+      const double error = this->ErrorIn(*box, *deviation, view.camera);
+      const double own = error * Weight(*box, view.camera) * bonus;
+      if (error * bonus > this->Options.tolerance && walk.failed.count(below) == 0)
+      {
+        walk.waiting.push({ std::min(own, urgency), error, step + 1, below.node, above });
+      }
+    }
+  }
+}
+
+void ViewRefinement::Follow(
+  const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed)
+{
+  Walk walk{ view, failed, std::exchange(this->Refined, {}), {}, {}, {} };
+  this->Reset();
+  const Step &root = this->Steps.front(), &original = this->Steps.back();
+  const auto given = static_cast<double>(first.size());
+  double triangles = root.triangles + given * original.triangles;
+  double memory = root.memory + given * original.memory;
+  this->PushBelow(walk, 0, 1, std::numeric_limits<double>::infinity());
+  while (!walk.waiting.empty())
+  {
+    const Candidate next = walk.waiting.top();
+    walk.waiting.pop();
+    const Step &step = this->Steps[next.step], &above = this->Steps[next.step - 1];
+    const double share =
+      std::ldexp(1.0, static_cast<int>(above.depth) - static_cast<int>(step.depth));
+    triangles += step.triangles - share * above.triangles;
+    memory += step.memory - (next.step - 1 > this->Stitch ? share * above.memory : 0);
+    if (triangles > static_cast<double>(this->Options.triangles) ||
+        memory > static_cast<double>(this->Options.bytes))
+    {
+      this->Left = next.error;
+      for (; !walk.waiting.empty(); walk.waiting.pop())
+      {
+        this->Left = std::max(this->Left, walk.waiting.top().error);
+      }
+      break;
+    }
+    const PieceId piece{ step.resolution, next.node };
+    this->Refined.insert(piece);
+    walk.found[piece].urgency = next.urgency;
+    ++walk.found[next.above].refined;
+    this->PushBelow(walk, next.step, next.node, next.urgency);
+  }
+  this->WantWhatIsLeft(walk);
+}
+
+// Of the pieces that were refined those that something is shown of.
+void ViewRefinement::WantWhatIsLeft(const Walk& walk)
+{
+  for (const PieceId piece : this->Refined)
+  {
+    const FoundBelow& found = walk.found.at(piece);
+    const bool isWay = this->StepOf(piece.resolution) <= this->Stitch;
+    const bool isShown = isWay ? found.seen > 0 : found.refined < found.seen;
+    if (isShown || piece.resolution.IsOriginal())
+    {
+      this->Want(piece, found.urgency);
+      if (!isWay)
+      {
+        this->WantOnTheWay(piece, walk.view, walk.failed);
+      }
+    }
+  }
+  std::sort(this->Wanted.begin(), this->Wanted.end());
+}
+
+void ViewRefinement::Want(PieceId piece, double urgency)
+{
+  if (this->Urgencies.emplace(piece, urgency).second)
+  {
+    this->Wanted.push_back(piece);
+  }
+}
+
+// Until a piece finer than S comes: what is loaded below it, and the finest above it that is
+// loaded, or else one that is worth fetching before.
+void ViewRefinement::WantOnTheWay(PieceId piece, const View& view, const std::set<PieceId>& failed)
+{
+  if (view.loaded.Peek(piece))
+  {
+    return;
+  }
+  const std::size_t step = this->StepOf(piece.resolution);
+  for (std::size_t below = step + 1; below < this->Steps.size(); ++below)
+  {
+    const unsigned deeper = this->Steps[below].depth - this->Steps[step].depth;
+    for (NodeId i = 0; i < NodeId{ 1 } << deeper; ++i)
+    {
+      const PieceId standIn{ this->Steps[below].resolution, (piece.node << deeper) + i };
+      if (view.loaded.Peek(standIn))
+      {
+        this->Want(standIn, 0);
+      }
+    }
+  }
+  for (std::size_t above = step - 1; above > this->Stitch; --above)
+  {
+    const PieceId standIn = this->Above(piece, above);
+    if (view.loaded.Peek(standIn))
+    {
+      this->Want(standIn, 0);
+      return;
+    }
+  }
+  constexpr std::size_t stepsAtOnce = 3;
+  if (view.inSteps && step > this->Stitch + stepsAtOnce)
+  {
+    const PieceId first = this->Above(piece, step - stepsAtOnce);
+    if (failed.count(first) == 0)
+    {
+      this->Want(first, this->UrgencyOf(first, view.camera, view.tree));
+    }
+  }
+}
+
+PieceId ViewRefinement::Above(PieceId piece, std::size_t step) const
+{
+  const unsigned deeper =
+    this->Steps[this->StepOf(piece.resolution)].depth - this->Steps[step].depth;
+  return { this->Steps[step].resolution, piece.node >> deeper };
+}
+
+Resolution ViewRefinement::Finest() const
+{
+  return this->Wanted.empty() ? this->Steps.front().resolution : this->Wanted.back().resolution;
+}
+
+double ViewRefinement::UrgencyOf(PieceId piece, const Camera& camera, KnownTree& tree) const
+{
+  const auto wanted = this->Urgencies.find(piece);
+  if (wanted != this->Urgencies.end())
+  {
+    return wanted->second;
+  }
+  const std::size_t step = this->StepOf(piece.resolution);
+  const Box* box = tree.Around(piece.node);
+  const PieceFacts* facts =
+    step > 0 ? tree.FactsOf({ this->Steps[step - 1].resolution, this->Above(piece, step - 1).node })
+             : nullptr;
+  if (!box || !facts)
+  {
+    return step > 0 ? 0 : std::numeric_limits<double>::infinity();
+  }
+  const auto deviation = this->DeviationOf(step - 1, this->Above(piece, step - 1).node, tree);
+  return deviation ? this->ErrorIn(*box, *deviation, camera) * Weight(*box, camera) : 0;
+}
+
+std::size_t ViewRefinement::BlobBytes(PieceId piece, KnownTree& tree) const
+{
+  const PieceFacts* facts = tree.FactsOf(piece);
+  return facts ? facts->bytes
+               : static_cast<std::size_t>(this->Steps[this->StepOf(piece.resolution)].blob);
+}
+
+std::size_t ViewRefinement::MemoryOf(PieceId piece) const
+{
+  return static_cast<std::size_t>(this->Steps[this->StepOf(piece.resolution)].memory);
+}
+
+}

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which pieces a view needs: the model is refined where its error on the screen is worst. Step
+// "choose" of the README's picture; doc/viewing.md tells how.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "viewer/session/Camera.h"
+#include "viewer/session/KnownTree.h"
+#include "viewer/session/PieceCache.h"
+#include "viewer/session/SeenPartitions.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+struct RefinementOptions
+{
+  // Points of the screen (pixels / pixel ratio): an error of so many is not seen. Above 0.
+  double tolerance = 1;
+  // What is refined stays so until its error is below the tolerance divided by this, at least 1: so
+  // moving to and fro a little does not flicker.
+  double deadBand = 1.25;
+  // What may be shown, and what the pieces for it may take of memory, bytes. Where more would be
+  // needed, the error that is left grows.
+  std::uint64_t triangles = 2'000'000;
+  std::size_t bytes = std::size_t{ 512 } << 20;
+};
+
+// Walks down from the preview, the most urgent piece first. A piece is wanted where the coarser
+// piece above it would be seen to be wrong, in the box of the piece: its error is the greater of
+// that bound's 99th percentile and of what light and colour need (decision 6), seen from where the
+// eye is nearest. What cannot be seen is not wanted. The finest pieces are the original's.
+//
+// How urgent a piece is: its error in points, in the middle of the screen; half of that at the
+// upper and lower edges. Never more than the piece above it.
+//
+// Down to level S a piece can be shown only where the ones above it are; they are all wanted. What
+// is finer stands for itself: so of a way down only the last piece is wanted, and where that is far
+// below what is loaded, one on the way. Until it comes the finest that is loaded stands in for it.
+//
+// Whatever a server tells, the walk ends: at the original, or at a budget.
+class ViewRefinement
+{
+public:
+  // REQUIRES: a model with levels.
+  ViewRefinement(const ModelDescription& model, const RefinementOptions& options);
+
+  struct View
+  {
+    const Camera& camera;
+    KnownTree& tree;
+    const PieceCache& loaded;
+    const SeenPartitions* seen = nullptr; // null: all may be
+    bool inSteps = true;                  // fine pieces come by one on the way
+  };
+  // Works out what is wanted. `first` are partitions that are wanted anyway: the budgets are theirs
+  // before all others'. `failed`: these pieces cannot be had. What of the tree is needed to go on
+  // the tree notes as missing. O(p log p) for p pieces that are wanted.
+  void Follow(const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed);
+  // Nothing is wanted but the preview.
+  void Reset();
+
+  // That are wanted, ascending, without those that are wanted anyway; and what stands in for them.
+  const std::vector<PieceId>& Pieces() const { return this->Wanted; }
+  // The finest resolution among them; the preview's if there is none.
+  Resolution Finest() const;
+  // The largest error in points of what was not refined for want of budget; 0 if all was.
+  double ErrorLeft() const { return this->Left; }
+
+  // How urgent a piece is, wanted or not: what is not in view may be needed by a neighbour that is.
+  // 0 where too little of the tree is known.
+  double UrgencyOf(PieceId piece, const Camera& camera, KnownTree& tree) const;
+
+  // About how many bytes the blob of a piece has.
+  std::size_t BlobBytes(PieceId piece, KnownTree& tree) const;
+  // About how much memory a piece takes that has been decoded, with its part of what is drawn.
+  std::size_t MemoryOf(PieceId piece) const;
+
+private:
+  // A resolution that may be shown: the preview, what is finer, the original.
+  struct Step
+  {
+    Resolution resolution;
+    unsigned depth = 0;                                       // of its pieces
+    double triangles = 0, vertices = 0, blob = 0, memory = 0; // of one piece, on average
+  };
+  struct Candidate
+  {
+    double urgency = 0, error = 0;
+    std::size_t step = 0;
+    NodeId node = 1;
+    PieceId above; // whose place it would take
+    // The most urgent, and of equals the coarsest and first, is on top of a heap.
+    bool operator<(const Candidate& other) const;
+  };
+  struct Walk;
+
+  std::size_t StepOf(Resolution resolution) const;
+  std::optional<double> DeviationOf(std::size_t step, NodeId node, KnownTree& tree) const;
+  double ErrorIn(const Box& box, double deviation, const Camera& camera) const;
+  static double Weight(const Box& box, const Camera& camera);
+  void PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const;
+  void Want(PieceId piece, double urgency);
+  void WantWhatIsLeft(const Walk& walk);
+  void WantOnTheWay(PieceId piece, const View& view, const std::set<PieceId>& failed);
+  PieceId Above(PieceId piece, std::size_t step) const; // the piece of a coarser step
+
+  RefinementOptions Options;
+  TreeDepths Depths;
+  std::size_t Stitch; // the step of level S, or 0
+  double LightPart;   // of the distance between vertices, which counts as an error
+  double Smallest;    // distance from the eye, model units
+  std::vector<Step> Steps;
+  std::set<PieceId> Refined; // with all above each
+  std::vector<PieceId> Wanted;
+  std::map<PieceId, double> Urgencies; // of what is wanted
+  double Left = 0;
+};
+
+}
