@@ -292,6 +292,13 @@ export class Visit {
       (status) => status.model === model && status.idle && status.shownLevel !== null);
   }
 
+  // By the menu: 0 by the view, 1 one level for the whole model.
+  async setDetail(detail) {
+    await this.page.locator("#menu-button").click();
+    await this.page.locator(`[name=detail][value="${detail}"]`).check({ force: true });
+    await this.page.locator("#menu-button").click();
+  }
+
   async back() {
     await this.page.locator("#back").click();
     return this.until("back to the list", (status) => status.mode === "browsing");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The walk of a person with a phone: the list and its live preview, full screen, pinches through the levels, two taps on
-// what is interesting, and back; upright and lying.
+// The walk of a person with a phone: the list and its live preview, full screen, pinches nearer and back, two taps on
+// what is interesting, and back; upright with the detail that the view needs, lying with one level for all.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -38,9 +38,39 @@ async function pinchTo(visit, goal) {
   return visit.status();
 }
 
-async function walk(name, viewport, elsewhere) {
+// Pinches nearer until what is seen is the original, and back. Returns the status before.
+async function pinchToTheOriginal(visit, name) {
+  const start = await visit.untilIdle();
+  let near = start;
+  for (let pinches = 0; !near.original; ++pinches) {
+    assert.ok(pinches < 25, "pinching leads to the original");
+    await visit.pinch(await visit.centre(), 100, 140);
+    near = await visit.untilIdle();
+    assert.ok(near.triangles < 400_000, `${near.triangles} triangles are within a phone's budget`);
+  }
+  await visit.picture(`${name}-5-pinched`);
+  for (let pinches = 0; pinches < 3; ++pinches) {
+    await visit.pinch(await visit.centre(), 140, 100);
+  }
+  return visit.untilIdle();
+}
+
+// Pinches through three levels and back.
+async function pinchThroughLevels(visit, name, finest) {
+  const start = await pinchTo(visit, finest - 3);
+  await visit.picture(`${name}-4-before-pinch`);
+  const near = await pinchTo(visit, finest);
+  await visit.picture(`${name}-5-pinched`);
+  const far = await pinchTo(visit, finest - 3);
+  assert.ok(far.triangles === start.triangles && far.triangles < near.triangles / 6);
+  await pinchTo(visit, finest - 2);
+  return visit.status();
+}
+
+async function walk(name, viewport, elsewhere, detail) {
   const visit = await Visit.phone(browser, viewport);
   await visit.open(server.url);
+  const byView = detail === 0;
 
   // The list, and the first model's preview in the strip below it.
   const preview = await visit.untilIdle();
@@ -68,7 +98,9 @@ async function walk(name, viewport, elsewhere) {
 
   // Full screen by a tap, at a level fit for it.
   await visit.tap(await visit.centre());
-  const full = await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  await visit.until("full screen", ({ mode }) => mode === "full screen");
+  await visit.setDetail(detail);
+  const full = await visit.untilIdle();
   assert.ok(full.shownLevel > preview.shownLevel, "more room, no less detail");
   assert.equal(full.region, null);
   await visit.picture(`${name}-3-full-screen`);
@@ -78,26 +110,17 @@ async function walk(name, viewport, elsewhere) {
   assert.ok(await pixels.difference(fullPicture, await visit.around(await visit.centre())) > 0.05, "two fingers pan");
   await visit.dragTwo(await visit.centre(), 0, -40);
 
-  // Pinch through three levels and back.
-  const finest = full.finestLevel;
-  const start = await pinchTo(visit, finest - 3);
-  await visit.picture(`${name}-4-before-pinch`);
-  const near = await pinchTo(visit, finest);
-  await visit.picture(`${name}-5-pinched`);
-  const far = await pinchTo(visit, finest - 3);
-  assert.ok(far.triangles === start.triangles && far.triangles < near.triangles / 6);
+  const level = byView ? await pinchToTheOriginal(visit, name) : await pinchThroughLevels(visit, name, full.finestLevel);
 
   // A double tap brings the original of the region around it.
-  await pinchTo(visit, finest - 2);
   const middle = await visit.centre();
   const before_ = await visit.around(middle);
-  const level = await visit.status();
   await visit.doubleTap(middle);
   const first = await visit.until("the whole region",
     ({ region, idle }) => idle && region !== null && region.shown === region.partitions);
   assert.ok(first.region.partitions > 0);
   assert.ok(first.triangles > level.triangles);
-  assert.equal(first.shownLevel, level.shownLevel, "around it all stays as it was");
+  assert.equal(first.shownLevel, byView ? level.finestLevel : level.shownLevel, "around it all stays as it was");
   await visit.picture(`${name}-6-region`);
   assert.ok(await pixels.difference(before_, await visit.around(middle), 8) > 0.05, "the region looks finer");
   assert.match(await visit.page.locator("#status").textContent(), /original/);
@@ -121,8 +144,8 @@ async function walk(name, viewport, elsewhere) {
   await visit.close();
 }
 
-test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }));
-test("landscape", () => walk("landscape", landscape, { x: 110, y: -40 }));
+test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }, 0));
+test("landscape", () => walk("landscape", landscape, { x: 110, y: -40 }, 1));
 
 test("the page comes compressed", async () => {
   const visit = await Visit.phone(browser);

@@ -83,7 +83,9 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Member("mode", NameOf(status.mode))
     .Member("model", status.model)
     .Member("shown", status.shownLevel)
-    .Member("target", status.targetLevel);
+    .Member("target", status.targetLevel)
+    .Member("original", status.original)
+    .Member("error_left", status.errorLeft);
   line.Key("region").PutJson(FormatRegion(status.region)).Key("camera");
   PutCamera(line, this->Eye);
   line.Member("surface", this->Shown.Version())

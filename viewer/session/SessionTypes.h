@@ -95,7 +95,8 @@ struct ViewerStatus
   // That the zoom asks for; by the view, the finest that is wanted. Nothing before the model is
   // open.
   std::optional<unsigned> targetLevel;
-  double errorLeft = 0; // by the view: points on the screen that a budget leaves; else 0
+  bool original = false; // by the view: some of it is
+  double errorLeft = 0;  // by the view: points on the screen that a budget leaves; else 0
   struct Region
   {
     NodeId cell = 1; // picked

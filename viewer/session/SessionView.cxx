@@ -97,7 +97,7 @@ void ViewerSession::AddToRegion(const PickedRegion& last)
   const ModelDescription& model = this->Current->description;
   const std::uint64_t trianglesOfOne =
     std::max<std::uint64_t>(model.triangles / std::max<std::uint64_t>(model.partitions, 1), 1);
-  const std::size_t most = std::min<std::size_t>(
+  const auto most = std::min<std::uint64_t>(
     this->Options.mostRegionPartitions, this->Options.refinement.triangles / 2 / trianglesOfOne);
   std::set<std::uint32_t> once;
   std::erase_if(this->EarlierTaps,
@@ -169,9 +169,15 @@ std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
         { tap, isTapped ? 0 : model.refinement.UrgencyOf(piece, this->Eye, model.tree), piece });
     }
   }
-  std::stable_sort(entries.begin(), entries.end(), // coarse before fine among equals
+  std::sort(entries.begin(), entries.end(),
     [](const Entry& a, const Entry& b)
-    { return a.tap != b.tap ? a.tap < b.tap : a.urgency > b.urgency; });
+    {
+      if (a.tap != b.tap)
+      {
+        return a.tap < b.tap;
+      }
+      return a.urgency != b.urgency ? a.urgency > b.urgency : a.piece < b.piece;
+    });
   for (const Entry& entry : entries)
   {
     order.push_back(BlobOfPiece(entry.piece, depths));

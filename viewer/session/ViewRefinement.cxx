@@ -70,6 +70,16 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
     add(Resolution::Level(level), model.levels[level]);
   }
   add(Resolution::Original(), model.original);
+  for (std::size_t i = 1; i < this->Steps.size(); ++i)
+  {
+    const Step& above = this->Steps[i - 1];
+    const double pieces =
+      std::ldexp(1.0, static_cast<int>(this->Steps[i].depth) - static_cast<int>(above.depth));
+    const double leap =
+      this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) / 2; // beyond twice as many
+    const double root = std::sqrt(std::sqrt(std::max(leap, 1.0)));
+    this->Steps[i].leap = root * std::sqrt(root);
+  }
   this->Stitch = this->Depths.stitch > PreviewLevel(this->Depths)
                    ? this->StepOf(Resolution::Level(this->Depths.stitch))
                    : 0;
@@ -158,7 +168,8 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       const double bonus = walk.before.count(below) != 0 ? this->Options.deadBand : 1;
       const double error = this->ErrorIn(*box, *deviation, view.camera);
       const double own = error * Weight(*box, view.camera) * bonus;
-      if (error * bonus > this->Options.tolerance && walk.failed.count(below) == 0)
+      const double tolerance = this->Options.tolerance * next.leap;
+      if (error * bonus > tolerance && walk.failed.count(below) == 0)
       {
         walk.waiting.push({ std::min(own, urgency), error, step + 1, below.node, above });
       }

@@ -238,6 +238,21 @@ void ViewerSession::SetRings(unsigned rings)
   this->Trace("rings");
 }
 
+void ViewerSession::SetDetail(DetailMode detail)
+{
+  if (this->Options.detail != detail)
+  {
+    this->Options.detail = detail;
+    this->Queue.clear();
+    this->ChoiceIsDue = false;
+    this->EarlierTaps.clear();
+    this->LastSituation.reset();
+    this->FollowZoom();
+  }
+  this->Update();
+  this->Trace("detail");
+}
+
 // Forgets what failed, so that it is asked for again.
 void ViewerSession::Retry()
 {
@@ -584,6 +599,7 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   if (this->ByView() && this->Shown.Finest())
   {
+    status.original = this->Shown.Finest()->IsOriginal();
     status.shownLevel = this->LevelFor(*this->Shown.Finest());
   }
   else if (!this->ByView() && this->Shown.GetCut())

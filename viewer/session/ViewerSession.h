@@ -114,6 +114,7 @@ public:
   void Zoom(double factor, double x, double y);
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
+  void SetDetail(DetailMode detail);
 
   // ---- what the server sends. Answers to requests that were cancelled are ignored.
   void SetModels(std::vector<ModelSummary> models);

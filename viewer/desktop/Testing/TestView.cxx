@@ -80,8 +80,8 @@ protected:
 TEST_F(TestView, PlaysASessionAndWritesPicturesStatisticsAndARecording)
 {
   this->Write("walk.jsonl", walk);
-  ASSERT_EQ(this->View("--offscreen auto --size 400x300 --replay walk.jsonl --stats stats.json "
-                       "--record again.jsonl --screenshot end.png"),
+  ASSERT_EQ(this->View("--offscreen auto --size 400x300 --detail level --replay walk.jsonl "
+                       "--stats stats.json --record again.jsonl --screenshot end.png"),
     0)
     << this->Err;
   EXPECT_EQ(this->Err, "");
@@ -152,6 +152,42 @@ TEST_F(TestView, ALookThatWritesNothingSaysSo)
   EXPECT_EQ(this->Err, "");
 }
 
+// By the view, with one level, and all: what is shown and what it took.
+TEST_F(TestView, DetailFollowsTheViewOrIsOneForAll)
+{
+  std::map<std::string, nlohmann::json> reports;
+  std::map<std::string, std::string> pictures;
+  for (const std::string detail : { "view", "level", "full" })
+  {
+    ASSERT_EQ(this->View("--offscreen auto --size 1200x900 --detail " + detail +
+                         " --report report.json --screenshot p.png"),
+      0)
+      << this->Err;
+    reports[detail] = nlohmann::json::parse(ReadText(this->Folder / "report.json"));
+    pictures[detail] = ReadText(this->Folder / "p.png");
+    const nlohmann::json& report = reports[detail];
+    EXPECT_GT(report.at("bytes"), 0);
+    EXPECT_GT(report.at("blobs"), 0);
+    EXPECT_LE(report.at("bytes_wasted"), report.at("bytes"));
+    EXPECT_GT(report.at("seconds_to_first"), 0.0);
+    EXPECT_GE(report.at("seconds_to_settled"), report.at("seconds_to_first"));
+    EXPECT_GT(report.at("peak_rss_bytes"), 1'000'000);
+  }
+  const auto triangles = kdstream::testing::Torus().Description().triangles;
+  EXPECT_EQ(reports["full"].at("peak_triangles"), triangles);
+  EXPECT_LT(reports["level"].at("peak_triangles"), triangles);
+  EXPECT_NE(pictures["level"], pictures["full"]);
+
+  // A budget that the preview fills.
+  ASSERT_EQ(this->View("--offscreen auto --size 1200x900 --triangles 1000 --report report.json "
+                       "--screenshot p.png"),
+    0);
+  const auto least = nlohmann::json::parse(ReadText(this->Folder / "report.json"));
+  EXPECT_LT(least.at("peak_triangles"), reports["view"].at("peak_triangles"));
+  EXPECT_EQ(this->View("--offscreen auto --view-memory 1M --screenshot p.png"), 2);
+  EXPECT_NE(this->Err.find("'1M' is less than 16M"), std::string::npos) << this->Err;
+}
+
 TEST_F(TestView, MoreRingsStreamMore)
 {
   this->Write("walk.jsonl", walk);
@@ -173,7 +209,7 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
     static_cast<std::uint8_t>(kdstream::testing::Torus().Description().depths.finest);
   ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
   this->Write("zoom.jsonl", walk);
-  EXPECT_EQ(this->View("--offscreen auto --size 400x300 --replay zoom.jsonl"), 1);
+  EXPECT_EQ(this->View("--offscreen auto --size 400x300 --detail level --replay zoom.jsonl"), 1);
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find(protocol::BlobName(*this->Models.model->damaged)), std::string::npos);
   EXPECT_TRUE(this->IsPicture("region.png"));

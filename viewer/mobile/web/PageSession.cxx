@@ -16,7 +16,10 @@ namespace
 
 // What a phone bears. A browser gives a page a few hundred megabytes before it ends it, and all of
 // this is held beside the drawn surface (about 120 bytes a triangle while it is drawn anew):
-// - decoded pieces beyond what is shown: 96 MiB, a few levels and regions to go back to;
+// - decoded pieces: 64 MiB where what is shown takes no more, so a few views to go back to;
+// - 300,000 triangles of what is seen, which fill 3 million points of a screen where ten are a
+// triangle,
+//   and 150 MB for them in all;
 // - levels of at most 600,000 triangles: more than a phone's screen has points, and drawn anew
 //   within a second;
 // - regions of at most 192 partitions, about as many triangles again;
@@ -24,7 +27,9 @@ namespace
 SessionOptions PhoneOptions(std::function<double()> clock)
 {
   SessionOptions options;
-  options.cacheBytes = std::size_t{ 96 } << 20;
+  options.cacheBytes = std::size_t{ 64 } << 20;
+  options.refinement.triangles = 300'000;
+  options.refinement.bytes = 150'000'000;
   options.policy.triangleBudget = 600'000;
   options.mostRegionPartitions = 192;
   options.mostStatistics = 0;
@@ -147,7 +152,9 @@ void PageSession::Describe(JsonWriter& json) const
     .Member("model", status.model)
     .Member("title", status.title)
     .Member("shownLevel", status.shownLevel)
-    .Member("targetLevel", status.targetLevel);
+    .Member("targetLevel", status.targetLevel)
+    .Member("original", status.original)
+    .Member("errorLeft", status.errorLeft);
   json.Key("region").PutJson(FormatRegion(status.region));
   json.Member("vertices", status.vertices)
     .Member("triangles", status.triangles)

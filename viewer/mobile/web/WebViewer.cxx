@@ -218,6 +218,13 @@ extern "C"
   {
     viewer->page.Session().Zoom(factor, x, y);
   }
+  // 0 by the view, 1 one level for the whole model.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetDetail(WebViewer* viewer, unsigned detail)
+  {
+    viewer->page.Session().SetDetail(
+      detail == 1 ? kdstream::DetailMode::Level : kdstream::DetailMode::View);
+  }
+
   EMSCRIPTEN_KEEPALIVE void ViewerSetRings(WebViewer* viewer, unsigned rings)
   {
     viewer->page.Session().SetRings(rings);

@@ -9,7 +9,8 @@
 // - window.kdstream.status() returns
 //     mode          "no model", "browsing" (the list and a preview) or "full screen"
 //     model, title  of the selected model
-//     shownLevel, targetLevel, finestLevel
+//     shownLevel, targetLevel, finestLevel; by the view the finest of what is shown and wanted
+//     original      by the view: whether some of it is the original; errorLeft: points that a budget leaves
 //                   levels of detail: shown, asked for by the zoom, there at all; null or missing before they are known
 //     region        null, or { cell, rings, partitions, shown }: the region around the last double tap, and how many of
 //                   its partitions are shown as the original
@@ -178,11 +179,11 @@ function describeSize(triangles, vertices) {
   return triangles ? `${counted(triangles, "triangle")} · ${count(vertices)} vertices` : counted(vertices, "point");
 }
 
-function describeSurface({ shownLevel, finestLevel, triangles, vertices, region }) {
+function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original }) {
   if (shownLevel === null) {
     return "";
   }
-  const detail = region?.shown ? `Level ${shownLevel} and original` : `Level ${shownLevel} of ${finestLevel}`;
+  const detail = region?.shown || original ? `Level ${shownLevel} and original` : `Level ${shownLevel} of ${finestLevel}`;
   return `${detail} · ${triangles ? counted(triangles, "triangle") : counted(vertices, "point")}`;
 }
 
@@ -354,7 +355,9 @@ function listenToButtons() {
   });
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
   find("menu").addEventListener("change", ({ target }) => {
-    if (target.name === "rings") {
+    if (target.name === "detail") {
+      viewer.setDetail(Number(target.value));
+    } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
     } else {
       viewer.setColoring(Number(target.value));

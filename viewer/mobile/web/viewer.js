@@ -92,6 +92,11 @@ class Viewer {
     this.#call("Zoom", factor, x, y);
   }
 
+  // 0 by the view, 1 one level for the whole model.
+  setDetail(detail) {
+    this.#call("SetDetail", detail);
+  }
+
   setRings(rings) {
     this.#call("SetRings", rings);
   }

@@ -106,7 +106,10 @@ std::vector<PieceId> WhatTheScreenNeeds(
         const bool mayBeSeen = camera.MaySee(box);
         const double error = deviation * camera.PointsPerUnit(camera.DistanceTo(box));
         seen += mayBeSeen ? 1 : 0;
-        if (mayBeSeen && error > 1)
+        const double vertices =
+          d < finest ? double(model.levels[d + 1].vertices) : double(model.vertices);
+        const double leap = std::max(1.0, vertices / double(model.levels[d].vertices) / 2);
+        if (mayBeSeen && error > std::pow(leap, 0.375))
         {
           refined.insert(next);
           ++below;

@@ -2,9 +2,11 @@
 // Records one walk on a phone (Recorder.h): list, preview, full screen, pinches through the levels,
 // regions, damage, outages, turning the phone, and back.
 //
-//   RecordSession torus FILE            a bumpy torus, over the stream
-//   RecordSession plate FILE            a plate, over GET
-//   RecordSession FOLDER/MODEL.kds FILE a store
+//   RecordSession view|level torus FILE            a bumpy torus, over the stream
+//   RecordSession view|level plate FILE            a plate, over GET
+//   RecordSession view|level FOLDER/MODEL.kds FILE a store
+//
+// By the view, or with one level for the whole model.
 //
 // Writes FILE.recording and FILE.trace. Exit code 1 where the walk did not get through what it is
 // for: a recording in which nothing happens proves nothing.
@@ -117,8 +119,9 @@ private:
 class Walk
 {
 public:
-  Walk(const Catalog& models, bool stream, std::string model, const std::string& file)
+  Walk(const Catalog& models, bool stream, bool byView, std::string model, const std::string& file)
     : Phone(models, stream, file)
+    , ByView(byView)
     , Model(std::move(model))
     , Stream(stream)
   {
@@ -140,6 +143,7 @@ private:
   bool RegionIsShown() const;
 
   Recorder Phone;
+  bool ByView;
   std::string Model;
   bool Stream;
   bool Good = true;
@@ -184,6 +188,7 @@ void Walk::PickSomething(double x, double y)
 void Walk::Browse()
 {
   this->Phone.Do(Kind::Resize, { 1170, 2532, 3 });
+  this->Phone.Do(Kind::Detail, { this->ByView ? 0.0 : 1.0 });
   this->Phone.Do(Kind::Select, {}, "no-such-model");
   this->Phone.Do(Kind::Select, {}, this->Model);
   this->Phone.Settle();
@@ -204,7 +209,9 @@ void Walk::PinchThroughLevels()
     this->Phone.Settle();
     inwards.insert(*this->Phone.Status().shownLevel);
   }
-  this->Expect(inwards.size() >= 3, "pinching in goes through three levels");
+  const bool original = this->ByView && this->Phone.Status().original;
+  this->Expect(original || inwards.size() >= (this->ByView ? 2 : 3),
+    "pinching in goes through levels, by the view perhaps to the original at once");
   for (int i = 0; i < 6; ++i)
   {
     this->Phone.Pinch(585, 1266, 620, 260, 15, -20);
@@ -318,17 +325,19 @@ bool Walk::Run()
 
 int main(int count, char** arguments)
 {
-  if (count != 3)
+  const std::string detail = count == 4 ? arguments[1] : "";
+  if (detail != "view" && detail != "level")
   {
-    std::fprintf(stderr, "usage: RecordSession torus|plate|FOLDER/MODEL.kds FILE\n");
+    std::fprintf(stderr, "usage: RecordSession view|level torus|plate|FOLDER/MODEL.kds FILE\n");
     return 2;
   }
-  const std::string what = arguments[1];
+  const bool byView = detail == "view";
+  const std::string what = arguments[2];
   if (what == "torus" || what == "plate")
   {
     const bool torus = what == "torus";
     const MemoryCatalog models(torus ? PaintedTorus() : MakePlate(), what);
-    return Walk(models, torus, what, arguments[2]).Run() ? 0 : 1;
+    return Walk(models, torus, byView, what, arguments[3]).Run() ? 0 : 1;
   }
   const std::filesystem::path store = what;
   StoreCatalog stores(store.parent_path(),
@@ -339,5 +348,5 @@ int main(int count, char** arguments)
     std::fprintf(stderr, "%s\n", status.GetError().message.c_str());
     return 2;
   }
-  return Walk(stores, true, store.stem().string(), arguments[2]).Run() ? 0 : 1;
+  return Walk(stores, true, byView, store.stem().string(), arguments[3]).Run() ? 0 : 1;
 }

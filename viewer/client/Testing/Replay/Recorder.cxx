@@ -218,23 +218,27 @@ HttpReply Recorder::Fetch(const std::string& target)
               : HttpReply{ 500, R"({"error":")" + blob.GetError().message + "\"}" };
 }
 
-void Recorder::Settle(std::size_t answers)
+std::size_t Recorder::Settle(std::size_t answers)
 {
-  for (std::size_t i = 1; i <= answers && this->Answer(); ++i)
+  std::size_t given = 0;
+  for (; given < answers && this->Answer(); ++given)
   {
-    if (i % 6 == 0)
+    if (given % 6 == 5)
     {
       this->Do(Kind::Draw);
     }
   }
   this->Do(Kind::Draw);
+  return given;
 }
 
 void Recorder::Settle()
 {
   constexpr std::size_t all = 1000000;
-  this->Settle(all);
-  this->Settle(all); // what the last frame made wanted
+  while (this->Settle(all) > 0)
+  {
+    // again: what the last frame made wanted
+  }
 }
 
 void Recorder::Break()

@@ -61,8 +61,8 @@ public:
   bool Answer();
   // Answers everything, with frames in between.
   void Settle();
-  // At most so many answers.
-  void Settle(std::size_t answers);
+  // At most so many answers; returns how many there were.
+  std::size_t Settle(std::size_t answers);
   // The connection breaks, or what is fetched does not come.
   void Break();
   // Of the next frame or fetched blob one bit is another.

@@ -18,6 +18,7 @@
 //   cancel
 //   wheel          factor, x, y
 //   rings          1-3
+//   detail         0 by the view, 1 one level, 2 the original
 //   select                               the model
 //   back
 //   models                               the answer to GET /api/models
@@ -50,6 +51,7 @@ struct RecordedInput
     CancelTouches,
     Wheel,
     Rings,
+    Detail,
     Select,
     Back,
     Models,

@@ -125,7 +125,6 @@ std::string TextsJson(std::initializer_list<std::pair<const char*, std::string_v
 SessionOptions TracedOptions(const std::function<void(std::string_view)>& trace)
 {
   SessionOptions options;
-  options.detail = DetailMode::Level;
   options.TraceTo(trace);
   return options;
 }
@@ -204,6 +203,10 @@ void TracedSession::Dispatch(const RecordedInput& input)
       return this->Viewer.Zoom(numbers[0], numbers[1], numbers[2]);
     case Kind::Rings:
       return this->Viewer.SetRings(static_cast<unsigned>(numbers[0]));
+    case Kind::Detail:
+      return this->Viewer.SetDetail(numbers[0] == 0   ? DetailMode::View
+                                    : numbers[0] == 1 ? DetailMode::Level
+                                                      : DetailMode::Full);
     case Kind::Select:
       if (const Status status = this->Viewer.SelectModel(input.payload); !status)
       {
