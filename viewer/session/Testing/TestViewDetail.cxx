@@ -229,6 +229,34 @@ TEST(TestViewDetail, ATapComesFirst)
   EXPECT_FALSE(session.GetStatus().region);
 }
 
+// Far away nothing of what was tapped or looked at is left.
+TEST(TestViewDetail, FarAwayThePreviewIsEnough)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  double clock = 0;
+  for (int i = 0; i < 3; ++i)
+  {
+    session.Zoom(1.7, 400, 300);
+    session.Zoom(1.1, onRingX, onRingY);
+    server.Serve(session);
+    DoubleTap(session, 200 + 60 * i, 300, clock);
+    server.Serve(session);
+  }
+  EXPECT_TRUE(session.GetStatus().original);
+  for (int i = 0; i < 40; ++i)
+  {
+    session.Zoom(0.87, 400, 300);
+    server.Serve(session);
+    ExpectClosed(session);
+  }
+  const ViewerStatus status = session.GetStatus();
+  EXPECT_FALSE(status.region);
+  EXPECT_FALSE(status.original);
+  EXPECT_EQ(status.shownLevel, 11u);
+}
+
 TEST(TestViewDetail, WhatIsNotWantedAnyMoreIsCalledBack)
 {
   MemoryServer server = Torus();
