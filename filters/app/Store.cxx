@@ -2,27 +2,22 @@
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
+#include "filters/app/ExtractMesh.h"
 #include "filters/app/OutputFolders.h"
+#include "filters/app/PrintStoreInfo.h"
 #include "filters/app/ReadAnyMesh.h"
 #include "filters/core/MeshDistance.h"
-#include "filters/core/SystemReason.h"
-#include "filters/core/tree/Region.h"
 #include "filters/meshio/MeshWriter.h"
-#include "filters/model/JsonReader.h"
 #include "filters/model/ModelJson.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreEdit.h"
-#include "filters/store/StoreMesh.h"
 
-#include <array>
-#include <cerrno>
 #include <chrono>
-#include <fstream>
 #include <functional>
 #include <iostream>
-#include <optional>
-#include <set>
+#include <string>
+#include <vector>
 
 namespace
 {
@@ -45,246 +40,11 @@ constexpr const char* editExample =
 
 struct CommandLine
 {
-  std::string store, output, resolutions, against;
+  std::string store, output, against;
   bool json = false, all = false, quiet = false;
-  std::optional<unsigned> level, inContext;
-  std::optional<std::uint32_t> partition;
-  std::optional<NodeId> region;
-  unsigned rings = 1;
+  WantedMesh wanted;
   StoreTexts texts;
 };
-
-// A line a level, and what its last two columns mean.
-void PrintLevels(const ModelDescription& info)
-{
-  std::printf("\n%5s %10s %10s %7s %11s %12s %12s\n", "level", "vertices", "triangles", "pieces",
-    "bytes", "deviation", "of 99 %");
-  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
-  {
-    const ResolutionDescription& level = info.levels[depth];
-    std::printf("%5u %10llu %10llu %7llu %11llu %12.6g %12.6g\n", depth,
-      static_cast<unsigned long long>(level.vertices),
-      static_cast<unsigned long long>(level.triangles),
-      static_cast<unsigned long long>(level.pieces), static_cast<unsigned long long>(level.bytes),
-      level.deviation, level.deviation99);
-  }
-  const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
-  std::cout << "\ndeviation  how far vertices of the level lie from the original surface, " << unit
-            << ":\n           the largest, and what 99 of 100 vertices do not exceed.\n"
-               "           It is estimated; kdstream-store distance measures the level.\n";
-}
-
-void PrintInfo(const ModelDescription& info, std::uintmax_t bytes)
-{
-  const auto line = [](const char* name, const auto& value) { std::cout << name << value << "\n"; };
-  line("input                ", info.input);
-  for (const auto& [name, value] :
-    { std::pair{ "title                ", info.title }, { "credit               ", info.credit },
-      { "license              ", info.license }, { "unit                 ", info.unit } })
-  {
-    if (!value.empty())
-    {
-      line(name, value);
-    }
-  }
-  line("vertices             ", info.vertices);
-  line("triangles            ", info.triangles);
-  line("welded vertices      ", info.welded);
-  line("inconsistent edges   ", info.inconsistentEdges);
-  line("precision            ",
-    info.grid.Lossless() ? "lossless" : std::to_string(info.grid.bits) + " bits");
-  line("partitions           ", info.partitions);
-  line("partitioner          ", info.partitioner);
-  line("partition vertices   ",
-    std::to_string(info.smallestPartition) + " to " + std::to_string(info.largestPartition));
-  for (const AttributeInfo& attribute : info.attributes)
-  {
-    const bool point = attribute.association == AttributeAssociation::Point;
-    line("attribute            ", attribute.name + ": " + std::to_string(attribute.components) +
-                                    " " + std::string(NameOf(attribute.type)) +
-                                    (point ? " a vertex" : " a triangle"));
-  }
-  line("partition bytes      ", info.original.bytes);
-  line("store bytes          ", bytes);
-  line("digest               ", info.digest);
-  if (!info.HasLevels())
-  {
-    return;
-  }
-  PrintLevels(info);
-}
-
-Error BadArgument(const std::string& what)
-{
-  return { ErrorCode::InvalidArgument, what };
-}
-
-// A resolution in --resolutions: a depth from `least` to L, or "original".
-std::optional<Resolution> ReadResolution(
-  const JsonValue& entry, unsigned least, const TreeDepths& depths)
-{
-  if (entry.IsString() && TextOf(entry) == "original")
-  {
-    return Resolution::Original();
-  }
-  if (entry.IsUint() && entry.GetUint() >= least && entry.GetUint() <= depths.finest)
-  {
-    return Resolution::Level(entry.GetUint());
-  }
-  return {};
-}
-
-std::string NeededResolution(const JsonValue& entry, unsigned least, const TreeDepths& depths)
-{
-  return Show(entry) + "; a depth from " + std::to_string(least) + " to " +
-         std::to_string(depths.finest) + " or \"original\" is needed";
-}
-
-// --resolutions as a list: of each partition the resolution, S or finer.
-Result<Cut> ReadPartitions(const JsonValue& list, const ModelDescription& info)
-{
-  const TreeDepths& depths = info.depths;
-  std::set<PieceId> active;
-  std::uint32_t partition = 0;
-  for (const JsonValue& entry : list.GetArray())
-  {
-    const auto resolution = ReadResolution(entry, depths.stitch, depths);
-    if (!resolution)
-    {
-      return BadArgument(": entry " + std::to_string(partition) + " is " +
-                         NeededResolution(entry, depths.stitch, depths));
-    }
-    if (partition<info.partitions&& * resolution> Resolution::Level(depths.stitch))
-    {
-      active.insert(PieceOfPartition(*resolution, partition, depths));
-    }
-    ++partition;
-  }
-  if (partition != info.partitions)
-  {
-    return BadArgument(" has " + std::to_string(partition) + " entries for " +
-                       std::to_string(info.partitions) + " partitions");
-  }
-  return Cut{ depths, Resolution::Level(depths.stitch), { active.begin(), active.end() } };
-}
-
-// --resolutions as an object: the base, and finer pieces that may be shown, in any order.
-Result<Cut> ReadPieces(const JsonValue& object, const ModelDescription& info)
-{
-  const TreeDepths& depths = info.depths;
-  const auto base = object.FindMember("base"), pieces = object.FindMember("pieces");
-  if (base == object.MemberEnd() || pieces == object.MemberEnd() || !pieces->value.IsArray())
-  {
-    return BadArgument(" needs \"base\" and a list \"pieces\"");
-  }
-  const auto resolution = ReadResolution(base->value, 0, depths);
-  if (!resolution)
-  {
-    return BadArgument(": \"base\" is " + NeededResolution(base->value, 0, depths));
-  }
-  std::set<PieceId> active;
-  std::size_t number = 0;
-  for (const JsonValue& entry : pieces->value.GetArray())
-  {
-    const bool pair = entry.IsArray() && entry.Size() == 2 && entry[1].IsUint();
-    const auto of = pair ? ReadResolution(entry[0], 0, depths) : std::nullopt;
-    const PieceId id{ of.value_or(Resolution()), pair ? NodeId{ entry[1].GetUint() } : 0 };
-    if (!of || !info.HasPiece(id))
-    {
-      return BadArgument(
-        ": piece " + std::to_string(number) + " is no resolution and node of a piece in the store");
-    }
-    active.insert(id);
-    ++number;
-  }
-  return Cut{ depths, *resolution, { active.begin(), active.end() } };
-}
-
-Result<Cut> ReadResolutions(const Store& store, const std::string& file)
-{
-  const auto bad = [&file](const std::string& what)
-  { return BadArgument("--resolutions: " + file + what); };
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream)
-  {
-    return Error{ ErrorCode::NotFound, "cannot be read: " + SystemReason(errno), file };
-  }
-  const auto json = ParseJson(std::string{ std::istreambuf_iterator<char>(stream), {} });
-  if (!json || (!json->IsArray() && !json->IsObject()))
-  {
-    return bad(" is no JSON list or object");
-  }
-  Result<Cut> cut =
-    json->IsArray() ? ReadPartitions(*json, store.Info()) : ReadPieces(*json, store.Info());
-  return cut ? std::move(cut) : bad(cut.GetError().message);
-}
-
-Result<Mesh> ExtractRegion(const Store& store, const CommandLine& line)
-{
-  const Result<std::vector<Box>> boxes = store.ReadBoxes();
-  KDSTREAM_TRY(boxes);
-  const TreeDepths& depths = store.Info().depths;
-  const auto partitions = FindRegion(*boxes, depths, *line.region, line.rings);
-  KDSTREAM_TRY(partitions);
-  if (!line.inContext)
-  {
-    return GlueStoreMesh(store, *partitions);
-  }
-  std::vector<PieceId> wanted;
-  for (const std::uint32_t p : *partitions)
-  {
-    wanted.push_back({ Resolution::Original(), NodeOfPartition(p, depths) });
-  }
-  return DrawStorePieces(store, Resolution::Level(*line.inContext), wanted);
-}
-
-Result<Mesh> ExtractMesh(const Store& store, const CommandLine& line)
-{
-  const ModelDescription& info = store.Info();
-  if (!info.HasLevels() && (line.level || line.inContext || !line.resolutions.empty()))
-  {
-    return BadArgument("a store by --partitioner " + info.partitioner +
-                       " has no levels: --partition, --region and --all give its meshes");
-  }
-  for (const auto& [name, level] :
-    { std::pair{ "--level ", line.level }, { "--in-context ", line.inContext } })
-  {
-    if (level && *level > info.depths.finest)
-    {
-      return BadArgument(name + std::to_string(*level) + ": the finest level is " +
-                         std::to_string(info.depths.finest));
-    }
-  }
-  if (line.level)
-  {
-    return DrawStoreMesh(store, { info.depths, Resolution::Level(*line.level) });
-  }
-  if (line.partition)
-  {
-    if (*line.partition >= info.partitions)
-    {
-      return BadArgument("--partition " + std::to_string(*line.partition) + ": the store has " +
-                         std::to_string(info.partitions) + " partitions, 0 to " +
-                         std::to_string(info.partitions - 1));
-    }
-    return GlueStoreMesh(store, std::array{ *line.partition });
-  }
-  if (line.region)
-  {
-    return ExtractRegion(store, line);
-  }
-  if (!line.resolutions.empty())
-  {
-    const Result<Cut> cut = ReadResolutions(store, line.resolutions);
-    return cut ? DrawStoreMesh(store, *cut) : Result<Mesh>(cut.GetError());
-  }
-  std::vector<std::uint32_t> all(info.partitions);
-  for (std::uint32_t p = 0; p < all.size(); ++p)
-  {
-    all[p] = p;
-  }
-  return GlueStoreMesh(store, all);
-}
 
 // "title, credit and unit": those of the texts that are given.
 std::string NamesOf(const StoreTexts& texts)
@@ -333,7 +93,7 @@ public:
         }
         else
         {
-          PrintInfo(store.Info(), status ? 0 : bytes);
+          PrintStoreInfo(store.Info(), status ? 0 : bytes);
         }
         return exitDone;
       });
@@ -425,7 +185,7 @@ private:
     {
       return PrintError(this->Program, this->Line.output, output.GetError());
     }
-    const Result<Mesh> mesh = ExtractMesh(store, this->Line);
+    const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
     if (!mesh)
     {
       return PrintError(this->Program, this->Line.store, mesh.GetError());
@@ -448,7 +208,7 @@ private:
 
   int PrintDistance(const Store& store) const
   {
-    const Result<Mesh> level = ExtractMesh(store, this->Line);
+    const Result<Mesh> level = ExtractMesh(store, this->Line.wanted);
     if (!level)
     {
       return PrintError(this->Program, this->Line.store, level.GetError());
@@ -510,25 +270,28 @@ void AddExtract(CLI::App& extract, CommandLine& line)
 {
   extract.add_option("STORE", line.store, "the store")->required();
   auto* what = extract.add_option_group("WHAT", "exactly one of");
-  what->add_option("--level", line.level, "level D, whole")->type_name("D");
-  what->add_option("--partition", line.partition, "partition I of the original")->type_name("I");
+  what->add_option("--level", line.wanted.level, "level D, whole")->type_name("D");
+  what->add_option("--partition", line.wanted.partition, "partition I of the original")
+    ->type_name("I");
   auto* region =
-    what->add_option("--region", line.region, "the partitions around a node of the tree")
+    what->add_option("--region", line.wanted.region, "the partitions around a node of the tree")
       ->type_name("CELL");
   what->add_flag("--all", line.all, "all partitions: the original, if the store is lossless");
   what
-    ->add_option("--resolutions", line.resolutions,
+    ->add_option("--resolutions", line.wanted.resolutions,
       "one surface of any mix: a JSON list with an entry for each partition, a depth from the "
       "stitch depth on or \"original\"; or an object that names a base and finer pieces")
     ->type_name("FILE");
   what->require_option(1);
   const char* const regions = "Region";
-  auto* rings = extract.add_option("--rings", line.rings, "its size, in side lengths of a cell")
-                  ->check(CLI::Range(0U, 1000U))
-                  ->capture_default_str()
-                  ->group(regions);
+  auto* rings =
+    extract.add_option("--rings", line.wanted.rings, "its size, in side lengths of a cell")
+      ->check(CLI::Range(0U, 1000U))
+      ->capture_default_str()
+      ->group(regions);
   auto* context =
-    extract.add_option("--in-context", line.inContext, "with level D around it, as one surface")
+    extract
+      .add_option("--in-context", line.wanted.inContext, "with level D around it, as one surface")
       ->type_name("D")
       ->group(regions);
   rings->needs(region);
@@ -560,7 +323,7 @@ void AddDistance(CLI::App& distance, CommandLine& line)
 {
   distance.add_option("STORE", line.store, "the store")->required();
   const char* const compared = "What is compared";
-  distance.add_option("--level", line.level, "level D of the store")
+  distance.add_option("--level", line.wanted.level, "level D of the store")
     ->type_name("D")
     ->required()
     ->group(compared);

@@ -21,6 +21,7 @@
 #include "filters/build/TreePhase.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
+#include "filters/outofcore/journal/BuildFingerprint.h"
 #include "filters/outofcore/levels/LevelDeviations.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
 

@@ -240,12 +240,12 @@ bool IsFiniteOrEmpty(const Box& box)
   return finite || box.Empty();
 }
 
-TreePage EmptyPage(NodeId page, const Box& around, const TreeDepths& depths)
+// Of a page: that of its own node, the others empty.
+std::vector<Box> EmptyBoxes(NodeId page, const Box& around, const TreeDepths& depths)
 {
-  TreePage told{ page, {}, {} };
-  told.boxes.resize(std::size_t{ 2 } << DepthsOfTreePage(page, depths));
-  told.boxes[1] = around;
-  return told;
+  std::vector<Box> boxes(std::size_t{ 2 } << DepthsOfTreePage(page, depths));
+  boxes[1] = around;
+  return boxes;
 }
 
 }
@@ -254,8 +254,12 @@ TreePage EmptyPage(NodeId page, const Box& around, const TreeDepths& depths)
 
 bool IsTreePage(NodeId node, const TreeDepths& depths)
 {
-  const unsigned depth = node == 0 ? 1 : DepthOfNode(node);
-  return depth == 0 || (node != 0 && depth >= treePageDepths && depth < depths.partition &&
+  if (node == 0)
+  {
+    return false;
+  }
+  const unsigned depth = DepthOfNode(node);
+  return depth == 0 || (depth >= treePageDepths && depth < depths.partition &&
                          (depths.partition - depth) % treePageDepths == 0);
 }
 
@@ -367,16 +371,23 @@ Box RoundedBoxOf(std::span<const Box> boxes, NodeId node)
   return node == 1 ? boxes[1] : RoundedIn(boxes[node], RoundedBoxOf(boxes, node / 2));
 }
 
-TreePage RoundTreePage(
-  std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const PieceTable& pieces)
+std::vector<Box> RoundTreePageBoxes(
+  std::span<const Box> boxes, NodeId page, const TreeDepths& depths)
 {
-  TreePage told = EmptyPage(page, RoundedBoxOf(boxes, page), depths);
-  for (NodeId i = 2; i < told.boxes.size(); ++i)
+  std::vector<Box> told = EmptyBoxes(page, RoundedBoxOf(boxes, page), depths);
+  for (NodeId i = 2; i < told.size(); ++i)
   {
     const unsigned below = DepthOfNode(i);
     const NodeId node = (page << below) + (i - (NodeId{ 1 } << below));
-    told.boxes[i] = RoundedIn(boxes[node], told.boxes[i / 2]);
+    told[i] = RoundedIn(boxes[node], told[i / 2]);
   }
+  return told;
+}
+
+TreePage RoundTreePage(
+  std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const PieceTable& pieces)
+{
+  TreePage told{ page, RoundTreePageBoxes(boxes, page, depths), {} };
   for (const PieceId piece : PiecesOfTreePage(page, depths, pieces.HasLevels()))
   {
     told.facts.push_back(RoundedUp(pieces.At(piece)));
@@ -424,7 +435,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
     return named(unsealed.GetError().code, unsealed.GetError().message);
   }
   SymbolReader symbols(unsealed->subspan(blobHeadSize), contextsOfTree);
-  TreePage told = EmptyPage(page, around, depths);
+  TreePage told{ page, EmptyBoxes(page, around, depths), {} };
   for (std::size_t i = 2; i < told.boxes.size(); ++i)
   {
     const Box& parent = told.boxes[i / 2];

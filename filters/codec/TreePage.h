@@ -98,7 +98,11 @@ struct TreePage
 // empty. O(depth).
 Box RoundedBoxOf(std::span<const Box> boxes, NodeId node);
 
-// The page as clients will have it: boxes rounded outward, facts rounded up. O(nodes).
+// The boxes of a page as clients will have them, rounded outward: TreePage::boxes. O(nodes).
+std::vector<Box> RoundTreePageBoxes(
+  std::span<const Box> boxes, NodeId page, const TreeDepths& depths);
+
+// The page as clients will have it: boxes as above, facts rounded up. O(nodes).
 TreePage RoundTreePage(
   std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const PieceTable& pieces);
 

@@ -76,7 +76,7 @@ public:
   std::vector<Error> Verify(const Execution& execution = {}) const;
 
 private:
-  struct Connection;
+  class Connection;
   Store();
   class Verification;
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;

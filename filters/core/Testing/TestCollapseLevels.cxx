@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/Folds.h"
 #include "Testing/Fixtures/Invariants.h"
-#include "Testing/Fixtures/Meshes.h"
 #include "filters/core/MeshDistance.h"
-#include "filters/core/TriangleDistance.h"
-#include "filters/core/Weld.h"
-#include "filters/core/levels/CollapseLevels.h"
+#include "filters/core/Testing/BuiltLevels.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/pieces/Piece.h"
-#include "filters/core/pieces/VertexTree.h"
 #include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
@@ -24,83 +21,10 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-struct Built
-{
-  KdTree tree;
-  TriangleBuckets buckets;
-  ClusterLevels levels;
-  // For each original vertex its cluster, by depth.
-  std::vector<std::vector<VertexId>> clusterAt;
-};
-
-Built Build(const Mesh& mesh, const LevelOptions& options = {},
-  const KdTreeOptions& treeOptions = { 200, {}, 8 }, const Execution& execution = {})
-{
-  Built built;
-  built.tree = *BuildKdTree(mesh.points, treeOptions, execution);
-  const auto partition = CellOfVertex(built.tree, built.tree.depths.partition);
-  built.buckets = BucketTriangles(mesh.triangles, std::size_t{ 1 } << built.tree.depths.partition,
-    [&](VertexId v) { return partition[v]; });
-  built.levels = *BuildCollapseLevels(mesh, built.tree, built.buckets, options, execution);
-  built.clusterAt.resize(built.levels.levels.size());
-  built.clusterAt.back() = built.levels.finest;
-  for (std::size_t d = built.levels.levels.size() - 1; d-- > options.coarsestDepth;)
-  {
-    for (const VertexId cluster : built.clusterAt[d + 1])
-    {
-      built.clusterAt[d].push_back(built.levels.levels[d + 1].parents[cluster]);
-    }
-  }
-  return built;
-}
-
-// Many triangles on one edge.
-Mesh Fan(unsigned blades)
-{
-  Mesh mesh{ { { 0, 0, 0 }, { 0, 0, 1 } }, {} };
-  for (VertexId i = 0; i < blades; ++i)
-  {
-    mesh.points.push_back({ std::cos(0.1 * i), std::sin(0.1 * i), 0.01 * i });
-    mesh.triangles.push_back({ 0, 1, i + 2 });
-  }
-  return mesh;
-}
-
-// Millimetres of detail far from the origin, as surveyors have it.
-Mesh Surveyed()
-{
-  Mesh mesh = GridPlate(40);
-  mesh.scalarType = ScalarType::Float64;
-  std::mt19937 random(4);
-  for (Vec3& p : mesh.points)
-  {
-    p = { 4e6 + 0.01 * p[0], 5e6 + 0.01 * p[1], 300 + double(random() % 1000) * 1e-6 };
-  }
-  return mesh;
-}
-
-Mesh HalfIsolated()
-{
-  Mesh mesh = DisplacedSphere(4);
-  const Mesh cloud = DisplacedSphere(4, { 0.3, 0, 0 }, 0.7);
-  mesh.points.insert(mesh.points.end(), cloud.points.begin(), cloud.points.end());
-  return Shuffled(mesh, 5);
-}
-
-std::vector<NamedMesh> Meshes()
-{
-  std::vector<NamedMesh> meshes = AllMeshes();
-  meshes.push_back({ "tetrahedra", Tetrahedra(5000) });
-  meshes.push_back({ "fan", Fan(300) });
-  meshes.push_back({ "surveyed", Surveyed() });
-  meshes.push_back({ "half isolated", HalfIsolated() });
-  return meshes;
-}
-
 template <class Check>
 void ForAll(const Check& check)
 {
-  for (const NamedMesh& named : Meshes())
+  for (const NamedMesh& named : MeshesToCollapse())
   {
     for (const KdTreeOptions& tree : { KdTreeOptions{ 200, {}, 8 }, { 30, {}, 1 } })
     {
@@ -110,7 +34,7 @@ void ForAll(const Check& check)
                      (sheets ? ", sheets" : ""));
         LevelOptions options;
         options.sheets = sheets;
-        check(named.mesh, Build(named.mesh, options, tree));
+        check(named.mesh, BuildAllLevels(named.mesh, options, tree));
       }
     }
   }
@@ -121,7 +45,7 @@ void ForAll(const Check& check)
 TEST(CollapseLevels, TrianglesAreTheImageOfTheOriginal)
 {
   ForAll(
-    [](const Mesh& mesh, const Built& built)
+    [](const Mesh& mesh, const BuiltLevels& built)
     {
       for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
       {
@@ -155,7 +79,7 @@ TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
     for (const KdTreeOptions& tree : { KdTreeOptions{ 200, {}, 8 }, { 1800, {}, 8 } })
     {
       SCOPED_TRACE(named.name + ", " + std::to_string(tree.verticesPerPartition));
-      const Built built = Build(named.mesh, {}, tree);
+      const BuiltLevels built = BuildAllLevels(named.mesh, {}, tree);
       const std::vector<FoldCount> counts = CountFolds(named.mesh, built.levels);
       const FoldCount& finest = counts.back();
       EXPECT_LE(double(finest.opposed), 0.001 * double(finest.triangles));
@@ -173,7 +97,7 @@ TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
 TEST(CollapseLevels, NestAndHoldNoMoreThanAPieceMay)
 {
   ForAll(
-    [](const Mesh& mesh, const Built& built)
+    [](const Mesh& mesh, const BuiltLevels& built)
     {
       const TreeDepths& depths = built.tree.depths;
       const auto partition = CellOfVertex(built.tree, depths.partition);
@@ -215,7 +139,7 @@ TEST(CollapseLevels, NestAndHoldNoMoreThanAPieceMay)
 TEST(CollapseLevels, LooseClustersAreOneACell)
 {
   ForAll(
-    [](const Mesh& mesh, const Built& built)
+    [](const Mesh& mesh, const BuiltLevels& built)
     {
       for (unsigned d = 0; d < built.tree.depths.finest && !mesh.triangles.empty(); ++d)
       {
@@ -238,7 +162,7 @@ TEST(CollapseLevels, LooseClustersAreOneACell)
 TEST(CollapseLevels, DeviationsGrowUpwardsAndPositionsStayInTheModel)
 {
   ForAll(
-    [](const Mesh&, const Built& built)
+    [](const Mesh&, const BuiltLevels& built)
     {
       const Box& box = built.tree.boxes[1];
       for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
@@ -267,7 +191,7 @@ TEST(CollapseLevels, HaveAboutTwoToTheDepth)
   for (const NamedMesh& named : ClosedMeshes())
   {
     SCOPED_TRACE(named.name);
-    const Built built = Build(named.mesh);
+    const BuiltLevels built = BuildAllLevels(named.mesh);
     for (unsigned d = 3; d < built.tree.depths.finest; ++d)
     {
       const auto count = double(built.levels.levels[d].positions.size());
@@ -279,13 +203,14 @@ TEST(CollapseLevels, HaveAboutTwoToTheDepth)
 
 TEST(CollapseLevels, AreTheSameOnAnyNumberOfThreads)
 {
-  for (const NamedMesh& named : Meshes())
+  for (const NamedMesh& named : MeshesToCollapse())
   {
     SCOPED_TRACE(named.name);
-    const Built serial = Build(named.mesh);
+    const BuiltLevels serial = BuildAllLevels(named.mesh);
     for (const unsigned threads : { 1U, 2U, 8U })
     {
-      const Built parallel = Build(named.mesh, {}, { 200, {}, 8 }, MakeTbbExecution(threads));
+      const BuiltLevels parallel =
+        BuildAllLevels(named.mesh, {}, { 200, {}, 8 }, MakeTbbExecution(threads));
       ASSERT_EQ(serial.levels.finest, parallel.levels.finest);
       for (std::size_t d = 0; d < serial.levels.levels.size(); ++d)
       {
@@ -302,7 +227,7 @@ TEST(CollapseLevels, AreNearerToTheSurfaceThanClusters)
 {
   for (const Mesh& mesh : { DisplacedSphere(5), Torus(128, 64) })
   {
-    const Built built = Build(mesh);
+    const BuiltLevels built = BuildAllLevels(mesh);
     const auto clusters =
       *BuildClusterLevels(mesh.points, mesh.triangles, built.tree, built.buckets, {});
     for (unsigned d = 7; d < built.tree.depths.finest; ++d)
@@ -326,7 +251,7 @@ TEST(CollapseLevels, ChangeWithTheDetailNotWithThePlace)
   {
     p = { p[0] - 4e6, p[1] - 5e6, p[2] - 300 };
   }
-  const Built there = Build(far), here = Build(near);
+  const BuiltLevels there = BuildAllLevels(far), here = BuildAllLevels(near);
   for (unsigned d = 6; d <= there.tree.depths.finest; ++d)
   {
     const ClusterLevel &a = there.levels.levels[d], &b = here.levels.levels[d];
@@ -348,7 +273,7 @@ TEST(CollapseLevels, ChangeWithTheDetailNotWithThePlace)
 TEST(CollapseLevels, BoundariesOfPlatesStayInPlace)
 {
   const Mesh plate = GridPlate(60);
-  const Built built = Build(plate);
+  const BuiltLevels built = BuildAllLevels(plate);
   for (unsigned d = 4; d <= built.tree.depths.finest; ++d)
   {
     const ClusterLevel& level = built.levels.levels[d];
@@ -378,8 +303,9 @@ TEST(CollapseLevels, BoundariesOfPlatesStayInPlace)
   }
 }
 
-// No merge turns a triangle over. But partitions do not see each other's moves, the finest level is
-// made by clusters, and turns add up: slivers may.
+namespace
+{
+
 // A closed surface whose vertices are split along seams, as texture coordinates and hard edges
 // split them: every vertex on some rings and some arcs is there twice, once for the triangles on
 // each side.
@@ -421,6 +347,8 @@ std::size_t OpenEdges(const std::vector<Triangle>& triangles)
     std::count_if(uses.begin(), uses.end(), [](const auto& edge) { return edge.second == 1; }));
 }
 
+}
+
 // Coincident vertices of one partition are one cluster in every level: nothing opens between them.
 TEST(CollapseLevels, SeamsStayClosed)
 {
@@ -428,7 +356,7 @@ TEST(CollapseLevels, SeamsStayClosed)
   {
     SCOPED_TRACE(named.name);
     const Mesh split = SplitAlongSeams(named.mesh, 7);
-    const Built built = Build(split, {}, { 1U << 20, {}, 8 }); // one partition
+    const BuiltLevels built = BuildAllLevels(split, {}, { 1U << 20, {}, 8 }); // one partition
     for (std::size_t d = 0; d < built.levels.levels.size(); ++d)
     {
       EXPECT_EQ(OpenEdges(built.levels.levels[d].triangles), 0U) << "level " << d;
@@ -444,10 +372,12 @@ TEST(CollapseLevels, SeamsStayClosed)
   }
 }
 
+// No merge turns a triangle over. But partitions do not see each other's moves, the finest level is
+// made by clusters, and turns add up: slivers may.
 TEST(CollapseLevels, NormalsDoNotFlip)
 {
   const Mesh sphere = DisplacedSphere(6);
-  const Built built = Build(sphere, {}, { 2000, {}, 8 });
+  const BuiltLevels built = BuildAllLevels(sphere, {}, { 2000, {}, 8 });
   for (unsigned d = 6; d <= built.tree.depths.finest; ++d)
   {
     const ClusterLevel& level = built.levels.levels[d];
@@ -465,119 +395,17 @@ TEST(CollapseLevels, NormalsDoNotFlip)
   }
 }
 
-namespace
-{
-
-// A flat plate painted as a checkerboard of 8 × 8 fields whose borders lie between vertices.
-Mesh Checkerboard()
-{
-  constexpr unsigned side = 95;
-  Mesh plate = GridPlate(side);
-  Attribute colors;
-  colors.name = "RGB";
-  colors.type = AttributeType::UInt8;
-  colors.components = 3;
-  for (const Vec3& p : plate.points)
-  {
-    const auto field = static_cast<unsigned>(p[0]) / 12 + static_cast<unsigned>(p[1]) / 12;
-    const auto value = static_cast<std::uint8_t>(field % 2 == 0 ? 20 : 230);
-    colors.values.insert(colors.values.end(), { value, value, value });
-  }
-  plate.attributes.push_back(std::move(colors));
-  return plate;
-}
-
-// How far the painted level's colours are from the board's, as RMS over the board's vertices: a
-// colour at a place is that of the corner of the triangle there which is nearest in the plane.
-double ColorError(const Mesh& board, const ClusterLevel& level, const std::vector<VertexId>& of)
-{
-  std::vector<double> sum(level.positions.size(), 0), count(level.positions.size(), 0);
-  for (std::size_t v = 0; v < of.size(); ++v)
-  {
-    sum[of[v]] += board.attributes[0].Get(v, 0);
-    count[of[v]] += 1;
-  }
-  double squares = 0;
-  for (std::size_t v = 0; v < of.size(); ++v)
-  {
-    const double d = board.attributes[0].Get(v, 0) - sum[of[v]] / count[of[v]];
-    squares += d * d;
-  }
-  return std::sqrt(squares / double(of.size()));
-}
-
-}
-
-TEST(CollapseLevels, ColoursKeepTheirEdges)
-{
-  const Mesh board = Checkerboard();
-  Mesh plain = board;
-  plain.attributes.clear();
-  const Built painted = Build(board), bare = Build(plain);
-  for (const unsigned d : { 6U, 7U, 8U })
-  {
-    EXPECT_LT(ColorError(board, painted.levels.levels[d], painted.clusterAt[d]),
-      0.5 * ColorError(board, bare.levels.levels[d], bare.clusterAt[d]))
-      << "level " << d;
-  }
-}
-
-TEST(CollapseLevels, OneColourChangesNothing)
-{
-  const Mesh plain = DisplacedSphere(4);
-  Mesh painted = plain;
-  Attribute colors;
-  colors.name = "RGBA";
-  colors.type = AttributeType::UInt8;
-  colors.components = 4;
-  colors.values.assign(4 * plain.points.size(), 100);
-  painted.attributes.push_back(colors);
-  const Built a = Build(plain), b = Build(painted);
-  for (std::size_t d = 0; d < a.levels.levels.size(); ++d)
-  {
-    EXPECT_EQ(a.levels.levels[d].positions, b.levels.levels[d].positions);
-    EXPECT_EQ(a.levels.levels[d].triangles, b.levels.levels[d].triangles);
-  }
-}
-
-TEST(CollapseLevels, AttributesThatAreNoNumbersDoNoHarm)
-{
-  Mesh mesh = DisplacedSphere(4);
-  Attribute normals;
-  normals.name = "Normals";
-  normals.type = AttributeType::Float64;
-  normals.components = 3;
-  normals.values.resize(mesh.points.size() * normals.TupleSize());
-  for (std::size_t v = 0; v < mesh.points.size(); ++v)
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      normals.Set(v, k, v % 7 == 0 ? NAN : v % 11 == 0 ? 1e300 : mesh.points[v][k]);
-    }
-  }
-  mesh.attributes.push_back(normals);
-  const Built built = Build(mesh);
-  for (const ClusterLevel& level : built.levels.levels)
-  {
-    for (const Vec3& p : level.positions)
-    {
-      ASSERT_TRUE(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
-    }
-  }
-  EXPECT_LE(built.levels.levels[6].positions.size(), 100U);
-}
-
 TEST(CollapseLevels, StopWhereTheyAreTold)
 {
   const Mesh sphere = DisplacedSphere(4);
   LevelOptions options;
   options.coarsestDepth = 5;
-  const ClusterLevels levels = Build(sphere, options).levels;
+  const ClusterLevels levels = BuildAllLevels(sphere, options).levels;
   EXPECT_TRUE(levels.levels[4].positions.empty());
   EXPECT_FALSE(levels.levels[5].positions.empty());
   EXPECT_TRUE(levels.levels[5].parents.empty());
 
-  const Built built = Build(sphere);
+  const BuiltLevels built = BuildAllLevels(sphere);
   options = {};
   options.mostClusters = 100;
   EXPECT_EQ(BuildCollapseLevels(sphere, built.tree, built.buckets, options).GetError().code,
@@ -595,53 +423,4 @@ TEST(CollapseLevels, StopWhereTheyAreTold)
     EXPECT_EQ(BuildCollapseLevels(sphere, built.tree, built.buckets, {}, stop).GetError().code,
       ErrorCode::Cancelled);
   }
-}
-
-TEST(CollapseTo, MeetsAnyTarget)
-{
-  for (const NamedMesh& named : Meshes())
-  {
-    SCOPED_TRACE(named.name);
-    const Built built = Build(named.mesh);
-    const ClusterLevel& finest = built.levels.levels.back();
-    for (const CollapseTarget& target : { CollapseTarget{ 1, 0 }, { 7, 0 }, { 100, 0 }, { 501, 0 },
-           { 0, 1 }, { 0, 5 }, { 0, 300 }, { 300, 40 }, { 1000000, 0 } })
-    {
-      SCOPED_TRACE(std::to_string(target.triangles) + " " + std::to_string(target.points));
-      const auto made = CollapseTo(named.mesh, built.tree, built.buckets, {}, target);
-      ASSERT_TRUE(made) << made.GetError().message;
-      const ClusterLevel& level = made->level;
-      if (target.triangles > 0)
-      {
-        EXPECT_LE(level.triangles.size(), target.triangles);
-      }
-      if (target.points > 0)
-      {
-        EXPECT_LE(level.positions.size(), target.points);
-      }
-      ASSERT_EQ(made->clusterOf.size(), named.mesh.points.size());
-      EXPECT_EQ(ImageOfTriangles(named.mesh.triangles, made->clusterOf), level.triangles);
-      EXPECT_LE(level.positions.size(), finest.positions.size());
-    }
-  }
-}
-
-TEST(CollapseTo, MeetsItExactlyOnAManifold)
-{
-  const Mesh sphere = DisplacedSphere(5);
-  const Built built = Build(sphere);
-  for (const std::size_t triangles : { 1600U, 1000U, 702U, 100U, 20U })
-  {
-    EXPECT_EQ(
-      CollapseTo(sphere, built.tree, built.buckets, {}, { triangles, 0 })->level.triangles.size(),
-      triangles);
-  }
-  for (const std::size_t points : { 900U, 333U, 50U })
-  {
-    EXPECT_EQ(
-      CollapseTo(sphere, built.tree, built.buckets, {}, { 0, points })->level.positions.size(),
-      points);
-  }
-  EXPECT_EQ(CollapseTo(sphere, built.tree, built.buckets, {}, {}).GetError().message,
-    "a target of 0 triangles and 0 points: one of them must be at least 1");
 }

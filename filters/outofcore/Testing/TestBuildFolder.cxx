@@ -3,6 +3,7 @@
 #include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/RecordFile.h"
+#include "filters/outofcore/journal/BuildFingerprint.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include <csignal>

@@ -5,6 +5,7 @@
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/outofcore/journal/BuildFingerprint.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -30,14 +31,6 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr const char* journalName = "journal";
-
-// One path for a file, however it is written.
-fs::path Canonical(const fs::path& path)
-{
-  std::error_code failed;
-  fs::path canonical = fs::weakly_canonical(fs::absolute(path, failed), failed);
-  return failed ? fs::absolute(path, failed) : canonical;
-}
 
 // A locked file. It is removed while it is still locked: who locks it next has made another one.
 class FileLock
@@ -153,91 +146,6 @@ Status SyncFolder(const fs::path& path)
   return {};
 }
 
-}
-
-namespace
-{
-
-// The parts of a fingerprint, each after its length; fewer where it is none.
-std::vector<std::string_view> PartsOf(std::string_view fingerprint)
-{
-  std::vector<std::string_view> parts;
-  while (!fingerprint.empty())
-  {
-    std::size_t length = 0, digits = 0;
-    for (; digits < fingerprint.size() && fingerprint[digits] >= '0' &&
-           fingerprint[digits] <= '9' && length < fingerprint.size();
-         ++digits)
-    {
-      length = 10 * length + static_cast<std::size_t>(fingerprint[digits] - '0');
-    }
-    if (digits + 2 + length > fingerprint.size())
-    {
-      break;
-    }
-    parts.push_back(fingerprint.substr(digits + 1, length));
-    fingerprint.remove_prefix(digits + 2 + length);
-  }
-  return parts;
-}
-
-// The parts of a fingerprint before the options: the program; path, size and time of the input.
-constexpr std::size_t partsOfProgram = 1, partsBeforeOptions = 4;
-
-// "20", "none", "\"Statue of somebody\"".
-std::string ValueText(std::string_view value)
-{
-  const bool plain = std::all_of(value.begin(), value.end(),
-    [](char c) { return c > ' ' && c <= '~' && c != '"' && c != ',' && c != ';'; });
-  return value.empty() ? "none" : plain ? std::string(value) : "\"" + std::string(value) + "\"";
-}
-
-// "--precision 20 (now 12), --title none (now \"Statue\")".
-std::string DescribeDifference(
-  std::span<const std::string_view> before, std::span<const std::string_view> after)
-{
-  std::string text;
-  for (std::size_t i = 0; i + 1 < before.size() && i + 1 < after.size(); i += 2)
-  {
-    if (before[i] != after[i] || before[i + 1] != after[i + 1])
-    {
-      text += (text.empty() ? "" : ", ") + std::string(before[i]) + " " + ValueText(before[i + 1]) +
-              " (now " + ValueText(after[i + 1]) + ")";
-    }
-  }
-  return text;
-}
-
-// Whether what an earlier build has left is of use to this one.
-Status CheckSameBuild(std::string_view earlier, std::string_view now)
-{
-  if (earlier == now)
-  {
-    return {};
-  }
-  const auto refused = [](ErrorCode code, const std::string& why)
-  {
-    return Error{ code,
-      "--resume: the interrupted build " + why +
-        "; its files are left as they are: build without --resume to start over" };
-  };
-  const std::vector<std::string_view> before = PartsOf(earlier), after = PartsOf(now);
-  if (before.size() < partsBeforeOptions || before.size() != after.size() || before[0] != after[0])
-  {
-    return refused(ErrorCode::Unsupported, "was by another version of this program");
-  }
-  if (!std::equal(before.begin() + partsOfProgram, before.begin() + partsBeforeOptions,
-        after.begin() + partsOfProgram))
-  {
-    return refused(
-      ErrorCode::InvalidInput, "had another input, or this one has been changed since");
-  }
-  return refused(
-    ErrorCode::InvalidArgument, "had other options, which are needed to go on with it: " +
-                                  DescribeDifference(std::span(before).subspan(partsBeforeOptions),
-                                    std::span(after).subspan(partsBeforeOptions)));
-}
-
 // Whether a process builds in the folder now.
 bool IsLocked(const fs::path& path)
 {
@@ -259,31 +167,9 @@ fs::path LockOf(fs::path path)
 
 }
 
-Result<std::string> FingerprintOf(const BuildIdentity& identity)
-{
-  struct stat input = {};
-  if (stat(identity.input.c_str(), &input) != 0)
-  {
-    return SystemError("cannot be examined", errno, identity.input);
-  }
-  std::string fingerprint;
-  const auto add = [&](const std::string& part)
-  { fingerprint += std::to_string(part.size()) + ":" + part + "\n"; };
-  add(identity.program);
-  add(Canonical(identity.input).string());
-  add(std::to_string(input.st_size));
-  add(std::to_string(input.st_mtim.tv_sec) + "." + std::to_string(input.st_mtim.tv_nsec));
-  for (const auto& [name, value] : identity.options)
-  {
-    add(name);
-    add(value);
-  }
-  return fingerprint;
-}
-
 fs::path BuildFolder::PathFor(const fs::path& store, const fs::path& temporaryFolder)
 {
-  const fs::path canonical = Canonical(store);
+  const fs::path canonical = CanonicalPath(store);
   const std::string whole = canonical.string();
   constexpr const char* digits = "0123456789abcdef";
   std::string hash;

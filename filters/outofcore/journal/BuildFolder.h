@@ -21,17 +21,6 @@
 namespace kdstream
 {
 
-// What a build is made from. Builds of equal fingerprints make the same files.
-struct BuildIdentity
-{
-  std::string program;         // with its version
-  std::filesystem::path input; // its absolute path, size and time of change count
-  // All that the store or the files of any phase depend on: names as the user knows them, values.
-  std::vector<std::pair<std::string, std::string>> options;
-};
-// Errors: InputOutput where the input cannot be examined.
-Result<std::string> FingerprintOf(const BuildIdentity& identity);
-
 // A file of a phase, under the name by which it is asked for. It may be closed, where the phase has
 // nothing to leave, and it may be one that an earlier phase left.
 struct PhaseFile

@@ -9,10 +9,10 @@
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreTest.h"
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -27,27 +27,14 @@ namespace fs = std::filesystem;
 namespace
 {
 
-class StoreAttributes : public ::testing::Test
+class StoreAttributes : public StoreTest
 {
 protected:
-  StoreAttributes()
-    : Folder(
-        fs::temp_directory_path() / ("kdstream-store-attributes-" + std::to_string(::getpid())))
-  {
-    fs::create_directories(this->Folder);
-  }
-  ~StoreAttributes() override { fs::remove_all(this->Folder); }
-
-  fs::path File(const std::string& name = "model.kds") const { return this->Folder / name; }
-
   std::shared_ptr<Store> Build(const Mesh& mesh, const BuildOptions& options)
   {
-    const Result<BuildReport> report = BuildStore(mesh, "mesh.ply", this->File(), options);
-    EXPECT_TRUE(report) << report.GetError().message;
+    this->StoreTest::Build(mesh, options);
     return *Store::Open(this->File());
   }
-
-  fs::path Folder;
 };
 
 BuildOptions Options(std::uint8_t bits, bool weld)

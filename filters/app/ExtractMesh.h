@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which mesh is taken out of a store: by kdstream-store extract and distance.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+// One of the first four; the whole original where none is given.
+struct WantedMesh
+{
+  std::optional<unsigned> level;
+  std::optional<std::uint32_t> partition;
+  std::optional<NodeId> region;      // the partitions around a node of the tree
+  std::string resolutions;           // a file: doc/cli.md#kdstream-store
+  unsigned rings = 1;                // of a region
+  std::optional<unsigned> inContext; // of a region: the level around it
+};
+
+// Errors: InvalidArgument, naming the option, where the store has no such thing; NotFound where the
+// file of resolutions cannot be read; those of reading the store.
+Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted);
+
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/app/PrintStoreInfo.h"
+
+#include <cstdio>
+#include <iostream>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// A line a level, and what its last two columns mean.
+void PrintLevels(const ModelDescription& info)
+{
+  std::printf("\n%5s %10s %10s %7s %11s %12s %12s\n", "level", "vertices", "triangles", "pieces",
+    "bytes", "deviation", "of 99 %");
+  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
+  {
+    const ResolutionDescription& level = info.levels[depth];
+    std::printf("%5u %10llu %10llu %7llu %11llu %12.6g %12.6g\n", depth,
+      static_cast<unsigned long long>(level.vertices),
+      static_cast<unsigned long long>(level.triangles),
+      static_cast<unsigned long long>(level.pieces), static_cast<unsigned long long>(level.bytes),
+      level.deviation, level.deviation99);
+  }
+  const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
+  std::cout << "\ndeviation  how far vertices of the level lie from the original surface, " << unit
+            << ":\n           the largest, and what 99 of 100 vertices do not exceed.\n"
+               "           It is estimated; kdstream-store distance measures the level.\n";
+}
+
+}
+
+void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
+{
+  const auto line = [](const char* name, const auto& value) { std::cout << name << value << "\n"; };
+  line("input                ", info.input);
+  for (const auto& [name, value] :
+    { std::pair{ "title                ", info.title }, { "credit               ", info.credit },
+      { "license              ", info.license }, { "unit                 ", info.unit } })
+  {
+    if (!value.empty())
+    {
+      line(name, value);
+    }
+  }
+  line("vertices             ", info.vertices);
+  line("triangles            ", info.triangles);
+  line("welded vertices      ", info.welded);
+  line("inconsistent edges   ", info.inconsistentEdges);
+  line("precision            ",
+    info.grid.Lossless() ? "lossless" : std::to_string(info.grid.bits) + " bits");
+  line("partitions           ", info.partitions);
+  line("partitioner          ", info.partitioner);
+  line("partition vertices   ",
+    std::to_string(info.smallestPartition) + " to " + std::to_string(info.largestPartition));
+  for (const AttributeInfo& attribute : info.attributes)
+  {
+    const bool point = attribute.association == AttributeAssociation::Point;
+    line("attribute            ", attribute.name + ": " + std::to_string(attribute.components) +
+                                    " " + std::string(NameOf(attribute.type)) +
+                                    (point ? " a vertex" : " a triangle"));
+  }
+  line("partition bytes      ", info.original.bytes);
+  line("store bytes          ", bytes);
+  line("digest               ", info.digest);
+  if (!info.HasLevels())
+  {
+    return;
+  }
+  PrintLevels(info);
+}
+
+}

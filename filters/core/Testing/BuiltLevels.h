@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Levels by edge collapse of the meshes that tests try them on.
+#pragma once
+
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/TriangleBuckets.h"
+#include "filters/core/levels/CollapseLevels.h"
+#include "filters/core/tree/KdTree.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace kdstream::fixtures
+{
+
+struct BuiltLevels
+{
+  KdTree tree;
+  TriangleBuckets buckets;
+  ClusterLevels levels;
+  // For each original vertex its cluster, by depth.
+  std::vector<std::vector<VertexId>> clusterAt;
+};
+
+inline BuiltLevels BuildAllLevels(const Mesh& mesh, const LevelOptions& options = {},
+  const KdTreeOptions& treeOptions = { 200, {}, 8 }, const Execution& execution = {})
+{
+  BuiltLevels built;
+  built.tree = *BuildKdTree(mesh.points, treeOptions, execution);
+  const auto partition = CellOfVertex(built.tree, built.tree.depths.partition);
+  built.buckets = BucketTriangles(mesh.triangles, std::size_t{ 1 } << built.tree.depths.partition,
+    [&](VertexId v) { return partition[v]; });
+  built.levels = *BuildCollapseLevels(mesh, built.tree, built.buckets, options, execution);
+  built.clusterAt.resize(built.levels.levels.size());
+  built.clusterAt.back() = built.levels.finest;
+  for (std::size_t d = built.levels.levels.size() - 1; d-- > options.coarsestDepth;)
+  {
+    for (const VertexId cluster : built.clusterAt[d + 1])
+    {
+      built.clusterAt[d].push_back(built.levels.levels[d + 1].parents[cluster]);
+    }
+  }
+  return built;
+}
+
+// Many triangles on one edge.
+inline Mesh Fan(unsigned blades)
+{
+  Mesh mesh{ { { 0, 0, 0 }, { 0, 0, 1 } }, {} };
+  for (VertexId i = 0; i < blades; ++i)
+  {
+    mesh.points.push_back({ std::cos(0.1 * i), std::sin(0.1 * i), 0.01 * i });
+    mesh.triangles.push_back({ 0, 1, i + 2 });
+  }
+  return mesh;
+}
+
+// Millimetres of detail far from the origin, as surveyors have it.
+inline Mesh Surveyed()
+{
+  Mesh mesh = GridPlate(40);
+  mesh.scalarType = ScalarType::Float64;
+  std::mt19937 random(4);
+  for (Vec3& p : mesh.points)
+  {
+    p = { 4e6 + 0.01 * p[0], 5e6 + 0.01 * p[1], 300 + double(random() % 1000) * 1e-6 };
+  }
+  return mesh;
+}
+
+inline Mesh HalfIsolated()
+{
+  Mesh mesh = DisplacedSphere(4);
+  const Mesh cloud = DisplacedSphere(4, { 0.3, 0, 0 }, 0.7);
+  mesh.points.insert(mesh.points.end(), cloud.points.begin(), cloud.points.end());
+  return Shuffled(mesh, 5);
+}
+
+inline std::vector<NamedMesh> MeshesToCollapse()
+{
+  std::vector<NamedMesh> meshes = AllMeshes();
+  meshes.push_back({ "tetrahedra", Tetrahedra(5000) });
+  meshes.push_back({ "fan", Fan(300) });
+  meshes.push_back({ "surveyed", Surveyed() });
+  meshes.push_back({ "half isolated", HalfIsolated() });
+  return meshes;
+}
+
+}

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/store/StoreConnection.h"
+
+#include "filters/model/ModelJson.h"
+#include "filters/store/StoreSchema.h"
+
+#include <array>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// In the order of StoreQuery.
+constexpr std::array queryTexts{
+  "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ?",
+  "SELECT data, checksum FROM tree WHERE page = ?",
+  "SELECT data, checksum FROM boxes WHERE node = ?",
+  "SELECT length(data) FROM pieces WHERE id = ?",
+  "SELECT length(data) FROM tree WHERE page = ?",
+  "SELECT length(data) FROM boxes WHERE node = ?",
+};
+// What a row says of itself is under its checksum, but for these two, which its id says as well.
+constexpr const char* selectMislabelled =
+  "SELECT id, quote(resolution), quote(node) FROM pieces "
+  "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";
+constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
+
+// Whether the same may succeed later.
+bool IsTransient(const Error& error)
+{
+  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
+}
+
+// What has failed on the way to a blob: what may pass stays what it is, all else is damage.
+Error OfBlob(const std::string& blob, const Error& error)
+{
+  return { IsTransient(error) ? error.code : ErrorCode::Damaged, blob + ": " + error.message };
+}
+
+}
+
+Error DamagedBlob(const std::string& blob, const std::string& what)
+{
+  return { ErrorCode::Damaged, blob + ": " + what };
+}
+
+Result<ModelDescription> ReadStoredModel(sqlite3* database)
+{
+  const Result<std::int64_t> application = QueryInteger(database, "PRAGMA application_id");
+  if (!application && application.GetError().code != ErrorCode::Damaged)
+  {
+    return application.GetError();
+  }
+  if (!application)
+  {
+    return DamagedBlob("header", application.GetError().message);
+  }
+  if (*application != storeApplicationId)
+  {
+    return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
+  }
+  const Result<std::int64_t> version = QueryInteger(database, "PRAGMA user_version");
+  if (!version)
+  {
+    return DamagedBlob("header", version.GetError().message);
+  }
+  if (*version != storeVersion)
+  {
+    return Error{ ErrorCode::Unsupported,
+      "store version " + std::to_string(*version) + "; this program reads version " +
+        std::to_string(storeVersion) + ": build the store again" };
+  }
+  Result<Statement> statement = Statement::Prepare(database, selectModel);
+  if (!statement)
+  {
+    return DamagedBlob("metadata", statement.GetError().message);
+  }
+  const Result<bool> row = statement->Step();
+  if (!row)
+  {
+    return DamagedBlob("metadata", row.GetError().message);
+  }
+  const std::string json = *row ? statement->Text(0) : std::string();
+  if (!*row || MetadataChecksum("model", json) != statement->Integer(1))
+  {
+    return DamagedBlob(
+      "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
+  }
+  return ParseStoredModel(json);
+}
+
+// One connection with its statements: used by one thread at a time.
+struct Store::Connection::Reader
+{
+  kdstream::Database database;
+  std::array<Statement, queryTexts.size()> statements;
+};
+
+Store::Connection::Connection(
+  std::unique_ptr<const StoreFile> file, const FileState& state, std::string digest)
+  : File(std::move(file))
+  , Digest(std::move(digest))
+  , LastState(state)
+{
+}
+
+Store::Connection::~Connection() = default;
+
+Status Store::Connection::CheckUnchanged()
+{
+  const std::lock_guard lock(this->Mutex);
+  for (int tries = 0; tries < 3 && !this->Changed; ++tries)
+  {
+    const Result<FileState> now = this->File->State();
+    KDSTREAM_TRY(now);
+    if (*now == this->LastState)
+    {
+      return {};
+    }
+    if (!now->SameContent(this->LastState))
+    {
+      break;
+    }
+    const Result<std::string> digestNow = this->ReadDigest();
+    const Result<FileState> after = this->File->State();
+    KDSTREAM_TRY(after);
+    if (*after == *now) // else once more
+    {
+      KDSTREAM_TRY(digestNow);
+      if (*digestNow != this->Digest)
+      {
+        break;
+      }
+      this->LastState = *now; // it has got another name or permission, no other content
+      return {};
+    }
+  }
+  this->Changed = true;
+  return Error{ ErrorCode::Changed, "the file was changed while it was open" };
+}
+
+FileState Store::Connection::State()
+{
+  const std::lock_guard lock(this->Mutex);
+  return this->LastState;
+}
+
+// By a connection that has kept no pages.
+Result<std::string> Store::Connection::ReadDigest() const
+{
+  const Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
+  KDSTREAM_TRY(database);
+  const Result<ModelDescription> info = ReadStoredModel(database->get());
+  if (!info && IsTransient(info.GetError()))
+  {
+    return info.GetError();
+  }
+  return info ? info->digest : std::string(); // another content, damaged or not
+}
+
+Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
+{
+  {
+    const std::lock_guard lock(this->Mutex);
+    if (!this->Idle.empty())
+    {
+      std::unique_ptr<Reader> reader = std::move(this->Idle.back());
+      this->Idle.pop_back();
+      return reader;
+    }
+  }
+  Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
+  KDSTREAM_TRY(database);
+  auto reader = std::make_unique<Reader>();
+  for (std::size_t query = 0; query < queryTexts.size(); ++query)
+  {
+    Result<Statement> statement = Statement::Prepare(database->get(), queryTexts[query]);
+    KDSTREAM_TRY(statement);
+    reader->statements[query] = std::move(*statement);
+  }
+  reader->database = std::move(*database);
+  return reader;
+}
+
+void Store::Connection::Return(std::unique_ptr<Reader> reader)
+{
+  const std::lock_guard lock(this->Mutex);
+  this->Idle.push_back(std::move(reader));
+}
+
+// What was read, unless the file is another one by now.
+template <class Value>
+Result<Value> Store::Connection::Checked(const std::string& name, Result<Value> read)
+{
+  const Status unchanged = this->CheckUnchanged();
+  if (!unchanged)
+  {
+    return Error{ unchanged.GetError().code, name + ": " + unchanged.GetError().message };
+  }
+  return read;
+}
+
+// What `take` makes of the row `key`.
+template <class Value, class TakeRow>
+Result<Value> Store::Connection::ReadRow(
+  StoreQuery select, std::int64_t key, const std::string& name, const TakeRow& take)
+{
+  Result<std::unique_ptr<Reader>> reader = this->Take();
+  if (!reader)
+  {
+    return OfBlob(name, reader.GetError());
+  }
+  Statement& statement = (*reader)->statements[static_cast<std::size_t>(select)];
+  statement.Bind(1, key);
+  const Result<bool> row = statement.Step();
+  Result<Value> result = row ? DamagedBlob(name, "row is missing") : OfBlob(name, row.GetError());
+  if (row && *row)
+  {
+    result = take(statement);
+  }
+  statement.Reset();
+  this->Return(std::move(*reader));
+  return result;
+}
+
+// The blob in column `column` of row `key`, if isWhole(row, data) says that its checksum holds.
+template <class IsWhole>
+Result<std::vector<std::uint8_t>> Store::Connection::ReadBlob(
+  StoreQuery select, std::int64_t key, int column, const std::string& name, const IsWhole& isWhole)
+{
+  return this->Checked(name, this->ReadRow<std::vector<std::uint8_t>>(select, key, name,
+                               [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
+                               {
+                                 const auto data = row.Blob(column);
+                                 if (!isWhole(row, data))
+                                 {
+                                   return DamagedBlob(name, "wrong checksum");
+                                 }
+                                 return std::vector<std::uint8_t>(data.begin(), data.end());
+                               }));
+}
+
+Result<std::vector<std::uint8_t>> Store::Connection::ReadPiece(PieceId id, const std::string& name)
+{
+  return this->ReadBlob(StoreQuery::Piece, PieceRow(id), 2, name,
+    [id](const Statement& row, std::span<const std::uint8_t> data)
+    {
+      const auto vertices = static_cast<std::uint64_t>(row.Integer(0));
+      const auto triangles = static_cast<std::uint64_t>(row.Integer(1));
+      return PieceChecksum(id, vertices, triangles, data) == row.Integer(3);
+    });
+}
+
+Result<std::vector<std::uint8_t>> Store::Connection::ReadOfNode(
+  StoreQuery select, NodeId node, const std::string& name)
+{
+  return this->ReadBlob(select, node, 0, name,
+    [node](const Statement& row, std::span<const std::uint8_t> data)
+    { return NodeChecksum(node, data) == row.Integer(1); });
+}
+
+Result<std::uint64_t> Store::Connection::ReadNumber(
+  StoreQuery select, std::int64_t key, const std::string& name)
+{
+  return this->Checked(
+    name, this->ReadRow<std::uint64_t>(select, key, name,
+            [](const Statement& row) { return static_cast<std::uint64_t>(row.Integer(0)); }));
+}
+
+Status Store::Connection::VisitMislabelled(
+  const std::function<void(std::int64_t id, const Error& error)>& note)
+{
+  const Result<std::unique_ptr<Reader>> reader = this->Take();
+  KDSTREAM_TRY(reader);
+  Result<Statement> rows = Statement::Prepare((*reader)->database.get(), selectMislabelled);
+  KDSTREAM_TRY(rows);
+  Result<bool> row = rows->Step();
+  for (; row && *row; row = rows->Step())
+  {
+    note(rows->Integer(0),
+      DamagedBlob("its row", "resolution is " + rows->Text(1) + ", node " + rows->Text(2)));
+  }
+  return row ? Status{} : row.GetError();
+}
+
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The connections to one store's file, and the rows that they read. For Store alone.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "filters/store/Sqlite.h"
+#include "filters/store/Store.h"
+#include "filters/store/StoreFile.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// The statements of a connection, each with one row to find.
+enum class StoreQuery : std::size_t
+{
+  Piece,
+  TreePage,
+  Boxes,
+  PieceSize,
+  TreePageSize,
+  BoxesSize
+};
+
+// A blob of a store, or its metadata, that is not what was written.
+Error DamagedBlob(const std::string& blob, const std::string& what);
+
+// What a store says of its model, checked but for what it says of the file. Errors: InvalidInput
+// where the file is none; Unsupported for another version; Damaged; InputOutput and LimitExceeded.
+Result<ModelDescription> ReadStoredModel(sqlite3* database);
+
+// As many connections as threads have read at the same time. Any number of threads may read at
+// once; every read fails once the file is another one than that which was opened. Errors of all:
+// Changed; Damaged, naming the blob; InputOutput and LimitExceeded where the same may succeed
+// later.
+class Store::Connection
+{
+public:
+  // state: of the file when the model with this digest was read.
+  Connection(std::unique_ptr<const StoreFile> file, const FileState& state, std::string digest);
+  ~Connection();
+
+  // Whether what has just been read is of the model that was opened: whoever writes to the file
+  // changes its state first. Errors: Changed; InputOutput and LimitExceeded where it cannot be
+  // told.
+  Status CheckUnchanged();
+  FileState State();
+
+  // The blob of a piece, whose checksum holds. name: what errors call it, here and below.
+  Result<std::vector<std::uint8_t>> ReadPiece(PieceId id, const std::string& name);
+  // The same of a row of tree or boxes.
+  Result<std::vector<std::uint8_t>> ReadOfNode(
+    StoreQuery select, NodeId node, const std::string& name);
+  // The number in the only column of row `key`.
+  Result<std::uint64_t> ReadNumber(StoreQuery select, std::int64_t key, const std::string& name);
+  // note(id, error) for each row of a piece whose other columns do not agree with its id.
+  Status VisitMislabelled(const std::function<void(std::int64_t id, const Error& error)>& note);
+
+private:
+  struct Reader;
+
+  Result<std::string> ReadDigest() const;
+  Result<std::unique_ptr<Reader>> Take();
+  void Return(std::unique_ptr<Reader> reader);
+  template <class Value>
+  Result<Value> Checked(const std::string& name, Result<Value> read);
+  template <class Value, class TakeRow>
+  Result<Value> ReadRow(
+    StoreQuery select, std::int64_t key, const std::string& name, const TakeRow& take);
+  template <class IsWhole>
+  Result<std::vector<std::uint8_t>> ReadBlob(StoreQuery select, std::int64_t key, int column,
+    const std::string& name, const IsWhole& isWhole);
+
+  const std::unique_ptr<const StoreFile> File;
+  const std::string Digest;
+  std::mutex Mutex; // for what follows
+  FileState LastState;
+  bool Changed = false;
+  std::vector<std::unique_ptr<Reader>> Idle;
+};
+
+}

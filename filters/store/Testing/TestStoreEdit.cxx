@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// EditStore: other texts, the same content; or nothing has changed.
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/store/StoreEdit.h"
+#include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreTest.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+class StoreEditTest : public StoreTest
+{
+};
+
+}
+
+TEST_F(StoreEditTest, TextsAreChangedAndTheContentStays)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  options.title = "Statu";
+  options.credit = "somebody";
+  const ModelDescription before = this->Build(Torus(96, 48), options).info;
+  const auto open = *Store::Open(this->File()); // as a server has it
+  const PieceId id{ Resolution::Original(), 32 };
+  const auto piece = open->ReadPieceBlob(id);
+  const auto edited = EditStore(this->File(), { "Statue", "", {}, std::string(9000, 'u') });
+  ASSERT_TRUE(edited) << edited.GetError().message;
+  EXPECT_EQ(*open->ReadPieceBlob(id), *piece) << "a file that is open has changed";
+  const auto store = *Store::Open(this->File());
+  EXPECT_TRUE(store->Verify().empty());
+  ModelDescription expected = before;
+  expected.title = "Statue";
+  expected.credit = "";
+  expected.unit = std::string(9000, 'u');
+  EXPECT_EQ(MetadataOf(store->Info()), MetadataOf(expected));
+  EXPECT_EQ(MetadataOf(*edited), MetadataOf(expected));
+  EXPECT_EQ(store->Info().digest, before.digest);
+  // And back: nothing is left of it.
+  ASSERT_TRUE(EditStore(this->File(), { "Statu", "somebody", {}, "" }));
+  EXPECT_EQ(MetadataOf((*Store::Open(this->File()))->Info()), MetadataOf(before));
+  EXPECT_EQ(this->FilesInFolder(), 1U);
+}
+
+TEST_F(StoreEditTest, AnEditThatFailsChangesNothing)
+{
+  this->Build(Torus(96, 48), {});
+  const auto bytes = [&]
+  {
+    std::ifstream stream(this->File(), std::ios::binary);
+    return std::string{ std::istreambuf_iterator<char>(stream), {} };
+  };
+  const std::string whole = bytes();
+  Execution cancelled;
+  cancelled.progress = [](std::string_view, double) { return false; };
+  EXPECT_EQ(
+    EditStore(this->File(), { "t", {}, {}, {} }, cancelled).GetError().code, ErrorCode::Cancelled);
+  EXPECT_TRUE(bytes() == whole);
+  EXPECT_EQ(EditStore(this->File("no.kds"), {}).GetError().code, ErrorCode::NotFound);
+  // Another build puts its store in place while this one is copied.
+  std::string other;
+  Execution replacing;
+  replacing.progress = [&](std::string_view, double)
+  {
+    BuildOptions options;
+    options.title = "other";
+    EXPECT_TRUE(BuildStore(Torus(20, 20), "x", this->File(), options));
+    other = bytes();
+    return true;
+  };
+  const auto edited = EditStore(this->File(), { "t", {}, {}, {} }, replacing);
+  ASSERT_FALSE(edited);
+  EXPECT_NE(edited.GetError().message.find("was replaced"), std::string::npos);
+  EXPECT_TRUE(bytes() == other);
+  std::ofstream(this->File("text.kds")) << "no store";
+  EXPECT_FALSE(EditStore(this->File("text.kds"), { "t", {}, {}, {} }));
+  EXPECT_EQ(this->FilesInFolder(), 2U) << "a temporary file is left";
+}
