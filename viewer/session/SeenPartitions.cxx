@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which partitions may be seen: see SeenPartitions.h.
+// What of a model may be seen: see SeenPartitions.h.
 #include "viewer/session/SeenPartitions.h"
 
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -12,54 +13,64 @@ namespace kdstream
 {
 namespace
 {
-// 24 MB at most are kept; a view of many more begins anew.
+// 30 MB at most are kept; a view of many more begins anew.
 constexpr std::size_t mostFaces = 500'000;
-// The sine of the margin.
-constexpr double margin = 0.17;
+constexpr double margin = 0.17; // the sine of 10 degrees
 }
+
+// What a camera sees of faces.
+class SeenPartitions::Sight
+{
+public:
+  Sight(const Camera& camera, bool closed)
+    : Eye(camera.Eye())
+    , Planes(camera.InwardNormals())
+    , Closed(closed)
+  {
+  }
+
+  bool MaySee(const Face& face) const
+  {
+    const Vec3 sight = face.centre - this->Eye;
+    return (!this->Closed || Dot(sight, face.normal) <= margin * Length(sight)) &&
+           std::all_of(this->Planes.begin(), this->Planes.end(),
+             [&](const Vec3& inward) { return Dot(sight, inward) >= -face.radius; });
+  }
+
+private:
+  Vec3 Eye;
+  std::array<Vec3, 5> Planes;
+  bool Closed;
+};
 
 SeenPartitions::SeenPartitions(const TreeDepths& depths)
   : Depths(depths)
 {
 }
 
-Resolution SeenPartitions::Source() const
-{
-  return Resolution::Level(std::max(this->Depths.stitch, PreviewLevel(this->Depths)));
-}
-
 void SeenPartitions::Add(const Piece& piece)
 {
-  if (piece.id.resolution != this->Source())
+  const auto preview = Resolution::Level(PreviewLevel(this->Depths));
+  const auto stitch = std::max(Resolution::Level(this->Depths.stitch), preview);
+  if (piece.id.resolution == stitch)
   {
-    return;
+    this->MakeRoom();
+    this->AddFaces(piece);
   }
+  else if (piece.id.resolution >= preview && piece.id.resolution < stitch)
+  {
+    this->MakeRoom();
+    this->AddFacesAbove(piece);
+  }
+}
+
+void SeenPartitions::MakeRoom()
+{
   if (this->Faces > mostFaces)
   {
-    this->Known.clear();
+    this->Partitions.clear();
+    this->Above.clear();
     this->Faces = 0;
-  }
-  const unsigned below = this->Depths.partition - DepthOfNode(piece.id.node);
-  const std::uint32_t first = (piece.id.node << below) - (NodeId{ 1 } << this->Depths.partition);
-  for (std::uint32_t i = 0; i < std::uint32_t{ 1 } << below; ++i)
-  {
-    this->Faces -= std::exchange(this->Known[first + i], {}).faces.size();
-  }
-  for (const Triangle& t : piece.triangles)
-  {
-    const Face face = FaceOf(piece, t);
-    std::optional<std::uint32_t> last[2];
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const bool own = t[k] < piece.ownVertices;
-      const auto partition = own ? std::optional(PartitionOfKey(piece.keys[t[k]])) : std::nullopt;
-      if (partition && partition != last[0] && partition != last[1]) // each once
-      {
-        this->Known[*partition].faces.push_back(face);
-        ++this->Faces;
-      }
-      last[k % 2] = partition;
-    }
   }
 }
 
@@ -72,6 +83,58 @@ SeenPartitions::Face SeenPartitions::FaceOf(const Piece& piece, const Triangle& 
   face.radius =
     1.5 * std::max({ Length(a - face.centre), Length(b - face.centre), Length(c - face.centre) });
   return face;
+}
+
+void SeenPartitions::AddFaces(const Piece& piece)
+{
+  const unsigned below = this->Depths.partition - DepthOfNode(piece.id.node);
+  const std::uint32_t first = (piece.id.node << below) - (NodeId{ 1 } << this->Depths.partition);
+  for (std::uint32_t i = 0; i < std::uint32_t{ 1 } << below; ++i)
+  {
+    this->Faces -= std::exchange(this->Partitions[first + i], {}).faces.size();
+  }
+  for (const Triangle& t : piece.triangles)
+  {
+    const Face face = FaceOf(piece, t);
+    std::optional<std::uint32_t> last[2];
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const bool own = t[k] < piece.ownVertices;
+      const auto partition = own ? std::optional(PartitionOfKey(piece.keys[t[k]])) : std::nullopt;
+      if (partition && partition != last[0] && partition != last[1]) // each once
+      {
+        this->Partitions[*partition].faces.push_back(face);
+        ++this->Faces;
+      }
+      last[k % 2] = partition;
+    }
+  }
+}
+
+// For each triangle the pieces below its own corners.
+void SeenPartitions::AddFacesAbove(const Piece& piece)
+{
+  std::vector<FaceAbove>& faces = this->Above[piece.id];
+  this->Faces -= faces.size();
+  faces.clear();
+  for (const Triangle& t : piece.triangles)
+  {
+    FaceAbove above{ FaceOf(piece, t), {} };
+    for (const std::uint32_t v : t)
+    {
+      for (std::uint32_t i = v < piece.ownVertices ? piece.reachBegin[v] : 0;
+           v < piece.ownVertices && i < piece.reachBegin[v + 1]; ++i)
+      {
+        if (std::find(above.nodes.begin(), above.nodes.end(), piece.reachNodes[i]) ==
+            above.nodes.end())
+        {
+          above.nodes.push_back(piece.reachNodes[i]);
+        }
+      }
+    }
+    faces.push_back(std::move(above));
+  }
+  this->Faces += faces.size();
 }
 
 bool SeenPartitions::IsNearlyClosed(const Piece& whole)
@@ -99,19 +162,24 @@ bool SeenPartitions::IsNearlyClosed(const Piece& whole)
 
 void SeenPartitions::LookThrough(const Camera& camera, bool closed)
 {
-  const Vec3 eye = camera.Eye();
-  const auto planes = camera.InwardNormals();
-  const auto mayBeSeen = [&](const Face& face)
+  const Sight sight(camera, closed);
+  for (auto& [number, partition] : this->Partitions)
   {
-    const Vec3 sight = face.centre - eye;
-    return (!closed || Dot(sight, face.normal) <= margin * Length(sight)) &&
-           std::all_of(planes.begin(), planes.end(),
-             [&](const Vec3& inward) { return Dot(sight, inward) >= -face.radius; });
-  };
-  for (auto& [number, partition] : this->Known)
+    partition.seen =
+      partition.faces.empty() || std::any_of(partition.faces.begin(), partition.faces.end(),
+                                   [&sight](const Face& face) { return sight.MaySee(face); });
+  }
+  this->Seen.clear();
+  for (const auto& [piece, faces] : this->Above)
   {
-    partition.seen = partition.faces.empty() ||
-                     std::any_of(partition.faces.begin(), partition.faces.end(), mayBeSeen);
+    const Resolution next = Resolution::Level(piece.resolution.Depth() + 1);
+    for (const FaceAbove& above : faces)
+    {
+      for (const NodeId node : sight.MaySee(above.face) ? above.nodes : std::vector<NodeId>())
+      {
+        this->Seen.insert({ next, node });
+      }
+    }
   }
 }
 
@@ -121,8 +189,8 @@ bool SeenPartitions::MayBeSeen(NodeId node) const
   const std::uint32_t first = (node << below) - (NodeId{ 1 } << this->Depths.partition);
   const std::uint32_t end = first + (std::uint32_t{ 1 } << below);
   std::uint32_t next = first;
-  for (auto known = this->Known.lower_bound(first);
-       known != this->Known.end() && known->first < end; ++known, ++next)
+  for (auto known = this->Partitions.lower_bound(first);
+       known != this->Partitions.end() && known->first < end; ++known, ++next)
   {
     if (known->first != next || known->second.seen)
     {

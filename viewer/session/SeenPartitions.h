@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which partitions may be seen: under step "choose" of the README's picture.
+// What of a model may be seen, as far as loaded pieces tell: under step "choose" of the README's
+// picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"
@@ -8,51 +9,65 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace kdstream
 {
 
-// A partition's box is in view long before its surface is: most of a box is empty. And what a
-// closed surface shows from behind is hidden by its front. The triangles of one level that is
-// loaded anyway, the coarsest of which every cluster lies in one partition, tell for each partition
-// about where it is and which way it faces. Of what is not loaded nothing is known, and it may be
-// seen.
+// A box is in view long before the surface in it is: most of it is empty. And what a closed surface
+// shows from behind is hidden by its front. The triangles of pieces that are loaded anyway tell
+// about where the surface is and which way it faces: of a level below S for the pieces of the next
+// level that hold the children of its clusters; of level S, whose clusters lie in one partition
+// each, for the partitions. Of what is not loaded nothing is known, and it may be seen.
 class SeenPartitions
 {
 public:
   SeenPartitions() = default;
   explicit SeenPartitions(const TreeDepths& depths);
 
-  // The level whose pieces tell: S, or the preview's where that is finer.
-  Resolution Source() const;
-  // Takes a piece; others than those of Source() are passed over. O(triangles log partitions).
+  // Takes a piece of the levels from the preview's to S; others are passed over. O(triangles log
+  // partitions).
   void Add(const Piece& piece);
   // Whether a level, given as its one piece, is so nearly closed that its back is hidden: of 200
   // edges at most one has a single triangle.
   static bool IsNearlyClosed(const Piece& whole);
 
-  // By this camera the question below is asked. closed: what faces away is hidden. O(triangles).
+  // By this camera the questions below are asked. closed: what faces away is hidden. O(triangles).
+  // A margin of 10 degrees and of half a triangle is left for what a level does not tell.
   void LookThrough(const Camera& camera, bool closed);
-  // Whether anything in the node may be seen. A margin of 10 degrees and of half a triangle is left
-  // for what the level does not tell. O(log partitions).
+  // Whether anything of a piece of a level up to S may be seen, as the pieces of the level before
+  // tell that have been added.
+  bool MayBeSeen(PieceId piece) const { return this->Seen.count(piece) != 0; }
+  // Whether any partition in a node may be seen. O(log partitions).
   bool MayBeSeen(NodeId node) const;
 
 private:
-  struct Face
+  struct Face // a triangle
   {
-    Vec3 centre, normal; // of a triangle; of length 1
+    Vec3 centre, normal; // of length 1
     double radius = 0;   // of a sphere around it
   };
-  static Face FaceOf(const Piece& piece, const Triangle& t);
   struct Partition
   {
     std::vector<Face> faces;
     bool seen = true;
   };
+  struct FaceAbove // of a level below S
+  {
+    Face face;
+    std::vector<NodeId> nodes; // of pieces of the next level
+  };
+  class Sight;
+  static Face FaceOf(const Piece& piece, const Triangle& t);
+  void AddFaces(const Piece& piece);
+  void AddFacesAbove(const Piece& piece);
+  void MakeRoom();
 
   TreeDepths Depths;
-  std::map<std::uint32_t, Partition> Known;
+  std::map<std::uint32_t, Partition> Partitions;
+  std::map<PieceId, std::vector<FaceAbove>> Above;
+  std::set<PieceId> Seen;
   std::size_t Faces = 0;
 };
 

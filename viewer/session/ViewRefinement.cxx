@@ -36,7 +36,8 @@ struct ViewRefinement::Walk
   const std::set<PieceId> before; // what was refined
   std::priority_queue<Candidate> waiting;
   std::map<PieceId, FoundBelow> found;
-  std::set<NodeId> pages; // that tell of what was refined
+  std::map<NodeId, bool> seen; // of nodes that were asked for
+  std::set<NodeId> pages;      // that tell of what was refined
 };
 
 bool ViewRefinement::Candidate::operator<(const Candidate& other) const
@@ -127,6 +128,29 @@ double ViewRefinement::Weight(const Box& box, const Camera& camera)
   return 1 / (1 + std::min(away * away, 100.0));
 }
 
+// A box is mostly empty: what is known of the boxes in it tells more.
+bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
+{
+  const auto known = walk.seen.find(node);
+  if (known != walk.seen.end())
+  {
+    return known->second;
+  }
+  const View& view = walk.view;
+  const Box* box = view.tree.Around(node);
+  bool may = !box || view.camera.MaySee(*box);
+  if (may && box && DepthOfNode(node) < this->Depths.partition && view.tree.Around(2 * node))
+  {
+    may = this->MayBeSeen(walk, 2 * node) || this->MayBeSeen(walk, 2 * node + 1);
+  }
+  else if (may && view.seen)
+  {
+    may = view.seen->MayBeSeen(node);
+  }
+  walk.seen.emplace(node, may);
+  return may;
+}
+
 // What would take the place of a piece.
 void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const
 {
@@ -146,7 +170,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
     return;
   }
   const PieceId above{ this->Steps[step].resolution, node };
-  if (view.seen && step >= this->Stitch && !view.loaded.Peek(this->Above(above, this->Stitch)))
+  if (view.seen && !view.loaded.Peek(this->Above(above, std::min(step, this->Stitch))))
   {
     walk.found[above].seen = 1; // which of what is below may be seen, that piece will tell
     return;
@@ -162,7 +186,8 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       view.tree.NeedAround(below.node);
       ++walk.found[above].seen; // perhaps
     }
-    else if (view.camera.MaySee(*box) && (!view.seen || view.seen->MayBeSeen(below.node)))
+    else if (this->MayBeSeen(walk, below.node) &&
+             (!view.seen || step >= this->Stitch || view.seen->MayBeSeen(below)))
     {
       ++walk.found[above].seen;
       const double bonus = walk.before.count(below) != 0 ? this->Options.deadBand : 1;
@@ -180,7 +205,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
 void ViewRefinement::Follow(
   const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed)
 {
-  Walk walk{ view, failed, std::exchange(this->Refined, {}), {}, {}, {} };
+  Walk walk{ view, failed, std::exchange(this->Refined, {}), {}, {}, {}, {} };
   this->Reset();
   const Step &root = this->Steps.front(), &original = this->Steps.back();
   const auto given = static_cast<double>(first.size());
@@ -221,12 +246,10 @@ void ViewRefinement::WantWhatIsLeft(const Walk& walk)
   for (const PieceId piece : this->Refined)
   {
     const FoundBelow& found = walk.found.at(piece);
-    const bool isWay = this->StepOf(piece.resolution) <= this->Stitch;
-    const bool isShown = isWay ? found.seen > 0 : found.refined < found.seen;
-    if (isShown || piece.resolution.IsOriginal())
+    if (found.refined < found.seen || piece.resolution.IsOriginal())
     {
       this->Want(piece, found.urgency);
-      if (!isWay)
+      if (this->StepOf(piece.resolution) > this->Stitch)
       {
         this->WantOnTheWay(piece, walk.view, walk.failed);
       }

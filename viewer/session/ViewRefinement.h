@@ -45,9 +45,9 @@ struct RefinementOptions
 // How urgent a piece is: its error in points, in the middle of the screen; half of that at the
 // upper and lower edges. Never more than the piece above it.
 //
-// Down to level S a piece can be shown only where the ones above it are; they are all wanted. What
-// is finer stands for itself: so of a way down only the last piece is wanted, and where that is far
-// below what is loaded, one on the way. Until it comes the finest that is loaded stands in for it.
+// Of a way down only the last piece is wanted: what is needed of the others, down to level S, to
+// show it, MakeClosure says. Where it is finer than S and far below what is loaded, one on the way
+// is wanted too. Until it comes the finest that is loaded stands in for it.
 //
 // Whatever a server tells, the walk ends: at the original, or at a budget.
 class ViewRefinement
@@ -111,6 +111,7 @@ private:
   std::optional<double> DeviationOf(std::size_t step, NodeId node, KnownTree& tree) const;
   double ErrorIn(const Box& box, double deviation, const Camera& camera) const;
   static double Weight(const Box& box, const Camera& camera);
+  bool MayBeSeen(Walk& walk, NodeId node) const;
   void PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const;
   void Want(PieceId piece, double urgency);
   void WantWhatIsLeft(const Walk& walk);

@@ -76,9 +76,20 @@ void Follow(ViewRefinement& refinement, const Camera& camera, KnownTree& tree)
   refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
 }
 
+bool MaySeePartitionIn(
+  NodeId node, const Camera& camera, const ModelDescription& model, KnownTree& tree)
+{
+  if (!camera.MaySee(*tree.Around(node)) || DepthOfNode(node) == model.depths.partition)
+  {
+    return camera.MaySee(*tree.Around(node));
+  }
+  return MaySeePartitionIn(2 * node, camera, model, tree) ||
+         MaySeePartitionIn(2 * node + 1, camera, model, tree);
+}
+
 // The rule, said once more: a piece is refined where it would be seen to be wrong in the box of one
-// below it. Of what is refined all is wanted down to level S; of the finer pieces those of which
-// something is shown, and one three steps above each.
+// below it. Of what is refined those pieces are wanted of which something is shown, and one three
+// steps above each that is finer than S.
 std::vector<PieceId> WhatTheScreenNeeds(
   const Camera& camera, const ModelDescription& model, KnownTree& tree)
 {
@@ -103,7 +114,7 @@ std::vector<PieceId> WhatTheScreenNeeds(
         const double deviation = std::max<double>(tree.FactsOf(piece)->most99,
           VertexSpacing(*tree.Around(node), double(model.levels[d].vertices) / first) / 6);
         const Box& box = *tree.Around(next.node);
-        const bool mayBeSeen = camera.MaySee(box);
+        const bool mayBeSeen = MaySeePartitionIn(next.node, camera, model, tree);
         const double error = deviation * camera.PointsPerUnit(camera.DistanceTo(box));
         seen += mayBeSeen ? 1 : 0;
         const double vertices =
@@ -115,11 +126,10 @@ std::vector<PieceId> WhatTheScreenNeeds(
           ++below;
         }
       }
-      const bool isWay = d <= model.depths.stitch;
-      if (d > PreviewLevel(model.depths) && ((isWay ? seen > 0 : below < seen) || d > finest))
+      if (d > PreviewLevel(model.depths) && (below < seen || d > finest))
       {
         wanted.insert(piece);
-        if (!isWay && d > model.depths.stitch + 3)
+        if (d > model.depths.stitch + 3)
         {
           const Resolution before = Resolution::Level(stepOf(resolution) - 3);
           wanted.insert({ before, node >> (DepthOfNode(node) - PieceDepth(before, model.depths)) });
@@ -252,8 +262,9 @@ TEST(TestViewRefinement, FailedPiecesAreNotWantedNorWhatIsBelow)
   const ModelDescription& model = server.Description();
   KnownTree tree = WholeTree(server);
   ViewRefinement refinement(model, {});
-  const Camera camera = Looking(model, 20, 150, 300);
+  const Camera camera = Looking(model, 1);
   refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
+  ASSERT_FALSE(refinement.Pieces().empty());
   const PieceId failed = refinement.Pieces().front();
   ASSERT_FALSE(failed.resolution.IsOriginal());
   refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, { failed });
