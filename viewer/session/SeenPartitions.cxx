@@ -29,6 +29,8 @@ public:
   {
   }
 
+  bool operator==(const Sight&) const = default;
+
   bool MaySee(const Face& face) const
   {
     const Vec3 sight = face.centre - this->Eye;
@@ -64,8 +66,10 @@ void SeenPartitions::Add(const Piece& piece)
   }
 }
 
+// New faces are about to come.
 void SeenPartitions::MakeRoom()
 {
+  this->Last.reset();
   if (this->Faces > mostFaces)
   {
     this->Partitions.clear();
@@ -163,6 +167,11 @@ bool SeenPartitions::IsNearlyClosed(const Piece& whole)
 void SeenPartitions::LookThrough(const Camera& camera, bool closed)
 {
   const Sight sight(camera, closed);
+  if (this->Last && *this->Last == sight)
+  {
+    return;
+  }
+  this->Last = std::make_shared<Sight>(sight);
   for (auto& [number, partition] : this->Partitions)
   {
     partition.seen =

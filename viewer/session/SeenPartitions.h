@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <vector>
 
@@ -33,7 +34,8 @@ public:
   // edges at most one has a single triangle.
   static bool IsNearlyClosed(const Piece& whole);
 
-  // By this camera the questions below are asked. closed: what faces away is hidden. O(triangles).
+  // By this camera the questions below are asked. closed: what faces away is hidden. O(triangles)
+  // where it has moved, or pieces have come.
   // A margin of 10 degrees and of half a triangle is left for what a level does not tell.
   void LookThrough(const Camera& camera, bool closed);
   // Whether anything of a piece of a level up to S may be seen, as the pieces of the level before
@@ -69,6 +71,7 @@ private:
   std::map<PieceId, std::vector<FaceAbove>> Above;
   std::set<PieceId> Seen;
   std::size_t Faces = 0;
+  std::shared_ptr<const Sight> Last; // that Seen is of; null where there are new faces
 };
 
 }
