@@ -197,6 +197,16 @@ std::vector<protocol::BlobId> MemoryServer::Outstanding() const
   return blobs;
 }
 
+std::vector<protocol::BlobId> MemoryServer::AllBlobs() const
+{
+  std::vector<protocol::BlobId> all;
+  for (const auto& [blob, bytes] : this->Blobs)
+  {
+    all.push_back(blob);
+  }
+  return all;
+}
+
 bool MemoryServer::Answer(ViewerSession& session, std::mt19937* random)
 {
   this->Take(session);
@@ -221,8 +231,14 @@ bool MemoryServer::Answer(ViewerSession& session, std::mt19937* random)
   }
   else
   {
+    std::vector<std::uint8_t> bytes = this->Blobs.at(next.blob);
+    if (this->lie && !this->lie(next.blob, bytes))
+    {
+      session.BlobFailed(next.request, next.blob, "it is damaged");
+      return true;
+    }
     this->sent.insert(next.blob);
-    session.BlobArrived(next.request, next.blob, this->Blobs.at(next.blob), 0.25, false);
+    session.BlobArrived(next.request, next.blob, bytes, 0.25, false);
   }
   this->Take(session);
   return true;

@@ -40,6 +40,11 @@ public:
   const PieceTable& Table() const { return this->Told; }
   void TellOfPieces(const PieceTable& pieces);
 
+  std::vector<protocol::BlobId> AllBlobs() const;
+
+  // Called, if set, with each blob that is about to be sent, whose bytes it may change; false: it is
+  // refused.
+  std::function<bool(const protocol::BlobId&, std::vector<std::uint8_t>&)> lie;
   // Blobs that the server refuses.
   std::set<protocol::BlobId> refused;
 

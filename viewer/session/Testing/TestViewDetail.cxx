@@ -368,6 +368,73 @@ TEST(TestViewDetail, FullShowsAllOfTheOriginal)
   EXPECT_EQ(session.GetStatus().triangles, server.Description().levels[11].triangles);
 }
 
+// A server that sends pieces for others, parts of them, nothing, or the same twice, and whose pages
+// lie about errors: no endless refinement, no livelock. The surface is whole, but where a piece is
+// another's, which no piece alone can tell.
+TEST(TestViewDetail, AServerThatLiesIsSurvived)
+{
+  for (const unsigned seed : { 1u, 2u, 3u, 4u, 5u, 6u })
+  {
+    std::mt19937 random(seed);
+    MemoryServer server = Torus();
+    PieceTable lies = server.Table();
+    for (unsigned d = 11; d <= server.Codec().depths.finest; ++d)
+    {
+      const NodeId first = NodeId{ 1 } << PieceDepth(Resolution::Level(d), server.Codec().depths);
+      for (NodeId node = first; node < 2 * first; ++node)
+      {
+        auto& facts = lies.At({ Resolution::Level(d), node });
+        facts.most99 = random() % 3 == 0 ? 1e30F : 0;
+        facts.most = std::max(facts.most99, facts.most);
+        facts.bytes = static_cast<std::uint32_t>(random() % 5 == 0 ? 60'000'000 : 1);
+      }
+    }
+    server.TellOfPieces(lies);
+    SessionOptions options;
+    options.refinement.triangles = 60'000;
+    ViewerSession session(options);
+    OpenFullScreen(session, server);
+    const std::vector<BlobId> all = server.AllBlobs();
+    const bool swaps = seed % 2 == 0;
+    std::size_t answers = 0, told = 0;
+    for (int step = 0; step < 8; ++step)
+    {
+      session.Zoom(step % 3 == 2 ? 0.4 : 2.5, 100 + 40 * step, 300);
+      server.lie = [&](const BlobId& blob, std::vector<std::uint8_t>& bytes)
+      {
+        const auto dice = random() % 10;
+        if (dice == 0 && swaps)
+        {
+          bytes = server.Blob(all[random() % all.size()]);
+        }
+        else if (dice == 1)
+        {
+          bytes.resize(random() % (bytes.size() + 1));
+        }
+        else if (dice == 2)
+        {
+          session.BlobArrived(static_cast<std::uint32_t>(random() % 100), blob, bytes, 0.01, false);
+        }
+        return dice != 3; // else: it fails
+      };
+      do
+      {
+        session.BeginFrame();
+        if (!swaps)
+        {
+          ExpectClosed(session);
+        }
+        session.EndFrame(0.01);
+        ASSERT_LT(++answers, 20'000u);
+      } while (server.Answer(session, &random));
+      EXPECT_TRUE(session.IsIdle());
+      EXPECT_LT(session.GetStatus().triangles, 100'000u);
+      told += session.GetStatus().error.find(" of torus cannot be had") != std::string::npos;
+    }
+    EXPECT_GT(told, 0u);
+  }
+}
+
 TEST(TestViewDetail, CountsWhatWasWasted)
 {
   MemoryServer server = Torus();
