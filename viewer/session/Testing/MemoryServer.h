@@ -42,8 +42,8 @@ public:
 
   std::vector<protocol::BlobId> AllBlobs() const;
 
-  // Called, if set, with each blob that is about to be sent, whose bytes it may change; false: it is
-  // refused.
+  // Called, if set, with each blob that is about to be sent, whose bytes it may change; false: it
+  // is refused.
   std::function<bool(const protocol::BlobId&, std::vector<std::uint8_t>&)> lie;
   // Blobs that the server refuses.
   std::set<protocol::BlobId> refused;

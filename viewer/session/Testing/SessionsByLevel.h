@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What tests of sessions that show one level for the whole model share: a torus in memory, fingers.
+#pragma once
+
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream::testing
+{
+
+// P = 7, S = 11, L = 13: the preview is level S. For splits below S: SmallCells, with P = 8, S =
+// 12, L = 13.
+inline const MemoryServer& Torus()
+{
+  static const MemoryServer server(MakeTorus(200, 80), 128, 2);
+  return server;
+}
+inline const MemoryServer& SmallCells()
+{
+  static const MemoryServer server(MakeTorus(200, 80), 64, 2);
+  return server;
+}
+
+// One level for the whole model; by the view: TestViewDetail.
+inline SessionOptions ByLevel()
+{
+  SessionOptions options;
+  options.detail = DetailMode::Level;
+  return options;
+}
+
+inline SessionOptions WithTrace(std::vector<std::string>& trace)
+{
+  SessionOptions options = ByLevel();
+  options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
+  return options;
+}
+
+constexpr int width = 800, height = 600;
+
+inline void Open(ViewerSession& session)
+{
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+}
+
+// A pixel that shows the torus: on its ring.
+inline std::pair<double, double> OnModel(const ViewerSession& session)
+{
+  const ViewerScene scene = session.Scene();
+  const Vec3 v = Vec3{ 1, 0, 0.3 } - scene.eye;
+  const Vec3 right = scene.orientation.Rotate({ 1, 0, 0 }),
+             up = scene.orientation.Rotate({ 0, 1, 0 });
+  const double scale =
+    height / (2 * Camera::tangentOfHalfAngle * Dot(v, scene.orientation.Rotate({ 0, 0, -1 })));
+  return { width * 0.5 + Dot(v, right) * scale, height * 0.5 - Dot(v, up) * scale };
+}
+
+inline double clockOfFingers = 0;
+
+inline void Tap(ViewerSession& session, double x, double y)
+{
+  session.HandleTouches({ clockOfFingers += 0.1, { { 1, x, y } } });
+  session.HandleTouches({ clockOfFingers += 0.05, {} });
+}
+
+inline void DoubleTap(ViewerSession& session, double x, double y)
+{
+  clockOfFingers += 1;
+  Tap(session, x, y);
+  Tap(session, x, y);
+}
+
+inline void Pinch(ViewerSession& session, double x, double y, double factor)
+{
+  const double from = factor > 1 ? 30 : 30 / factor;
+  for (int i = 0; i <= 10; ++i)
+  {
+    const double gap = from * (1 + (factor - 1) * i / 10);
+    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x - gap, y }, { 2, x + gap, y } } });
+  }
+  session.HandleTouches({ clockOfFingers += 0.02, {} });
+}
+
+// A double tap needs pages and boxes of the tree before it asks for partitions.
+inline void TakeTree(ViewerSession& session, MemoryServer& server)
+{
+  while (!session.GetStatus().region)
+  {
+    ASSERT_TRUE(server.Answer(session));
+  }
+}
+
+inline void ExpectClosed(const ViewerSession& session)
+{
+  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->triangles), 0u);
+}
+
+}

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What fails, is lost, or comes too late: a sentence, and the rest stays.
+#include "viewer/session/SessionFile.h"
+#include "viewer/session/Testing/SessionsByLevel.h"
+
+#include "filters/core/tree/Region.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+using namespace kdstream;
+using namespace kdstream::testing;
+using protocol::BlobId;
+using protocol::BlobKind;
+
+namespace
+{
+
+TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
+{
+  MemoryServer server = Torus();
+  SessionOptions options = ByLevel();
+  options.cacheBytes = 1; // nothing beyond what is shown or asked for
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 16);
+  server.Take(session);
+  ASSERT_TRUE(server.Answer(session)); // one piece of the finer level
+  Pinch(session, x, y, 0.02);
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  EXPECT_EQ(session.GetStatus().shownLevel, 11u);
+  EXPECT_EQ(server.sent.count(BlobId::LevelPiece(11, 1)), 1u);
+}
+
+TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
+{
+  MemoryServer server = Torus();
+  SessionOptions options = ByLevel();
+  options.policy.tolerance = 4; // the preview is fine enough for the whole torus
+  ViewerSession session(options);
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 16);
+  std::uint32_t request = 0;
+  BlobId blob;
+  for (const SessionRequest& sent : session.TakeRequests())
+  {
+    if (sent.kind == SessionRequest::Kind::Level)
+    {
+      request = sent.id;
+      blob = sent.blobs[0];
+    }
+  }
+  ASSERT_NE(request, 0u);
+  Pinch(session, x, y, 0.05);
+  const std::size_t blobs = session.Statistics().size();
+  session.BlobArrived(request, blob, server.Blob(blob), 1, false);
+  session.BlobFailed(request, blob, "late");
+  session.RequestFailed(request, "late");
+  session.RequestEnded(request);
+  session.Opened(request, server.Description());
+  EXPECT_EQ(session.Statistics().size(), blobs);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_TRUE(session.IsIdle());
+}
+
+TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
+{
+  MemoryServer server = Torus();
+  server.Blob(BlobId::LevelPiece(13, 5)).resize(40);
+  ViewerSession session(ByLevel());
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  Pinch(session, x, y, 6);
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  EXPECT_TRUE(session.IsIdle());
+  ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.error.rfind("levels/13/5 of torus cannot be had: ", 0), 0u) << status.error;
+  EXPECT_EQ(status.targetLevel, 13u);
+  EXPECT_EQ(status.shownLevel, 12u);
+  // Usable: once the blob is whole again, the next pinch gets it, and only it.
+  server.Blob(BlobId::LevelPiece(13, 5)) = MemoryServer(Torus()).Blob(BlobId::LevelPiece(13, 5));
+  server.sent.clear();
+  Pinch(session, x, y, 1.1);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_EQ(session.GetStatus().shownLevel, 13u);
+  EXPECT_EQ(server.sent.count(BlobId::LevelPiece(13, 5)), 1u);
+}
+
+TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
+{
+  MemoryServer server = Torus();
+  ViewerSession session(ByLevel());
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  TakeTree(session, server);
+  const NodeId cell = session.GetStatus().region->cell;
+  const std::uint32_t bad = cell - (1u << server.Codec().depths.partition);
+  server.refused.insert(BlobId::Partition(bad));
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  ViewerStatus status = session.GetStatus();
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(
+    status.error, "partitions/" + std::to_string(bad) + " of torus cannot be had: it is damaged");
+  EXPECT_EQ(status.region->shown + 1, status.region->partitions);
+  // It is not asked for again by itself, but by the next double tap.
+  server.refused.clear();
+  server.log.clear();
+  session.Resize({ width, height, 1 });
+  server.Serve(session);
+  EXPECT_TRUE(server.log.empty());
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  status = session.GetStatus();
+  EXPECT_EQ(status.region->shown, status.region->partitions);
+  EXPECT_EQ(status.error, "");
+}
+
+TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
+{
+  MemoryServer server = Torus();
+  ViewerSession session(ByLevel());
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  // The finer levels and the region fail, then the coarser levels that would replace them.
+  for (int round = 0; round < 4; ++round)
+  {
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      session.RequestFailed(request.id, "the connection was lost");
+    }
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_NE(session.GetStatus().error.find("the connection was lost"), std::string::npos);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+}
+
+TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedInWords)
+{
+  ViewerSession session(ByLevel());
+  ModelDescription model = MemoryServer(Torus()).Description();
+  model.levels.clear();
+  Open(session);
+  session.Opened(session.TakeRequests()[0].id, model);
+  EXPECT_EQ(session.GetStatus().error,
+    "torus cannot be shown: it has no levels of detail, only partitions.");
+  EXPECT_TRUE(session.IsIdle());
+  // Nothing that a person does then asks for what is not there.
+  session.EnterFullScreen();
+  session.Zoom(2, width / 2, height / 2);
+  session.SetRings(3);
+  for (const double t : { 1.0, 1.1 })
+  {
+    session.HandleTouches({ t, { { 1, width / 2, height / 2 } } });
+    session.HandleTouches({ t + 0.05, {} });
+  }
+  session.Resize({ 300, 500, 2 });
+  session.BeginFrame();
+  session.EndFrame(0.01);
+  EXPECT_TRUE(session.Scene().surface->points.empty());
+  EXPECT_TRUE(session.TakeRequests().empty());
+  session.LeaveFullScreen();
+  EXPECT_TRUE(session.IsIdle());
+  ViewerSession deep(ByLevel());
+  model = MemoryServer(Torus()).Description();
+  model.depths = { 30, 30, 30 };
+  model.levels.resize(31);
+  Open(deep);
+  deep.Opened(deep.TakeRequests()[0].id, model);
+  EXPECT_EQ(deep.GetStatus().error, "") << "nothing is taken for a tree that has not come";
+}
+
+}

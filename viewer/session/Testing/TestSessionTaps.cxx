@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Double taps: regions, and the part of the tree that they need.
+#include "viewer/session/SessionFile.h"
+#include "viewer/session/Testing/SessionsByLevel.h"
+
+#include "filters/core/tree/Region.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+using namespace kdstream;
+using namespace kdstream::testing;
+using protocol::BlobId;
+using protocol::BlobKind;
+
+namespace
+{
+
+TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
+{
+  MemoryServer server = Torus();
+  ViewerSession session(ByLevel());
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  const auto first = session.GetStatus().region;
+  ASSERT_TRUE(first);
+  const auto regionOf = [&](unsigned rings)
+  { return FindRegion(server.Tree(), server.Codec().depths, first->cell, rings)->size(); };
+  ASSERT_GT(regionOf(2), regionOf(1));
+  server.sent.clear();
+  session.SetRings(2);
+  server.Serve(session);
+  auto region = session.GetStatus().region;
+  EXPECT_EQ(region->cell, first->cell);
+  EXPECT_EQ(region->rings, 2u);
+  EXPECT_EQ(region->partitions, regionOf(2));
+  EXPECT_EQ(region->shown, regionOf(2));
+  EXPECT_EQ(server.sent.size(), regionOf(2) - regionOf(1)); // only what is new
+  ExpectClosed(session);
+  session.SetRings(1);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().region->shown, regionOf(1));
+  EXPECT_EQ(server.sent.size(), regionOf(2) - regionOf(1));
+  session.LeaveFullScreen();
+  session.SetRings(3);
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+// A mesh so small that all its levels are mere points: the original is a double tap away.
+TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
+{
+  Mesh mesh;
+  mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
+  mesh.triangles = { { 0, 1, 2 } };
+  MemoryServer server(mesh, 2000, 8);
+  ViewerSession session(ByLevel());
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const Surface& coarse = *session.Scene().surface;
+  ASSERT_TRUE(coarse.triangles.empty());
+  ASSERT_FALSE(coarse.points.empty());
+  const ViewerScene scene = session.Scene();
+  const Vec3 v = coarse.points[0] - scene.eye;
+  const double scale =
+    height / (2 * Camera::tangentOfHalfAngle * Dot(v, scene.orientation.Rotate({ 0, 0, -1 })));
+  const double x = width * 0.5 + v[0] * scale, y = height * 0.5 - v[1] * scale;
+  DoubleTap(session, x + 60, y); // too far away
+  server.Serve(session);
+  EXPECT_FALSE(session.GetStatus().region);
+  DoubleTap(session, x + 20, y);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  EXPECT_EQ(session.GetStatus().triangles, 1u);
+}
+
+TEST(TestSessionTaps, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBetween)
+{
+  MemoryServer server = SmallCells();
+  SessionOptions options = ByLevel();
+  options.policy.tolerance = 1000; // the preview is always fine enough
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session, nullptr, [&] { ExpectClosed(session); });
+  const ViewerStatus status = session.GetStatus();
+  EXPECT_EQ(status.shownLevel, 11u);
+  ASSERT_TRUE(status.region);
+  EXPECT_GT(status.region->shown, 1u);
+  EXPECT_EQ(status.region->shown, status.region->partitions);
+  EXPECT_GT(
+    server.sent.count(BlobId::LevelPiece(12, 2)) + server.sent.count(BlobId::LevelPiece(12, 3)),
+    0u);
+}
+
+TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
+{
+  MemoryServer server = Torus();
+  SessionOptions options = ByLevel();
+  options.smallestRegionPoints = 60;
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  const NodeId cell = session.GetStatus().region->cell;
+  const auto before = server.sent;
+  double shift = 0;
+  while (session.GetStatus().region->cell == cell && shift < 200)
+  {
+    shift += 5;
+    DoubleTap(session, x, y + shift);
+    ASSERT_TRUE(session.GetStatus().region);
+  }
+  server.Serve(session);
+  EXPECT_NE(session.GetStatus().region->cell, cell);
+  EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+  for (const BlobId& blob : server.sent)
+  {
+    EXPECT_EQ(server.sent.count(blob), 1u) << protocol::BlobName(blob);
+  }
+  EXPECT_GT(server.sent.size(), before.size());
+  // Turning and pinching keep the region; far away it is let go.
+  Pinch(session, x, y, 1.5);
+  EXPECT_TRUE(session.GetStatus().region);
+  for (int i = 0; i < 6; ++i)
+  {
+    Pinch(session, x, y, 0.3);
+  }
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
+{
+  MemoryServer server = Torus();
+  ViewerSession session(ByLevel());
+  Open(session);
+  server.Answer(session); // opened
+  server.Answer(session); // the preview
+  session.BeginFrame();
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  EXPECT_FALSE(session.GetStatus().region);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
+}
+
+// However large the model: what comes is what lies along the way to the tap.
+TEST(TestSessionTaps, OnlyTheTreeAroundATapComes)
+{
+  MemoryServer server(MakeTorus(200, 80), 4, 2); // P = 12: pages at the root, and at depth 7
+  ViewerSession session(ByLevel());
+  Open(session);
+  server.Serve(session);
+  const auto count = [&server](BlobKind kind)
+  {
+    return std::count_if(server.sent.begin(), server.sent.end(),
+      [kind](const BlobId& blob) { return blob.kind == kind; });
+  };
+  EXPECT_EQ(count(BlobKind::Tree), 0) << "a preview needs none";
+  session.EnterFullScreen();
+  server.Serve(session);
+  EXPECT_EQ(count(BlobKind::Tree), 1);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  const auto region = session.GetStatus().region;
+  ASSERT_TRUE(region);
+  EXPECT_EQ(region->shown, region->partitions);
+  EXPECT_EQ(region->partitions,
+    FindRegion(server.Tree(), server.Codec().depths, region->cell, region->rings)->size());
+  EXPECT_GE(count(BlobKind::Tree), 2);
+  EXPECT_LE(count(BlobKind::Tree), 20) << "of 129";
+  EXPECT_GE(count(BlobKind::Boxes), 1);
+  EXPECT_LE(count(BlobKind::Boxes), 12) << "of 128";
+}
+
+TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
+{
+  MemoryServer server(MakeTorus(200, 80), 4, 2);
+  SessionOptions options = ByLevel();
+  options.mostBlobsOfPick = 2;
+  ViewerSession session(options);
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_FALSE(session.GetStatus().region);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().error,
+    "What is around the tap cannot be told: too much of the tree is there.");
+}
+
+TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
+{
+  MemoryServer server(MakeTorus(200, 80), 4, 2);
+  ViewerSession session(ByLevel());
+  Open(session);
+  server.Serve(session);
+  const auto whole = server.Blob(BlobId::TreePage(1));
+  server.Blob(BlobId::TreePage(1)).resize(20);
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_FALSE(session.GetStatus().region);
+  EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be had: ", 0), 0u)
+    << session.GetStatus().error;
+  server.Blob(BlobId::TreePage(1)) = whole;
+  DoubleTap(session, x, y);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_TRUE(session.GetStatus().region);
+}
+
+}
