@@ -152,6 +152,8 @@ public:
     return this->Book.Empty() && this->Queue.empty() && !this->ChoiceIsDue &&
            !this->Shown.NeedsDrawing();
   }
+  // The pieces that the shown surface is drawn from.
+  const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.
   const SessionTraffic& GetTraffic() const { return this->Traffic; }
   // What is outstanding, for messages.

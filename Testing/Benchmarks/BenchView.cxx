@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a picture costs: bytes and seconds until so few pixels are wrong (doc/benchmarks.md#views).
+//
+//   BenchView FOLDER OUT [MODEL...]
+//
+// Looks at the models of a folder of stores from 36 places, 12 directions at zooms of 1, 4 and 16,
+// over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms, and beside them with one
+// level for all, an oracle that fetches just the pieces of the final cut, and the whole file. A
+// pixel is wrong if a channel is off by more than 8 of 255 from the picture of the original; only
+// pixels of the object count; pictures are drawn 4 x 4 times as fine (2 x 2, each of 4 samples).
+// Writes OUT/view-MODEL.tsv with every picture, prints medians, and whether the bars are met; exit
+// code 1 where one is missed.
+#include "Testing/Benchmarks/SimulatedLine.h"
+#include "server/session/StoreCatalog.h"
+#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/rendering/Picture.h"
+#include "viewer/rendering/SurfaceScene.h"
+
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+using namespace kdstream;
+using kdstream::bench::SimulatedLine;
+
+namespace
+{
+
+constexpr int width = 800, height = 480, finer = 2;
+constexpr double never = std::numeric_limits<double>::infinity();
+constexpr double roundTrip = 0.03; // s
+
+[[noreturn]] void Fail(const std::string& what)
+{
+  std::fprintf(stderr, "BenchView: %s\n", what.c_str());
+  std::exit(2);
+}
+
+struct View
+{
+  int direction = 0; // of 12
+  double zoom = 1;
+};
+
+// A picture on the way.
+struct Sample
+{
+  double bytes = 0, seconds = 0;
+  double wrong = 1; // share of the object's pixels
+};
+
+struct Look
+{
+  std::vector<Sample> samples;
+  double firstBytes = never, firstSeconds = never;
+  double oracleBytes = 0;
+  std::uint64_t triangles = 0, wasted = 0;
+};
+
+// Draws scenes into pictures of width x height.
+class Painter
+{
+public:
+  Painter()
+  {
+    auto window = MakeOffscreenWindow(WindowBackend::Auto, width * finer, height * finer);
+    if (!window)
+    {
+      Fail(window.GetError().message);
+    }
+    this->Window = *window;
+    this->Window->AddRenderer(&this->Scene.Renderer());
+  }
+
+  Picture Draw(const ViewerScene& scene)
+  {
+    const Vec3 centre = scene.box.lo * 0.5 + scene.box.hi * 0.5;
+    const Status drawn = this->Scene.Update(*scene.surface, scene.depths, centre);
+    const Status placed =
+      this->Scene.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });
+    auto picture = Pixels(*this->Window);
+    if (!drawn || !placed || !picture)
+    {
+      Fail("a picture cannot be drawn");
+    }
+    return Shrunk(*picture);
+  }
+
+private:
+  static Picture Shrunk(const Picture& fine)
+  {
+    Picture picture{ width, height, std::vector<std::uint8_t>(3 * width * height) };
+    for (std::size_t y = 0; y < height; ++y)
+    {
+      for (std::size_t x = 0; x < 3 * width; ++x)
+      {
+        unsigned sum = 0;
+        for (std::size_t i = 0; i < finer * finer; ++i)
+        {
+          const std::size_t column = (x / 3 * finer + i % finer) * 3 + x % 3;
+          sum += fine.rgb[(y * finer + i / finer) * 3 * width * finer + column];
+        }
+        picture.rgb[y * 3 * width + x] =
+          static_cast<std::uint8_t>((sum + finer * finer / 2) / (finer * finer));
+      }
+    }
+    return picture;
+  }
+
+  vtkSmartPointer<vtkRenderWindow> Window;
+  SurfaceScene Scene;
+};
+
+bool Differs(const Picture& a, const Picture& b, std::size_t pixel, int most)
+{
+  for (std::size_t k = 3 * pixel; k < 3 * pixel + 3; ++k)
+  {
+    if (std::abs(int{ a.rgb[k] } - int{ b.rgb[k] }) > most)
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+// What a view is compared with: the original, and the background alone.
+struct Reference
+{
+  Picture original, background;
+
+  double ShareOfWrong(const Picture& picture) const
+  {
+    std::size_t object = 0, wrong = 0;
+    for (std::size_t i = 0; i < std::size_t{ width } * height; ++i)
+    {
+      const bool seen =
+        Differs(this->original, this->background, i, 0) || Differs(picture, this->background, i, 0);
+      object += seen;
+      wrong += seen && Differs(picture, this->original, i, 8);
+    }
+    return object > 0 ? static_cast<double>(wrong) / static_cast<double>(object) : 0;
+  }
+};
+
+double clockOfFingers = 0;
+
+// The preview, turned; then nearer, in full screen.
+void Turn(ViewerSession& session, int direction)
+{
+  const std::array<double, 3> tilts{ 0, 90, -90 };
+  for (int i = 0; i < direction % 4; ++i)
+  {
+    clockOfFingers += 1;
+    session.HandleTouches({ clockOfFingers, { { 1, 290, 240 } } });
+    session.HandleTouches({ clockOfFingers += 0.1, { { 1, 510, 240 } } });
+    session.HandleTouches({ clockOfFingers += 0.1, {} });
+  }
+  const double tilt = tilts[static_cast<std::size_t>(direction) / 4];
+  clockOfFingers += 1;
+  session.HandleTouches({ clockOfFingers, { { 1, 400, 240 } } });
+  session.HandleTouches({ clockOfFingers += 0.1, { { 1, 401, 240 + tilt } } });
+  session.HandleTouches({ clockOfFingers += 0.1, {} });
+}
+
+void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string& model, Look& look)
+{
+  session.Resize({ width, height, 1 });
+  static_cast<void>(session.SelectModel(model));
+  while (line.Next(session))
+  {
+    session.BeginFrame();
+    if (session.GetStatus().vertices > 0 && look.firstBytes == never)
+    {
+      look.firstBytes = static_cast<double>(line.Bytes());
+      look.firstSeconds = line.Now();
+    }
+  }
+}
+
+// Looks until nothing more comes. Without a reference: draws nothing.
+Look LookAt(const ServedModel& model, const View& view, SessionOptions options, double rate,
+  const Reference* reference, Painter& painter, Picture* last = nullptr)
+{
+  options.mostStatistics = 0;
+  ViewerSession session(std::move(options));
+  SimulatedLine line(model, rate, roundTrip);
+  Look look;
+  OpenPreview(session, line, model.Description().id, look);
+  Turn(session, view.direction);
+  session.EnterFullScreen();
+  session.Zoom(view.zoom, width / 2.0, height / 2.0);
+  std::uint64_t version = 0;
+  double bytes = 0;
+  const auto draw = [&](bool anyway)
+  {
+    const ViewerScene scene = session.Scene();
+    const bool fresh = scene.surfaceVersion != version;
+    if (reference && fresh && (anyway || static_cast<double>(line.Bytes()) > 1.08 * bytes))
+    {
+      version = scene.surfaceVersion;
+      bytes = static_cast<double>(line.Bytes());
+      look.samples.push_back({ bytes, line.Now(), reference->ShareOfWrong(painter.Draw(scene)) });
+    }
+  };
+  do
+  {
+    session.BeginFrame();
+    draw(false);
+  } while (line.Next(session));
+  session.BeginFrame();
+  draw(true);
+  look.triangles = session.GetStatus().triangles;
+  look.wasted = session.GetTraffic().wasted;
+  for (const PieceId piece : session.ShownPieces())
+  {
+    const auto size = model.BlobSize(BlobOfPiece(piece, model.Description().depths));
+    look.oracleBytes += size ? static_cast<double>(*size) : 0;
+  }
+  if (last)
+  {
+    *last = painter.Draw(session.Scene());
+  }
+  return look;
+}
+
+Reference ReferenceOf(const ServedModel& model, const View& view, Painter& painter)
+{
+  Reference reference;
+  SessionOptions full;
+  full.detail = DetailMode::Full;
+  LookAt(model, view, full, 1e12, nullptr, painter, &reference.original);
+  reference.background = painter.Draw(ViewerSession(SessionOptions()).Scene());
+  return reference;
+}
+
+// The first sample from which on at most `share` is wrong.
+Sample Reached(const Look& look, double share)
+{
+  Sample reached{ never, never, 0 };
+  for (auto sample = look.samples.rbegin(); sample != look.samples.rend() && sample->wrong <= share;
+       ++sample)
+  {
+    reached = *sample;
+  }
+  return reached;
+}
+
+double Median(std::vector<double> values)
+{
+  std::sort(values.begin(), values.end());
+  return values.empty() ? never : values[values.size() / 2];
+}
+
+std::string Text(double value, double unit)
+{
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f", value / unit);
+  return value == never ? "not reached" : text;
+}
+
+// All looks of a kind.
+struct Column
+{
+  std::vector<double> t0, b0, b95, b99, t95, t99, settled, triangles, bytes, overOracle;
+
+  void Add(const Look& look)
+  {
+    const Sample at95 = Reached(look, 0.05), at99 = Reached(look, 0.01);
+    this->b0.push_back(look.firstBytes);
+    this->t0.push_back(look.firstSeconds);
+    this->b95.push_back(at95.bytes);
+    this->b99.push_back(at99.bytes);
+    this->t95.push_back(at95.seconds);
+    this->t99.push_back(at99.seconds);
+    this->settled.push_back(look.samples.back().wrong);
+    this->triangles.push_back(static_cast<double>(look.triangles));
+    this->bytes.push_back(look.samples.back().bytes);
+    this->overOracle.push_back(look.samples.back().bytes / look.oracleBytes);
+  }
+
+  void Print(const std::string& what) const
+  {
+    std::printf("%-22s %6s %6s | %8s %8s | %7s %7s | %7.2f %% %9.0f %8s %6.2f\n", what.c_str(),
+      Text(Median(this->b0), 1e3).c_str(), Text(Median(this->t0), 1).c_str(),
+      Text(Median(this->b95), 1e3).c_str(), Text(Median(this->b99), 1e3).c_str(),
+      Text(Median(this->t95), 1).c_str(), Text(Median(this->t99), 1).c_str(),
+      100 * Median(this->settled), Median(this->triangles), Text(Median(this->bytes), 1e3).c_str(),
+      Median(this->overOracle));
+  }
+};
+
+int misses = 0;
+
+void Bar(const std::string& what, double value, double most)
+{
+  const bool met = value <= most;
+  misses += met ? 0 : 1;
+  std::printf("  %-66s %8.2f, bar %6.2f: %s\n", what.c_str(), value, most, met ? "met" : "MISSED");
+}
+
+void WriteSamples(
+  std::ofstream& table, const View& view, const std::string& kind, double rate, const Look& look)
+{
+  for (const Sample& sample : look.samples)
+  {
+    table << view.direction << '\t' << view.zoom << '\t' << kind << '\t' << rate * 8e-6 << '\t'
+          << sample.bytes << '\t' << sample.seconds << '\t' << sample.wrong << '\n';
+  }
+}
+
+void Bench(const ServedModel& model, const std::string& folder, const std::string& out)
+{
+  const std::string id = model.Description().id;
+  std::ifstream file(folder + "/" + id + ".kds", std::ios::ate | std::ios::binary);
+  std::printf(
+    "\n%s: %llu triangles, the whole file %.0f kB. Medians of 12 directions at 800 x 480; kB "
+    "and seconds until at most 5 %% and 1 %% are wrong\n",
+    id.c_str(), static_cast<unsigned long long>(model.Description().triangles),
+    static_cast<double>(file.tellg()) / 1e3);
+  std::printf("%-22s %6s %6s | %8s %8s | %7s %7s | %9s %9s %8s %6s\n", "", "B0", "T0", "B95", "B99",
+    "T95", "T99", "settled", "triangles", "all kB", "oracle");
+  std::ofstream table(out + "/view-" + id + ".tsv");
+  table << "direction\tzoom\tdetail\tMbit/s\tbytes\tseconds\twrong\n";
+  Painter painter;
+  for (const double zoom : { 1.0, 4.0, 16.0 })
+  {
+    std::map<double, Column> byView;
+    Column byLevel;
+    for (int direction = 0; direction < 12; ++direction)
+    {
+      const View view{ direction, zoom };
+      const Reference reference = ReferenceOf(model, view, painter);
+      for (const double megabits : { 1.0, 10.0, 100.0 })
+      {
+        const Look look = LookAt(model, view, {}, megabits * 1e6 / 8, &reference, painter);
+        byView[megabits].Add(look);
+        WriteSamples(table, view, "view", megabits * 1e6 / 8, look);
+      }
+      SessionOptions level;
+      level.detail = DetailMode::Level;
+      const Look look = LookAt(model, view, level, 10e6 / 8, &reference, painter);
+      byLevel.Add(look);
+      WriteSamples(table, view, "level", 10e6 / 8, look);
+    }
+    for (const auto& [megabits, column] : byView)
+    {
+      column.Print("zoom " + Text(zoom, 1) + ", " + Text(megabits, 1) + " Mbit/s");
+    }
+    byLevel.Print("  one level, 10 Mbit/s");
+    const Column& view = byView.at(10);
+    Bar(id + ", zoom " + Text(zoom, 1) + ": kB before the first picture", Median(view.b0) / 1e3,
+      id == "dragon" ? 20 : 30);
+    Bar(id + ", zoom " + Text(zoom, 1) + ": all bytes over the oracle's", Median(view.overOracle),
+      1.5);
+    if (zoom >= 4)
+    {
+      Bar(id + ", zoom " + Text(zoom, 1) + ": wrong pixels over those of one level",
+        (Median(view.settled) + 1e-6) / (Median(byLevel.settled) + 1e-6), 1);
+      Bar(id + ", zoom " + Text(zoom, 1) + ": bytes over those of one level",
+        Median(view.bytes) / Median(byLevel.bytes), 1.0 / 8);
+    }
+  }
+}
+
+}
+
+int main(int count, char** arguments)
+{
+  if (count < 3)
+  {
+    std::fprintf(stderr, "usage: BenchView FOLDER OUT [MODEL...]\n");
+    return 2;
+  }
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  StoreCatalog stores(arguments[1], [](const std::filesystem::path& file, const std::string& wrong)
+    { std::fprintf(stderr, "%s: %s\n", file.c_str(), wrong.c_str()); });
+  if (const Status status = stores.Reload(); !status)
+  {
+    Fail(status.GetError().message);
+  }
+  for (const auto& model : stores.Models())
+  {
+    const std::string id = model->Description().id;
+    const bool named = std::any_of(
+      arguments + 3, arguments + count, [&id](const char* argument) { return id == argument; });
+    if (count == 3 || named)
+    {
+      Bench(*model, arguments[1], arguments[2]);
+    }
+  }
+  return misses > 0 ? 1 : 0;
+}
