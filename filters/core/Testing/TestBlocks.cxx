@@ -47,10 +47,11 @@ std::vector<std::vector<VertexId>> NumberClusters(const Whole& whole, unsigned d
       {
         parent -= beginAbove;
       }
-      const auto own = [from = begin, to = end](const std::vector<VertexId>& values)
+      const auto own = [from = begin, to = end](const auto& values)
       { return std::span(values).subspan(from, to - from); };
+      const ClusterLevel& level = whole.levels.levels[d];
       const std::vector<VertexId> ofBlock =
-        FirstOfChildren({ parents, own(whole.levels.levels[d].lowest) }, own(whole.counts[d]),
+        FirstOfChildren({ parents, own(level.lowest), own(level.positions) }, own(whole.counts[d]),
           std::span(first[d - 1]).subspan(beginAbove, endAbove - beginAbove), MakeTbbExecution(2));
       all.insert(all.end(), ofBlock.begin(), ofBlock.end());
     }
@@ -83,8 +84,8 @@ std::vector<VertexId> NumberOriginals(
   return all;
 }
 
-// What the numbers are, in one sentence: vertices ordered by partition, then level by level from
-// the coarsest by the lowest vertex of their cluster, then by place, then by id.
+// What the numbers are, in one sentence: vertices ordered by partition, then level by level from S
+// on by the place, then the lowest vertex of their cluster, then by place, then by id.
 std::vector<VertexId> OrderOfVertices(const Whole& whole)
 {
   std::vector<VertexId> order(whole.mesh.points.size());
@@ -96,12 +97,15 @@ std::vector<VertexId> OrderOfVertices(const Whole& whole)
       {
         return whole.partition[a] < whole.partition[b];
       }
-      for (std::size_t d = 0; d < whole.levels.levels.size(); ++d)
+      for (std::size_t d = whole.Depths().stitch; d < whole.levels.levels.size(); ++d)
       {
+        const ClusterLevel& level = whole.levels.levels[d];
         const VertexId inA = whole.ancestors[d][a], inB = whole.ancestors[d][b];
         if (inA != inB)
         {
-          return whole.levels.levels[d].lowest[inA] < whole.levels.levels[d].lowest[inB];
+          return level.positions[inA] != level.positions[inB]
+                   ? level.positions[inA] < level.positions[inB]
+                   : level.lowest[inA] < level.lowest[inB];
         }
       }
       return whole.mesh.points[a] != whole.mesh.points[b]

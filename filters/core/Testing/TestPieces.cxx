@@ -98,33 +98,20 @@ TEST(VertexTree, ClustersFromTheStitchDepthOnAreIntervalsOfOnePartition)
     });
 }
 
-TEST(VertexTree, VerticesAreNumberedDepthFirstByLowestOriginal)
+TEST(VertexTree, ClustersAreNumberedByPlace)
 {
-  // Inside a partition: clusters of the stitch level in the order of their coarser clusters, each
-  // by its lowest vertex.
+  // Inside a partition those of level S, inside a cluster from S on its children.
   const auto model = MakeModel(Shuffled(DisplacedSphere(4), 2), { 100, {}, 4 });
   const VertexTree& tree = model->vertexTree;
-  for (unsigned d = 1; d <= tree.depths.finest; ++d)
+  for (unsigned d = tree.depths.stitch; d <= tree.depths.finest; ++d)
   {
-    std::vector<VertexId> lowest(tree.levels[d].first.size(), noVertex);
-    std::vector<VertexId> clusterOf(tree.original.size());
-    for (VertexId v = 0; v < tree.original.size(); ++v)
+    const VertexTreeLevel& level = tree.levels[d];
+    for (VertexId c = 1; c < level.first.size(); ++c)
     {
-      VertexId cluster = tree.ClusterAt(tree.depths.finest, v);
-      for (unsigned up = tree.depths.finest; up > d; --up)
+      if (tree.PartitionOf(level.first[c - 1]) == tree.PartitionOf(level.first[c]) &&
+          (d == tree.depths.stitch || level.parents[c - 1] == level.parents[c]))
       {
-        cluster = tree.levels[up].parents[cluster];
-      }
-      clusterOf[v] = cluster;
-      lowest[cluster] = std::min(lowest[cluster], tree.original[v]);
-    }
-    for (VertexId v = 0; v + 1 < tree.original.size(); ++v)
-    {
-      const VertexId a = clusterOf[v], b = clusterOf[v + 1];
-      if (a != b && tree.PartitionOf(v) == tree.PartitionOf(v + 1) &&
-          tree.levels[d].parents[a] == tree.levels[d].parents[b])
-      {
-        ASSERT_LT(lowest[a], lowest[b]) << "level " << d << ", vertex " << v;
+        ASSERT_LT(level.positions[c - 1], level.positions[c]) << "level " << d << ", cluster " << c;
       }
     }
   }

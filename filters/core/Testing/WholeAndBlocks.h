@@ -72,7 +72,8 @@ struct Whole
   const TreeDepths& Depths() const { return this->tree.depths; }
   ClusterParents Links(std::size_t d) const
   {
-    return { this->levels.levels[d].parents, this->levels.levels[d].lowest };
+    const ClusterLevel& level = this->levels.levels[d];
+    return { level.parents, level.lowest, level.positions };
   }
   std::uint32_t BlockOfVertex(VertexId v, unsigned depth) const
   {

@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// The clusters of a level, parent by parent, siblings by lowest original vertex.
+// The clusters of a level, parent by parent, siblings by place.
 struct Siblings
 {
   std::vector<VertexId> clusters;
@@ -27,6 +27,13 @@ struct Siblings
       this->clusters.data() + this->begin[parent + 1] };
   }
 };
+
+// By place; in one place by lowest original vertex.
+bool IsBefore(const ClusterParents& level, VertexId a, VertexId b)
+{
+  return level.positions[a] != level.positions[b] ? level.positions[a] < level.positions[b]
+                                                  : level.lowest[a] < level.lowest[b];
+}
 
 Siblings GroupSiblings(const ClusterParents& level, std::size_t parents, const Execution& execution)
 {
@@ -52,8 +59,8 @@ Siblings GroupSiblings(const ClusterParents& level, std::size_t parents, const E
       for (std::size_t parent = begin; parent < end; ++parent)
       {
         const std::span<VertexId> some = siblings.Of(parent);
-        std::sort(some.begin(), some.end(),
-          [&](VertexId a, VertexId b) { return level.lowest[a] < level.lowest[b]; });
+        std::sort(
+          some.begin(), some.end(), [&](VertexId a, VertexId b) { return IsBefore(level, a, b); });
       }
     });
   return siblings;
@@ -115,36 +122,15 @@ std::vector<VertexId> OrderByKey(std::span<const VertexId> keys)
   return order;
 }
 
-std::vector<VertexId> PositionsDepthFirst(
-  const ClusterParents& level, std::span<const VertexId> ofParents)
-{
-  std::vector<std::pair<std::uint64_t, VertexId>> sorted; // parent's position and lowest, cluster
-  sorted.reserve(level.lowest.size());
-  for (std::size_t i = 0; i < level.lowest.size(); ++i)
-  {
-    const std::uint64_t parent = ofParents.empty() ? 0 : ofParents[level.parents[i]];
-    sorted.emplace_back(parent << 32 | level.lowest[i], static_cast<VertexId>(i));
-  }
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<VertexId> result(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i)
-  {
-    result[sorted[i].second] = static_cast<VertexId>(i);
-  }
-  return result;
-}
-
-std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
-  std::span<const VertexId> counts, std::span<const VertexId> partitionBegin)
+std::vector<VertexId> FirstOfStitch(const ClusterParents& level, std::span<const VertexId> counts,
+  std::span<const VertexId> partitionBegin)
 {
   const std::vector<VertexId> partitions = PartitionsOf(counts, partitionBegin);
-  std::vector<VertexId> order(positions.size());
+  std::vector<VertexId> order(counts.size());
   std::iota(order.begin(), order.end(), VertexId{ 0 });
   std::sort(order.begin(), order.end(),
-    [&](VertexId a, VertexId b)
-    {
-      return partitions[a] != partitions[b] ? partitions[a] < partitions[b]
-                                            : positions[a] < positions[b];
+    [&](VertexId a, VertexId b) {
+      return partitions[a] != partitions[b] ? partitions[a] < partitions[b] : IsBefore(level, a, b);
     });
   std::vector<VertexId> first(order.size());
   VertexId next = partitionBegin.front();
@@ -185,13 +171,8 @@ std::vector<ReachedNode> ReachOfParents(const VertexTree& tree, unsigned depth,
 std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin)
 {
-  std::vector<VertexId> positions;
-  for (const ClusterParents& level : levels)
-  {
-    positions = PositionsDepthFirst(level, positions);
-  }
   std::vector<std::vector<VertexId>> first(levels.size());
-  first.back() = FirstOfStitch(positions, counts, partitionBegin);
+  first.back() = FirstOfStitch(levels.back(), counts, partitionBegin);
   for (std::size_t d = levels.size() - 1; d-- > 0;)
   {
     first[d].assign(levels[d].lowest.size(), noVertex);

@@ -4,8 +4,8 @@
 //
 // A cluster of a level >= S is an interval of the numbered vertices (VertexTree.h), so its lowest
 // number follows from its parent's and from how many vertices the siblings before it hold:
-//   1. FirstOfCoarseClusters: the levels 0 … S, whole; or in parts PositionsDepthFirst down to S,
-//      FirstOfStitch, and LowerFirst back up.
+//   1. FirstOfCoarseClusters: the levels 0 … S, whole; or in parts FirstOfStitch, and LowerFirst
+//      from there up.
 //   2. FirstOfChildren: each finer level, all of it or the clusters of one block.
 //   3. OrderVertices: the original vertices of the mesh, or of the block.
 //   4. OrderLevel: a level, or what is at hand of it, as PieceCutter takes it; NumberPart the same
@@ -31,22 +31,17 @@ struct ClusterParents
 {
   std::span<const VertexId> parents; // cluster of the next coarser level; not read at level 0
   std::span<const VertexId> lowest;  // lowest original vertex
+  std::span<const Vec3> positions;   // representatives
 };
 
-// The position of each cluster in depth-first order; siblings are ordered by their lowest vertices.
-// level: a whole level, or all children of some clusters. ofParents: the positions of the clusters
-// that level.parents names, all different; they need not begin at 0; empty at level 0. O(c log c),
-// 20 bytes a cluster.
-std::vector<VertexId> PositionsDepthFirst(
-  const ClusterParents& level, std::span<const VertexId> ofParents);
-
 // The lowest numbered vertex of each cluster of level S, of all or of those in some partitions.
-// positions: PositionsDepthFirst. counts: original vertices of each cluster; clusters lie in one
-// partition each, and are ordered by it. partitionBegin: the first number of each partition, and
-// the end. O(c log c), 16 bytes a cluster. REQUIRES: the counts of each partition add up to its
-// vertices.
-std::vector<VertexId> FirstOfStitch(std::span<const VertexId> positions,
-  std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
+// Inside a partition clusters come by place (x, then y, then z), in one place by lowest original
+// vertex: an order that the codec tells in few bytes. counts: original vertices of each cluster;
+// clusters lie in one partition each, and are ordered by it. partitionBegin: the first number of
+// each partition, and the end. O(c log c), 12 bytes a cluster. REQUIRES: the counts of each
+// partition add up to its vertices.
+std::vector<VertexId> FirstOfStitch(const ClusterParents& level, std::span<const VertexId> counts,
+  std::span<const VertexId> partitionBegin);
 
 // Lowers the lowest numbered vertices of clusters to those of their children, which are of a level
 // <= S. Before the first child, a parent's is noVertex.
@@ -61,14 +56,13 @@ std::vector<ReachedNode> ReachOfParents(const VertexTree& tree, unsigned depth,
 // The lowest numbered vertex of every cluster of the levels 0 … S.
 // levels: those of depth 0 … S. counts: original vertices of each cluster of level S, whose
 // clusters lie in one partition each, and are ordered by it. partitionBegin: 2^P + 1 numbers.
-// O(c log c) for c clusters, 20 bytes a cluster. REQUIRES: the counts of each partition add up to
+// O(c log c) for c clusters, 12 bytes a cluster. REQUIRES: the counts of each partition add up to
 // its vertices.
 std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
 
 // The lowest numbered vertex of each cluster of a level finer than S. The vertices of a cluster's
-// children follow each other from its own first one on; children are ordered by lowest original
-// vertex.
+// children follow each other from its own first one on; children are ordered as in FirstOfStitch.
 // level: clusters and all their siblings, in any order. counts: original vertices of each.
 // firstOfParents: of the clusters that level.parents are places in.
 // O(c log(siblings)); 12 bytes a cluster. Parents in parallel.

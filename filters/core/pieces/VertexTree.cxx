@@ -17,8 +17,10 @@ std::vector<std::vector<VertexId>> FirstVertices(
   const ClusterLevels& levels, const VertexTree& tree, const Execution& execution)
 {
   const std::size_t stitch = tree.depths.stitch;
-  const auto links = [&](std::size_t d) {
-    return ClusterParents{ levels.levels[d].parents, levels.levels[d].lowest };
+  const auto links = [&](std::size_t d)
+  {
+    const ClusterLevel& level = levels.levels[d];
+    return ClusterParents{ level.parents, level.lowest, level.positions };
   };
   // At first the original vertices of each cluster, from the finest level up to S.
   std::vector<std::vector<VertexId>> first(levels.levels.size());

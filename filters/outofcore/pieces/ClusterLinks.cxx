@@ -56,6 +56,7 @@ Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std
   ClusterLinks links;
   links.above = std::move(*above);
   links.lowest.reserve(end - begin);
+  links.positions.reserve(end - begin);
   links.counts.reserve(end - begin);
   KDSTREAM_TRY(ForEachBlockOf<ClusterRecord>(level.clusters, begin, end,
     [&](std::span<const ClusterRecord> clusters)
@@ -63,6 +64,7 @@ Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std
       for (const ClusterRecord& cluster : clusters)
       {
         links.lowest.push_back(cluster.lowest);
+        links.positions.push_back(cluster.position);
         links.counts.push_back(cluster.count);
       }
     }));

@@ -25,9 +25,10 @@ struct ClusterLinks
 {
   ParentLinks above;
   std::vector<VertexId> lowest; // original vertex of each cluster
+  std::vector<Vec3> positions;
   std::vector<VertexId> counts; // original vertices
 
-  ClusterParents Links() const { return { this->above.parents, this->lowest }; }
+  ClusterParents Links() const { return { this->above.parents, this->lowest, this->positions }; }
 };
 
 // Of the clusters of a block of a level in files. Errors: InputOutput; Damaged, naming the cluster

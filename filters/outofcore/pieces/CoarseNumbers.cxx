@@ -123,7 +123,6 @@ public:
   Status Number()
   {
     const unsigned inFiles = this->Levels.firstInFiles;
-    KDSTREAM_TRY(this->FindPositions());
     KDSTREAM_TRY(this->NumberStitch());
     for (unsigned d = this->Stitch; d > inFiles; --d)
     {
@@ -164,51 +163,18 @@ private:
     return {};
   }
 
-  // Depth-first positions of the clusters of a block among each other.
-  Status FindPositions()
-  {
-    std::vector<VertexId> whole; // of the level above the files
-    for (const ClusterLevel& level : this->Levels.coarse)
-    {
-      whole = PositionsDepthFirst({ level.parents, level.lowest }, whole);
-    }
-    SpillFile above;
-    for (unsigned d = this->Levels.firstInFiles; d <= this->Stitch; ++d)
-    {
-      SpillFile file;
-      KDSTREAM_TRY(this->Create("positions of clusters", d, sizeof(VertexId), file));
-      KDSTREAM_TRY(this->ForEachBlock(d,
-        [&](std::size_t block, VertexId begin, VertexId) -> Status
-        {
-          const Result<ClusterLinks> links = ReadLinks(this->Levels, d, block);
-          KDSTREAM_TRY(links);
-          const Result<std::vector<VertexId>> ofParents =
-            ValuesOfParents(links->above, &above, whole);
-          KDSTREAM_TRY(ofParents);
-          const std::vector<VertexId> positions = PositionsDepthFirst(links->Links(), *ofParents);
-          return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(positions));
-        }));
-      above = std::move(file);
-    }
-    this->Positions = std::move(above);
-    return {};
-  }
-
   Status NumberStitch()
   {
     SpillFile& file = this->Numbers.first[this->Stitch];
     KDSTREAM_TRY(this->Create("numbers of a level", this->Stitch, sizeof(VertexId), file));
     const unsigned blockDepth = this->Levels.files[this->Stitch].blockDepth;
     return this->ForEachBlock(this->Stitch,
-      [&](std::size_t block, VertexId begin, VertexId end) -> Status
+      [&](std::size_t block, VertexId begin, VertexId) -> Status
       {
         const Result<ClusterLinks> links = ReadLinks(this->Levels, this->Stitch, block);
         KDSTREAM_TRY(links);
-        const Result<std::vector<VertexId>> positions =
-          ReadInterval<VertexId>(this->Positions, begin, end);
-        KDSTREAM_TRY(positions);
         const std::vector<VertexId> first = FirstOfStitch(
-          *positions, links->counts, PartitionsOfCell(this->Input, blockDepth, block));
+          links->Links(), links->counts, PartitionsOfCell(this->Input, blockDepth, block));
         return WriteRecords<VertexId>(file, begin, std::span<const VertexId>(first));
       });
   }
@@ -313,7 +279,6 @@ private:
   const ExternalLevels& Levels;
   ExternalNumbers& Numbers;
   const unsigned Stitch;
-  SpillFile Positions; // VertexId: of the clusters of level S
 };
 
 // Gives all processes a file of `count` numbers that the first one has.

@@ -2,9 +2,9 @@
 // The numbers of the levels 0 … S of a mesh that does not fit the memory. Step "number" out of
 // core.
 //
-// These levels are interwoven: a cluster's lowest number follows from level S, whose order follows
-// from all levels above. So they are gone through block by block three times: depth-first positions
-// from the top down, lowest numbers back up, ranks down again; and what they reach, from that.
+// A cluster's lowest number follows from those of level S. So these levels are gone through block
+// by block: level S is numbered, then lowest numbers follow upward, ranks downward, and what
+// clusters reach.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -23,7 +23,7 @@ namespace kdstream
 {
 
 // Numbers the levels in files up to S. O(c log c) for their c clusters, about 2^(S+1), sheets
-// multiply them. Memory: a block of a level at a time, about 60 bytes a cluster; the levels above
+// multiply them. Memory: a block of a level at a time, about 70 bytes a cluster; the levels above
 // the files, 12 bytes a cluster; 4 bytes a partition. Errors: InputOutput; Damaged (ReadLinks).
 // team: the first one works, and all get what finer levels and CoarseTree need.
 Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
