@@ -2,6 +2,8 @@
 // Running the programs as a user does: arguments in; exit code, stdout and stderr out.
 #pragma once
 
+#include "Testing/Fixtures/TemporaryFolder.h"
+
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -21,29 +23,6 @@ struct Outcome
   std::string out, err;
   std::uint64_t peakBytes = 0; // of resident memory, as the system counted it
 };
-
-// A folder of one test's own, gone with the object.
-class TemporaryFolder
-{
-public:
-  TemporaryFolder()
-  {
-    std::string name = (std::filesystem::temp_directory_path() / "kdstream-test-XXXXXX").string();
-    this->Path = ::mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(this->Path); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::filesystem::path operator/(const std::string& name) const { return this->Path / name; }
-  std::filesystem::path Path;
-};
-
-inline std::string ReadWhole(const std::filesystem::path& file)
-{
-  std::ifstream stream(file, std::ios::binary);
-  return { std::istreambuf_iterator<char>(stream), {} };
-}
 
 // Runs a program with the arguments, in `folder`.
 inline Outcome RunProgram(const TemporaryFolder& folder, const std::string& program,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/AccessLog.h"
 
+#include "Testing/Fixtures/TemporaryFolder.h"
+
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -9,9 +11,7 @@
 
 #include <algorithm>
 #include <csignal>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 
 using namespace kdstream;
 namespace fs = std::filesystem;
@@ -22,20 +22,11 @@ namespace
 class Log : public testing::Test
 {
 protected:
-  fs::path file = fs::temp_directory_path() / ("kdstream-log-" + std::to_string(::getpid()));
+  const fixtures::TemporaryFolder folder;
+  const fs::path file = folder / "access.log";
   AccessRecord record{ "127.0.0.1", "GET", "/a \"b\"", 200, 512, 0.25 };
 
   void SetUp() override { std::signal(SIGPIPE, SIG_IGN); }
-  void TearDown() override
-  {
-    fs::remove(this->file);
-    fs::remove(fs::path(this->file) += ".1");
-  }
-  static std::string Content(const fs::path& path)
-  {
-    std::ifstream stream(path);
-    return { std::istreambuf_iterator<char>(stream), {} };
-  }
 };
 
 }
@@ -48,7 +39,7 @@ TEST_F(Log, ALineARequestAppended)
     ASSERT_TRUE(log);
     (*log)->Write(this->record);
   }
-  const auto text = Content(this->file);
+  const auto text = fixtures::ReadWhole(this->file);
   EXPECT_EQ(text.substr(0, 7), "before\n");
   EXPECT_EQ(text.substr(7 + 20), " 127.0.0.1 \"GET /a\\x20\\x22b\\x22\" 200 512 250.0\n");
 }
@@ -66,9 +57,9 @@ TEST_F(Log, GoesOnInTheFileThatHasTheName)
     this->record.target = "/new";
     (*log)->Write(this->record);
   }
-  EXPECT_NE(Content(old).find("/still-the-old"), std::string::npos);
-  EXPECT_EQ(Content(old).find("/new"), std::string::npos);
-  EXPECT_NE(Content(this->file).find("/new"), std::string::npos);
+  EXPECT_NE(fixtures::ReadWhole(old).find("/still-the-old"), std::string::npos);
+  EXPECT_EQ(fixtures::ReadWhole(old).find("/new"), std::string::npos);
+  EXPECT_NE(fixtures::ReadWhole(this->file).find("/new"), std::string::npos);
 }
 
 TEST_F(Log, KeepsItsFileWhereItCannotHaveAnother)

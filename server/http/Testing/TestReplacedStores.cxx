@@ -3,6 +3,7 @@
 // of the digest that they asked for, or a word that says that there are none any more.
 #include "server/http/HttpServer.h"
 
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
 #include "server/http/Testing/HttpTestClient.h"
@@ -10,7 +11,6 @@
 #include "server/session/StoreCatalog.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -81,7 +81,7 @@ constexpr unsigned foreign = 1; // not a status: bytes of another model
 class ReplacedStores : public testing::Test
 {
 protected:
-  fs::path folder = fs::temp_directory_path() / ("kdstream-replaced-" + std::to_string(::getpid()));
+  const fixtures::TemporaryFolder folder;
   fs::path served = this->folder / "served" / "m.kds", old = this->folder / "old.kds",
            fresh = this->folder / "new.kds";
   StoreCatalog catalog{ this->folder / "served", [](const fs::path&, const std::string&) {} };
@@ -102,11 +102,6 @@ protected:
     auto started = HttpServer::Start(this->catalog, options);
     ASSERT_TRUE(started);
     this->server = std::move(*started);
-  }
-  void TearDown() override
-  {
-    this->server.reset();
-    fs::remove_all(this->folder);
   }
 
   ModelDescription Build(const fs::path& file, double height)

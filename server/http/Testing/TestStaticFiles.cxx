@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/StaticFiles.h"
 
+#include "Testing/Fixtures/TemporaryFolder.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <unistd.h>
 
 using namespace kdstream;
 namespace fs = std::filesystem;
@@ -15,7 +16,8 @@ namespace
 class Web : public testing::Test
 {
 protected:
-  fs::path outer = fs::temp_directory_path() / ("kdstream-static-" + std::to_string(::getpid()));
+  const fixtures::TemporaryFolder temporary;
+  const fs::path outer = this->temporary.Path;
   fs::path root = outer / "web";
 
   void SetUp() override
@@ -43,8 +45,6 @@ protected:
     fs::create_directories(this->root / "folder.js.gz");
     fs::create_symlink(this->outer / "web-other/x.txt", this->root / "sibling.txt");
   }
-  void TearDown() override { fs::remove_all(this->outer); }
-
   static void Put(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
 
   std::string Read(std::string_view path)
