@@ -2,7 +2,9 @@
 // What is fetched from a server, and its answer, whoever fetches it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdlib>
 #include <string>
 
 namespace kdstream
@@ -25,6 +27,12 @@ struct HttpReply
 constexpr bool IsBusy(unsigned status)
 {
   return status == 429 || status == 503;
+}
+
+// The seconds that a Retry-After field asks for: at most an hour; a date counts as none.
+inline double RetryAfterIn(const std::string& field)
+{
+  return static_cast<double>(std::min(std::strtoul(field.c_str(), nullptr, 10), 3600ul));
 }
 
 // 401 and 403 are about who asks: nothing of the model can be had.

@@ -141,9 +141,8 @@ private:
   void Answer()
   {
     const auto field = this->Parser->get()[http::field::retry_after];
-    const auto seconds = std::strtoul(std::string(field.data(), field.size()).c_str(), nullptr, 10);
     HttpReply reply{ this->Parser->get().result_int(), std::move(this->Parser->get().body()),
-      std::min(static_cast<double>(seconds), 3600.0) }; // a date counts as 0
+      RetryAfterIn(std::string(field.data(), field.size())) };
     if (!this->Parser->keep_alive())
     {
       this->Disconnect();

@@ -186,11 +186,11 @@ private:
         this->Receive(bytes, isText);
       }
     };
-    handlers.onEnd = [this, current](bool refused, const std::string& why)
+    handlers.onEnd = [this, current](bool refused, const std::string& why, double retryAfter)
     {
       if (current())
       {
-        this->Talk->SocketEnded(refused, why, Now());
+        this->Talk->SocketEnded(refused, why, Now(), retryAfter);
         this->Act();
       }
     };

@@ -42,7 +42,8 @@ void ServerLine::Send(const SessionRequest& request, double now)
     this->LastNews = now; // silence begins when there is something to say
   }
   this->Stream.Send(request, now);
-  if (this->Current == State::Lost && !this->Options.patient && this->Stream.IsWaiting())
+  if (this->Current == State::Lost && !this->Options.patient && !this->Retrying &&
+      this->Stream.IsWaiting())
   {
     this->Connect();
   }
@@ -53,6 +54,7 @@ void ServerLine::SocketOpened(double now)
 {
   this->Current = State::Streaming;
   this->HasStreamed = true;
+  this->Tries = 0;
   this->Probing = false;
   this->Early.clear();
   this->Why.clear();
@@ -99,7 +101,7 @@ void ServerLine::Receive(const Status& status, double now)
   this->Flush();
 }
 
-void ServerLine::SocketEnded(bool refused, const std::string& why, double now)
+void ServerLine::SocketEnded(bool refused, const std::string& why, double now, double retryAfter)
 {
   if (this->Current != State::Connecting && this->Current != State::Streaming)
   {
@@ -107,7 +109,7 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now)
   }
   if (!this->Probing && (!refused || this->HasStreamed))
   {
-    this->Lose(why, now);
+    this->Lose(why, now, retryAfter);
     return;
   }
   this->EndProbe(now);
@@ -137,19 +139,20 @@ void ServerLine::ProbeStream()
   this->Connect();
 }
 
-void ServerLine::Lose(const std::string& why, double now)
+void ServerLine::Lose(const std::string& why, double now, double retryAfter)
 {
   this->Why = "the connection to " + this->Options.authority + " was lost: " + why;
-  if (std::exchange(this->MayRetryAtOnce, false))
+  const bool asksForPatience = retryAfter > 0;
+  if (std::exchange(this->MayRetryAtOnce, false) && !asksForPatience)
   {
     this->Connect();
     return;
   }
   this->Current = State::Lost;
   this->Actions.push_back({ Action::Kind::Close, {}, {} });
-  if (this->Options.patient)
+  if (this->Options.patient || (asksForPatience && this->Tries++ < this->Options.mostTries))
   {
-    this->RetryLater(now);
+    this->RetryLater(now, retryAfter);
   }
   else
   {

@@ -79,8 +79,9 @@ public:
   void SocketText(std::string_view text, double now);
   void SocketFrame(std::span<const std::uint8_t> message, double now);
   // refused: the server answered that it has no stream (not that it is busy, or that this client
-  // may not have one). why: a reason for the person to read.
-  void SocketEnded(bool refused, const std::string& why, double now);
+  // may not have one). why: a reason for the person to read. retryAfter: in how many seconds a busy
+  // server wants to be asked again; 0 if it does not say.
+  void SocketEnded(bool refused, const std::string& why, double now, double retryAfter = 0);
   void Fetched(const Result<HttpReply>& reply, double now);
   // Call now and then: retries, silences.
   void Tick(double now);
@@ -102,7 +103,7 @@ public:
 private:
   void Connect();
   void Receive(const Status& status, double now);
-  void Lose(const std::string& why, double now);
+  void Lose(const std::string& why, double now, double retryAfter = 0);
   void RetryLater(double now, double atLeast = 0);
   double Jittered(double pause, double now) const;
   void ProbeStream();
@@ -122,7 +123,7 @@ private:
   GetConversation Gets;
   bool Retrying = false; // at RetryAt
   double RetryAt = 0, RetryAfter = 0;
-  std::size_t Tries = 0; // to fetch one thing from a busy server
+  std::size_t Tries = 0; // to fetch one thing from a busy server, or to have a stream of it
   bool Probing = false;  // whether there is a stream by now
   double ProbeAt = 0;    // the next time
   double LastNews = 0;

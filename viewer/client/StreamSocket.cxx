@@ -104,8 +104,11 @@ private:
     {
       const bool declined = error == websocket::error::upgrade_declined;
       const auto status = this->Answer.result_int();
-      this->End(declined && !IsBusy(status) && !IsForbidden(status),
-        declined ? "the server says " + std::to_string(status) : error.message());
+      const bool busy = declined && IsBusy(status);
+      const auto pause = this->Answer[http::field::retry_after].to_string();
+      this->End(declined && !busy && !IsForbidden(status),
+        declined ? "the server says " + std::to_string(status) : error.message(),
+        busy ? RetryAfterIn(pause) : 0);
     }
     else if (this->Answer[http::field::sec_websocket_protocol].to_string() !=
              protocol::streamSubprotocol)
@@ -159,13 +162,13 @@ private:
       });
   }
 
-  void End(bool refused, const std::string& why)
+  void End(bool refused, const std::string& why, double retryAfter = 0)
   {
     const Handlers callbacks = std::exchange(this->Callbacks, {});
     beast::get_lowest_layer(this->Socket).close();
     if (callbacks.onEnd)
     {
-      callbacks.onEnd(refused, why);
+      callbacks.onEnd(refused, why, retryAfter);
     }
   }
 

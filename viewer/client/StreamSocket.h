@@ -27,8 +27,9 @@ public:
     std::function<void()> onOpen;
     std::function<void(std::span<const std::uint8_t> bytes, bool isText)> onMessage;
     // The last call. refused: the server answers, but has no stream for us. why: the system's or
-    // our reason.
-    std::function<void(bool refused, const std::string& why)> onEnd;
+    // our reason. retryAfter: in how many seconds a busy server wants to be asked again; 0 if it
+    // does not say.
+    std::function<void(bool refused, const std::string& why, double retryAfter)> onEnd;
   };
 
   // Starts to connect.

@@ -377,6 +377,52 @@ TEST(TestServerLine, ABusyServerIsAskedAgainWhenItSays)
   }
 }
 
+TEST(TestServerLine, ABusyServerIsAskedForAStreamAgainWhenItSays)
+{
+  ServerLine line(Patient());
+  Stream(line, 0);
+  line.SocketEnded(false, "going away", 10); // it stops, and another one takes its place
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketEnded(false, "the server says 503", 10, 7);
+  EXPECT_EQ(Actions(line), Names{ "close" });
+  EXPECT_EQ(line.NextTick(), 17);
+  line.Tick(17);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketEnded(false, "the server says 503", 17, 0.5); // less than the line's own pause
+  EXPECT_EQ(line.NextTick(), 19);
+
+  ServerLine first(Patient());
+  EXPECT_EQ(Actions(first), Names{ "connect" });
+  first.SocketEnded(false, "the server says 503", 0, 7);
+  EXPECT_EQ(Actions(first), Names{ "close" }) << "not at once: it has said so";
+  EXPECT_EQ(first.NextTick(), 7);
+}
+
+TEST(TestServerLine, AnImpatientLineWaitsForABusyServersStreamAFewTimes)
+{
+  ServerLineOptions options = Patient();
+  options.patient = false;
+  options.mostTries = 3;
+  ServerLine line(options);
+  line.Send(OpenModel(1), 0);
+  double now = 0;
+  for (int i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(Actions(line), Names{ "connect" });
+    line.SocketEnded(false, "the server says 503", now, 2);
+    EXPECT_EQ(Actions(line), Names{ "close" });
+    EXPECT_TRUE(line.TakeEvents().empty());
+    EXPECT_GE(line.NextTick(), now + 2);
+    now = line.NextTick();
+    line.Tick(now);
+  }
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketEnded(false, "the server says 503", now, 2);
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
+}
+
 TEST(TestServerLine, AnImpatientLineAsksABusyServerAFewTimes)
 {
   ServerLineOptions options;

@@ -295,13 +295,15 @@ extern "C"
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(viewer->inbox.data());
     viewer->page.Line().SocketFrame(std::span(bytes, viewer->inbox.size()), now);
   }
-  // The inbox says why.
-  EMSCRIPTEN_KEEPALIVE void ViewerSocketEnded(WebViewer* viewer, bool refused, double now)
+  // The inbox says why. retryAfter: the seconds that a busy server asks for, or 0.
+  EMSCRIPTEN_KEEPALIVE void ViewerSocketEnded(
+    WebViewer* viewer, bool refused, double now, double retryAfter)
   {
-    viewer->page.Line().SocketEnded(refused, viewer->inbox, now);
+    viewer->page.Line().SocketEnded(refused, viewer->inbox, now, retryAfter);
   }
   // The inbox is the body of the answer, or says why there is none (status 0).
-  EMSCRIPTEN_KEEPALIVE void ViewerFetched(WebViewer* viewer, unsigned status, double now)
+  EMSCRIPTEN_KEEPALIVE void ViewerFetched(
+    WebViewer* viewer, unsigned status, double now, double retryAfter)
   {
     std::string body = std::exchange(viewer->inbox, {});
     if (status == 0)
@@ -311,7 +313,7 @@ extern "C"
     }
     else
     {
-      viewer->page.Line().Fetched(kdstream::HttpReply{ status, std::move(body) }, now);
+      viewer->page.Line().Fetched(kdstream::HttpReply{ status, std::move(body), retryAfter }, now);
     }
   }
   EMSCRIPTEN_KEEPALIVE void ViewerTick(WebViewer* viewer, double now)

@@ -6,6 +6,7 @@ import { Action } from "./viewer.js";
 
 const longestSilence = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
+const longestRetryAfter = 3600; // s
 
 // All addresses are relative to the page's, so that it works below a path too.
 function addressOf(path) {
@@ -20,7 +21,13 @@ function streamAddress() {
 
 const now = () => performance.now() / 1000;
 
-// The answer's status and body; stops where it has more than mostBytes, or falls silent.
+// The seconds that a busy server asks for; 0 if it does not say.
+function retryAfterOf({ status, headers }) {
+  const seconds = status === 429 || status === 503 ? Number(headers.get("Retry-After")) : 0;
+  return Math.min(Math.max(seconds, 0), longestRetryAfter) || 0;
+}
+
+// The answer's status, body and retryAfter; stops where it has more than mostBytes, or falls silent.
 async function get(path, mostBytes, cache = "default") {
   const controller = new AbortController();
   let timer = 0;
@@ -38,12 +45,12 @@ async function get(path, mostBytes, cache = "default") {
       wait();
       const { done, value } = await reader.read();
       if (done) {
-        return { status: response.status, bytes: join(parts, length) };
+        return { status: response.status, bytes: join(parts, length), retryAfter: retryAfterOf(response) };
       }
       length += value.length;
       if (length > mostBytes) {
         controller.abort();
-        return { status: 413, bytes: new TextEncoder().encode('{"error":"the answer is too large"}') };
+        return { status: 413, bytes: new TextEncoder().encode('{"error":"the answer is too large"}'), retryAfter: 0 };
       }
       parts.push(value);
     }
@@ -62,13 +69,14 @@ function join(parts, length) {
   return bytes;
 }
 
-// The list of models as bytes. Throws an error whose message says why there is none.
+// The list of models as bytes. Throws an error whose message says why there is none, with retryAfter where a busy server
+// has said it.
 export async function getList() {
-  const { status, bytes } = await get("api/models.json", mostListBytes).catch(() => {
+  const { status, bytes, retryAfter } = await get("api/models.json", mostListBytes).catch(() => {
     throw new Error("the server does not answer");
   });
   if (status !== 200) {
-    throw new Error(`the server says ${status}`);
+    throw Object.assign(new Error(`the server says ${status}`), { retryAfter });
   }
   return bytes;
 }
@@ -169,12 +177,17 @@ export class Line {
   // us.
   async #ended(socket, opened, reason) {
     let refused = false;
+    let trouble = null;
     if (!opened) {
-      refused = await getList().then(() => true, () => false);
+      refused = await getList().then(() => true, (error) => {
+        trouble = error;
+        return false;
+      });
     }
     if (this.#socket === socket) {
       this.#socket = null;
-      this.#viewer.socketEnded(refused, reason || (opened ? "it was closed" : "the server does not answer"), now());
+      const why = reason || (opened ? "it was closed" : trouble?.message ?? "the server has no stream");
+      this.#viewer.socketEnded(refused, why, now(), trouble?.retryAfter ?? 0);
       this.#told();
     }
   }
@@ -183,8 +196,8 @@ export class Line {
     const cache = this.#distrusted.delete(path) ? "reload" : "default";
     this.#fetched.add(path);
     try {
-      const { status, bytes } = await get(path, mostBytes, cache);
-      this.#viewer.fetched(status, bytes, now());
+      const { status, bytes, retryAfter } = await get(path, mostBytes, cache);
+      this.#viewer.fetched(status, bytes, now(), retryAfter);
     } catch {
       this.#viewer.fetchFailed("the server does not answer", now());
     }

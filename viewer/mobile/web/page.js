@@ -109,7 +109,8 @@ async function refreshList() {
     showModels(viewer.models());
   } catch (error) {
     listTrouble = error.message;
-    refreshListIn(listRetry);
+    // Not all at once when a server comes back.
+    refreshListIn(Math.max(listRetry, error.retryAfter ?? 0) * (1 + Math.random()));
     listRetry = Math.min(2 * listRetry, longestRetry);
   }
   wake();

@@ -158,20 +158,20 @@ class Viewer {
     return known;
   }
 
-  // refused: the server answers, but has no stream for us.
-  socketEnded(refused, why, now) {
+  // refused: the server answers, but has no stream for us. retryAfter: the seconds that a busy one asks for, or 0.
+  socketEnded(refused, why, now, retryAfter) {
     this.#putText(why);
-    this.#call("SocketEnded", refused ? 1 : 0, now);
+    this.#call("SocketEnded", refused ? 1 : 0, now, retryAfter);
   }
 
-  fetched(status, bytes, now) {
+  fetched(status, bytes, now, retryAfter) {
     this.#put(bytes);
-    this.#call("Fetched", status, now);
+    this.#call("Fetched", status, now, retryAfter);
   }
 
   fetchFailed(why, now) {
     this.#putText(why);
-    this.#call("Fetched", 0, now);
+    this.#call("Fetched", 0, now, 0);
   }
 
   tick(now) {
