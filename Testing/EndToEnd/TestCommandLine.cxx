@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What --help lists and what doc/cli.md promises are the same options, which take the same values,
-// for every program that was built.
+// What --help lists, what doc/cli.md promises and what the manual tells are the same options, which
+// take the same values, for every program that was built.
 #include "Testing/EndToEnd/Process.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cctype>
 #include <map>
 #include <set>
@@ -148,12 +149,14 @@ std::vector<std::string> CommandsOf(const std::string& section)
   return commands;
 }
 
+constexpr std::array programNames{ "build", "store", "serve", "view", "convert", "generate" };
+
 TEST(CommandLine, HelpAndDocumentListTheSameOptions)
 {
   const TemporaryFolder folder;
   const std::string document = ReadWhole(KDSTREAM_CLI_DOCUMENT);
   unsigned programs = 0;
-  for (const char* const name : { "build", "store", "serve", "view", "convert", "generate" })
+  for (const char* const name : programNames)
   {
     SCOPED_TRACE(name);
     const std::string program = "kdstream-" + std::string(name);
@@ -191,6 +194,47 @@ TEST(CommandLine, HelpAndDocumentListTheSameOptions)
     }
   }
   EXPECT_GE(programs, 2U) << "kdstream-build and kdstream-store are always there";
+}
+
+// The options of a text, and what they take, as roff writes them.
+Values ManualValues(std::string page)
+{
+  Values values;
+  std::erase(page, '\\');
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);)
+  {
+    if (line.starts_with(".B -"))
+    {
+      AddValues(line.substr(3), values);
+    }
+  }
+  return values;
+}
+
+TEST(CommandLine, TheManualHasTheOptionsOfHelp)
+{
+  const TemporaryFolder folder;
+  const std::string document = ReadWhole(KDSTREAM_CLI_DOCUMENT);
+  for (const char* const name : programNames)
+  {
+    SCOPED_TRACE(name);
+    const std::string program = "kdstream-" + std::string(name);
+    const auto page = ReadWhole(std::filesystem::path(KDSTREAM_MANUAL) / (program + ".1"));
+    if (page.empty() ||
+        !std::filesystem::exists(std::filesystem::path(KDSTREAM_PROGRAMS) / program))
+    {
+      continue; // not in this build
+    }
+    std::string helpTexts = RunTool(folder, name, { "--help" }).out;
+    for (const std::string& command : CommandsOf(SectionOf(document, program)))
+    {
+      helpTexts += RunTool(folder, name, { command, "--help" }).out;
+    }
+    EXPECT_EQ(ManualValues(page), OfferedValues(helpTexts));
+    EXPECT_TRUE(
+      page.find("\n.SH NAME\n" + std::string("kdstream\\-") + name + " \\- ") != std::string::npos);
+  }
 }
 
 }
