@@ -4,6 +4,7 @@
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
 #include "server/app/FolderWatch.h"
+#include "server/app/ServeOptions.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
@@ -14,10 +15,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <csignal>
 #include <iostream>
-#include <thread>
 
 namespace
 {
@@ -27,141 +26,12 @@ using namespace kdstream;
 constexpr const char* description =
   "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
   "When it is ready it prints one line: listening on http://HOST:PORT\n"
-  "Stores that come, change or go are seen by themselves; SIGHUP makes it read the folder and the\n"
-  "pages again and open its log anew; SIGTERM and SIGINT end it, what is under way first.";
+  "Stores that come, change or go are seen by themselves; SIGHUP makes it read the folder, the\n"
+  "pages and the certificate again and open its log anew; SIGTERM and SIGINT end it, once it has\n"
+  "finished what is under way; a second one ends it at once.";
 
 constexpr const char* examples = "Example:\n"
                                  "  kdstream-serve stores --port 8700 --access-log -";
-
-struct CommandLine
-{
-  std::string folder, web, accessLog;
-  std::uint64_t slowest = 16384;
-  std::uint64_t cacheBytes = BlobCache::defaultBytes;
-  std::chrono::seconds::rep grace = StoreCatalog::defaultGrace.count();
-  HttpServerOptions server;
-};
-
-void AddOptions(CLI::App& app, CommandLine& line)
-{
-  auto& server = line.server;
-  server.port = 8700;
-  server.threads = std::max(2U, std::thread::hardware_concurrency());
-  app.add_option("DIR", line.folder, "the folder of the stores")->required();
-  const char* const address = "Address";
-  app.add_option("--host", server.host, "name or address to listen at; 0.0.0.0: the whole network")
-    ->type_name("ADDRESS")
-    ->capture_default_str()
-    ->group(address);
-  app.add_option("--port", server.port, "port to listen at; 0: any that is free")
-    ->check(CLI::Range(0, 65535))
-    ->type_name("N")
-    ->capture_default_str()
-    ->group(address);
-  auto* certificate =
-    app.add_option("--tls-cert", server.tlsCertificate, "serve HTTPS with this certificate (PEM)")
-      ->type_name("FILE")
-      ->group(address);
-  auto* key = app.add_option("--tls-key", server.tlsKey, "its private key (PEM, no passphrase)")
-                ->type_name("FILE")
-                ->group(address);
-  certificate->needs(key);
-  key->needs(certificate);
-
-  app
-    .add_option("--trusted-proxy", server.trustedProxies,
-      "address or network of a proxy, whose X-Forwarded-For is believed; may be repeated")
-    ->type_name("ADDRESS")
-    ->allow_extra_args(false)
-    ->group(address);
-  app
-    .add_option("--allow-host", server.allowedHosts,
-      "host that requests may name; may be repeated [default: any]")
-    ->type_name("HOST")
-    ->allow_extra_args(false)
-    ->group(address);
-
-  const char* const pages = "Pages";
-  app
-    .add_option("--web", line.web,
-      "serve the files of this folder at / [default: the web viewer installed with this program]")
-    ->type_name("DIR")
-    ->group(pages);
-  app
-    .add_option("--allow-origin", server.allowOrigin,
-      "let pages of this origin read from here (CORS); *: of any")
-    ->type_name("ORIGIN")
-    ->group(pages);
-
-  const char* const load = "Load";
-  app
-    .add_option(
-      "--max-connections", server.maximumConnections, "clients at once; more are answered 503")
-    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1000000 }))
-    ->capture_default_str()
-    ->group(load);
-  app
-    .add_option("--max-per-address", server.connectionsOfAddress,
-      "clients of one address at once; more are answered 429; 0: any number [default: 100, for "
-      "others than this machine]")
-    ->type_name("N")
-    ->group(load);
-  app
-    .add_option("--requests-per-minute", server.requestsOfAddress,
-      "requests of one address; more are answered 429; 0: any number [default: 6000, for others "
-      "than this machine]")
-    ->type_name("N")
-    ->group(load);
-  app
-    .add_option(
-      "--max-region", server.regionPartitions, "most partitions of a region that is asked for")
-    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 30))
-    ->type_name("N")
-    ->capture_default_str()
-    ->group(load);
-  const auto seconds = [&](const char* name, std::chrono::milliseconds& time, const char* text)
-  {
-    app
-      .add_option_function<double>(
-        name,
-        [&time](double value) { time = std::chrono::milliseconds(std::llround(value * 1000)); },
-        text)
-      ->check(CLI::Range(0.001, 1e6))
-      ->type_name("SECONDS")
-      ->default_str(std::to_string(time.count() / 1000))
-      ->group(load);
-  };
-  seconds("--request-timeout", server.requestTimeout, "for the handshake of TLS and a request");
-  seconds("--answer-timeout", server.answerTimeout,
-    "for taking an answer, or 64 KiB of a stream, and a second more for each --slowest");
-  AddSizeOption(app, "--slowest", line.slowest, "bytes a second that a client must take")
-    ->default_str("16K")
-    ->group(load);
-  seconds("--stream-timeout", server.streamTimeout, "until a stream that says nothing is closed");
-  seconds("--idle-timeout", server.idleTimeout,
-    "after which an idle stream is closed where its place is needed");
-  app.add_option("--threads", server.threads, "threads that answer")
-    ->check(CLI::Range(1U, 1024U))
-    ->capture_default_str()
-    ->group(load);
-  app.add_option("--readers", server.readers, "threads that wait for disks")
-    ->check(CLI::Range(1U, 1024U))
-    ->capture_default_str()
-    ->group(load);
-  AddSizeOption(app, "--cache-memory", line.cacheBytes, "memory for blobs that clients share")
-    ->default_str("256M")
-    ->group(load);
-  app
-    .add_option(
-      "--grace", line.grace, "seconds for which a replaced store's old digest is still answered")
-    ->check(CLI::Range(std::chrono::seconds::rep{ 0 }, std::chrono::seconds::rep{ 1000000 }))
-    ->type_name("SECONDS")
-    ->capture_default_str()
-    ->group(load);
-  app.add_option("--access-log", line.accessLog, "write a line for every request; -: on stderr")
-    ->type_name("FILE")
-    ->group(load);
-}
 
 // The folder of the web viewer that is installed with this program; empty if there is none.
 std::string InstalledWeb()
@@ -191,7 +61,7 @@ sigset_t BlockSignals()
 // What is wrong, though the server goes on.
 void PrintWarning(const std::string& program, const std::string& file, const std::string& what)
 {
-  std::cerr << program << ": warning: " << file << ": " << what << std::endl;
+  std::cerr << program << ": warning: " << file << (file.empty() ? "" : ": ") << what << std::endl;
 }
 
 void WarnOfEmptyFolder(
@@ -207,14 +77,15 @@ void WarnOfEmptyFolder(
 struct Surroundings
 {
   const std::string& program;
-  const CommandLine& line;
+  const ServeOptions& line;
   StoreCatalog& catalog;
   const std::shared_ptr<AccessLog>& log; // may be null
+  HttpServer& server;
 };
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, log] = around;
+  const auto& [program, line, catalog, log, server] = around;
   if (const auto status = catalog.Reload(); !status)
   {
     PrintWarning(
@@ -224,6 +95,10 @@ void Reload(const Surroundings& around)
   if (line.server.web)
   {
     line.server.web->Forget();
+  }
+  if (const auto status = server.ReloadTls(); !status)
+  {
+    PrintWarning(program, "", status.GetError().message + "; the one of before is shown");
   }
   if (const auto status = log ? log->Reopen() : Status{}; !status)
   {
@@ -273,6 +148,25 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
   ::close(signalFile);
 }
 
+// Finishes what is under way, for as long as it may take; a further signal ends that.
+void Drain(const sigset_t& signals, const Surroundings& around)
+{
+  const auto until = std::chrono::steady_clock::now() + around.line.server.drainTimeout;
+  constexpr std::chrono::milliseconds step{ 50 };
+  around.server.BeginDrain();
+  while (!around.server.WaitUntilDrained(step))
+  {
+    constexpr timespec now{ 0, 0 };
+    const int signal = sigtimedwait(&signals, nullptr, &now);
+    const bool hurries = signal == SIGTERM || signal == SIGINT;
+    if (hurries || std::chrono::steady_clock::now() >= until)
+    {
+      PrintWarning(around.program, "", "it ends before all answers are finished");
+      return;
+    }
+  }
+}
+
 // Takes all the descriptors that the system gives, and no more clients than they are enough for:
 // one each, and what the program itself needs.
 void FitDescriptors(const std::string& program, HttpServerOptions& server)
@@ -297,7 +191,7 @@ void FitDescriptors(const std::string& program, HttpServerOptions& server)
   }
 }
 
-int Serve(const std::string& program, CommandLine& line)
+int Serve(const std::string& program, ServeOptions& line)
 {
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
   FitDescriptors(program, line.server);
@@ -360,20 +254,25 @@ int Serve(const std::string& program, CommandLine& line)
     PrintError(program, "", server.GetError());
     return exitFailed; // also of a --host that no name server knows today
   }
+  if (line.server.admin)
+  {
+    std::cerr << program << ": metrics on " << (*server)->AdminUrl() << "/metrics" << std::endl;
+  }
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  WaitForEnd(signals, { program, line, catalog, log });
-  (*server)->Stop();
-  return exitDone;
+  const Surroundings around{ program, line, catalog, log, **server };
+  WaitForEnd(signals, around);
+  Drain(signals, around);
+  return exitDone; // what is still under way ends with the server
 }
 
 }
 
 int main(int argc, char** argv)
 {
-  CommandLine line;
+  ServeOptions line;
   CLI::App app(description, "kdstream-serve");
   app.footer(examples);
-  AddOptions(app, line);
+  AddServeOptions(app, line);
   return RunProgram(app, argc, argv, [&]() { return Serve(app.get_name(), line); });
 }

@@ -1,41 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/ClientSocket.h"
 
-#include <boost/asio/ssl/context.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
-#include <boost/beast/websocket/ssl.hpp>
+#include "server/http/SocketLayers.h"
+#include "server/http/TlsLayers.h"
+
+#include <boost/asio/read.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 
 namespace kdstream
 {
 
-// What differs between plain and TLS.
-class ClientSocket::Layers
-{
-public:
-  virtual ~Layers() = default;
-  virtual beast::tcp_stream& Lowest() = 0;
-  virtual void Handshake(ErrorHandler handler) = 0;
-  virtual void EndOutput(ErrorHandler handler) = 0;
-  virtual void ReadSome(asio::mutable_buffer buffer, BytesHandler handler) = 0;
-  virtual void WriteSome(const Output& buffers, BytesHandler handler) = 0;
-  virtual void TearDown(ErrorHandler handler) = 0;
-};
-
 namespace
 {
 
-template <class Stream>
-class LayersOver : public ClientSocket::Layers
+class PlainLayers final : public ClientSocket::Layers
 {
 public:
-  template <class... Arguments>
-  explicit LayersOver(asio::ip::tcp::socket socket, Arguments&... arguments)
-    : Socket(std::move(socket), arguments...)
+  explicit PlainLayers(asio::ip::tcp::socket socket)
+    : Socket(std::move(socket))
   {
   }
-  beast::tcp_stream& Lowest() override { return beast::get_lowest_layer(this->Socket); }
+  beast::tcp_stream& Lowest() override { return this->Socket; }
+  void Handshake(ClientSocket::ErrorHandler handler) override { handler({}); }
+  void EndOutput(ClientSocket::ErrorHandler handler) override
+  {
+    beast::error_code error;
+    this->Socket.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
+    handler(error);
+  }
   void ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler handler) override
   {
     this->Socket.async_read_some(buffer, std::move(handler));
@@ -50,35 +42,8 @@ public:
     async_teardown(beast::role_type::server, this->Socket, std::move(handler));
   }
 
-protected:
-  Stream Socket;
-};
-
-class PlainLayers : public LayersOver<beast::tcp_stream>
-{
-public:
-  using LayersOver::LayersOver;
-  void Handshake(ClientSocket::ErrorHandler handler) override { handler({}); }
-  void EndOutput(ClientSocket::ErrorHandler handler) override
-  {
-    beast::error_code error;
-    this->Socket.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
-    handler(error);
-  }
-};
-
-class TlsLayers : public LayersOver<beast::ssl_stream<beast::tcp_stream>>
-{
-public:
-  using LayersOver::LayersOver;
-  void Handshake(ClientSocket::ErrorHandler handler) override
-  {
-    this->Socket.async_handshake(asio::ssl::stream_base::server, std::move(handler));
-  }
-  void EndOutput(ClientSocket::ErrorHandler handler) override
-  {
-    this->Socket.async_shutdown(std::move(handler));
-  }
+private:
+  beast::tcp_stream Socket;
 };
 
 }
@@ -88,8 +53,8 @@ ClientSocket::ClientSocket(asio::ip::tcp::socket socket)
 {
 }
 
-ClientSocket::ClientSocket(asio::ip::tcp::socket socket, asio::ssl::context& tls)
-  : Below(std::make_unique<TlsLayers>(std::move(socket), tls))
+ClientSocket::ClientSocket(asio::ip::tcp::socket socket, ssl_ctx_st& tls, Offload elsewhere)
+  : Below(std::make_unique<TlsLayers>(std::move(socket), tls, std::move(elsewhere)))
 {
 }
 
@@ -122,6 +87,11 @@ void ClientSocket::Close()
   {
     this->Below->Lowest().close();
   }
+}
+
+void ClientSocket::ReadPlain(asio::mutable_buffer buffer, BytesHandler handler)
+{
+  asio::async_read(this->Below->Lowest(), buffer, std::move(handler));
 }
 
 void ClientSocket::Handshake(ErrorHandler handler)

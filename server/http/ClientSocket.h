@@ -12,14 +12,12 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <type_traits>
 #include <utility>
 
-namespace boost::asio::ssl
-{
-class context;
-}
+struct ssl_ctx_st;
 
 namespace kdstream
 {
@@ -75,8 +73,10 @@ public:
   using BytesHandler = AnyHandler<beast::error_code, std::size_t>;
 
   explicit ClientSocket(asio::ip::tcp::socket socket);
-  // REQUIRES: the context outlives the socket.
-  ClientSocket(asio::ip::tcp::socket socket, asio::ssl::context& tls);
+  // Has another thread do what the socket's own must not wait for.
+  using Offload = std::function<void(std::function<void()>)>;
+  // Through TLS. What a handshake computes is done by `elsewhere`.
+  ClientSocket(asio::ip::tcp::socket socket, ssl_ctx_st& tls, Offload elsewhere);
   ClientSocket(ClientSocket&&) noexcept;
   ~ClientSocket();
 
@@ -89,6 +89,8 @@ public:
   // Ends the connection at once: what is under way fails.
   void Close();
 
+  // Before the handshake: reads just what fills the buffer, without TLS.
+  void ReadPlain(asio::mutable_buffer buffer, BytesHandler handler);
   // TLS's handshake; a plain socket is ready at once.
   void Handshake(ErrorHandler handler);
   // Tells the client that nothing more will be sent.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/HttpConnection.h"
 
+#include "server/http/ProxyHeader.h"
 #include "server/http/StreamConnection.h"
 #include "server/protocol/ResourcePath.h"
 
@@ -59,7 +60,7 @@ public:
     , State(state)
     , Admitted(std::move(admission))
   {
-    this->SetIdle(patienceWithNew);
+    this->Rest(patienceWithNew);
   }
 
   ~HttpConnection() override { this->State.Leave(this); }
@@ -77,14 +78,8 @@ public:
           [&]
           {
             self->Socket.ExpireAfter(self->State.Options.requestTimeout);
-            self->Socket.Handshake(
-              [self](beast::error_code failed)
-              {
-                if (!failed)
-                {
-                  self->Guard([&] { self->Read(); });
-                }
-              });
+            self->Admitted.isIntroduced ? self->ReadIntroduction(std::make_shared<ProxyHeader>())
+                                        : self->ShakeHands();
           });
       });
   }
@@ -94,8 +89,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        const bool idle = self->Parser && !self->Parser->got_some() && self->Input.size() == 0;
-        if (idle && !self->Answering) // has not become a WebSocket either
+        // Nor has it become a WebSocket. Who came too late for a seat is still told so.
+        if (!self->Answering && self->Admitted.seat.ofAll)
         {
           self->Socket.Close();
         }
@@ -126,14 +121,74 @@ private:
     this->State.Guard(work, [this] { this->Socket.Close(); });
   }
 
+  // What a proxy says of its client, byte by byte where it does not say how long that is: what
+  // follows belongs to TLS or HTTP.
+  void ReadIntroduction(const std::shared_ptr<ProxyHeader>& header)
+  {
+    const auto space = header->Space();
+    if (!space.empty())
+    {
+      this->Socket.ReadPlain(asio::buffer(space.data(), space.size()),
+        [self = this->shared_from_this(), header](beast::error_code error, std::size_t)
+        {
+          if (!error)
+          {
+            self->Guard(
+              [&]
+              {
+                header->Take();
+                self->ReadIntroduction(header);
+              });
+          }
+        });
+      return;
+    }
+    if (header->IsMalformed())
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Proxy);
+      this->Socket.Close();
+      return;
+    }
+    this->Meet(header->Client());
+    this->ShakeHands();
+  }
+
+  // The client that the proxy has named; "": the proxy itself.
+  void Meet(const std::string& address)
+  {
+    auto& client = this->Admitted.client;
+    client.peer = client.address = address.empty() ? client.peer : address;
+    client.proxied = this->State.Proxies.Holds(client.peer);
+    if (!client.proxied && this->Admitted.refusedWith == 0)
+    {
+      this->Admitted.seat.ofAddress = this->State.Clients.TakeSeat(client.address);
+      if (!this->Admitted.seat.ofAddress)
+      {
+        this->State.Counters.CountRefusal(Metrics::Reason::Address);
+        this->Admitted.refusedWith = 429;
+      }
+    }
+  }
+
+  void ShakeHands()
+  {
+    this->Socket.Handshake(
+      [self = this->shared_from_this()](beast::error_code error)
+      {
+        if (error == asio::error::connection_aborted || error == beast::error::timeout)
+        {
+          self->State.Counters.CountRefusal(Metrics::Reason::Handshake);
+        }
+        else if (!error)
+        {
+          self->Guard([&] { self->Read(); });
+        }
+      });
+  }
+
   void Read()
   {
     this->Answering = false;
-    if (this->State.Draining() && this->Input.size() == 0)
-    {
-      this->Close();
-      return;
-    }
     this->Parser.emplace();
     this->Parser->header_limit(headerBytes);
     this->Parser->body_limit(0);
@@ -179,7 +234,6 @@ private:
     this->Answering = true;
     this->SetBusy();
     this->Began = Clock::now();
-    const auto& request = this->Parser->get();
     if (error == asio::error::eof)
     {
       this->Close();
@@ -201,17 +255,37 @@ private:
     {
       return; // the client has gone, or took too long
     }
-    else if (this->Admitted.refusedWith != 0)
+    else
+    {
+      this->OnRequest();
+    }
+  }
+
+  void OnRequest()
+  {
+    const auto& request = this->Parser->get();
+    const bool probes = Routes::IsProbe({ request.target().data(), request.target().size() });
+    const bool draining = this->State.Draining();
+    if (this->Admitted.isAdmin)
+    {
+      this->Send(this->State.Answers.AnswerAdmin(this->Plain()), request.keep_alive());
+    }
+    else if (draining && !probes)
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Stopping);
+      this->Refuse(503, "the server is stopping");
+    }
+    else if (this->Admitted.refusedWith != 0 && !draining)
     {
       this->Refuse(this->Admitted.refusedWith,
         this->Admitted.refusedWith == 503 ? "there are too many connections"
                                           : "there are too many connections of this address");
     }
-    else if (request.version() >= 11 && request.count(http::field::host) != 1)
+    else if (request.version() >= 11 && request.count(beast::http::field::host) != 1)
     {
       this->Refuse(400, "the request must name one host");
     }
-    else if (!this->MayNameHost())
+    else if (!probes && !this->MayNameHost())
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
       this->Refuse(421, "this server does not answer for that host");
@@ -247,12 +321,11 @@ private:
   bool MayNameHost() const
   {
     const auto& allowed = this->State.Options.allowedHosts;
-    const auto& request = this->Parser->get();
-    if (allowed.empty() || request.target() == "/healthz")
+    if (allowed.empty())
     {
       return true;
     }
-    const auto field = request[beast::http::field::host];
+    const auto field = this->Parser->get()[beast::http::field::host];
     const std::string_view host(field.data(), field.size());
     const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
     return std::any_of(allowed.begin(), allowed.end(),
@@ -422,6 +495,11 @@ private:
       field(name, value);
     }
     field("Date", HttpDate());
+    const auto strict = this->State.Options.strictTransport.count();
+    if (this->State.IsTls() && strict > 0 && !this->Admitted.isAdmin)
+    {
+      field("Strict-Transport-Security", "max-age=" + std::to_string(strict));
+    }
     if (this->KeepAlive == old) // what this version would not take for granted
     {
       field("Connection", old ? "keep-alive" : "close");
@@ -435,28 +513,53 @@ private:
 
   void OnSent(beast::error_code error)
   {
-    const auto& request = this->Parser->get();
-    const auto sent = error ? 0 : this->BodyBytes;
-    const std::chrono::duration<double> time = Clock::now() - this->Began;
-    this->State.Counters.CountRequest(this->Answer.status);
-    this->State.Counters.CountBytes(sent);
-    const auto method = request.method_string();
-    const auto target = request.target();
-    this->State.Log({ this->Admitted.client.address, std::string(method.data(), method.size()),
-      std::string(target.data(), target.size()), this->Answer.status, sent, time.count() });
-    this->Answer = {};
-    if (error == beast::error::timeout)
+    const bool goesOn = !error && this->KeepAlive && !this->State.Draining();
+    if (goesOn)
     {
-      this->State.Counters.CountRefusal(Metrics::Reason::Slow);
+      this->Rest({}); // before it is counted: whoever has seen that knows it as idle
     }
-    if (!error && this->KeepAlive)
+    if (!this->Admitted.isAdmin)
     {
-      this->SetIdle({});
+      this->Record(error);
+    }
+    this->Answer = {};
+    if (goesOn)
+    {
       this->Read();
     }
     else if (!error)
     {
       this->Close();
+    }
+  }
+
+  // What was sent: for the metrics and the log.
+  void Record(beast::error_code error)
+  {
+    const auto& request = this->Parser->get();
+    const auto sent = error ? 0 : this->BodyBytes;
+    const auto time = Clock::now() - this->Began;
+    auto& counters = this->State.Counters;
+    counters.CountRequest(this->Answer.status);
+    counters.CountAnswer(time);
+    counters.CountBytes(sent);
+    if (error == beast::error::timeout)
+    {
+      counters.CountRefusal(Metrics::Reason::Slow);
+    }
+    const auto method = request.method_string();
+    const auto target = request.target();
+    this->State.Log({ this->Admitted.client.address, std::string(method.data(), method.size()),
+      std::string(target.data(), target.size()), this->Answer.status, sent,
+      std::chrono::duration<double>(time).count() });
+  }
+
+  // Where it has a seat, that may be taken back `before` long from now.
+  void Rest(Clock::duration before)
+  {
+    if (this->Admitted.seat.ofAll)
+    {
+      this->SetIdle(before);
     }
   }
 

@@ -16,6 +16,8 @@ struct Admission
 {
   Client client;
   Seat seat;
+  bool isAdmin = false;          // asks for metrics
+  bool isIntroduced = false;     // by a proxy's header, which comes first
   unsigned refusedWith = 0;      // the status of every answer where there is no seat: 503 or 429
   std::shared_ptr<void> refusal; // kept as long as the connection, to count it
 };

@@ -2,26 +2,15 @@
 #include "server/http/HttpServer.h"
 
 #include "server/http/HttpConnection.h"
+#include "server/http/Listener.h"
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ssl/context.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/strand.hpp>
 
-#include <openssl/err.h>
-#include <openssl/x509.h>
-
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstdio>
-#include <fstream>
+#include <algorithm>
 #include <memory>
-#include <mutex>
-#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -29,105 +18,45 @@ namespace kdstream
 
 using asio::ip::tcp;
 
-namespace
-{
-
-Status CheckReadable(const std::string& file)
-{
-  if (!std::ifstream(file))
-  {
-    return Error{ ErrorCode::InputOutput,
-      file + ": cannot be read: " + std::generic_category().message(errno) };
-  }
-  return {};
-}
-
-}
-
-// One acceptor; each connection runs on a strand of its own; a few threads run all of them.
+// One listener, or two; each connection runs on a strand of its own; a few threads run all of them.
 struct HttpServer::Implementation
 {
   Implementation(const Catalog& catalog, HttpServerOptions options)
     : State(catalog, std::move(options))
     , Context(static_cast<int>(this->State.Options.threads))
-    , Tls(asio::ssl::context::tls_server)
     , Working(this->Context.get_executor())
-    , Acceptor(this->Context)
-    , Pause(this->Context)
+    , Public(
+        this->Context, this->State, [this](tcp::socket socket) { this->Serve(std::move(socket)); })
+    , Admin(this->Context, this->State,
+        [this](tcp::socket socket) { this->ServeAdmin(std::move(socket)); })
   {
   }
 
-  bool IsTls() const { return !this->State.Options.tlsCertificate.empty(); }
-
-  Status PrepareTls();
-  Status Listen();
+  Status Prepare();
+  Status LoadCertificate();
   void StartThreads();
-  void Accept() noexcept;
-  void OnAccept(beast::error_code error, tcp::socket socket) noexcept;
-  void AcceptAfterPause();
+  void Run() noexcept;
   void Serve(tcp::socket socket);
+  void ServeAdmin(tcp::socket socket);
+  ClientSocket Wrap(tcp::socket socket);
   Admission Admit(const tcp::socket& socket);
-  void TurnAway();
-  void KeepSpare();
   void Stop(std::chrono::milliseconds drainTimeout);
 
   // At most so many clients without a seat are answered 503 at a time. Further ones are closed
-  // without an answer.
+  // without an answer; so are those who want more metrics at a time.
   static constexpr int maximumRefusals = 64;
-  static constexpr std::chrono::milliseconds pauseOfAccept{ 100 };
 
   ServerState State;
   asio::io_context Context;
-  asio::ssl::context Tls;
   // Threads wait for work until they are stopped, also while nobody accepts.
   asio::executor_work_guard<asio::io_context::executor_type> Working;
-  std::mutex AcceptMutex; // for the next three
-  tcp::acceptor Acceptor;
-  asio::steady_timer Pause;
-  std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is under way
-  std::string Address;
-  std::uint16_t Port = 0;
-  std::shared_ptr<int> Refusals = std::make_shared<int>(0); // its copies count
+  Listener Public, Admin;
+  std::shared_ptr<int> Refusals = std::make_shared<int>(0); // their copies count
+  std::shared_ptr<int> Administrators = std::make_shared<int>(0);
   std::vector<std::thread> Threads;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> Spare{ nullptr, nullptr };
 };
 
-Status HttpServer::Implementation::PrepareTls()
-{
-  if (!this->IsTls() && this->State.Options.tlsKey.empty())
-  {
-    return {};
-  }
-  boost::system::error_code error;
-  const auto& options = this->State.Options;
-  this->Tls.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
-                          asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 |
-                          asio::ssl::context::no_tlsv1_1,
-    error);
-  const std::string certificate = options.tlsCertificate.string(), key = options.tlsKey.string();
-  KDSTREAM_TRY(CheckReadable(certificate));
-  this->Tls.use_certificate_chain_file(certificate, error);
-  if (error)
-  {
-    return Error{ ErrorCode::InvalidInput, certificate + ": holds no certificate in PEM" };
-  }
-  KDSTREAM_TRY(CheckReadable(key));
-  // Without this OpenSSL asks the terminal for the passphrase.
-  this->Tls.set_password_callback(
-    [](std::size_t, asio::ssl::context::password_purpose) { return std::string(); }, error);
-  this->Tls.use_private_key_file(key, asio::ssl::context::pem, error);
-  if (error)
-  {
-    const bool another =
-      ERR_GET_REASON(static_cast<unsigned long>(error.value())) == X509_R_KEY_VALUES_MISMATCH;
-    return Error{ ErrorCode::InvalidInput,
-      key + (another ? ": holds the key of another certificate than " + certificate
-                     : ": holds no private key in PEM without a passphrase") };
-  }
-  return {};
-}
-
-Status HttpServer::Implementation::Listen()
+Status HttpServer::Implementation::Prepare()
 {
   const auto& options = this->State.Options;
   if (!TrustedProxies::Parse(options.trustedProxies))
@@ -135,130 +64,53 @@ Status HttpServer::Implementation::Listen()
     return Error{ ErrorCode::InvalidArgument,
       "a trusted proxy is an address or a network (10.0.0.0/8)" };
   }
-  boost::system::error_code error;
-  tcp::resolver resolver(this->Context);
-  const auto found = resolver.resolve(options.host, std::to_string(options.port),
-    tcp::resolver::passive | tcp::resolver::numeric_service, error);
-  if (error || found.empty())
-  {
-    return Error{ ErrorCode::InvalidArgument, options.host + ": " + error.message() };
-  }
-  const auto endpoint = found.begin()->endpoint();
-  this->Acceptor.open(endpoint.protocol(), error);
-  if (!error)
-  {
-    this->Acceptor.set_option(asio::socket_base::reuse_address(true), error);
-  }
-  if (!error)
-  {
-    this->Acceptor.bind(endpoint, error);
-  }
-  if (!error)
-  {
-    this->Acceptor.listen(asio::socket_base::max_listen_connections, error);
-  }
-  if (error)
-  {
-    return Error{ ErrorCode::InputOutput,
-      options.host + ":" + std::to_string(options.port) + ": " + error.message() };
-  }
-  const auto local = this->Acceptor.local_endpoint();
-  this->Port = local.port();
-  this->Address =
-    local.address().is_v6() ? "[" + local.address().to_string() + "]" : local.address().to_string();
-  return {};
+  KDSTREAM_TRY(this->LoadCertificate());
+  KDSTREAM_TRY(this->Public.Listen(options.address));
+  return options.admin ? this->Admin.Listen(*options.admin) : Status{};
+}
+
+Status HttpServer::Implementation::LoadCertificate()
+{
+  const auto& options = this->State.Options;
+  const bool isPlain = options.tlsCertificate.empty() && options.tlsKey.empty();
+  return isPlain ? Status{} : this->State.Certificate.Load(options.tlsCertificate, options.tlsKey);
 }
 
 void HttpServer::Implementation::StartThreads()
 {
-  this->KeepSpare();
-  this->State.Readers.Start(std::max(1u, this->State.Options.readers));
-  this->Accept();
-  for (unsigned i = 0; i < std::max(1u, this->State.Options.threads); ++i)
+  const auto& options = this->State.Options;
+  const unsigned threads = std::max(1u, options.threads);
+  this->State.Readers.Start(std::max(1u, options.readers));
+  if (this->State.IsTls())
   {
-    this->Threads.emplace_back(
-      [this]
-      {
-        // A request that fails (out of memory, mostly) ends its own connection, not the server.
-        for (bool done = false; !done;)
-        {
-          try
-          {
-            this->Context.run();
-            done = true;
-          }
-          catch (...)
-          {
-            this->State.LogCaught();
-            this->Accept(); // it may have been the accept that failed: its handler is lost then
-          }
-        }
-      });
+    // Fewer than answer: however many knock, some processors are left for those who are in.
+    this->State.Handshakes.Start(std::max(1u, threads / 2));
+  }
+  this->Public.Accept();
+  this->Admin.Accept();
+  for (unsigned i = 0; i < threads; ++i)
+  {
+    this->Threads.emplace_back([this] { this->Run(); });
   }
 }
 
-// Makes sure that an accept is under way. Whatever fails leads here: a server that accepts no more
-// would be deaf, and nothing would wake it.
-void HttpServer::Implementation::Accept() noexcept
+// A request that fails (out of memory, mostly) ends its own connection, not the server.
+void HttpServer::Implementation::Run() noexcept
 {
-  for (;;)
+  for (bool done = false; !done;)
   {
     try
     {
-      const std::lock_guard lock(this->AcceptMutex);
-      if (this->Acceptor.is_open() && this->Accepting.expired())
-      {
-        auto accepting = std::make_shared<int>();
-        this->Accepting = accepting;
-        this->Acceptor.async_accept(asio::make_strand(this->Context),
-          [this, accepting](beast::error_code error, tcp::socket socket) mutable
-          {
-            accepting.reset();
-            this->OnAccept(error, std::move(socket));
-          });
-      }
-      return;
+      this->Context.run();
+      done = true;
     }
     catch (...)
     {
       this->State.LogCaught();
-    }
-    std::this_thread::sleep_for(pauseOfAccept); // there is no memory for a timer either
-  }
-}
-
-void HttpServer::Implementation::OnAccept(beast::error_code error, tcp::socket socket) noexcept
-{
-  try
-  {
-    if (error && error != asio::error::operation_aborted)
-    {
-      // Out of file descriptors, mostly: wait for some to be given back.
-      this->State.LogError("a connection cannot be accepted: " + error.message());
-      if (error.value() == EMFILE || error.value() == ENFILE)
-      {
-        this->TurnAway();
-      }
-      this->AcceptAfterPause();
-      return;
-    }
-    if (!error)
-    {
-      this->Serve(std::move(socket));
+      this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
+      this->Admin.Accept();
     }
   }
-  catch (...) // ends this connection, not the server
-  {
-    this->State.LogCaught();
-  }
-  this->Accept();
-}
-
-void HttpServer::Implementation::AcceptAfterPause()
-{
-  const std::lock_guard lock(this->AcceptMutex);
-  this->Pause.expires_after(pauseOfAccept);
-  this->Pause.async_wait([this](beast::error_code) { this->Accept(); });
 }
 
 void HttpServer::Implementation::Serve(tcp::socket socket)
@@ -272,9 +124,28 @@ void HttpServer::Implementation::Serve(tcp::socket socket)
     }
     admission.refusal = this->Refusals;
   }
-  ServeHttp(
-    this->IsTls() ? ClientSocket(std::move(socket), this->Tls) : ClientSocket(std::move(socket)),
-    this->State, std::move(admission));
+  ServeHttp(this->Wrap(std::move(socket)), this->State, std::move(admission));
+}
+
+ClientSocket HttpServer::Implementation::Wrap(tcp::socket socket)
+{
+  if (!this->State.IsTls())
+  {
+    return ClientSocket(std::move(socket));
+  }
+  return ClientSocket(std::move(socket), *this->State.Certificate.Current(),
+    [this](WorkerPool::Work work) { this->State.ShakeHands(std::move(work)); });
+}
+
+void HttpServer::Implementation::ServeAdmin(tcp::socket socket)
+{
+  Admission admission;
+  admission.isAdmin = true;
+  admission.refusal = this->Administrators;
+  if (this->Administrators.use_count() <= maximumRefusals)
+  {
+    ServeHttp(ClientSocket(std::move(socket)), this->State, std::move(admission));
+  }
 }
 
 // A seat of its address first, so that one address takes no others' seats back.
@@ -287,6 +158,12 @@ Admission HttpServer::Implementation::Admit(const tcp::socket& socket)
   client.peer = error ? "-" : address.to_string();
   client.address = client.peer;
   client.proxied = this->State.Proxies.Holds(client.peer);
+  admission.isIntroduced = client.proxied && this->State.Options.proxyProtocol;
+  if (this->State.Draining())
+  {
+    admission.refusedWith = 503;
+    return admission;
+  }
   auto& seat = admission.seat;
   if (!client.proxied)
   {
@@ -307,54 +184,25 @@ Admission HttpServer::Implementation::Admit(const tcp::socket& socket)
   return admission;
 }
 
-// The process is out of descriptors: who knocks is turned away at once, by means of the one that is
-// kept for this, instead of being left waiting.
-void HttpServer::Implementation::TurnAway()
-{
-  const std::lock_guard lock(this->AcceptMutex);
-  this->Spare.reset();
-  for (int turned = 0; turned < maximumRefusals; ++turned)
-  {
-    const int client = !this->Acceptor.is_open() ? -1
-                                                 : ::accept4(this->Acceptor.native_handle(),
-                                                     nullptr, nullptr, SOCK_CLOEXEC);
-    if (client < 0)
-    {
-      break;
-    }
-    ::close(client);
-    this->State.Counters.CountRefusal(Metrics::Reason::Descriptors);
-  }
-  this->KeepSpare();
-}
-
-void HttpServer::Implementation::KeepSpare()
-{
-  this->Spare = std::unique_ptr<std::FILE, int (*)(std::FILE*)>(
-    std::fopen("/dev/null", "re"), [](std::FILE* file) { return file ? std::fclose(file) : 0; });
-}
-
 void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
 {
   if (this->Threads.empty())
   {
     return;
   }
-  {
-    const std::lock_guard lock(this->AcceptMutex);
-    beast::error_code error;
-    this->Acceptor.close(error);
-    this->Pause.cancel();
-  }
   this->State.Drain();
   this->State.WaitForConnections(drainTimeout);
+  this->Public.Close();
+  this->Admin.Close();
   this->Context.stop();
   for (auto& thread : this->Threads)
   {
     thread.join();
   }
   this->Threads.clear();
-  this->State.Readers.Stop(); // while the sockets of what it holds have their context
+  // While the sockets of what they hold have their context.
+  this->State.Readers.Stop();
+  this->State.Handshakes.Stop();
 }
 
 HttpServer::HttpServer(std::unique_ptr<Implementation> implementation)
@@ -371,8 +219,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::Start(
   const Catalog& catalog, HttpServerOptions options)
 {
   auto implementation = std::make_unique<Implementation>(catalog, std::move(options));
-  KDSTREAM_TRY(implementation->PrepareTls());
-  KDSTREAM_TRY(implementation->Listen());
+  KDSTREAM_TRY(implementation->Prepare());
   std::unique_ptr<HttpServer> server(new HttpServer(std::move(implementation)));
   server->Server->StartThreads(); // what has started ends with `server`, should one fail
   return server;
@@ -380,13 +227,32 @@ Result<std::unique_ptr<HttpServer>> HttpServer::Start(
 
 std::uint16_t HttpServer::Port() const
 {
-  return this->Server->Port;
+  return this->Server->Public.Port();
 }
 
 std::string HttpServer::Url() const
 {
-  return (this->Server->IsTls() ? "https://" : "http://") + this->Server->Address + ":" +
-         std::to_string(this->Server->Port);
+  return (this->Server->State.IsTls() ? "https://" : "http://") + this->Server->Public.Address();
+}
+
+std::string HttpServer::AdminUrl() const
+{
+  return this->Server->State.Options.admin ? "http://" + this->Server->Admin.Address() : "";
+}
+
+Status HttpServer::ReloadTls()
+{
+  return this->Server->LoadCertificate();
+}
+
+void HttpServer::BeginDrain()
+{
+  this->Server->State.Drain();
+}
+
+bool HttpServer::WaitUntilDrained(std::chrono::milliseconds time)
+{
+  return this->Server->State.WaitForConnections(time);
 }
 
 void HttpServer::Stop()

@@ -30,19 +30,28 @@ struct AccessRecord
   double seconds = 0;
 };
 
-struct HttpServerOptions
+struct ListenAddress
 {
   std::string host = "127.0.0.1"; // an address, or a name that resolves to one
   std::uint16_t port = 0;         // 0: any that is free
-  unsigned threads = 2;           // of the event loop, at least 1
-  unsigned readers = 8;           // threads that wait for disks, at least 1
+};
+
+struct HttpServerOptions
+{
+  ListenAddress address;
+  // Where the metrics are, in plain HTTP, without seats or limits; not at `address` then.
+  std::optional<ListenAddress> admin;
+  unsigned threads = 2; // of the event loop, at least 1
+  unsigned readers = 8; // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
   // Of one address, connections at a time and requests a minute, messages of streams included. 0:
   // any number. Without a number the defaults of ClientLimits, not for this machine itself.
   std::optional<std::size_t> connectionsOfAddress, requestsOfAddress;
   // Addresses and networks of proxies, whose X-Forwarded-For is taken for the client's address.
   std::vector<std::string> trustedProxies;
-  // The hosts that requests may name (but those to /healthz); none: any.
+  // Their connections begin with a header of the PROXY protocol, which names the client instead.
+  bool proxyProtocol = false;
+  // The hosts that requests may name (but those to /healthz and /readyz); none: any.
   std::vector<std::string> allowedHosts;
   std::size_t regionPartitions = 65536; // most in a region
   std::string allowOrigin;              // RouteOptions::allowOrigin
@@ -51,6 +60,9 @@ struct HttpServerOptions
 
   // PEM files. If both are given, the server speaks TLS and nothing else.
   std::filesystem::path tlsCertificate, tlsKey;
+  // For so long browsers use no plain HTTP with this host once they have used TLS (HSTS); 0: they
+  // are told nothing.
+  std::chrono::seconds strictTransport{ 365 * 24 * 3600 };
 
   // How long a client may take for the handshake of TLS and to send a request's header, from the
   // connection or the last answer on.
@@ -76,8 +88,9 @@ class HttpServer
 {
 public:
   // Listens and serves from threads of its own.
-  // Errors: InvalidArgument for the address, and those of proxies; InvalidInput for the TLS files;
-  // InputOutput where the port is taken or not allowed. REQUIRES: the catalog outlives the server.
+  // Errors: InvalidArgument for the addresses, and those of proxies; InvalidInput for the TLS
+  // files; InputOutput where a port is taken or not allowed. REQUIRES: the catalog outlives the
+  // server.
   static Result<std::unique_ptr<HttpServer>> Start(
     const Catalog& catalog, HttpServerOptions options);
 
@@ -85,10 +98,19 @@ public:
   ~HttpServer();
 
   std::uint16_t Port() const;
-  std::string Url() const; // "http://127.0.0.1:8700"
+  std::string Url() const;      // "http://127.0.0.1:8700"
+  std::string AdminUrl() const; // "" without one
 
-  // Takes no more connections, finishes what is under way (at most drainTimeout), then ends the
-  // threads. Not from a callback.
+  // Reads certificate and key again, for connections to come. Without effect without TLS. Errors:
+  // those of Start about them; then the earlier ones stay.
+  Status ReloadTls();
+
+  // From now on only finishes what is under way: further requests are refused (503). Not from a
+  // callback, as the next two.
+  void BeginDrain();
+  // Whether that is finished, which it waits for, so long at most.
+  bool WaitUntilDrained(std::chrono::milliseconds time);
+  // Drains for at most drainTimeout, then takes no more connections and ends the threads.
   void Stop();
 
 private:

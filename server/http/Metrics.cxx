@@ -25,33 +25,33 @@ void Put(
 
 }
 
-void Histogram::Count(std::chrono::steady_clock::duration time)
+void Histogram::Count(double value)
 {
-  const double seconds = std::chrono::duration<double>(time).count();
-  const auto place = std::lower_bound(bounds.begin(), bounds.end(), seconds) - bounds.begin();
+  const auto place =
+    std::lower_bound(this->Bounds.begin(), this->Bounds.end(), value) - this->Bounds.begin();
   ++this->Counts[static_cast<std::size_t>(place)];
-  this->Nanoseconds += static_cast<std::uint64_t>(seconds * 1e9);
+  this->Sum += value;
 }
 
 void Histogram::Write(std::string& text, const char* name, const char* help) const
 {
   Put(text, name, "histogram", help);
   const std::string start(name);
-  std::uint64_t sum = 0;
+  std::uint64_t count = 0;
   const auto bucket = [&](std::string_view bound)
-  { text += start + "_bucket{le=\"" + std::string(bound) + "\"} " + std::to_string(sum) + "\n"; };
-  for (std::size_t i = 0; i < bounds.size(); ++i)
+  { text += start + "_bucket{le=\"" + std::string(bound) + "\"} " + std::to_string(count) + "\n"; };
+  for (std::size_t i = 0; i < this->Bounds.size(); ++i)
   {
-    sum += this->Counts[i];
+    count += this->Counts[i];
     char bound[32];
-    std::snprintf(bound, sizeof bound, "%g", bounds[i]);
+    std::snprintf(bound, sizeof bound, "%g", this->Bounds[i]);
     bucket(bound);
   }
-  sum += this->Counts.back();
+  count += this->Counts[this->Bounds.size()];
   bucket("+Inf");
-  char total[32];
-  std::snprintf(total, sizeof total, "%.9g", static_cast<double>(this->Nanoseconds) * 1e-9);
-  text += start + "_sum " + total + "\n" + start + "_count " + std::to_string(sum) + "\n";
+  char sum[32];
+  std::snprintf(sum, sizeof sum, "%.9g", this->Sum.load());
+  text += start + "_sum " + sum + "\n" + start + "_count " + std::to_string(count) + "\n";
 }
 
 void Metrics::CountRequest(unsigned status)
@@ -81,7 +81,7 @@ std::string Metrics::Text(const CacheUse& memory) const
   Put(text, "kdstream_refused_connections_total", "counter",
     "Connections refused because there were too many.", this->RefusedConnections);
   constexpr std::array<const char*, static_cast<std::size_t>(Reason::Count)> reasons{ "address",
-    "requests", "host", "slow", "idle", "descriptors" };
+    "requests", "host", "slow", "idle", "descriptors", "stopping", "handshake", "proxy" };
   Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
   for (std::size_t i = 0; i < reasons.size(); ++i)
   {
@@ -99,8 +99,16 @@ std::string Metrics::Text(const CacheUse& memory) const
   const std::uint64_t queued = this->Queued;
   Put(text, "kdstream_reader_queue", "gauge", "Requests that wait for a reader.",
     queued > begun ? queued - begun : 0);
+  this->Lengths.Write(text, "kdstream_reader_queue_length",
+    "How many requests waited for a reader when one more had come.");
   this->Waits.Write(
     text, "kdstream_reader_wait_seconds", "How long requests have waited for a reader.");
+  this->Answers.Write(
+    text, "kdstream_answer_seconds", "From an HTTP request to the end of its answer.");
+  this->FirstBlobs.Write(text, "kdstream_first_blob_seconds",
+    "From a request on a stream until its first blob was sent.");
+  this->LastBlobs.Write(
+    text, "kdstream_last_blob_seconds", "From a request on a stream until its last blob was sent.");
   return text;
 }
 

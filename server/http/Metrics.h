@@ -9,24 +9,37 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <span>
 #include <string>
 
 namespace kdstream
 {
 
-// How often something took how long.
+// How often something had which size.
 class Histogram
 {
 public:
-  static constexpr std::array<double, 11> bounds{ 0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.1,
-    0.5, 1, 5, 30 }; // seconds
+  static constexpr std::size_t mostBounds = 12;
+  static constexpr std::array<double, 12> seconds{ 0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.1,
+    0.25, 0.5, 1, 5, 30 };
+  static constexpr std::array<double, 9> lengths{ 0, 1, 2, 4, 8, 16, 64, 256, 1024 };
 
-  void Count(std::chrono::steady_clock::duration time);
+  // Ascending, at most mostBounds of them. REQUIRES: they outlive the histogram.
+  explicit Histogram(std::span<const double> bounds)
+    : Bounds(bounds)
+  {
+  }
+  void Count(double value);
+  void Count(std::chrono::steady_clock::duration time)
+  {
+    this->Count(std::chrono::duration<double>(time).count());
+  }
   void Write(std::string& text, const char* name, const char* help) const;
 
 private:
-  std::array<std::atomic<std::uint64_t>, bounds.size() + 1> Counts{};
-  std::atomic<std::uint64_t> Nanoseconds{ 0 };
+  std::span<const double> Bounds;
+  std::array<std::atomic<std::uint64_t>, mostBounds + 1> Counts{};
+  std::atomic<double> Sum{ 0 };
 };
 
 class Metrics
@@ -46,6 +59,9 @@ public:
     Slow,        // it took too little
     Idle,        // its seat was needed
     Descriptors, // the process has no more files
+    Stopping,    // the server is
+    Handshake,   // it spoke no TLS, or not in time
+    Proxy,       // a proxy's header could not be read
     Count
   };
   void CountRefusal(Reason reason) { ++this->Refusals[static_cast<std::size_t>(reason)]; }
@@ -56,13 +72,22 @@ public:
   }
   void StreamClosed() { --this->OpenStreams; }
   void CountFailedBlob() { ++this->FailedBlobs; }
-  // A request waits for a reader; one has got it, after so long.
-  void CountWaiting() { ++this->Queued; }
+  // A request waits for a reader, as so many do now; one has got it, after so long.
+  void CountWaiting(std::size_t waiting)
+  {
+    ++this->Queued;
+    this->Lengths.Count(static_cast<double>(waiting));
+  }
   void CountWait(std::chrono::steady_clock::duration time)
   {
     ++this->Begun;
     this->Waits.Count(time);
   }
+  // From a request's arrival: until its answer was sent; on a stream, until its first and its last
+  // blob were.
+  void CountAnswer(std::chrono::steady_clock::duration time) { this->Answers.Count(time); }
+  void CountFirstBlob(std::chrono::steady_clock::duration time) { this->FirstBlobs.Count(time); }
+  void CountLastBlob(std::chrono::steady_clock::duration time) { this->LastBlobs.Count(time); }
 
   std::string Text(const CacheUse& memory) const;
 
@@ -71,7 +96,9 @@ private:
   std::array<Counter, 600> Requests{}; // by status
   std::array<Counter, static_cast<std::size_t>(Reason::Count)> Refusals{};
   Counter SentBytes{ 0 }, OpenConnections{ 0 }, RefusedConnections{ 0 };
-  Histogram Waits;
+  Histogram Waits{ Histogram::seconds }, Lengths{ Histogram::lengths };
+  Histogram Answers{ Histogram::seconds }, FirstBlobs{ Histogram::seconds },
+    LastBlobs{ Histogram::seconds };
   Counter Queued{ 0 }, Begun{ 0 };
   Counter OpenStreams{ 0 }, TotalStreams{ 0 }, FailedBlobs{ 0 };
 };

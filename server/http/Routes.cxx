@@ -9,6 +9,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -49,6 +50,19 @@ HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body
   response.length = body->size();
   response.body = std::move(body);
   return response;
+}
+
+// What holds for the moment.
+HttpResponse Fleeting(unsigned status, std::string_view contentType, std::string_view text)
+{
+  auto response = Whole(status, contentType, Bytes(text));
+  response.fields.emplace_back("Cache-Control", "no-store");
+  return response;
+}
+
+std::string_view PathOf(std::string_view target)
+{
+  return target.substr(0, target.find('?'));
 }
 
 void DropBody(HttpResponse& response)
@@ -134,39 +148,57 @@ std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) con
   return this->Answer(request, Patience::None);
 }
 
+HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const
+{
+  if (auto misuse = this->RefuseMisuse(request))
+  {
+    return this->Finished(request, std::move(*misuse));
+  }
+  auto answered = this->AnswerOwn(PathOf(request.target), true);
+  return this->Finished(
+    request, answered ? std::move(*answered) : this->Failure(404, "there is nothing at this path"));
+}
+
 Routes::Answered Routes::Answer(const HttpRequest& request, Patience patience) const
 {
-  HttpResponse response;
-  const auto path = std::string_view(request.target).substr(0, request.target.find('?'));
   if (request.method == "OPTIONS" && !this->Options.allowOrigin.empty())
   {
-    response = this->Preflight();
+    return this->Finished(request, this->Preflight());
   }
-  else if (request.method != "GET" && request.method != "HEAD")
+  if (auto misuse = this->RefuseMisuse(request))
   {
-    response = this->Failure(405, "only GET and HEAD are answered here");
-    response.fields.emplace_back("Allow", "GET, HEAD");
+    return this->Finished(request, std::move(*misuse));
   }
-  else if (path.empty() || path.front() != '/')
-  {
-    response = this->Failure(400, "the target is not a path");
-  }
-  else
-  {
-    auto answered = this->Route(request, path, patience);
-    if (!answered)
-    {
-      return std::nullopt;
-    }
-    response = std::move(*answered);
-  }
+  auto answered = this->Route(request, PathOf(request.target), patience);
+  return answered ? Answered(this->Finished(request, std::move(*answered))) : std::nullopt;
+}
 
+// What is no GET of a path.
+Routes::Answered Routes::RefuseMisuse(const HttpRequest& request) const
+{
+  if (request.method != "GET" && request.method != "HEAD")
+  {
+    auto response = this->Failure(405, "only GET and HEAD are answered here");
+    response.fields.emplace_back("Allow", "GET, HEAD");
+    return response;
+  }
+  if (request.target.empty() || request.target.front() != '/')
+  {
+    return this->Failure(400, "the target is not a path");
+  }
+  return std::nullopt;
+}
+
+// With what all answers have.
+HttpResponse Routes::Finished(const HttpRequest& request, HttpResponse response) const
+{
   response.omitBody = request.method == "HEAD";
   response.fields.emplace_back("X-Content-Type-Options", "nosniff");
   if (!this->Options.allowOrigin.empty())
   {
     response.fields.emplace_back("Access-Control-Allow-Origin", this->Options.allowOrigin);
-    response.fields.emplace_back("Access-Control-Expose-Headers", "ETag, Content-Range");
+    response.fields.emplace_back(
+      "Access-Control-Expose-Headers", "ETag, Content-Range, Retry-After");
     if (this->Options.allowOrigin != "*")
     {
       response.fields.emplace_back("Vary", "Origin");
@@ -179,13 +211,18 @@ HttpResponse Routes::Failure(unsigned status, std::string_view message) const
 {
   JsonWriter json;
   json.BeginObject().Member("error", message).EndObject();
-  auto response = Whole(status, "application/json", Bytes(json.Text() + "\n"));
-  response.fields.emplace_back("Cache-Control", "no-store");
+  auto response = Fleeting(status, "application/json", json.Text() + "\n");
   if (status == 503 || status == 429)
   {
     response.fields.emplace_back("Retry-After", "1"); // in seconds
   }
   return response;
+}
+
+bool Routes::IsProbe(std::string_view target)
+{
+  const auto path = PathOf(target);
+  return path == "/healthz" || path == "/readyz";
 }
 
 bool Routes::MayStream(std::string_view origin, std::string_view host) const
@@ -201,24 +238,48 @@ bool Routes::MayStream(std::string_view origin, std::string_view host) const
 Routes::Answered Routes::Route(
   const HttpRequest& request, std::string_view path, Patience patience) const
 {
-  if (path == "/healthz")
+  if (auto answered = this->AnswerOwn(path, this->Options.metrics))
   {
-    auto response = Whole(200, "text/plain; charset=utf-8", Bytes("ok\n"));
-    response.fields.emplace_back("Cache-Control", "no-store");
-    return response;
-  }
-  if (path == "/metrics")
-  {
-    auto response = Whole(200, "text/plain; version=0.0.4; charset=utf-8",
-      Bytes(this->Counters.Text(this->Models.Memory())));
-    response.fields.emplace_back("Cache-Control", "no-store");
-    return response;
+    return answered;
   }
   if (path == "/api" || path.substr(0, 5) == "/api/")
   {
     return this->AnswerApi(request, path, patience);
   }
   return this->AnswerFile(request, path, patience);
+}
+
+// How the server itself is.
+Routes::Answered Routes::AnswerOwn(std::string_view path, bool metrics) const
+{
+  if (path == "/healthz")
+  {
+    return Fleeting(200, "text/plain; charset=utf-8", "ok\n");
+  }
+  if (path == "/readyz")
+  {
+    return this->AnswerReady();
+  }
+  if (path == "/metrics" && metrics)
+  {
+    return Fleeting(
+      200, "text/plain; version=0.0.4; charset=utf-8", this->Counters.Text(this->Models.Memory()));
+  }
+  return std::nullopt;
+}
+
+// Whether clients are well sent here: not where it stops, nor where no model can be had.
+HttpResponse Routes::AnswerReady() const
+{
+  if (this->Options.isDraining && this->Options.isDraining())
+  {
+    return this->Failure(503, "the server is stopping");
+  }
+  const auto models = this->Models.Models();
+  const bool any = std::any_of(
+    models.begin(), models.end(), [](const auto& model) { return bool(model->CheckUnchanged()); });
+  return any ? Fleeting(200, "text/plain; charset=utf-8", "ready\n")
+             : this->Failure(503, "there is no model to serve");
 }
 
 Routes::Answered Routes::AnswerApi(
@@ -315,12 +376,7 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
 
 HttpResponse Routes::AnswerModelList(const HttpRequest& request) const
 {
-  std::vector<ModelSummary> summaries;
-  for (const auto& model : this->Models.Models())
-  {
-    summaries.push_back(Summarize(model->Description()));
-  }
-  auto body = Bytes(WriteModelList(summaries));
+  auto body = this->Models.ListJson();
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }

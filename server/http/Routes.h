@@ -8,6 +8,7 @@
 #include "server/http/StaticFiles.h"
 #include "server/session/Catalog.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@ struct RouteOptions
   std::string allowOrigin;        // Access-Control-Allow-Origin; empty: none is sent
   std::optional<StaticFiles> web; // what "/" serves; else a page of text
   std::string version;
+  bool metrics = true; // whether "/metrics" is answered here, or by AnswerAdmin alone
+  std::function<bool()> isDraining = {}; // whether the server is stopping; none: it is not
 };
 
 class Routes
@@ -33,6 +36,12 @@ public:
   HttpResponse Answer(const HttpRequest& request) const;
   // The same where it waits for nobody, else nothing.
   std::optional<HttpResponse> AnswerAtOnce(const HttpRequest& request) const;
+
+  // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
+  HttpResponse AnswerAdmin(const HttpRequest& request) const;
+
+  // Whether the target asks how the server is: /healthz or /readyz.
+  static bool IsProbe(std::string_view target);
 
   // {"error":"…"} with the fields that every answer has.
   HttpResponse Failure(unsigned status, std::string_view message) const;
@@ -52,6 +61,10 @@ private:
   Answered Answer(const HttpRequest& request, Patience patience) const;
   Answered Route(const HttpRequest& request, std::string_view path, Patience patience) const;
   Answered AnswerApi(const HttpRequest& request, std::string_view path, Patience patience) const;
+  Answered RefuseMisuse(const HttpRequest& request) const;
+  HttpResponse Finished(const HttpRequest& request, HttpResponse response) const;
+  Answered AnswerOwn(std::string_view path, bool metrics) const;
+  HttpResponse AnswerReady() const;
   HttpResponse AnswerModelList(const HttpRequest& request) const;
   HttpResponse AnswerModel(const HttpRequest& request, const ServedModel& model) const;
   Answered AnswerBlob(const HttpRequest& request, const ServedModel& model,

@@ -6,8 +6,9 @@
 #include "server/http/ClientLimits.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Metrics.h"
-#include "server/http/ReaderPool.h"
 #include "server/http/Routes.h"
+#include "server/http/TlsCertificate.h"
+#include "server/http/WorkerPool.h"
 
 #include <algorithm>
 #include <atomic>
@@ -70,7 +71,8 @@ public:
     , Clients(this->Options.connectionsOfAddress, this->Options.requestsOfAddress)
     , Proxies(TrustedProxies::Parse(this->Options.trustedProxies).value_or(TrustedProxies()))
     , Answers(catalog, Counters,
-        RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version })
+        RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version,
+          !this->Options.admin, [this] { return this->Draining(); } })
   {
   }
 
@@ -80,8 +82,13 @@ public:
   const TrustedProxies Proxies;
   Metrics Counters;
   const Routes Answers;
-  ReaderPool Readers{ [this](ReaderPool::Clock::duration waited)
+  TlsCertificate Certificate;
+  WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
+  // Of TLS. Others than the readers: a disk that hangs keeps nobody from connecting.
+  WorkerPool Handshakes;
+
+  bool IsTls() const { return !this->Options.tlsCertificate.empty(); }
 
   // How long a client may take to receive so many bytes.
   std::chrono::milliseconds PatienceFor(std::size_t bytes) const
@@ -132,10 +139,14 @@ public:
   }
 
   // Has one of the readers do it. It must throw nothing.
-  void Read(ReaderPool::Work work)
+  void Read(WorkerPool::Work work)
   {
-    this->Readers.Add(std::move(work));
-    this->Counters.CountWaiting();
+    this->Counters.CountWaiting(this->Readers.Add(std::move(work)));
+  }
+  // Has one of the threads for handshakes do it.
+  void ShakeHands(WorkerPool::Work work)
+  {
+    this->Handshakes.Add([this, work = std::move(work)] { this->Guard(work, [] {}); });
   }
 
   bool Draining() const { return this->Drains; }

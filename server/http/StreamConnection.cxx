@@ -205,6 +205,7 @@ private:
       return;
     }
     this->Output = std::move(*message);
+    this->Sending = this->Talk.Reached();
     this->Writing = true;
     this->SetBusy();
     this->Socket.text(std::holds_alternative<std::string>(this->Output));
@@ -218,9 +219,24 @@ private:
         self->State.Counters.CountBytes(sent);
         if (!error)
         {
+          self->CountBlob();
           self->GoOn();
         }
       });
+  }
+
+  // If what was sent is the first or the last that its request is owed.
+  void CountBlob()
+  {
+    const auto time = Clock::now() - this->Sending.received;
+    if (this->Sending.first)
+    {
+      this->State.Counters.CountFirstBlob(time);
+    }
+    if (this->Sending.last)
+    {
+      this->State.Counters.CountLastBlob(time);
+    }
   }
 
   // Ends the stream if what is being written is not taken in time, though the client may answer
@@ -315,7 +331,8 @@ private:
   std::uint64_t FailedBlobs = 0; // that have been counted
   Clock::time_point Opened = Clock::now();
   beast::flat_buffer Input;
-  Conversation::Message Output;
+  Conversation::Message Output;    // that is being sent
+  Conversation::Milestone Sending; // for its request
   asio::steady_timer Patience;
   Clock::time_point TakenBy; // what is being written
   bool Watching = false;

@@ -6,15 +6,34 @@
 namespace kdstream
 {
 
+namespace
+{
+
+BlobBytes JsonBytes(const std::string& text)
+{
+  return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
+}
+
+}
+
 BlobBytes ServedModel::Json() const
 {
   const std::lock_guard lock(this->JsonMutex);
   if (!this->Written)
   {
-    const auto text = WriteModel(this->Description());
-    this->Written = std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
+    this->Written = JsonBytes(WriteModel(this->Description()));
   }
   return this->Written;
+}
+
+BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models)
+{
+  std::vector<ModelSummary> summaries;
+  for (const auto& model : models)
+  {
+    summaries.push_back(Summarize(model->Description()));
+  }
+  return JsonBytes(WriteModelList(summaries));
 }
 
 }

@@ -77,6 +77,9 @@ public:
   // Every model, by id.
   virtual std::vector<std::shared_ptr<const ServedModel>> Models() const = 0;
 
+  // All of them as JSON, by id.
+  virtual BlobBytes ListJson() const { return WriteList(this->Models()); }
+
   // The model, or null.
   virtual std::shared_ptr<const ServedModel> Find(std::string_view id) const = 0;
 
@@ -90,6 +93,9 @@ public:
 
   // Of the memory that the models share.
   virtual CacheUse Memory() const { return {}; }
+
+protected:
+  static BlobBytes WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models);
 };
 
 }

@@ -81,6 +81,7 @@ void Errand::Do()
 struct Conversation::Job
 {
   std::uint32_t request = 0;
+  std::chrono::steady_clock::time_point received;
   std::shared_ptr<const ServedModel> model; // as it was open when the request was started
   BlobList list;
   bool begun = false;
@@ -150,7 +151,7 @@ void Conversation::Receive(std::string_view text, bool busy)
   }
   else
   {
-    this->Waiting.push_back(*message);
+    this->Waiting.push_back({ *message, std::chrono::steady_clock::now() });
   }
 }
 
@@ -168,7 +169,7 @@ void Conversation::Drain()
   this->Draining = true;
   for (const auto& waiting : this->Waiting)
   {
-    this->AnswerError(waiting.request, 503, stopping);
+    this->AnswerError(waiting.message.request, 503, stopping);
   }
   this->Waiting.clear();
 }
@@ -198,6 +199,7 @@ std::optional<Conversation::Message> Conversation::NextMessage()
 
 std::optional<Conversation::Message> Conversation::NextReadyMessage()
 {
+  this->Latest = {};
   for (;;)
   {
     if (!this->Answers.empty())
@@ -219,9 +221,9 @@ std::optional<Conversation::Message> Conversation::NextReadyMessage()
     }
     else if (!this->Waiting.empty())
     {
-      auto message = std::move(this->Waiting.front());
+      auto received = std::move(this->Waiting.front());
       this->Waiting.pop_front();
-      this->Start(std::move(message));
+      this->Start(std::move(received));
     }
     else
     {
@@ -276,8 +278,7 @@ bool Conversation::IsUnfinished(std::uint32_t request) const
 {
   return (this->Current && this->Current->request == request) ||
          std::any_of(this->Waiting.begin(), this->Waiting.end(),
-           [request](const protocol::ClientMessage& waiting)
-           { return waiting.request == request; });
+           [request](const Received& waiting) { return waiting.message.request == request; });
 }
 
 void Conversation::Cancel(std::uint32_t request)
@@ -290,7 +291,7 @@ void Conversation::Cancel(std::uint32_t request)
     return;
   }
   const auto found = std::find_if(this->Waiting.begin(), this->Waiting.end(),
-    [request](const protocol::ClientMessage& waiting) { return waiting.request == request; });
+    [request](const Received& waiting) { return waiting.message.request == request; });
   if (found != this->Waiting.end())
   {
     this->Waiting.erase(found);
@@ -298,8 +299,9 @@ void Conversation::Cancel(std::uint32_t request)
   }
 }
 
-void Conversation::Start(protocol::ClientMessage message)
+void Conversation::Start(Received received)
 {
+  auto& message = received.message;
   const bool opens = std::holds_alternative<protocol::OpenRequest>(message.body);
   if (!opens && !this->Model)
   {
@@ -308,6 +310,7 @@ void Conversation::Start(protocol::ClientMessage message)
   }
   this->Current = std::make_unique<Job>();
   this->Current->request = message.request;
+  this->Current->received = received.at;
   this->Current->model = opens ? nullptr : this->Model;
   this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
   this->Pending->Model = this->Current->model;
@@ -447,6 +450,7 @@ std::vector<std::uint8_t> Conversation::NextFrame()
   if (payload.size() == rest.size())
   {
     ++job.sentBlobs;
+    this->Latest = { job.sentBlobs == 1, job.next == job.list.count, job.received };
     job.bytes.reset();
   }
   return frame;

@@ -13,6 +13,7 @@
 #include "server/session/BlobList.h"
 #include "server/session/Catalog.h"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -102,6 +103,15 @@ public:
   // Takes back what has been run. Without effect where its request has been cancelled meanwhile.
   void Finish(const std::shared_ptr<Errand>& errand);
 
+  // Of the message that was pulled last: whether it ends the first blob of its request, or the
+  // last, and when that request was received.
+  struct Milestone
+  {
+    bool first = false, last = false;
+    std::chrono::steady_clock::time_point received;
+  };
+  const Milestone& Reached() const { return this->Latest; }
+
   // The next message to send, or nothing until more is received, with its errands done here: at
   // most one blob is read.
   std::optional<Message> NextMessage();
@@ -116,6 +126,12 @@ public:
   std::optional<CloseReason> Closing() const { return this->Close; }
 
 private:
+  // A request that has to wait for those before it.
+  struct Received
+  {
+    protocol::ClientMessage message;
+    std::chrono::steady_clock::time_point at;
+  };
   // A request that is being answered.
   struct Job;
 
@@ -123,7 +139,7 @@ private:
   void AnswerError(std::uint32_t request, unsigned code, std::string message);
   bool IsUnfinished(std::uint32_t request) const;
   void Cancel(std::uint32_t request);
-  void Start(protocol::ClientMessage message);
+  void Start(Received received);
   void FinishOpening(Errand& errand);
   void FinishList(Errand& errand);
   void FinishBlob(Errand& errand);
@@ -135,10 +151,11 @@ private:
   const Catalog& Models;
   std::size_t MostPartitions;
   std::shared_ptr<const ServedModel> Model; // the open one
-  std::deque<protocol::ClientMessage> Waiting;
+  std::deque<Received> Waiting;
   std::unique_ptr<Job> Current;
   std::shared_ptr<Errand> Pending;             // of the current request
   std::deque<protocol::ServerMessage> Answers; // before anything else
+  Milestone Latest;
   std::uint64_t Failed = 0;
   bool Draining = false;
   std::optional<CloseReason> Close;

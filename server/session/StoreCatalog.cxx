@@ -67,6 +67,17 @@ bool WasWrittenJustNow(const std::filesystem::path& file)
   return !error && age < std::chrono::seconds(10);
 }
 
+template <class ModelMap>
+std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
+{
+  std::vector<std::shared_ptr<const ServedModel>> models;
+  for (const auto& entry : byId)
+  {
+    models.push_back(entry.second);
+  }
+  return models;
+}
+
 // The stores of a folder, by name.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
@@ -97,8 +108,8 @@ StoreCatalog::StoreCatalog(
   , Grace(grace)
   , Reports(std::make_shared<Reporter>(std::move(report)))
   , Cache(std::make_shared<BlobCache>(cacheBytes))
-  , Present(std::make_shared<const State>())
 {
+  this->Publish({});
 }
 
 StoreCatalog::~StoreCatalog() = default;
@@ -121,21 +132,26 @@ Status StoreCatalog::ReadFolder(Patience patience)
   const auto before = this->Current();
   if (!files) // a disk that is not there for the moment, or no descriptors
   {
-    auto same = std::make_shared<State>(*before);
-    same->passing = true;
-    const std::lock_guard lock(this->Mutex);
-    this->Present = std::move(same);
+    State same = *before;
+    same.passing = true;
+    this->Publish(std::move(same));
     return files.GetError();
   }
-  auto state = std::make_shared<State>();
+  State state;
   for (const auto& file : *files)
   {
-    this->Add(*state, file, *before, patience);
+    this->Add(state, file, *before, patience);
   }
-  this->KeepReplaced(*state, *before);
-  const std::lock_guard lock(this->Mutex);
-  this->Present = std::move(state);
+  this->KeepReplaced(state, *before);
+  this->Publish(std::move(state));
   return {};
+}
+
+void StoreCatalog::Publish(State state)
+{
+  state.list = WriteList(ListOf(state.byId));
+  const std::lock_guard lock(this->Mutex);
+  this->Present = std::make_shared<const State>(std::move(state));
 }
 
 // The model of `file`: the one of before, if it is the same or there is no other.
@@ -227,12 +243,12 @@ std::shared_ptr<const StoreCatalog::State> StoreCatalog::Current() const
 
 std::vector<std::shared_ptr<const ServedModel>> StoreCatalog::Models() const
 {
-  std::vector<std::shared_ptr<const ServedModel>> models;
-  for (const auto& entry : this->Current()->byId)
-  {
-    models.push_back(entry.second);
-  }
-  return models;
+  return ListOf(this->Current()->byId);
+}
+
+BlobBytes StoreCatalog::ListJson() const
+{
+  return this->Current()->list;
 }
 
 std::shared_ptr<const ServedModel> StoreCatalog::Find(std::string_view id) const

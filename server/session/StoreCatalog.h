@@ -50,6 +50,7 @@ public:
   void Refresh();
 
   std::vector<std::shared_ptr<const ServedModel>> Models() const override;
+  BlobBytes ListJson() const override; // written once for each reading of the folder
   std::shared_ptr<const ServedModel> Find(std::string_view id) const override;
   std::shared_ptr<const ServedModel> FindDigest(
     std::string_view id, std::string_view digest) const override;
@@ -69,8 +70,10 @@ private:
     std::map<std::string, std::shared_ptr<const StoreModel>, std::less<>> byId;
     std::vector<Replaced> replaced; // the oldest first
     bool passing = false;           // something failed that may succeed soon
+    BlobBytes list;
   };
   std::shared_ptr<const State> Current() const;
+  void Publish(State state);
   enum class Patience
   {
     None,

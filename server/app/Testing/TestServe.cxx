@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve as a process: its line, its signals, its exit codes. Argument: the program.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
 #include "server/http/Testing/HttpTestClient.h"
+#include "server/http/Testing/SelfSigned.h"
+#include "server/http/Testing/TlsTestClient.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +16,6 @@
 #include <array>
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <optional>
 
 using namespace kdstream;
@@ -98,17 +100,25 @@ public:
   std::string ErrorLine() const { return ReadLine(this->Err); }
 
   // Waits for the line; the port in it.
-  std::uint16_t Port() const
+  std::uint16_t Port(const std::string& scheme = "http") const
   {
-    const auto line = this->OutLine();
-    const std::string start = "listening on http://127.0.0.1:";
+    return PortIn(this->OutLine(), "listening on " + scheme + "://127.0.0.1:");
+  }
+  // The same of the line that tells where the metrics are.
+  std::uint16_t AdminPort() const
+  {
+    return PortIn(this->ErrorLine(), "kdstream-serve: metrics on http://127.0.0.1:");
+  }
+
+private:
+  static std::uint16_t PortIn(const std::string& line, const std::string& start)
+  {
     EXPECT_EQ(line.substr(0, start.size()), start);
     return line.size() > start.size()
              ? static_cast<std::uint16_t>(std::stoi(line.substr(start.size())))
              : std::uint16_t{ 0 };
   }
 
-private:
   pid_t Id = -1;
   int Out = -1, Err = -1;
 };
@@ -116,11 +126,10 @@ private:
 class Serve : public testing::Test
 {
 protected:
-  fs::path folder = fs::temp_directory_path() / ("kdstream-serve-" + std::to_string(::getpid()));
-  fs::path stores = folder / "stores";
+  const fixtures::TemporaryFolder temporary;
+  const fs::path folder = this->temporary.Path, stores = this->folder / "stores";
 
   void SetUp() override { fs::create_directories(this->stores); }
-  void TearDown() override { fs::remove_all(this->folder); }
 
   void Build(const std::string& name, double height = 1) const
   {
@@ -128,6 +137,35 @@ protected:
     mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, height } };
     mesh.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
     EXPECT_TRUE(BuildStore(mesh, "mesh.ply", this->stores / name, {}));
+  }
+};
+
+// A server with a file that is more than sockets hold.
+class Ending : public Serve
+{
+protected:
+  const std::string large = std::string(32u << 20, 'x');
+
+  void SetUp() override
+  {
+    Serve::SetUp();
+    this->Build("one.kds");
+    std::ofstream(this->folder / "index.html") << "home";
+    std::ofstream(this->folder / "large") << this->large;
+  }
+  std::vector<std::string> Arguments(const std::string& drain) const
+  {
+    return { this->stores, "--port", "0", "--web", this->folder, "--drain", drain };
+  }
+  // Asks for the file, until the server has begun with it.
+  static void AskForIt(HttpTestClient& client, std::uint16_t port)
+  {
+    client.Send("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
+    HttpTestClient other(port);
+    while (other.Get("/metrics")->body.find("kdstream_reader_queue_length_count 1\n") ==
+           std::string::npos)
+    {
+    }
   }
 };
 
@@ -162,8 +200,7 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
   EXPECT_EQ(serve.OutLine(), "") << "one line only";
-  std::ifstream lines(log);
-  const std::string text{ std::istreambuf_iterator<char>(lines), {} };
+  const auto text = fixtures::ReadWhole(log);
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
@@ -273,8 +310,7 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
   {
   }
   {
-    std::ifstream in(this->stores / "one.kds", std::ios::binary);
-    const std::string bytes{ std::istreambuf_iterator<char>(in), {} };
+    const auto bytes = fixtures::ReadWhole(this->stores / "one.kds");
     std::ofstream slow(this->stores / "two.kds", std::ios::binary);
     slow << bytes.substr(0, bytes.size() / 2) << std::flush;
     this->Build("three.kds"); // while two is half there
@@ -299,12 +335,88 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
   EXPECT_EQ(client.Get("/api/models.json")->status, 200u);
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
-  std::ifstream lines(log);
-  const std::string text{ std::istreambuf_iterator<char>(lines), {} };
+  const auto text = fixtures::ReadWhole(log);
   EXPECT_NE(text.find("\"GET /api/models.json\" 200 "), std::string::npos) << text;
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
                                  ": there is no store (NAME.kds) to serve in this folder yet");
   EXPECT_EQ(serve.ErrorLine(), "") << "nothing else to warn of";
+}
+
+TEST_F(Ending, FinishesWhatIsUnderWay)
+{
+  Process serve(this->Arguments("100000"));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  AskForIt(client, port);
+  serve.Signal(SIGTERM);
+  while (HttpTestClient(port).Get("/readyz")->status == 200)
+  {
+  }
+  EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->status, 503u);
+  EXPECT_EQ(client.Receive()->body, this->large);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.ErrorLine(), "");
+}
+
+TEST_F(Ending, TakesNoLongerThanItMay)
+{
+  Process serve(this->Arguments("0.2"));
+  const auto port = serve.Port();
+  HttpTestClient deaf(port);
+  AskForIt(deaf, port);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
+}
+
+TEST_F(Ending, ASecondSignalEndsItAtOnce)
+{
+  Process serve(this->Arguments("100000"));
+  const auto port = serve.Port();
+  HttpTestClient deaf(port);
+  AskForIt(deaf, port);
+  serve.Signal(SIGTERM);
+  while (HttpTestClient(port).Get("/readyz")->status == 200)
+  {
+  }
+  serve.Signal(SIGINT);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
+}
+
+TEST_F(Serve, MetricsHaveAnAddressOfTheirOwn)
+{
+  this->Build("one.kds");
+  const Process serve({ this->stores, "--port", "0", "--admin", "127.0.0.1:0" });
+  const auto port = serve.Port();
+  EXPECT_EQ(HttpTestClient(serve.AdminPort()).Get("/metrics")->status, 200u);
+  EXPECT_EQ(HttpTestClient(port).Get("/metrics")->status, 404u);
+}
+
+TEST_F(Serve, TheCertificateIsReadAgainOnSighup)
+{
+  this->Build("one.kds");
+  const auto certificate = this->folder / "cert.pem", key = this->folder / "key.pem";
+  WriteSelfSigned(certificate, key, "first");
+  Process serve(
+    { this->stores, "--port", "0", "--tls-cert", certificate, "--tls-key", key, "--hsts", "77" });
+  const auto port = serve.Port("https");
+  TlsTestClient client(port);
+  EXPECT_EQ(client.ServerName(), "first");
+  client.Send("GET /readyz HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_NE(client.Receive("ready\n").find("Security: max-age=77\r\n"), std::string::npos);
+  WriteSelfSigned(certificate, key, "second");
+  serve.Signal(SIGHUP);
+  while (TlsTestClient(port).ServerName() != "second")
+  {
+  }
+  std::ofstream(certificate) << "nonsense";
+  serve.Signal(SIGHUP);
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + certificate.string() +
+                                 ": holds no certificate in PEM; the one of before is shown");
+  EXPECT_EQ(TlsTestClient(port).ServerName(), "second");
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 TEST_F(Serve, FindsThePageThatIsInstalledWithIt)
@@ -351,6 +463,12 @@ TEST_F(Serve, TellsWhyItCannotServe)
     { { this->stores, "--threads", "0" }, 2 },
     { { this->stores, "--tls-cert", "x.pem" }, 2 },
     { { this->stores, "--port", "0", "--tls-cert", "x.pem", "--tls-key", "y.pem" }, 1 },
+    { { this->stores, "--admin", "9100" }, 2 },
+    { { this->stores, "--admin", "::1:9100" }, 2 },
+    { { this->stores, "--admin", "127.0.0.1:70000" }, 2 },
+    { { this->stores, "--port", "0", "--admin", "127.0.0.1:" + port }, 1 },
+    { { this->stores, "--drain", "-1" }, 2 },
+    { { this->stores, "--proxy-protocol" }, 2 },
     { { this->folder / "missing", "--port", "0" }, 1 },
     { { this->stores, "--port", port }, 1 },
     { { this->stores, "--port", "0", "--host", "no-such-host.invalid" }, 1 },

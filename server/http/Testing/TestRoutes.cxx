@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/Routes.h"
 
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -258,21 +257,18 @@ namespace
 class Page : public Site
 {
 protected:
-  std::filesystem::path folder =
-    std::filesystem::temp_directory_path() / ("kdstream-routes-" + std::to_string(::getpid()));
+  const fixtures::TemporaryFolder folder;
   std::string plain = std::string(1000, 'p'), packed = std::string(100, 'z');
   std::optional<Routes> site;
 
   void SetUp() override
   {
-    std::filesystem::create_directories(this->folder);
     std::ofstream(this->folder / "index.html") << this->plain;
     std::ofstream(this->folder / "index.html.gz") << this->packed;
     std::ofstream(this->folder / "kdstream.wasm") << "wasm";
     this->site.emplace(
-      this->catalog, this->metrics, RouteOptions{ "", *StaticFiles::Open(this->folder), "1" });
+      this->catalog, this->metrics, RouteOptions{ "", *StaticFiles::Open(this->folder.Path), "1" });
   }
-  void TearDown() override { std::filesystem::remove_all(this->folder); }
 
   HttpResponse Ask(HttpRequest request) const { return this->site->Answer(request); }
   static HttpRequest Gzip(const std::string& method, const std::string& tag = "",

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// HTTPS and the stream over TLS, with a certificate made for the test.
+// HTTPS and the stream over TLS, with certificates made for the test.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/ScarceMemory.h"
+#include "server/http/Testing/SelfSigned.h"
+#include "server/http/Testing/TlsTestClient.h"
+#include "server/protocol/ResourcePath.h"
+#include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>
 
-#include <openssl/pem.h>
-#include <openssl/ssl.h>
-#include <openssl/x509.h>
-
 #include <csignal>
-#include <cstdio>
 #include <fstream>
-#include <unistd.h>
 
 using namespace kdstream;
 namespace fs = std::filesystem;
@@ -25,67 +24,62 @@ namespace
 class Tls : public testing::Test
 {
 protected:
-  fs::path folder = fs::temp_directory_path() / ("kdstream-tls-" + std::to_string(::getpid()));
-  fs::path certificate = folder / "cert.pem", key = folder / "key.pem";
+  const fixtures::TemporaryFolder folder;
+  const fs::path certificate = folder / "cert.pem", key = folder / "key.pem";
   MemoryCatalog catalog;
+  std::shared_ptr<MemoryModel> model = this->catalog.Add("dragon", 1, 3, 100000);
+  const std::string ask = "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n";
+  const std::string upgrade = "GET /api/stream HTTP/1.1\r\nHost: a\r\nConnection: Upgrade\r\n"
+                              "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                              "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                              "Sec-WebSocket-Protocol: kdstream.v1\r\n\r\n";
+  HttpServerOptions options;
 
   void SetUp() override
   {
-    this->catalog.Add("dragon", 1, 3, 1000);
-    fs::create_directories(this->folder);
-    EVP_PKEY* pair = EVP_RSA_gen(2048);
-    X509* x509 = X509_new();
-    ASN1_INTEGER_set(X509_get_serialNumber(x509), 1);
-    X509_gmtime_adj(X509_getm_notBefore(x509), 0);
-    X509_gmtime_adj(X509_getm_notAfter(x509), 3600);
-    X509_set_pubkey(x509, pair);
-    X509_NAME* name = X509_get_subject_name(x509);
-    X509_NAME_add_entry_by_txt(
-      name, "CN", MBSTRING_ASC, reinterpret_cast<const unsigned char*>("localhost"), -1, -1, 0);
-    X509_set_issuer_name(x509, name);
-    X509_sign(x509, pair, EVP_sha256());
-    std::FILE* file = std::fopen(this->certificate.c_str(), "w");
-    PEM_write_X509(file, x509);
-    std::fclose(file);
-    file = std::fopen(this->key.c_str(), "w");
-    PEM_write_PrivateKey(file, pair, nullptr, nullptr, 0, nullptr, nullptr);
-    std::fclose(file);
-    X509_free(x509);
-    EVP_PKEY_free(pair);
+    std::signal(SIGPIPE, SIG_IGN); // clients write to connections that have ended
+    WriteSelfSigned(this->certificate, this->key);
+    this->options.tlsCertificate = this->certificate;
+    this->options.tlsKey = this->key;
+    this->options.drainTimeout = std::chrono::milliseconds(100);
   }
-  void TearDown() override { fs::remove_all(this->folder); }
 
   std::unique_ptr<HttpServer> Start()
   {
-    HttpServerOptions options;
-    options.tlsCertificate = this->certificate;
-    options.tlsKey = this->key;
-    options.drainTimeout = std::chrono::milliseconds(100);
-    auto server = HttpServer::Start(this->catalog, options);
+    auto server = HttpServer::Start(this->catalog, this->options);
     EXPECT_TRUE(server) << server.GetError().message;
     return server ? std::move(*server) : nullptr;
   }
 
-  // What the server at `port` sends for `request`, until `end` has come or it stops sending.
   static std::string Talk(std::uint16_t port, const std::string& request, const std::string& end)
   {
-    SSL_CTX* context = SSL_CTX_new(TLS_client_method());
-    BIO* connection = BIO_new_ssl_connect(context);
-    BIO_set_conn_hostname(connection, ("127.0.0.1:" + std::to_string(port)).c_str());
-    std::string received;
-    if (BIO_do_connect(connection) == 1)
-    {
-      BIO_write(connection, request.data(), static_cast<int>(request.size()));
-      char bytes[4096];
-      for (int n = 1; n > 0 && received.find(end) == std::string::npos;)
-      {
-        n = BIO_read(connection, bytes, sizeof bytes);
-        received.append(bytes, static_cast<std::size_t>(std::max(n, 0)));
-      }
-    }
-    BIO_free_all(connection);
-    SSL_CTX_free(context);
-    return received;
+    TlsTestClient client(port);
+    client.Send(request);
+    return client.Receive(end);
+  }
+
+  // A masked text frame, with a mask of zeros.
+  static std::string Frame(const std::string& text)
+  {
+    std::string frame("\x81", 1);
+    frame += static_cast<char>(0x80 | text.size());
+    return frame + std::string(4, '\0') + text;
+  }
+
+  std::string Whole(const protocol::BlobId& id) const
+  {
+    const auto& bytes = *this->model->blobs.at(id);
+    return { bytes.begin(), bytes.end() };
+  }
+
+  // Why a server does not start with these files.
+  std::string Refusal(const fs::path& certificate_, const fs::path& key_) const
+  {
+    HttpServerOptions wrong;
+    wrong.tlsCertificate = certificate_;
+    wrong.tlsKey = key_;
+    const auto server = HttpServer::Start(this->catalog, wrong);
+    return server ? "none" : server.GetError().message;
   }
 };
 
@@ -96,26 +90,71 @@ TEST_F(Tls, ServesHttps)
   const auto server = this->Start();
   ASSERT_TRUE(server);
   EXPECT_EQ(server->Url(), "https://127.0.0.1:" + std::to_string(server->Port()));
-  const auto answer = Talk(server->Port(), "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n", "ok\n");
+  const auto answer = Talk(server->Port(), this->ask, "ok\n");
   EXPECT_EQ(answer.substr(0, 15), "HTTP/1.1 200 OK") << answer;
+}
+
+TEST_F(Tls, TellsBrowsersToStayWithIt)
+{
+  const std::string field = "\r\nStrict-Transport-Security: max-age=31536000\r\n";
+  {
+    const auto server = this->Start();
+    EXPECT_NE(Talk(server->Port(), this->ask, "ok\n").find(field), std::string::npos);
+    EXPECT_NE(Talk(server->Port(), "nonsense\r\n\r\n", "}\n").find(field), std::string::npos);
+  }
+  this->options.strictTransport = std::chrono::seconds(0);
+  const auto silent = this->Start();
+  const auto answer = Talk(silent->Port(), this->ask, "ok\n");
+  EXPECT_EQ(answer.find("Strict-Transport-Security"), std::string::npos) << answer;
+}
+
+TEST_F(Tls, BlobsComeWhole)
+{
+  const auto server = this->Start();
+  TlsTestClient client(server->Port());
+  for (std::uint32_t p = 0; p < 8; ++p)
+  {
+    const auto id = protocol::BlobId::Partition(p);
+    const auto whole = this->Whole(id);
+    client.Send("GET " + protocol::BlobPath("dragon", this->model->Description().digest, id) +
+                " HTTP/1.1\r\nHost: a\r\n\r\n");
+    std::string head;
+    while (!head.ends_with("\r\n\r\n"))
+    {
+      const auto byte = client.Receive(1);
+      ASSERT_FALSE(byte.empty()) << head;
+      head += byte;
+    }
+    EXPECT_EQ(client.Receive(whole.size()), whole) << p;
+    client.ChangeKeys(); // the server has to answer that, too
+  }
+  client.Send("GET /healthz HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(client.EndsProperly());
 }
 
 TEST_F(Tls, StreamsOverTls)
 {
   const auto server = this->Start();
   ASSERT_TRUE(server);
-  const std::string ask = R"({"type":"open","request":1,"model":"lucy"})";
-  std::string frame("\x81", 1); // a masked text frame, with a mask of zeros
-  frame += static_cast<char>(0x80 | ask.size());
-  frame += std::string(4, '\0') + ask;
-  const std::string upgrade = "GET /api/stream HTTP/1.1\r\nHost: a\r\nConnection: Upgrade\r\n"
-                              "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-                              "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                              "Sec-WebSocket-Protocol: kdstream.v1\r\n\r\n";
-  const auto answer = Talk(server->Port(), upgrade, "\r\n\r\n");
-  EXPECT_EQ(answer.substr(0, 12), "HTTP/1.1 101") << answer;
+  const auto open = Frame(R"({"type":"open","request":1,"model":"dragon"})");
+  TlsTestClient client(server->Port());
+  client.Send(this->upgrade);
+  EXPECT_EQ(client.Receive("\r\n\r\n").substr(0, 12), "HTTP/1.1 101");
+  client.Send(open);
+  EXPECT_NE(client.Receive("\"opened\"").find("\"opened\""), std::string::npos);
+  client.ChangeKeys();
+  client.Send(Frame(R"({"type":"partitions","request":2,"partitions":[0,1,2,3,4,5,6,7]})"));
+  const auto received = client.Receive("\"end\"");
+  std::size_t bytes = 0;
+  for (std::uint32_t p = 0; p < 8; ++p)
+  {
+    const auto whole = this->Whole(protocol::BlobId::Partition(p));
+    bytes += whole.size();
+    EXPECT_NE(received.find(whole.substr(0, 60000)), std::string::npos) << p;
+  }
+  EXPECT_GT(received.size(), bytes);
   // Speaking before the answer has come is refused, not mixed up.
-  EXPECT_EQ(Talk(server->Port(), upgrade + frame, "\r\n\r\n").substr(0, 12), "HTTP/1.1 400");
+  EXPECT_EQ(Talk(server->Port(), this->upgrade + open, "\r\n\r\n").substr(0, 12), "HTTP/1.1 400");
 }
 
 TEST_F(Tls, SpeaksNothingElse)
@@ -125,65 +164,103 @@ TEST_F(Tls, SpeaksNothingElse)
   EXPECT_FALSE(HttpTestClient(server->Port()).Get("/healthz"));
 }
 
+TEST_F(Tls, SurvivesHostileHandshakes)
+{
+  const auto server = this->Start();
+  // What a client says first.
+  const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context(
+    SSL_CTX_new(TLS_client_method()), SSL_CTX_free);
+  const std::unique_ptr<SSL, void (*)(SSL*)> session(SSL_new(context.get()), SSL_free);
+  BIO* out = BIO_new(BIO_s_mem());
+  SSL_set_bio(session.get(), BIO_new(BIO_s_mem()), out);
+  SSL_connect(session.get());
+  std::string hello(BIO_ctrl_pending(out), '\0');
+  BIO_read(out, hello.data(), static_cast<int>(hello.size()));
+  ASSERT_GT(hello.size(), 100u);
+
+  protocol::RandomMessages random(23);
+  for (int i = 0; i < 300; ++i)
+  {
+    HttpTestClient client(server->Port());
+    client.Send(i % 3 == 0 ? hello + random.Mutated(hello) : random.Mutated(hello));
+  }
+  EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+}
+
 TEST_F(Tls, GoesOnListeningWhereThereIsNoMemoryForAConnection)
 {
   const auto server = this->Start();
   ASSERT_TRUE(server);
-  const std::string request = "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n";
-  for (long n = 0; n < 3; ++n) // two buffers of the TLS stream, and the connection itself
+  for (long n = 0; n < 2; ++n) // what TLS has of the connection, and the connection itself
   {
     const ScarceMemory scarce(n, ScarceMemory::Where::OtherThreads, 4096);
-    std::signal(SIGPIPE, SIG_IGN); // the client writes to a connection that has ended
-    EXPECT_EQ(Talk(server->Port(), request, "ok\n"), "");
+    EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n"), "");
     EXPECT_GE(scarce.AwaitFailure(), 4096u);
   }
-  EXPECT_EQ(Talk(server->Port(), request, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+}
+
+TEST_F(Tls, ReadsItsCertificateAgainWhenToldTo)
+{
+  WriteSelfSigned(this->certificate, this->key, "first");
+  const auto server = this->Start();
+  TlsTestClient before(server->Port());
+  EXPECT_EQ(before.ServerName(), "first");
+  WriteSelfSigned(this->certificate, this->key, "second");
+  EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "first") << "not yet";
+  ASSERT_TRUE(server->ReloadTls());
+  EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
+  before.Send(this->ask);
+  EXPECT_EQ(before.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "earlier ones go on";
+
+  // What is no certificate, or not one of this key, is left alone.
+  std::ofstream(this->certificate) << "half a certif";
+  auto kept = server->ReloadTls();
+  ASSERT_FALSE(kept);
+  EXPECT_EQ(kept.GetError().message, this->certificate.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
+  WriteCertificate(this->certificate, MakeKey().get(), "third");
+  kept = server->ReloadTls();
+  ASSERT_FALSE(kept);
+  EXPECT_EQ(kept.GetError().message, this->key.string() +
+                                       ": holds the key of another certificate than " +
+                                       this->certificate.string());
+  EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
+  fs::remove(this->key);
+  EXPECT_FALSE(server->ReloadTls());
+  EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+}
+
+TEST_F(Tls, AProxysHeaderComesBeforeIt)
+{
+  this->options.trustedProxies = { "127.0.0.1" };
+  this->options.proxyProtocol = true;
+  const auto server = this->Start();
+  EXPECT_FALSE(TlsTestClient(server->Port()).IsConnected());
+  TlsTestClient client(server->Port(), "PROXY TCP4 1.2.3.4 5.6.7.8 50000 443\r\n");
+  ASSERT_TRUE(client.IsConnected());
+  client.Send(this->ask);
+  EXPECT_EQ(client.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
 }
 
 TEST_F(Tls, NeedsACertificateAndItsKey)
 {
-  HttpServerOptions options;
-  options.tlsCertificate = this->key;
-  options.tlsKey = this->key;
-  const auto swapped = HttpServer::Start(this->catalog, options);
-  ASSERT_FALSE(swapped);
-  EXPECT_EQ(swapped.GetError().message, this->key.string() + ": holds no certificate in PEM");
-  options.tlsCertificate = this->certificate;
-  options.tlsKey = this->certificate;
-  const auto none = HttpServer::Start(this->catalog, options);
-  ASSERT_FALSE(none);
-  EXPECT_EQ(none.GetError().message,
+  EXPECT_EQ(
+    this->Refusal(this->key, this->key), this->key.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(this->Refusal(this->certificate, this->certificate),
     this->certificate.string() + ": holds no private key in PEM without a passphrase");
 }
 
 TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
 {
-  HttpServerOptions options;
-  options.tlsCertificate = this->folder / "none.pem";
-  options.tlsKey = this->key;
-  const auto missing = HttpServer::Start(this->catalog, options);
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.GetError().message,
-    (this->folder / "none.pem").string() + ": cannot be read: No such file or directory");
-  options.tlsCertificate = this->certificate;
-  options.tlsKey = this->folder / "other.pem";
-  EVP_PKEY* other = EVP_RSA_gen(2048);
-  std::FILE* file = std::fopen(options.tlsKey.c_str(), "w");
-  PEM_write_PrivateKey(file, other, nullptr, nullptr, 0, nullptr, nullptr);
-  std::fclose(file);
-  const auto another = HttpServer::Start(this->catalog, options);
-  ASSERT_FALSE(another);
-  EXPECT_EQ(another.GetError().message, options.tlsKey.string() +
-                                          ": holds the key of another certificate than " +
-                                          this->certificate.string());
-  file = std::fopen(options.tlsKey.c_str(), "w");
-  std::string word = "secret"; // which the server must not ask the terminal for
-  PEM_write_PrivateKey(file, other, EVP_aes_128_cbc(),
-    reinterpret_cast<unsigned char*>(word.data()), static_cast<int>(word.size()), nullptr, nullptr);
-  std::fclose(file);
-  EVP_PKEY_free(other);
-  const auto locked = HttpServer::Start(this->catalog, options);
-  ASSERT_FALSE(locked);
-  EXPECT_EQ(locked.GetError().message,
-    options.tlsKey.string() + ": holds no private key in PEM without a passphrase");
+  const auto missing = this->folder / "none.pem", other = this->folder / "other.pem";
+  EXPECT_EQ(this->Refusal(missing, this->key),
+    missing.string() + ": cannot be read: No such file or directory");
+  const auto another = MakeKey();
+  WriteKey(other, another.get());
+  EXPECT_EQ(this->Refusal(this->certificate, other),
+    other.string() + ": holds the key of another certificate than " + this->certificate.string());
+  WriteKey(other, another.get(), "secret"); // which the server must not ask the terminal for
+  EXPECT_EQ(this->Refusal(this->certificate, other),
+    other.string() + ": holds no private key in PEM without a passphrase");
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/StoreCatalog.h"
 
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -42,13 +42,13 @@ Mesh Sheet(std::uint32_t side)
 class Folder : public testing::Test
 {
 protected:
-  fs::path folder = fs::temp_directory_path() / ("kdstream-catalog-" + std::to_string(::getpid()));
+  const fixtures::TemporaryFolder temporary;
+  const fs::path folder = temporary / "stores";
   std::vector<std::string> reports;
   StoreCatalog catalog{ folder, [this](const fs::path& file, const std::string& what)
     { this->reports.push_back(file.filename().string() + ": " + what); } };
 
   void SetUp() override { fs::create_directories(this->folder); }
-  void TearDown() override { fs::remove_all(this->folder); }
 
   ModelDescription Build(const std::string& name, std::uint32_t side, const std::string& title = "")
   {
@@ -84,6 +84,32 @@ TEST_F(Folder, AnEmptyFolderIsAnEmptyCatalogAndAMissingOneAnError)
   const auto status = this->catalog.Reload();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.GetError().code, ErrorCode::NotFound);
+}
+
+TEST_F(Folder, TheListIsWrittenOnceForEachReadingOfTheFolder)
+{
+  const auto ids = [this]
+  {
+    const auto json = this->catalog.ListJson();
+    const auto list = ParseModelList(std::string(json->begin(), json->end()));
+    std::string all;
+    for (const auto& model : *list)
+    {
+      all += model.id + " ";
+    }
+    return all;
+  };
+  EXPECT_EQ(ids(), "");
+  this->Build("one.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_EQ(ids(), "one ");
+  EXPECT_EQ(this->catalog.ListJson(), this->catalog.ListJson()) << "the same bytes";
+  this->Build("two.kds", 20);
+  this->catalog.Look();
+  EXPECT_EQ(ids(), "one two ");
+  fs::remove(this->folder / "one.kds");
+  this->catalog.Look();
+  EXPECT_EQ(ids(), "two ");
 }
 
 TEST_F(Folder, DescribesAndReadsAStore)

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/http/ReaderPool.h"
+#include "server/http/WorkerPool.h"
 
 #include <utility>
 
 namespace kdstream
 {
 
-void ReaderPool::Start(unsigned threads)
+void WorkerPool::Start(unsigned threads)
 {
   for (unsigned i = 0; i < threads; ++i)
   {
@@ -14,7 +14,7 @@ void ReaderPool::Start(unsigned threads)
   }
 }
 
-void ReaderPool::Stop()
+void WorkerPool::Stop()
 {
   std::deque<Entry> dropped; // ends what holds it without the lock
   {
@@ -30,26 +30,23 @@ void ReaderPool::Stop()
   this->Threads.clear();
 }
 
-void ReaderPool::Add(Work work)
+std::size_t WorkerPool::Add(Work work)
 {
+  std::size_t waiting = 0;
   {
     const std::lock_guard lock(this->Mutex);
     if (this->Stopping)
     {
-      return;
+      return 0;
     }
     this->Queue.push_back({ std::move(work), Clock::now() });
+    waiting = this->Queue.size();
   }
   this->Added.notify_one();
+  return waiting;
 }
 
-std::size_t ReaderPool::Waiting() const
-{
-  const std::lock_guard lock(this->Mutex);
-  return this->Queue.size();
-}
-
-void ReaderPool::Run()
+void WorkerPool::Run()
 {
   for (;;)
   {

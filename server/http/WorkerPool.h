@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The threads that wait for disks and search regions, so that those of the event loop never do.
-// Internal to the server.
+// Threads for what those of the event loop must not wait for: disks, searches for regions,
+// handshakes of TLS. Internal to the server.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ namespace kdstream
 {
 
 // All functions may be called from any thread, but Start and Stop from one.
-class ReaderPool
+class WorkerPool
 {
 public:
   using Clock = std::chrono::steady_clock;
@@ -25,20 +25,19 @@ public:
   using Work = std::function<void()>;
 
   // onBegin: told of each work how long it has waited; from any thread.
-  explicit ReaderPool(std::function<void(Clock::duration waited)> onBegin = {})
+  explicit WorkerPool(std::function<void(Clock::duration waited)> onBegin = {})
     : OnBegin(std::move(onBegin))
   {
   }
-  ~ReaderPool() { this->Stop(); }
+  ~WorkerPool() { this->Stop(); }
 
   void Start(unsigned threads);
   // Finishes the work that is under way; what has not begun is dropped.
   void Stop();
 
   // First come, first served. How much waits at a time is for those who add to bound: a connection
-  // adds one at a time.
-  void Add(Work work);
-  std::size_t Waiting() const;
+  // adds one at a time. Returns how many wait now.
+  std::size_t Add(Work work);
 
 private:
   struct Entry
@@ -49,7 +48,7 @@ private:
   void Run();
 
   std::function<void(Clock::duration)> OnBegin;
-  mutable std::mutex Mutex;
+  std::mutex Mutex;
   std::condition_variable Added;
   std::deque<Entry> Queue;
   bool Stopping = false;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/app/ServeOptions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// "HOST:PORT", with [brackets] around an address of IPv6. Throws what CLI11 reports.
+ListenAddress ParseAddress(const std::string& text)
+{
+  const auto colon = text.rfind(':');
+  const auto digits = colon == text.npos ? std::string() : text.substr(colon + 1);
+  const bool isPort = !digits.empty() && digits.size() <= 5 &&
+                      digits.find_first_not_of("0123456789") == digits.npos &&
+                      std::stoul(digits) <= 65535;
+  auto host = text.substr(0, colon);
+  const bool inBrackets = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  host = inBrackets ? host.substr(1, host.size() - 2) : host;
+  if (!isPort || host.empty() || (!inBrackets && host.find(':') != host.npos))
+  {
+    throw CLI::ValidationError("--admin", text + ": an address and a port, such as 127.0.0.1:9100");
+  }
+  return { host, static_cast<std::uint16_t>(std::stoul(digits)) };
+}
+
+void AddAddress(CLI::App& app, HttpServerOptions& server)
+{
+  const char* const address = "Address";
+  app
+    .add_option(
+      "--host", server.address.host, "name or address to listen at; 0.0.0.0: the whole network")
+    ->type_name("ADDRESS")
+    ->capture_default_str()
+    ->group(address);
+  app.add_option("--port", server.address.port, "port to listen at; 0: any that is free")
+    ->check(CLI::Range(0, 65535))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(address);
+  auto* certificate =
+    app.add_option("--tls-cert", server.tlsCertificate, "serve HTTPS with this certificate (PEM)")
+      ->type_name("FILE")
+      ->group(address);
+  auto* key = app.add_option("--tls-key", server.tlsKey, "its private key (PEM, no passphrase)")
+                ->type_name("FILE")
+                ->group(address);
+  certificate->needs(key);
+  key->needs(certificate);
+  app
+    .add_option_function<std::int64_t>(
+      "--hsts",
+      [&server](std::int64_t value) { server.strictTransport = std::chrono::seconds(value); },
+      "with HTTPS: browsers use no plain HTTP with this host for so long; 0: they may")
+    ->check(CLI::Range(std::int64_t{ 0 }, std::int64_t{ 1000000000 }))
+    ->type_name("SECONDS")
+    ->default_str(std::to_string(server.strictTransport.count()))
+    ->group(address);
+  app
+    .add_option_function<std::string>(
+      "--admin", [&server](const std::string& text) { server.admin = ParseAddress(text); },
+      "serve the metrics at this HOST:PORT, in plain HTTP, and not with the rest")
+    ->type_name("ADDRESS")
+    ->group(address);
+}
+
+void AddProxies(CLI::App& app, HttpServerOptions& server)
+{
+  const char* const address = "Address";
+  auto* proxies =
+    app
+      .add_option("--trusted-proxy", server.trustedProxies,
+        "address or network of a proxy, whose X-Forwarded-For is believed; may be repeated")
+      ->type_name("ADDRESS")
+      ->allow_extra_args(false)
+      ->group(address);
+  app
+    .add_flag("--proxy-protocol", server.proxyProtocol,
+      "its connections begin with a header of the PROXY protocol, version 1 or 2")
+    ->needs(proxies)
+    ->group(address);
+  app
+    .add_option("--allow-host", server.allowedHosts,
+      "host that requests may name; may be repeated [default: any]")
+    ->type_name("HOST")
+    ->allow_extra_args(false)
+    ->group(address);
+}
+
+void AddPages(CLI::App& app, ServeOptions& line)
+{
+  const char* const pages = "Pages";
+  app
+    .add_option("--web", line.web,
+      "serve the files of this folder at / [default: the web viewer installed with this program]")
+    ->type_name("DIR")
+    ->group(pages);
+  app
+    .add_option("--allow-origin", line.server.allowOrigin,
+      "let pages of this origin read from here (CORS); *: of any")
+    ->type_name("ORIGIN")
+    ->group(pages);
+}
+
+// How much each client may have, and all of them.
+void AddLimits(CLI::App& app, HttpServerOptions& server)
+{
+  const char* const limits = "Limits";
+  app
+    .add_option(
+      "--max-connections", server.maximumConnections, "clients at once; more are answered 503")
+    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1000000 }))
+    ->capture_default_str()
+    ->group(limits);
+  app
+    .add_option("--max-per-address", server.connectionsOfAddress,
+      "clients of one address at once; more are answered 429; 0: any number [default: 100, for "
+      "others than this machine]")
+    ->type_name("N")
+    ->group(limits);
+  app
+    .add_option("--requests-per-minute", server.requestsOfAddress,
+      "requests of one address; more are answered 429; 0: any number [default: 6000, for others "
+      "than this machine]")
+    ->type_name("N")
+    ->group(limits);
+  app
+    .add_option(
+      "--max-region", server.regionPartitions, "most partitions of a region that is asked for")
+    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 30))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(limits);
+}
+
+CLI::Option* AddSeconds(CLI::App& app, const std::string& name, std::chrono::milliseconds& time,
+  double least, const std::string& help)
+{
+  return app
+    .add_option_function<double>(
+      name, [&time](double value) { time = std::chrono::milliseconds(std::llround(value * 1000)); },
+      help)
+    ->check(CLI::Range(least, 1e6))
+    ->type_name("SECONDS")
+    ->default_str(std::to_string(time.count() / 1000));
+}
+
+// How long a client may take.
+void AddPatience(CLI::App& app, ServeOptions& line)
+{
+  const char* const patience = "Patience";
+  constexpr double least = 0.001;
+  auto& server = line.server;
+  AddSeconds(app, "--request-timeout", server.requestTimeout, least,
+    "for the handshake of TLS and a request")
+    ->group(patience);
+  AddSeconds(app, "--answer-timeout", server.answerTimeout, least,
+    "for taking an answer, or 64 KiB of a stream, and a second more for each --slowest")
+    ->group(patience);
+  AddSizeOption(app, "--slowest", line.slowest, "bytes a second that a client must take")
+    ->default_str("16K")
+    ->group(patience);
+  AddSeconds(app, "--stream-timeout", server.streamTimeout, least,
+    "until a stream that says nothing is closed")
+    ->group(patience);
+  AddSeconds(app, "--idle-timeout", server.idleTimeout, least,
+    "after which an idle stream is closed where its place is needed")
+    ->group(patience);
+  AddSeconds(app, "--drain", server.drainTimeout, 0,
+    "for what is under way when the server is told to end; new requests are refused then")
+    ->group(patience);
+}
+
+// What the server works with.
+void AddWork(CLI::App& app, ServeOptions& line)
+{
+  const char* const work = "Work";
+  app.add_option("--threads", line.server.threads, "threads that answer")
+    ->check(CLI::Range(1U, 1024U))
+    ->capture_default_str()
+    ->group(work);
+  app.add_option("--readers", line.server.readers, "threads that wait for disks")
+    ->check(CLI::Range(1U, 1024U))
+    ->capture_default_str()
+    ->group(work);
+  AddSizeOption(app, "--cache-memory", line.cacheBytes, "memory for blobs that clients share")
+    ->default_str("256M")
+    ->group(work);
+  app
+    .add_option(
+      "--grace", line.grace, "seconds for which a replaced store's old digest is still answered")
+    ->check(CLI::Range(std::chrono::seconds::rep{ 0 }, std::chrono::seconds::rep{ 1000000 }))
+    ->type_name("SECONDS")
+    ->capture_default_str()
+    ->group(work);
+  app.add_option("--access-log", line.accessLog, "write a line for every request; -: on stderr")
+    ->type_name("FILE")
+    ->group(work);
+}
+
+}
+
+void AddServeOptions(CLI::App& app, ServeOptions& line)
+{
+  line.server.address.port = 8700;
+  line.server.threads = std::max(2U, std::thread::hardware_concurrency());
+  app.add_option("DIR", line.folder, "the folder of the stores")->required();
+  AddAddress(app, line.server);
+  AddProxies(app, line.server);
+  AddPages(app, line);
+  AddLimits(app, line.server);
+  AddPatience(app, line);
+  AddWork(app, line);
+}
+
+}

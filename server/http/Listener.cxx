@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/Listener.h"
+
+#include <boost/asio/strand.hpp>
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <thread>
+#include <utility>
+
+namespace kdstream
+{
+
+using asio::ip::tcp;
+
+Listener::Listener(asio::io_context& context, ServerState& state, Serve serve)
+  : Context(context)
+  , State(state)
+  , Take(std::move(serve))
+  , Acceptor(context)
+  , Pause(context)
+{
+}
+
+Status Listener::Listen(const ListenAddress& address)
+{
+  boost::system::error_code error;
+  tcp::resolver resolver(this->Context);
+  const auto found = resolver.resolve(address.host, std::to_string(address.port),
+    tcp::resolver::passive | tcp::resolver::numeric_service, error);
+  if (error || found.empty())
+  {
+    return Error{ ErrorCode::InvalidArgument, address.host + ": " + error.message() };
+  }
+  const auto endpoint = found.begin()->endpoint();
+  this->Acceptor.open(endpoint.protocol(), error);
+  if (!error)
+  {
+    this->Acceptor.set_option(asio::socket_base::reuse_address(true), error);
+  }
+  if (!error)
+  {
+    this->Acceptor.bind(endpoint, error);
+  }
+  if (!error)
+  {
+    this->Acceptor.listen(asio::socket_base::max_listen_connections, error);
+  }
+  if (error)
+  {
+    return Error{ ErrorCode::InputOutput,
+      address.host + ":" + std::to_string(address.port) + ": " + error.message() };
+  }
+  const auto local = this->Acceptor.local_endpoint();
+  const auto host = local.address().to_string();
+  this->LocalPort = local.port();
+  this->Told =
+    (local.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(this->LocalPort);
+  this->KeepSpare();
+  return {};
+}
+
+void Listener::Accept() noexcept
+{
+  for (;;)
+  {
+    try
+    {
+      const std::lock_guard lock(this->Mutex);
+      if (this->Acceptor.is_open() && this->Accepting.expired())
+      {
+        auto accepting = std::make_shared<int>();
+        this->Accepting = accepting;
+        this->Acceptor.async_accept(asio::make_strand(this->Context),
+          [this, accepting](beast::error_code error, tcp::socket socket) mutable
+          {
+            accepting.reset();
+            this->OnAccept(error, std::move(socket));
+          });
+      }
+      return;
+    }
+    catch (...)
+    {
+      this->State.LogCaught();
+    }
+    std::this_thread::sleep_for(pauseOfAccept); // there is no memory for a timer either
+  }
+}
+
+void Listener::OnAccept(beast::error_code error, tcp::socket socket) noexcept
+{
+  try
+  {
+    if (error && error != asio::error::operation_aborted)
+    {
+      // Out of file descriptors, mostly: wait for some to be given back.
+      this->State.LogError("a connection cannot be accepted: " + error.message());
+      if (error.value() == EMFILE || error.value() == ENFILE)
+      {
+        this->TurnAway();
+      }
+      this->AcceptAfterPause();
+      return;
+    }
+    if (!error)
+    {
+      this->Take(std::move(socket));
+    }
+  }
+  catch (...) // ends this connection, not the server
+  {
+    this->State.LogCaught();
+  }
+  this->Accept();
+}
+
+void Listener::AcceptAfterPause()
+{
+  const std::lock_guard lock(this->Mutex);
+  this->Pause.expires_after(pauseOfAccept);
+  this->Pause.async_wait([this](beast::error_code) { this->Accept(); });
+}
+
+// The process is out of descriptors: who knocks is turned away at once, by means of the one that is
+// kept for this, instead of being left waiting.
+void Listener::TurnAway()
+{
+  const std::lock_guard lock(this->Mutex);
+  this->Spare.reset();
+  for (int turned = 0; turned < mostTurnedAway; ++turned)
+  {
+    const int client = !this->Acceptor.is_open() ? -1
+                                                 : ::accept4(this->Acceptor.native_handle(),
+                                                     nullptr, nullptr, SOCK_CLOEXEC);
+    if (client < 0)
+    {
+      break;
+    }
+    ::close(client);
+    this->State.Counters.CountRefusal(Metrics::Reason::Descriptors);
+  }
+  this->KeepSpare();
+}
+
+void Listener::KeepSpare()
+{
+  this->Spare = std::unique_ptr<std::FILE, int (*)(std::FILE*)>(
+    std::fopen("/dev/null", "re"), [](std::FILE* file) { return file ? std::fclose(file) : 0; });
+}
+
+void Listener::Close()
+{
+  const std::lock_guard lock(this->Mutex);
+  beast::error_code error;
+  this->Acceptor.close(error);
+  this->Pause.cancel();
+}
+
+}

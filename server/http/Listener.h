@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Accepts connections at one address. Internal to the server.
+#pragma once
+
+#include "server/http/ClientSocket.h"
+#include "server/http/HttpServer.h"
+#include "server/http/ServerState.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace kdstream
+{
+
+// Whatever fails, memory, descriptors, the connection, leads to the next accept: a server that
+// accepts no more would be deaf, and nothing would wake it. Functions: from any thread, but Listen.
+class Listener
+{
+public:
+  // Takes a connection, whose handlers run on a strand of its own. What it throws ends that
+  // connection.
+  using Serve = std::function<void(asio::ip::tcp::socket)>;
+
+  // REQUIRES: context and state outlive the listener, which outlives the context's threads.
+  Listener(asio::io_context& context, ServerState& state, Serve serve);
+
+  // Errors: InvalidArgument for the host; InputOutput where the port is taken or not allowed.
+  Status Listen(const ListenAddress& address);
+  // "127.0.0.1:8700": where it listens.
+  const std::string& Address() const { return this->Told; }
+  std::uint16_t Port() const { return this->LocalPort; }
+
+  // Makes sure that an accept is under way.
+  void Accept() noexcept;
+  void Close();
+
+private:
+  static constexpr int mostTurnedAway = 64; // at once
+  static constexpr std::chrono::milliseconds pauseOfAccept{ 100 };
+
+  void OnAccept(boost::system::error_code error, asio::ip::tcp::socket socket) noexcept;
+  void AcceptAfterPause();
+  void TurnAway();
+  void KeepSpare();
+
+  asio::io_context& Context;
+  ServerState& State;
+  Serve Take;
+  std::mutex Mutex; // for the next three
+  asio::ip::tcp::acceptor Acceptor;
+  asio::steady_timer Pause;
+  std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is under way
+  std::string Told;
+  std::uint16_t LocalPort = 0;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> Spare{ nullptr, nullptr };
+};
+
+}

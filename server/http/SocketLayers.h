@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What differs between plain sockets and TLS. Internal to the server.
+#pragma once
+
+#include "server/http/ClientSocket.h"
+
+#include <boost/beast/core/tcp_stream.hpp>
+
+namespace kdstream
+{
+
+// Functions: on the socket's executor. Handlers are called from there too, never within the
+// function that they are given to, but Handshake's and EndOutput's.
+class ClientSocket::Layers
+{
+public:
+  virtual ~Layers() = default;
+  virtual beast::tcp_stream& Lowest() = 0;
+  virtual void Handshake(ErrorHandler handler) = 0;
+  virtual void EndOutput(ErrorHandler handler) = 0;
+  virtual void ReadSome(asio::mutable_buffer buffer, BytesHandler handler) = 0;
+  virtual void WriteSome(const Output& buffers, BytesHandler handler) = 0;
+  virtual void TearDown(ErrorHandler handler) = 0;
+};
+
+}

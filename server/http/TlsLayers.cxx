@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/TlsLayers.h"
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/websocket/teardown.hpp>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// As if the client had gone: there is nobody who could be answered.
+const beast::error_code noTls = asio::error::connection_aborted;
+
+// The beginning of what is to be written, in one place.
+struct FirstRecord
+{
+  explicit FirstRecord(const ClientSocket::Output& buffers)
+  {
+    for (const auto& part : buffers)
+    {
+      if (part.size() == 0)
+      {
+        continue;
+      }
+      if (this->size == 0 && part.size() >= TlsEngine::mostWritten)
+      {
+        this->data = static_cast<const char*>(part.data());
+        this->size = TlsEngine::mostWritten;
+        return;
+      }
+      const auto taken = std::min(part.size(), this->Gathered.size() - this->size);
+      std::memcpy(this->Gathered.data() + this->size, part.data(), taken);
+      this->size += taken;
+    }
+  }
+  const char* data = Gathered.data();
+  std::size_t size = 0;
+
+private:
+  std::array<char, TlsEngine::mostWritten> Gathered;
+};
+
+}
+
+TlsLayers::TlsLayers(
+  asio::ip::tcp::socket socket, ssl_ctx_st& context, ClientSocket::Offload offload)
+  : Socket(std::move(socket))
+  , Engine(context)
+  , Elsewhere(std::move(offload))
+{
+}
+
+// A handshake under way. Its computation runs elsewhere, while nothing else touches the engine.
+struct TlsLayers::ShakingHands
+{
+  ClientSocket::ErrorHandler handler;
+  Outcome outcome = Outcome::WantsInput;
+};
+
+void TlsLayers::Handshake(ClientSocket::ErrorHandler handler)
+{
+  this->Shake(std::make_shared<ShakingHands>(ShakingHands{ std::move(handler) }));
+}
+
+void TlsLayers::Shake(const std::shared_ptr<ShakingHands>& hands)
+{
+  this->Receive(
+    [this, hands](beast::error_code error)
+    {
+      if (error)
+      {
+        hands->handler(error);
+        return;
+      }
+      this->Elsewhere(
+        [this, hands]
+        {
+          hands->outcome = this->Engine.Handshake();
+          asio::post(this->Socket.get_executor(), [this, hands] { this->GoOnShaking(hands); });
+        });
+    });
+}
+
+// With the answer, be it that the client is not understood.
+void TlsLayers::GoOnShaking(const std::shared_ptr<ShakingHands>& hands)
+{
+  this->Flush(
+    [this, hands](beast::error_code error)
+    {
+      if (!error && hands->outcome == Outcome::WantsInput)
+      {
+        this->Shake(hands);
+        return;
+      }
+      hands->handler(error || hands->outcome == Outcome::Done ? error : noTls);
+    });
+}
+
+void TlsLayers::EndOutput(ClientSocket::ErrorHandler handler)
+{
+  this->Engine.EndOutput();
+  this->Flush(
+    [this, handler = std::move(handler)](beast::error_code error) mutable
+    {
+      beast::error_code ended;
+      this->Socket.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ended);
+      handler(error ? error : ended);
+    });
+}
+
+void TlsLayers::ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler handler)
+{
+  std::size_t got = 0;
+  const auto outcome =
+    buffer.size() == 0 ? Outcome::Done : this->Engine.Read(buffer.data(), buffer.size(), got);
+  if (outcome == Outcome::WantsInput)
+  {
+    auto goOn = [this, buffer, handler = std::move(handler)](beast::error_code error) mutable
+    {
+      if (error)
+      {
+        handler(error, 0);
+        return;
+      }
+      this->ReadSome(buffer, std::move(handler));
+    };
+    this->Receive(std::move(goOn));
+    return;
+  }
+  const beast::error_code error = outcome == Outcome::Done    ? beast::error_code()
+                                  : outcome == Outcome::Ended ? asio::error::eof
+                                                              : noTls;
+  asio::post(this->Socket.get_executor(),
+    [error, got, handler = std::move(handler)]() mutable { handler(error, got); });
+}
+
+void TlsLayers::WriteSome(const ClientSocket::Output& buffers, ClientSocket::BytesHandler handler)
+{
+  const FirstRecord record(buffers);
+  const auto bytes = record.size;
+  if (bytes != 0 && this->Engine.Write(record.data, bytes) != Outcome::Done)
+  {
+    asio::post(
+      this->Socket.get_executor(), [handler = std::move(handler)]() mutable { handler(noTls, 0); });
+    return;
+  }
+  this->Flush([bytes, handler = std::move(handler)](beast::error_code error) mutable
+    { handler(error, error ? 0 : bytes); });
+}
+
+void TlsLayers::TearDown(ClientSocket::ErrorHandler handler)
+{
+  this->Engine.EndOutput();
+  this->Flush(
+    [this, handler = std::move(handler)](beast::error_code error) mutable
+    {
+      if (error)
+      {
+        handler(error);
+        return;
+      }
+      using beast::websocket::async_teardown;
+      async_teardown(beast::role_type::server, this->Socket, std::move(handler));
+    });
+}
+
+// More of what the client sends, after what reading has made to send (new keys).
+void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
+{
+  if (this->Engine.HasOutput())
+  {
+    this->Flush(
+      [this, handler = std::move(handler)](beast::error_code error) mutable
+      {
+        if (error)
+        {
+          handler(error);
+          return;
+        }
+        this->Receive(std::move(handler));
+      });
+    return;
+  }
+  this->Socket.async_read_some(asio::buffer(this->Arrived),
+    [this, handler = std::move(handler)](beast::error_code error, std::size_t bytes) mutable
+    {
+      if (!error)
+      {
+        this->Engine.PutInput(this->Arrived.data(), bytes);
+      }
+      handler(error);
+    });
+}
+
+// Calls the handler once there is nothing more to send.
+void TlsLayers::Flush(ClientSocket::ErrorHandler handler)
+{
+  this->UntilAllIsSent.push_back(std::move(handler));
+  if (this->UntilAllIsSent.size() == 1)
+  {
+    this->SendNext();
+  }
+}
+
+void TlsLayers::SendNext()
+{
+  this->Engine.TakeOutput(this->Leaving);
+  asio::async_write(this->Socket, asio::buffer(this->Leaving),
+    [this](beast::error_code error, std::size_t)
+    {
+      if (!error && this->Engine.HasOutput())
+      {
+        this->SendNext();
+        return;
+      }
+      // The last of them to be called may end the connection: nothing of it is touched then.
+      for (auto& handler : std::exchange(this->UntilAllIsSent, {}))
+      {
+        handler(error);
+      }
+    });
+}
+
+}

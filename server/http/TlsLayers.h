@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A ClientSocket's bytes through TLS. Internal to the server.
+#pragma once
+
+#include "server/http/ClientSocket.h"
+#include "server/http/SocketLayers.h"
+#include "server/http/TlsEngine.h"
+
+#include <boost/beast/core/tcp_stream.hpp>
+
+#include <array>
+#include <vector>
+
+namespace kdstream
+{
+
+// What reads and what writes may run side by side, as in a WebSocket: both may have something to
+// send, and the socket sends one thing at a time. Whoever has a handler waits until all is sent
+// that there is, so that a client that takes nothing cannot have more and more prepared for it.
+class TlsLayers final : public ClientSocket::Layers
+{
+public:
+  TlsLayers(asio::ip::tcp::socket socket, ssl_ctx_st& context, ClientSocket::Offload offload);
+
+  beast::tcp_stream& Lowest() override { return this->Socket; }
+  void Handshake(ClientSocket::ErrorHandler handler) override;
+  void EndOutput(ClientSocket::ErrorHandler handler) override;
+  void ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler handler) override;
+  void WriteSome(const ClientSocket::Output& buffers, ClientSocket::BytesHandler handler) override;
+  void TearDown(ClientSocket::ErrorHandler handler) override;
+
+private:
+  using Outcome = TlsEngine::Outcome;
+  struct ShakingHands;
+  void Shake(const std::shared_ptr<ShakingHands>& hands);
+  void GoOnShaking(const std::shared_ptr<ShakingHands>& hands);
+  void Receive(ClientSocket::ErrorHandler handler);
+  void Flush(ClientSocket::ErrorHandler handler);
+  void SendNext();
+
+  beast::tcp_stream Socket;
+  TlsEngine Engine;
+  ClientSocket::Offload Elsewhere;
+  std::array<char, 16384> Arrived{};
+  std::vector<char> Leaving;                              // what is being sent, if anything
+  std::vector<ClientSocket::ErrorHandler> UntilAllIsSent; // told then
+};
+
+}
