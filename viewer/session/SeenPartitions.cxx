@@ -141,6 +141,15 @@ void SeenPartitions::AddFacesAbove(const Piece& piece)
   this->Faces += faces.size();
 }
 
+bool SeenPartitions::Knows(PieceId piece) const
+{
+  const unsigned below = this->Depths.partition - DepthOfNode(piece.node);
+  const std::uint32_t first = (piece.node << below) - (NodeId{ 1 } << this->Depths.partition);
+  return this->Above.count(piece) != 0 ||
+         (piece.resolution >= Resolution::Level(this->Depths.stitch) &&
+           this->Partitions.count(first) != 0);
+}
+
 bool SeenPartitions::IsNearlyClosed(const Piece& whole)
 {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;

@@ -34,6 +34,10 @@ public:
   // edges at most one has a single triangle.
   static bool IsNearlyClosed(const Piece& whole);
 
+  // Whether a piece has been added, and what it told is still known. It may have been evicted
+  // meanwhile.
+  bool Knows(PieceId piece) const;
+
   // By this camera the questions below are asked. closed: what faces away is hidden. O(triangles)
   // where it has moved, or pieces have come.
   // A margin of 10 degrees and of half a triangle is left for what a level does not tell.

@@ -170,7 +170,9 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
     return;
   }
   const PieceId above{ this->Steps[step].resolution, node };
-  if (view.seen && !view.loaded.Peek(this->Above(above, std::min(step, this->Stitch))))
+  const PieceId teller = this->Above(above, std::min(step, this->Stitch));
+  const bool isTold = view.seen && view.seen->Knows(teller);
+  if (view.seen && !isTold && !view.loaded.Peek(teller))
   {
     walk.found[above].seen = 1; // which of what is below may be seen, that piece will tell
     return;
@@ -187,7 +189,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       ++walk.found[above].seen; // perhaps
     }
     else if (this->MayBeSeen(walk, below.node) &&
-             (!view.seen || step >= this->Stitch || view.seen->MayBeSeen(below)))
+             (!isTold || step >= this->Stitch || view.seen->MayBeSeen(below)))
     {
       ++walk.found[above].seen;
       const double bonus = walk.before.count(below) != 0 ? this->Options.deadBand : 1;

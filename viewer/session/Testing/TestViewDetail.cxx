@@ -186,6 +186,29 @@ TEST(TestViewDetail, BudgetsHold)
   EXPECT_LT(most, 10'000u);
 }
 
+// What was looked at and found to be out of sight is not asked for again when its piece has been
+// evicted.
+TEST(TestViewDetail, WithoutRoomForMoreThanIsShownItComesToRestToo)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.cacheBytes = 0;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  std::size_t frames = 0;
+  for (int i = 0; i < 6; ++i)
+  {
+    session.Zoom(1.7, onRingX, onRingY);
+    do
+    {
+      session.BeginFrame();
+      session.EndFrame(0.01);
+      ASSERT_LT(++frames, 3000u);
+    } while (server.Answer(session));
+    EXPECT_TRUE(session.IsIdle());
+  }
+}
+
 TEST(TestViewDetail, ATapComesFirst)
 {
   MemoryServer server = Torus();
