@@ -292,6 +292,15 @@ export class Visit {
       (status) => status.model === model && status.idle && status.shownLevel !== null);
   }
 
+  // As by the menu, wherever the page stands.
+  async presetDetail(detail) {
+    await this.page.evaluate((value) => {
+      const choice = document.querySelector(`[name=detail][value="${value}"]`);
+      choice.checked = true;
+      choice.dispatchEvent(new Event("change", { bubbles: true }));
+    }, detail);
+  }
+
   // By the menu: 0 by the view, 1 one level for the whole model.
   async setDetail(detail) {
     await this.page.locator("#menu-button").click();

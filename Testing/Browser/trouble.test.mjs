@@ -39,8 +39,10 @@ const setVersion = (bytes) => {
   return bytes;
 };
 
+// With one level for the whole model: partitions come only where a double tap asks for them.
 async function openFullScreen(model) {
   await visit.choose(model);
+  await visit.presetDetail(1);
   await visit.tap(await visit.centre());
   return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
 }
