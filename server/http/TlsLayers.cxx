@@ -203,26 +203,31 @@ void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
 // Calls the handler once there is nothing more to send.
 void TlsLayers::Flush(ClientSocket::ErrorHandler handler)
 {
-  this->UntilAllIsSent.push_back(std::move(handler));
-  if (this->UntilAllIsSent.size() == 1)
+  if (const auto underWay = this->UntilAllIsSent.lock())
   {
-    this->SendNext();
+    underWay->push_back(std::move(handler));
+    return;
   }
+  const auto untilAllIsSent = std::make_shared<Handlers>();
+  untilAllIsSent->push_back(std::move(handler));
+  this->UntilAllIsSent = untilAllIsSent;
+  this->SendNext(untilAllIsSent);
 }
 
-void TlsLayers::SendNext()
+void TlsLayers::SendNext(std::shared_ptr<Handlers> untilAllIsSent)
 {
   this->Engine.TakeOutput(this->Leaving);
   asio::async_write(this->Socket, asio::buffer(this->Leaving),
-    [this](beast::error_code error, std::size_t)
+    [this, untilAllIsSent = std::move(untilAllIsSent)](beast::error_code error, std::size_t) mutable
     {
       if (!error && this->Engine.HasOutput())
       {
-        this->SendNext();
+        this->SendNext(std::move(untilAllIsSent));
         return;
       }
+      this->UntilAllIsSent.reset();
       // The last of them to be called may end the connection: nothing of it is touched then.
-      for (auto& handler : std::exchange(this->UntilAllIsSent, {}))
+      for (auto& handler : *untilAllIsSent)
       {
         handler(error);
       }

@@ -9,6 +9,7 @@
 #include <boost/beast/core/tcp_stream.hpp>
 
 #include <array>
+#include <memory>
 #include <vector>
 
 namespace kdstream
@@ -36,14 +37,16 @@ private:
   void GoOnShaking(const std::shared_ptr<ShakingHands>& hands);
   void Receive(ClientSocket::ErrorHandler handler);
   void Flush(ClientSocket::ErrorHandler handler);
-  void SendNext();
+  using Handlers = std::vector<ClientSocket::ErrorHandler>;
+  void SendNext(std::shared_ptr<Handlers> untilAllIsSent);
 
   beast::tcp_stream Socket;
   TlsEngine Engine;
   ClientSocket::Offload Elsewhere;
   std::array<char, 16384> Arrived{};
-  std::vector<char> Leaving;                              // what is being sent, if anything
-  std::vector<ClientSocket::ErrorHandler> UntilAllIsSent; // told then
+  std::vector<char> Leaving; // what is being sent, if anything
+  // Told then. The sending alone owns them: they own the connection, which owns this.
+  std::weak_ptr<Handlers> UntilAllIsSent;
 };
 
 }

@@ -157,6 +157,25 @@ TEST_F(Tls, StreamsOverTls)
   EXPECT_EQ(Talk(server->Port(), this->upgrade + open, "\r\n\r\n").substr(0, 12), "HTTP/1.1 400");
 }
 
+// The connection goes with the server: one that was left over would keep the client waiting.
+TEST_F(Tls, EndsWhileAClientTakesNothing)
+{
+  const auto blob =
+    protocol::BlobPath("dragon", this->model->Description().digest, protocol::BlobId::Partition(0));
+  auto server = this->Start();
+  TlsTestClient client(server->Port());
+  for (int i = 0; i < 100; ++i) // more than the sockets' buffers hold
+  {
+    client.Send("GET " + blob + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  }
+  EXPECT_EQ(client.Receive("\r\n\r\n").substr(0, 15), "HTTP/1.1 200 OK");
+  server.reset();
+  while (!client.Receive(1).empty())
+  {
+  }
+  EXPECT_FALSE(client.EndsProperly());
+}
+
 TEST_F(Tls, SpeaksNothingElse)
 {
   const auto server = this->Start();
