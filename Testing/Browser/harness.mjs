@@ -292,8 +292,9 @@ export class Visit {
       (status) => status.model === model && status.idle && status.shownLevel !== null);
   }
 
-  // As by the menu, wherever the page stands.
+  // As by the menu, wherever the page stands, once it works.
   async presetDetail(detail) {
+    await this.page.locator("#models [data-model]").first().waitFor({ state: "attached" });
     await this.page.evaluate((value) => {
       const choice = document.querySelector(`[name=detail][value="${value}"]`);
       choice.checked = true;
