@@ -31,7 +31,7 @@ public:
   {
   }
 
-  Status Write(LevelLinks* links)
+  Result<std::uint64_t> Write(LevelLinks* links)
   {
     KDSTREAM_TRY(this->SendOthers());
     ImageWriter writer(this->Folder, this->Level);
@@ -55,7 +55,9 @@ public:
       }
       KDSTREAM_TRY(writer.Add(triangles));
     }
-    return {};
+    std::uint64_t count = writer.TriangleCount();
+    KDSTREAM_TRY(this->Team.Sum(std::span(&count, 1)));
+    return count;
   }
 
 private:
@@ -155,8 +157,8 @@ private:
 
 }
 
-Status WriteTeamImages(MpiTeam& team, SpillFolder& folder, const FinerTriangles& finer,
-  std::uint64_t memory, LevelFile& level, LevelLinks* links)
+Result<std::uint64_t> WriteTeamImages(MpiTeam& team, SpillFolder& folder,
+  const FinerTriangles& finer, std::uint64_t memory, LevelFile& level, LevelLinks* links)
 {
   return TeamImages(team, folder, finer, memory, level, links != nullptr).Write(links);
 }

@@ -30,9 +30,10 @@ struct FinerTriangles
 
 // Writes the triangles of a level's blocks that are here, and of levels by clusters (links is not
 // null) the links. Images whose block lies on another rank go there, a block of the finer level a
-// round. Memory: a block, and `memory` / 8 for what comes. Errors: InputOutput; MpiTeam's.
-Status WriteTeamImages(MpiTeam& team, SpillFolder& folder, const FinerTriangles& finer,
-  std::uint64_t memory, LevelFile& level, LevelLinks* links);
+// round. How many triangles the level has, on all ranks. Memory: a block, and `memory` / 8 for what
+// comes. Errors: InputOutput; MpiTeam's.
+Result<std::uint64_t> WriteTeamImages(MpiTeam& team, SpillFolder& folder,
+  const FinerTriangles& finer, std::uint64_t memory, LevelFile& level, LevelLinks* links);
 
 // Finds the clusters of other ranks that the blocks here use in triangles and links
 // (level.foreign), and fetches them with their tuples. links: as above. Errors: as above.

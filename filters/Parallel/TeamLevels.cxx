@@ -52,7 +52,7 @@ public:
     KDSTREAM_TRY(this->BuildFinest());
     KDSTREAM_TRY(this->MapFinestTriangles());
     unsigned depth = this->Mesh.depths.finest;
-    while (this->Steps.IsCoarserInFiles(this->FileOf(depth)))
+    while (this->Steps.IsCoarserInFiles(this->FileOf(depth), this->States))
     {
       KDSTREAM_TRY(this->BuildCoarser(--depth));
     }
@@ -135,8 +135,9 @@ private:
 
   Status WriteImages(const FinerTriangles& finer, LevelFile& level)
   {
-    KDSTREAM_TRY(
-      WriteTeamImages(this->Team, this->Folder, finer, this->Memory, level, this->LinksIfAny()));
+    KDSTREAM_TRY(Take(
+      WriteTeamImages(this->Team, this->Folder, finer, this->Memory, level, this->LinksIfAny()),
+      this->States.triangles));
     KDSTREAM_TRY(FetchForeignClusters(
       this->Team, this->Steps.Arrays().TupleBytes(), level, this->LinksIfAny()));
     return this->Steps.ByClusters() ? Status{} : this->Untangle(level);

@@ -49,33 +49,31 @@ void RequestBook::Cancel(std::uint32_t request)
 
 void RequestBook::CancelUnwanted(const std::set<protocol::BlobId>& wanted)
 {
-  std::set<std::uint32_t> unwanted;
-  for (const auto& [blob, request] : this->Owed)
-  {
-    if (wanted.count(blob) == 0)
-    {
-      unwanted.insert(request);
-    }
-  }
-  for (const std::uint32_t request : unwanted)
-  {
-    this->Cancel(request);
-  }
+  this->CancelWhere(wanted, [](std::size_t useful, std::size_t owed) { return useful < owed; });
 }
 
 void RequestBook::CancelUseless(const std::set<protocol::BlobId>& wanted)
 {
-  std::set<std::uint32_t> useless, useful;
-  for (const auto& [blob, request] : this->Owed)
+  this->CancelWhere(
+    wanted, [](std::size_t useful, std::size_t owed) { return useful == 0 && owed > 0; });
+}
+
+void RequestBook::CancelWhere(
+  const std::set<protocol::BlobId>& wanted, bool (*cancels)(std::size_t useful, std::size_t owed))
+{
+  std::vector<std::uint32_t> cancelled;
+  for (const auto& [id, entry] : this->Open)
   {
-    (wanted.count(blob) == 0 ? useless : useful).insert(request);
-  }
-  for (const std::uint32_t request : useless)
-  {
-    if (useful.count(request) == 0)
+    const auto useful = std::count_if(entry.owed.begin(), entry.owed.end(),
+      [&](const protocol::BlobId& blob) { return wanted.count(blob) > 0; });
+    if (cancels(static_cast<std::size_t>(useful), entry.owed.size()))
     {
-      this->Cancel(request);
+      cancelled.push_back(id);
     }
+  }
+  for (const std::uint32_t id : cancelled)
+  {
+    this->Cancel(id);
   }
 }
 

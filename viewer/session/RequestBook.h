@@ -54,6 +54,9 @@ public:
 
 private:
   void Cancel(std::uint32_t request);
+  // Those of which so many blobs that they owe are in `wanted`.
+  void CancelWhere(const std::set<protocol::BlobId>& wanted,
+    bool (*cancels)(std::size_t useful, std::size_t owed));
 
   std::uint32_t LastId = 0;
   std::uint64_t Changes = 0;

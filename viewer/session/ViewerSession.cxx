@@ -4,7 +4,6 @@
 // under way.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/tree/Region.h"
 #include "viewer/session/LightError.h"
 
 #include <algorithm>
@@ -259,94 +258,6 @@ void ViewerSession::Retry()
   this->FailedPieces.clear();
   this->FailedTree.clear();
   this->LastError.clear();
-}
-
-std::optional<SurfaceHit> ViewerSession::PickUnder(double x, double y) const
-{
-  const double pixels = this->Options.fingerPoints * this->Eye.GetViewport().pixelRatio;
-  const double slack = pixels / (this->Eye.PixelsPerUnit() * this->Eye.Distance());
-  return PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y), slack);
-}
-
-void ViewerSession::DoubleTap(double x, double y)
-{
-  this->Retry();
-  this->DropPick();
-  if (const auto hit = this->PickUnder(x, y))
-  {
-    this->WaitingPick = hit->point;
-  }
-  else
-  {
-    this->Region.reset();
-    this->EarlierTaps.clear();
-  }
-}
-
-void ViewerSession::DropPick()
-{
-  this->WaitingPick.reset();
-  this->WaitingCell.reset();
-  this->AskedForPick = 0;
-}
-
-// As far as what is known of the tree leads; what else is needed, the tree notes as missing.
-void ViewerSession::FollowPick()
-{
-  Model& model = *this->Current;
-  if (this->WaitingPick)
-  {
-    const NearestAnswer nearest =
-      NearestKnownPartition(model.tree, model.codec.depths, *this->WaitingPick);
-    if (!nearest.known)
-    {
-      return;
-    }
-    this->WaitingPick.reset();
-    if (nearest.partition)
-    {
-      this->WaitingCell = NodeOfPartition(*nearest.partition, model.codec.depths);
-    }
-    else
-    {
-      this->LastError = "The tree of " + this->ModelId + " has no partitions.";
-    }
-  }
-  if (this->WaitingCell && this->SetRegion(*this->WaitingCell))
-  {
-    this->DropPick();
-  }
-}
-
-// False where not enough of the tree is known. REQUIRES: `cell` is a partition's.
-bool ViewerSession::SetRegion(NodeId cell)
-{
-  Model& model = *this->Current;
-  const TreeDepths& depths = model.codec.depths;
-  PickedRegion region;
-  region.cell = cell;
-  region.rings = this->Options.rings;
-  auto found = FindKnownRegion(model.tree, depths, region.cell, region.rings);
-  if (!found)
-  {
-    return false;
-  }
-  region.partitions = std::move(*found);
-  if (region.partitions.size() > this->Options.mostRegionPartitions)
-  {
-    region.partitions.resize(this->Options.mostRegionPartitions);
-    region.whole = false;
-  }
-  for (const std::uint32_t partition : region.partitions)
-  {
-    region.box.Add(*model.tree.OfPartition(NodeOfPartition(partition, depths)));
-  }
-  if (this->Region && this->ByView())
-  {
-    this->AddToRegion(*this->Region);
-  }
-  this->Region = std::move(region);
-  return true;
 }
 
 // The level that the zoom asks for, and whether the region can still be seen.

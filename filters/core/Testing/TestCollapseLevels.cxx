@@ -4,6 +4,7 @@
 #include "filters/core/MeshDistance.h"
 #include "filters/core/Testing/BuiltLevels.h"
 #include "filters/core/VectorMath.h"
+#include "filters/core/levels/CollapseRound.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/program/TbbExecution.h"
 
@@ -393,6 +394,18 @@ TEST(CollapseLevels, NormalsDoNotFlip)
     }
     EXPECT_LE(flipped, 4e-3 * area) << "level " << d;
   }
+}
+
+TEST(CollapseLevels, AreMadeInPartsWhereClustersOrTrianglesAreMany)
+{
+  const TreeDepths depths{ 13, 17, 21 };
+  EXPECT_TRUE(CollapsesInParts(depths, 17, 100, 200));
+  EXPECT_TRUE(CollapsesInParts(depths, 16, 100, 200));
+  EXPECT_FALSE(CollapsesInParts(depths, 15, 80000, 160000));
+  EXPECT_TRUE(CollapsesInParts(depths, 15, 90000, 180000));
+  EXPECT_TRUE(CollapsesInParts(depths, 13, 60000, 830000));
+  EXPECT_FALSE(CollapsesInParts(depths, 12, 11000, 490000));
+  EXPECT_FALSE(CollapsesInParts(depths, 12, 80000, 0));
 }
 
 TEST(CollapseLevels, StopWhereTheyAreTold)

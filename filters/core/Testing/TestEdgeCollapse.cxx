@@ -493,6 +493,31 @@ TEST(EdgeCollapse, HopelessTanglesAreGivenUp)
   EXPECT_LT(engine.Steps(), 36 * (vertices + triangles)); // 61 times if all edges are tried
 }
 
+// A surface has two triangles a vertex: seven do not buy more than twice the tries.
+TEST(EdgeCollapse, TriesGrowWithVerticesNotWithTangledTriangles)
+{
+  CollapsePart part = Tangle(20, 7);
+  const std::size_t vertices = part.positions.size();
+  EdgeCollapse engine(std::move(part));
+  EXPECT_FALSE(engine.Run(vertices / 4));
+  EXPECT_LT(engine.Steps(), 80 * vertices); // 136 times if all triangles counted
+}
+
+// What is denser still is not touched, unless it is so small that it costs nothing.
+TEST(EdgeCollapse, DenseTanglesAreNotTried)
+{
+  CollapsePart large = Tangle(12, 9);
+  ASSERT_GT(large.triangles.size(), 4096U);
+  EdgeCollapse engine(std::move(large));
+  EXPECT_FALSE(engine.Run(100));
+  EXPECT_EQ(engine.Steps(), 0U);
+  EXPECT_TRUE(engine.Merges().empty());
+
+  EdgeCollapse small(Tangle(5, 9));
+  EXPECT_FALSE(small.Run(10));
+  EXPECT_GT(small.Steps(), 0U);
+}
+
 // The hub of a fan, which may be fixed: its triangles are walked through once, not once for each
 // neighbour.
 TEST(EdgeCollapse, FansTakeStepsInProportion)

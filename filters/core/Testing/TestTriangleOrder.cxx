@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Triangles sorted, sorted into buckets, gathered by bucket; their image partition by partition.
+// Triangles sorted, sorted into buckets, gathered by bucket; their ghosts; their image partition by
+// partition.
+#include "filters/core/GhostCorners.h"
 #include "filters/core/RadixSort.h"
 #include "filters/core/SortTriangles.h"
 #include "filters/core/TriangleBuckets.h"
@@ -12,6 +14,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <utility>
 
 namespace kdstream
 {
@@ -89,6 +92,40 @@ TEST(SortByUpperHalf, KeepsTheOrderOfEqualOnes)
         [](std::uint64_t a, std::uint64_t b) { return a >> 32 < b >> 32; });
       SortByUpperHalf(entries);
       EXPECT_EQ(entries, expected) << count << " of " << bits << " bits";
+    }
+  }
+}
+
+TEST(GhostCorners, AreThoseOutsideTheInterval)
+{
+  constexpr VertexId vertices = 3000;
+  for (const std::size_t count : { 0U, 20U, 5000U })
+  {
+    for (const auto& [first, end] :
+      { std::pair<VertexId, VertexId>{ 1000, 1400 }, { 0, vertices }, { 5, 5 }, { 0, 10 } })
+    {
+      std::vector<Triangle> triangles = AnyTriangles(count, vertices, 3);
+      std::set<VertexId> outside;
+      for (const Triangle& t : triangles)
+      {
+        std::copy_if(t.begin(), t.end(), std::inserter(outside, outside.end()),
+          [&, first = first, end = end](VertexId v) { return v < first || v >= end; });
+      }
+      const GhostCorners ghosts(triangles, first, end);
+      const std::vector<VertexId> found = ghosts.Vertices();
+      EXPECT_EQ(found, std::vector<VertexId>(outside.begin(), outside.end()));
+      std::vector<Triangle> replaced = triangles;
+      ghosts.ReplaceIn(
+        replaced, [&](std::size_t place) { return vertices + static_cast<VertexId>(place); });
+      for (std::size_t t = 0; t < triangles.size(); ++t)
+      {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          const VertexId v = replaced[t][k];
+          ASSERT_EQ(v < vertices ? v : found[v - vertices], triangles[t][k]);
+          ASSERT_EQ(v >= vertices, outside.contains(triangles[t][k]));
+        }
+      }
     }
   }
 }

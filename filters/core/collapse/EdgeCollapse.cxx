@@ -37,6 +37,23 @@ constexpr std::uint64_t stepsOfRetries = 16, leastStepsOfRetries = std::uint64_t
 // which costs little and looks no worse.
 constexpr std::uint64_t mostStepsOfMerge = 256;
 
+// Surfaces have two triangles a vertex. More than so many a vertex are not worth more tries.
+constexpr std::size_t mostTrianglesOfVertex = 3;
+// In parts of a soup with more than so many nearly every edge is refused, at the cost of all that
+// is around it: none is tried, unless all of them cost little.
+constexpr std::size_t hopelessTrianglesOfVertex = 8, fewTriangles = 4096;
+
+std::uint64_t MostStepsOfRetriesOf(std::size_t vertices, std::size_t triangles)
+{
+  return leastStepsOfRetries +
+         stepsOfRetries * (vertices + std::min(triangles, mostTrianglesOfVertex * vertices));
+}
+
+bool IsTangle(std::size_t vertices, std::size_t triangles)
+{
+  return triangles > std::max(fewTriangles, hopelessTrianglesOfVertex * vertices);
+}
+
 // The sums of the quadrics of two edges' ends, side by side.
 QuadraticForm<Lanes> SumsOf(
   const Quadric& a0, const Quadric& b0, const Quadric& a1, const Quadric& b1)
@@ -98,8 +115,7 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   , KeepTopology(part.keepTopology)
   , AreaPerVertex(part.areaPerVertex)
   , Stars(std::move(part.triangles), this->Positions.size())
-  , MostStepsOfRetries(
-      leastStepsOfRetries + stepsOfRetries * (this->Positions.size() + this->Stars.TriangleCount()))
+  , MostStepsOfRetries(MostStepsOfRetriesOf(this->Positions.size(), this->Stars.TriangleCount()))
 {
   const std::size_t n = this->Positions.size();
   this->Fixed.resize(n, 0);
@@ -112,7 +128,10 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   {
     this->Vertices += !this->Fixed[v] && this->Stars.Degree(v) > 0;
   }
-  this->FindEdges();
+  if (!IsTangle(n, this->Stars.TriangleCount()))
+  {
+    this->FindEdges();
+  }
 }
 
 // Whether both ends are of triangles that face the wrong way. Such edges are cheaper in parts of

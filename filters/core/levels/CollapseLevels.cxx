@@ -110,7 +110,7 @@ public:
   // Level `depth` from the one below it, whose parents are filled.
   Result<CollapseState> BuildCoarser(CollapseState& below, unsigned depth) const
   {
-    if (!CollapsesInParts(this->Depths, depth, below.clusters.size()))
+    if (!CollapsesInParts(this->Depths, depth, below.clusters.size(), below.level.triangles.size()))
     {
       const Result<Merging> merging = CollapseFreely(below, this->Space, this->Depths, depth,
         SurfaceWanted(depth), this->Options.sheets, this->Aside);

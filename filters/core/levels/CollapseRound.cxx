@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One round of collapses in parts: see CollapseRound.h.
-//   1. Lists of merges (PartLists). Some of the parts collapse as far as any may have to. They give
-//   an
-//      estimate of the threshold; the other parts collapse only a little beyond that.
+//   1. Lists of merges (PartLists). Some of the parts collapse as far as any may have to. They
+//      give an estimate of the threshold; the other parts collapse only a little beyond that.
 //   2. One threshold for all lists: how many merges of each are taken (MergeThreshold).
 //   3. Blocks tell each other where their clusters go.
 //   4. Nodes that would hold too many clusters take more merges, and if that does not do, their
@@ -27,11 +26,14 @@ namespace
 constexpr std::size_t sampled = 8;    // of so many parts, one is for the estimate of the threshold
 constexpr double beyond = 1.5;        // the others collapse up to so many times the estimate
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
-// Levels below S are made in parts from this one on, and where there are more clusters than such a
-// level has, since no edge can collapse (thousands of small bodies): they may be too large for the
+// Levels below S are made in parts from this one on, and where there is more than such a level has,
+// since no edge can collapse (thousands of small bodies, soups): they may be too large for the
 // memory. Numbers of their own, not the limit: what is stored must not depend on that.
 constexpr unsigned firstInParts = 16;
 constexpr std::size_t mostCollapsedFreely = (1 << firstInParts) + (1 << (firstInParts - 2));
+// So many triangles beyond two a cluster, as surfaces have, take the memory of a cluster
+// (measured).
+constexpr std::size_t trianglesOfCluster = 10;
 
 }
 
@@ -40,9 +42,12 @@ unsigned PartDepthOf(const TreeDepths& depths, unsigned depth)
   return depth >= depths.stitch ? depths.partition : PieceDepth(Resolution::Level(depth), depths);
 }
 
-bool CollapsesInParts(const TreeDepths& depths, unsigned depth, std::size_t finer)
+bool CollapsesInParts(
+  const TreeDepths& depths, unsigned depth, std::size_t clusters, std::size_t triangles)
 {
-  return depth >= depths.stitch || depth >= firstInParts || finer > mostCollapsedFreely;
+  const std::size_t beyondSurface = triangles - std::min(triangles, 2 * clusters);
+  return depth >= depths.stitch || depth >= firstInParts ||
+         clusters + beyondSurface / trianglesOfCluster > mostCollapsedFreely;
 }
 
 std::size_t SurfaceWanted(unsigned depth)
@@ -280,21 +285,21 @@ Status CollapseRound::GroupFullNodes()
 {
   // Of each node, how often it is full; behind them, whether any is. Numbers, to be summed up.
   std::vector<std::uint64_t> full(this->NodeCount() + 1, 0);
-  const BlockRange here = this->Blocks.Here();
-  for (std::size_t block = here.begin; block < here.end; ++block)
-  {
-    Result<Merging> merging = this->MergingOf(block);
-    KDSTREAM_TRY(merging);
-    const std::vector<std::uint8_t> fullHere = FullNodes(merging->ExcessOfNodes());
-    if (!fullHere.empty())
+  KDSTREAM_TRY(this->ForEachBlockHere(
+    [&](std::size_t block) -> Status
     {
-      merging->GroupNodes(fullHere, this->Sheets);
-      std::transform(fullHere.begin(), fullHere.end(), full.begin(), full.begin(),
-        [](std::uint8_t filled, std::uint64_t all) { return all + filled; });
-      full.back() = 1;
-    }
-    KDSTREAM_TRY(this->Blocks.KeepTargets(block, TargetStage::Grouped, merging->Targets()));
-  }
+      Result<Merging> merging = this->MergingOf(block);
+      KDSTREAM_TRY(merging);
+      const std::vector<std::uint8_t> fullHere = FullNodes(merging->ExcessOfNodes());
+      if (!fullHere.empty())
+      {
+        merging->GroupNodes(fullHere, this->Sheets);
+        std::transform(fullHere.begin(), fullHere.end(), full.begin(), full.begin(),
+          [](std::uint8_t filled, std::uint64_t all) { return all + filled; });
+        full.back() = 1;
+      }
+      return this->Blocks.KeepTargets(block, TargetStage::Grouped, merging->Targets());
+    }));
   KDSTREAM_TRY(this->Blocks.ShareTargets(TargetStage::Grouped));
   KDSTREAM_TRY(this->Blocks.Sum(full));
   this->Full.clear();
@@ -330,17 +335,21 @@ Result<Merging> CollapseRound::MergingOf(std::size_t block)
 
 Status CollapseRound::Finish()
 {
-  const BlockRange here = this->Blocks.Here();
-  std::vector<std::size_t> blocks(here.end - here.begin);
-  std::iota(blocks.begin(), blocks.end(), here.begin);
-  return ForEachLoaded(
-    this->Blocks, blocks,
+  return this->ForEachBlockHere(
     [&](std::size_t block) -> Status
     {
       KDSTREAM_TRY(this->FinishBlock(block));
       return this->Report(0.7 + 0.3 * double(block + 1) / double(this->Blocks.Count()));
-    },
-    this->Exec);
+    });
+}
+
+// Calls use(block) for the blocks of this process, loaded, while the next one is being loaded.
+Status CollapseRound::ForEachBlockHere(const std::function<Status(std::size_t)>& use)
+{
+  const BlockRange here = this->Blocks.Here();
+  std::vector<std::size_t> blocks(here.end - here.begin);
+  std::iota(blocks.begin(), blocks.end(), here.begin);
+  return ForEachLoaded(this->Blocks, blocks, use, this->Exec);
 }
 
 Status CollapseRound::FinishBlock(std::size_t block)

@@ -23,9 +23,10 @@
 namespace kdstream
 {
 
-// Whether the level `depth` is made in parts: down to S, and below S while levels are large. finer:
-// clusters of the level below it.
-bool CollapsesInParts(const TreeDepths& depths, unsigned depth, std::size_t finer);
+// Whether the level `depth` is made in parts: down to S, and below S while levels are large.
+// clusters, triangles: of the level below it.
+bool CollapsesInParts(
+  const TreeDepths& depths, unsigned depth, std::size_t clusters, std::size_t triangles);
 
 // Clusters with triangles that level `depth` is to have: some more than 2^depth where they are few,
 // or limbs are lost. Those without triangles come on top of them.
@@ -62,6 +63,7 @@ private:
   Result<Merging> MergingOf(std::size_t block);
   Status Finish();
   Status FinishBlock(std::size_t block);
+  Status ForEachBlockHere(const std::function<Status(std::size_t)>& use);
   std::size_t NodeCount() const;
   std::function<Status(double)> ReportFrom(double from, double to) const;
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/levels/PartCollapse.h"
 
+#include "filters/core/GhostCorners.h"
+
 #include <algorithm>
+#include <iterator>
 
 namespace kdstream
 {
@@ -64,16 +67,18 @@ CollapsePart PartCollapse::Extract(std::size_t p) const
   const std::vector<Triangle>& all = this->Block.level.triangles;
   const std::span<const std::uint32_t> triangles = this->Of.buckets.Of(p);
   const VertexId begin = this->Of.begin[p], end = this->Of.begin[p + 1], own = end - begin;
-  std::vector<VertexId> ghosts;
-  for (const std::uint32_t t : triangles)
-  {
-    std::copy_if(all[t].begin(), all[t].end(), std::back_inserter(ghosts),
-      [&](VertexId v) { return v < begin || v >= end; });
-  }
-  std::sort(ghosts.begin(), ghosts.end());
-  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
-
   CollapsePart part;
+  part.triangles.reserve(triangles.size());
+  std::transform(triangles.begin(), triangles.end(), std::back_inserter(part.triangles),
+    [&](std::uint32_t t) { return all[t]; });
+  const GhostCorners corners(part.triangles, begin, end);
+  const std::vector<VertexId> ghosts = corners.Vertices();
+  for (Triangle& t : part.triangles)
+  {
+    t = { t[0] - begin, t[1] - begin, t[2] - begin };
+  }
+  corners.ReplaceIn(
+    part.triangles, [&](std::size_t ghost) { return own + static_cast<VertexId>(ghost); });
   part.components = this->Block.attributes.components;
   part.bounds = this->Space.RelativeBox();
   part.areaPerVertex = this->AreaPerVertex;
@@ -91,17 +96,6 @@ CollapsePart PartCollapse::Extract(std::size_t p) const
   part.attributes.resize((own + ghosts.size()) * part.components);
   part.fixed.assign(own, 0);
   part.fixed.resize(own + ghosts.size(), 1);
-  part.triangles.reserve(triangles.size());
-  for (const std::uint32_t t : triangles)
-  {
-    Triangle& local = part.triangles.emplace_back();
-    std::transform(all[t].begin(), all[t].end(), local.begin(),
-      [&](VertexId v)
-      {
-        const auto ghost = std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin();
-        return v >= begin && v < end ? v - begin : own + static_cast<VertexId>(ghost);
-      });
-  }
   return part;
 }
 

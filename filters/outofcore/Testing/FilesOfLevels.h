@@ -103,9 +103,12 @@ inline unsigned DeepestBlocks(const InMemory& built, unsigned depth, unsigned fi
   const TreeDepths& depths = built.Depths();
   const auto isFree = [&](unsigned d)
   {
-    const std::size_t finer =
-      d < depths.finest ? built.levels.levels[d + 1].lowest.size() : built.mesh.points.size();
-    return built.maker == LevelMaker::Collapse && !CollapsesInParts(depths, d, finer);
+    const bool isFinest = d == depths.finest;
+    const std::size_t clusters =
+      isFinest ? built.mesh.points.size() : built.levels.levels[d + 1].lowest.size();
+    const std::size_t triangles =
+      isFinest ? built.mesh.triangles.size() : built.levels.levels[d + 1].triangles.size();
+    return built.maker == LevelMaker::Collapse && !CollapsesInParts(depths, d, clusters, triangles);
   };
   if (depth > depths.stitch)
   {

@@ -78,7 +78,7 @@ public:
     KDSTREAM_TRY(this->FindCoincident());
     KDSTREAM_TRY(this->MapFinestTriangles());
     unsigned depth = finest.depth;
-    while (this->Steps.IsCoarserInFiles(this->FileOf(depth)))
+    while (this->Steps.IsCoarserInFiles(this->FileOf(depth), this->States))
     {
       KDSTREAM_TRY(this->BuildCoarser(--depth));
     }
@@ -252,6 +252,7 @@ private:
       }
     }
     this->Links = std::move(links);
+    this->States.triangles = writer.TriangleCount();
     return this->Steps.ByClusters()
              ? Status{}
              : this->Steps.Untangle(this->Folder, level, this->States, level.AllBlocks());

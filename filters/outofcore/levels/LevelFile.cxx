@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/outofcore/levels/LevelFile.h"
 
+#include "filters/core/GhostCorners.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/files/ScatteredRead.h"
 
@@ -27,14 +28,8 @@ Result<LevelBlock> LoadLevelBlock(const LevelFile& level, std::size_t block)
     static_cast<std::size_t>(level.triangleBegin[block + 1] - level.triangleBegin[block]));
   KDSTREAM_TRY(ReadRecords<Triangle>(
     level.triangles, level.triangleBegin[block], std::span<Triangle>(loaded.triangles)));
-  std::vector<VertexId> ghosts;
-  for (const Triangle& t : loaded.triangles)
-  {
-    std::copy_if(t.begin(), t.end(), std::back_inserter(ghosts),
-      [&](VertexId c) { return c < first || c >= end; });
-  }
-  std::sort(ghosts.begin(), ghosts.end());
-  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+  const GhostCorners corners(loaded.triangles, first, end);
+  const std::vector<VertexId> ghosts = corners.Vertices();
 
   const auto above = std::lower_bound(ghosts.begin(), ghosts.end(), first);
   loaded.clusters.reserve(ghosts.size() + (end - first));
@@ -50,13 +45,15 @@ Result<LevelBlock> LoadLevelBlock(const LevelFile& level, std::size_t block)
   {
     for (VertexId& corner : t)
     {
-      corner = corner >= first && corner < end
-                 ? loaded.ownBegin + (corner - first)
-                 : static_cast<VertexId>(
-                     std::lower_bound(loaded.clusters.begin(), loaded.clusters.end(), corner) -
-                     loaded.clusters.begin());
+      corner = loaded.ownBegin + (corner - first);
     }
   }
+  corners.ReplaceIn(loaded.triangles,
+    [&](std::size_t place)
+    {
+      const auto ghost = static_cast<VertexId>(place);
+      return ghost < loaded.ownBegin ? ghost : ghost + (end - first);
+    });
   return loaded;
 }
 
@@ -129,6 +126,8 @@ Status ImageWriter::Add(std::vector<Triangle>& mapped)
     std::sort(mapped.begin(), mapped.end());
   }
   mapped.erase(std::unique(mapped.begin(), mapped.end()), mapped.end());
+  this->Triangles += static_cast<std::uint64_t>(
+    std::count_if(mapped.begin(), mapped.end(), [&](const Triangle& t) { return own(t[0]); }));
   const std::uint64_t written = this->Level.triangleBegin.back();
   this->Level.triangleBegin.push_back(written + mapped.size());
   return WriteRecords<Triangle>(this->Level.triangles, written, std::span<const Triangle>(mapped));

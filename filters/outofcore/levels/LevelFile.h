@@ -99,10 +99,13 @@ public:
   // Those of the next block: triangles in numbers of the level's clusters, all that touch the
   // block; others, degenerate and equal ones among them are dropped. O(t log t).
   Status Add(std::vector<Triangle>& mapped);
+  // How many there are so far, each counted where its lowest cluster is.
+  std::uint64_t TriangleCount() const { return this->Triangles; }
 
 private:
   SpillFolder& Folder;
   LevelFile& Level;
+  std::uint64_t Triangles = 0;
 };
 
 }

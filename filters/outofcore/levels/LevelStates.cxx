@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/outofcore/levels/LevelStates.h"
 
+#include "filters/core/GhostCorners.h"
 #include "filters/outofcore/files/ScatteredRead.h"
 #include "filters/outofcore/files/Tuples.h"
 
@@ -196,28 +197,19 @@ void MergeBlocks(LevelFile& level, unsigned blockDepth)
 Status MapCorners(
   std::vector<Triangle>& triangles, const SpillFile& map, VertexId first, VertexId end)
 {
-  std::vector<VertexId> own(end - first), ghosts;
-  const auto isOwn = [&](VertexId v) { return v >= first && v < end; };
-  for (const Triangle& t : triangles)
-  {
-    std::copy_if(
-      t.begin(), t.end(), std::back_inserter(ghosts), [&](VertexId v) { return !isOwn(v); });
-  }
-  std::sort(ghosts.begin(), ghosts.end());
-  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
-  std::vector<VertexId> ghostTargets(ghosts.size());
+  const GhostCorners corners(triangles, first, end);
+  const std::vector<VertexId> ghosts = corners.Vertices();
+  std::vector<VertexId> own(end - first), ofGhosts(ghosts.size());
   KDSTREAM_TRY(ReadRecords<VertexId>(map, first, std::span<VertexId>(own)));
-  KDSTREAM_TRY(ReadRecordsAt<VertexId>(map, ghosts, std::span<VertexId>(ghostTargets)));
+  KDSTREAM_TRY(ReadRecordsAt<VertexId>(map, ghosts, std::span<VertexId>(ofGhosts)));
   for (Triangle& t : triangles)
   {
     for (VertexId& corner : t)
     {
-      corner = isOwn(corner)
-                 ? own[corner - first]
-                 : ghostTargets[static_cast<std::size_t>(
-                     std::lower_bound(ghosts.begin(), ghosts.end(), corner) - ghosts.begin())];
+      corner = corner >= first && corner < end ? own[corner - first] : corner;
     }
   }
+  corners.ReplaceIn(triangles, [&](std::size_t place) { return ofGhosts[place]; });
   return {};
 }
 

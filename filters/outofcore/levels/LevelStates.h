@@ -39,6 +39,8 @@ struct LevelStates
   SpillFile components;    // float × components; closed if there are none
   SpillFile attributeSums; // AttributeSums; closed if there are none
   double area = 0;         // of all clusters: AddAreas
+  // All the level's, each once; counted when they are written.
+  std::uint64_t triangles = 0;
 };
 
 // Writes the clusters of a level and their states, block after block.

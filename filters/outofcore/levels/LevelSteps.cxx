@@ -105,12 +105,12 @@ unsigned LevelSteps::BlockDepthOf(unsigned level, unsigned most) const
                     : std::min(most, PieceDepth(Resolution::Level(level - 1), this->Mesh.depths));
 }
 
-bool LevelSteps::IsCoarserInFiles(const LevelFile& level) const
+bool LevelSteps::IsCoarserInFiles(const LevelFile& level, const LevelStates& states) const
 {
   if (level.depth == 0 || !this->Clusters)
   {
-    return level.depth > 0 &&
-           CollapsesInParts(this->Mesh.depths, level.depth - 1, level.ClusterCount());
+    return level.depth > 0 && CollapsesInParts(this->Mesh.depths, level.depth - 1,
+                                level.ClusterCount(), static_cast<std::size_t>(states.triangles));
   }
   return level.depth > this->Mesh.depths.stitch || level.ClusterCount() > mostInMemory;
 }

@@ -36,8 +36,8 @@ public:
   // The blocks of a level: at most as deep as `most`, but so large that a round to the next coarser
   // level has that level's nodes in one of them.
   unsigned BlockDepthOf(unsigned level, unsigned most) const;
-  // Whether the level coarser than this one, the coarsest so far, is made in files.
-  bool IsCoarserInFiles(const LevelFile& level) const;
+  // Whether the level coarser than this one, the coarsest so far, is made in files. states: of it.
+  bool IsCoarserInFiles(const LevelFile& level, const LevelStates& states) const;
 
   // Appends the finest clusters of a block of the mesh, the first of which is number firstCluster,
   // and writes the cluster of each of its vertices, by rank.

@@ -164,7 +164,7 @@ TEST_F(Tls, EndsWhileAClientTakesNothing)
     protocol::BlobPath("dragon", this->model->Description().digest, protocol::BlobId::Partition(0));
   auto server = this->Start();
   TlsTestClient client(server->Port());
-  for (int i = 0; i < 100; ++i) // more than the sockets' buffers hold
+  for (int i = 0; i < 300; ++i) // more than the sockets' buffers hold
   {
     client.Send("GET " + blob + " HTTP/1.1\r\nHost: a\r\n\r\n");
   }
