@@ -20,24 +20,34 @@ void LineMeter::Arrived(std::size_t bytes, double seconds, bool alone)
   {
     return;
   }
-  if (alone)
+  if (!alone)
   {
-    this->RoundTrip = this->RoundTrip > 0 ? std::min(this->RoundTrip, seconds) : seconds;
-    return;
+    this->Behind.bytes = this->Behind.bytes * memory + static_cast<double>(bytes);
+    this->Behind.seconds = this->Behind.seconds * memory + seconds;
   }
-  this->Bytes = this->Bytes * memory + static_cast<double>(bytes);
-  this->Seconds = this->Seconds * memory + seconds;
+  else if (!(this->Alone.seconds > 0) || seconds < this->Alone.seconds)
+  {
+    this->Alone = { static_cast<double>(bytes), seconds };
+  }
+}
+
+// What came alone took a round trip, and its own time on the line.
+double LineMeter::RoundTrip(double rate) const
+{
+  return std::max(0.0, this->Alone.seconds - this->Alone.bytes / rate);
 }
 
 std::size_t LineMeter::Window() const
 {
-  if (!(this->Seconds > 0))
+  const Sample& told = this->Behind.seconds > 0 ? this->Behind : this->Alone;
+  if (!(told.seconds > 0))
   {
     return static_cast<std::size_t>(firstWindow);
   }
-  const double ahead = std::max(leastAhead, 2 * this->RoundTrip);
-  const double window = this->Bytes / this->Seconds * ahead;
-  return static_cast<std::size_t>(std::clamp(window, leastWindow, mostWindow));
+  const double rate = told.bytes / told.seconds;
+  const double window = rate * std::max(leastAhead, 2 * this->RoundTrip(rate));
+  return static_cast<std::size_t>(
+    window >= leastWindow ? std::min(window, mostWindow) : leastWindow); // nor NaN
 }
 
 }

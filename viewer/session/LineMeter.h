@@ -19,12 +19,19 @@ public:
   // of the round trip too. Times of 0 or less, as of replays and of caches, tell nothing.
   void Arrived(std::size_t bytes, double seconds, bool alone);
 
-  // So many bytes may be under way: 12 KiB to 4 MiB; at first, and where nothing is known, 64 KiB.
+  // So many bytes may be under way: 12 KiB to 4 MiB; where nothing is known, 64 KiB. While nothing
+  // has come behind something else, what came alone tells how slow the line may be.
   std::size_t Window() const;
 
 private:
-  double Bytes = 0, Seconds = 0; // of what came close behind something else, newest most
-  double RoundTrip = 0;          // s; the least seen, 0 = none
+  double RoundTrip(double rate) const;
+
+  struct Sample
+  {
+    double bytes = 0, seconds = 0;
+  };
+  Sample Behind; // what came close behind something else, newest most
+  Sample Alone;  // what came alone, soonest
 };
 
 }

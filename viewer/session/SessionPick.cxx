@@ -5,6 +5,7 @@
 
 #include "filters/core/tree/Region.h"
 
+#include <set>
 #include <utility>
 
 namespace kdstream
@@ -24,12 +25,33 @@ void ViewerSession::DoubleTap(double x, double y)
   if (const auto hit = this->PickUnder(x, y))
   {
     this->WaitingPick = hit->point;
+    this->GiveWayToTap();
   }
   else
   {
     this->Region.reset();
     this->EarlierTaps.clear();
   }
+}
+
+// By the view much may be under way, and it would come first: it is called back, but for the tree.
+void ViewerSession::GiveWayToTap()
+{
+  if (!this->ByView())
+  {
+    return;
+  }
+  std::set<protocol::BlobId> tree;
+  for (const auto& [blob, request] : this->Book.AllOwed())
+  {
+    if (!IsOfPiece(blob))
+    {
+      tree.insert(blob);
+    }
+  }
+  this->Book.CancelUnwanted(tree);
+  this->Queue.clear();
+  this->ChoiceIsDue = true;
 }
 
 void ViewerSession::DropPick()
@@ -64,6 +86,7 @@ void ViewerSession::FollowPick()
   if (this->WaitingCell && this->SetRegion(*this->WaitingCell))
   {
     this->DropPick();
+    this->GiveWayToTap(); // nor does what waits go before it
   }
 }
 

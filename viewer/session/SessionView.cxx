@@ -64,7 +64,7 @@ void ViewerSession::RefineView()
     this->ChoiceIsDue = true;
   }
   const bool nothingIsComing = this->Queue.empty() && this->Book.Empty();
-  if (this->ChoiceIsDue && (nothingIsComing || this->Shown.IsEmpty()))
+  if (this->ChoiceIsDue && (nothingIsComing || this->IsPicking() || this->Shown.IsEmpty()))
   {
     this->ChooseByView();
   }
@@ -193,7 +193,8 @@ std::size_t ViewerSession::BytesOf(const BlobId& blob)
                          : bytesOfTreeBlob;
 }
 
-// In requests of a quarter of what may be under way, so that calling one back costs little.
+// In requests of a quarter of what may be under way, so that calling one back costs little. While a
+// tap waits for the tree nothing else is asked for.
 void ViewerSession::AskMore()
 {
   const std::size_t window = this->Meter.Window();
@@ -202,9 +203,14 @@ void ViewerSession::AskMore()
   {
     underWay += this->BytesOf(blob);
   }
+  const bool tapWaits = this->IsPicking() &&
+                        std::any_of(this->MissingTree.begin(), this->MissingTree.end(),
+                          [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
+  const auto mayAsk = [&]
+  { return !this->Queue.empty() && !(tapWaits && IsOfPiece(this->Queue.front())); };
   const BlobId preview = BlobOfPiece(
     { Resolution::Level(this->Current->policy.PreviewLevel()), 1 }, this->Current->codec.depths);
-  while (!this->Queue.empty() && underWay < window && this->Book.RequestCount() < mostRequests)
+  while (mayAsk() && underWay < window && this->Book.RequestCount() < mostRequests)
   {
     SessionRequest request;
     request.kind =
@@ -212,14 +218,12 @@ void ViewerSession::AskMore()
     std::size_t bytes = 0;
     do
     {
-      const bool ofPick =
-        !IsOfPiece(this->Queue.front()) && (this->WaitingPick || this->WaitingCell);
-      this->AskedForPick += ofPick ? 1 : 0;
-      bytes += this->BytesOf(this->Queue.front());
-      request.blobs.push_back(this->Queue.front());
+      const BlobId blob = this->Queue.front();
+      this->AskedForPick += this->IsPicking() && !IsOfPiece(blob) ? 1 : 0;
+      bytes += this->BytesOf(blob);
+      request.blobs.push_back(blob);
       this->Queue.pop_front();
-    } while (
-      !this->Queue.empty() && request.kind == SessionRequest::Kind::Blobs && bytes < window / 4);
+    } while (mayAsk() && request.kind == SessionRequest::Kind::Blobs && bytes < window / 4);
     underWay += bytes;
     const bool alone = this->Book.Empty();
     const std::uint32_t id = this->Book.Send(std::move(request));

@@ -183,7 +183,7 @@ void ViewerSession::RequestTree()
     {
       continue;
     }
-    this->AskedForPick += this->WaitingPick || this->WaitingCell ? request.blobs.size() : 0;
+    this->AskedForPick += this->IsPicking() ? request.blobs.size() : 0;
     if (this->AskedForPick > this->Options.mostBlobsOfPick)
     {
       this->LastError = "What is around the tap cannot be told: too much of the tree is there.";

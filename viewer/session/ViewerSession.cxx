@@ -517,7 +517,7 @@ ViewerStatus ViewerSession::GetStatus() const
   {
     status.shownLevel = this->LevelFor(this->Shown.GetCut()->base);
   }
-  status.picking = this->WaitingPick || this->WaitingCell;
+  status.picking = this->IsPicking();
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

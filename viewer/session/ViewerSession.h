@@ -203,6 +203,8 @@ private:
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
   void FollowPick();
   bool SetRegion(NodeId cell);
+  void GiveWayToTap();
+  bool IsPicking() const { return this->WaitingPick || this->WaitingCell; }
   void DropPick();
   void FollowZoom();
   void Retry();

@@ -26,14 +26,29 @@ TEST(TestLineMeter, AsksForAQuarterOfASecondOfTheLine)
 TEST(TestLineMeter, FillsALineWithALongWay)
 {
   LineMeter meter;
-  meter.Arrived(5000, 0.6, true); // what comes alone tells of the way, not of the line
-  EXPECT_EQ(meter.Window(), 65536u);
+  meter.Arrived(5000, 0.6, true);
   meter.Arrived(5000, 0.8, true);
   for (int i = 0; i < 100; ++i)
   {
     meter.Arrived(10000, 0.1, false); // 100 kB/s
   }
-  EXPECT_NEAR(double(meter.Window()), 120e3, 2e3); // two ways of 0.6 s
+  EXPECT_NEAR(double(meter.Window()), 110e3, 2e3); // two ways of 0.55 s
+}
+
+// The first answer alone: a round trip, or a slow line. Little is asked for until that is known.
+TEST(TestLineMeter, WhatCameAloneIsNoLongWayOnASlowLine)
+{
+  LineMeter meter;
+  meter.Arrived(7500, 0.18, true); // 0.03 s, and 0.15 at 50 kB/s
+  EXPECT_EQ(meter.Window(), 12288u);
+  meter.Arrived(5000, 0.1, false);
+  EXPECT_NEAR(double(meter.Window()), 12500, 100);
+
+  LineMeter fast;
+  fast.Arrived(7500, 0.0306, true); // and at 100 Mbit/s
+  EXPECT_NEAR(double(fast.Window()), 61e3, 1e3);
+  fast.Arrived(5000, 0.0004, false);
+  EXPECT_NEAR(double(fast.Window()), 3.1e6, 1e5);
 }
 
 TEST(TestLineMeter, StaysInItsLimitsWhateverTheClockSays)
