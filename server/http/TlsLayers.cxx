@@ -20,8 +20,9 @@ namespace
 const beast::error_code noTls = asio::error::connection_aborted;
 
 // The beginning of what is to be written, in one place.
-struct FirstRecord
+class FirstRecord
 {
+public:
   explicit FirstRecord(const ClientSocket::Output& buffers)
   {
     for (const auto& part : buffers)
@@ -30,22 +31,27 @@ struct FirstRecord
       {
         continue;
       }
-      if (this->size == 0 && part.size() >= TlsEngine::mostWritten)
+      if (this->Bytes == 0 && part.size() >= TlsEngine::mostWritten)
       {
-        this->data = static_cast<const char*>(part.data());
-        this->size = TlsEngine::mostWritten;
+        this->Begin = static_cast<const char*>(part.data());
+        this->Bytes = TlsEngine::mostWritten;
         return;
       }
-      const auto taken = std::min(part.size(), this->Gathered.size() - this->size);
-      std::memcpy(this->Gathered.data() + this->size, part.data(), taken);
-      this->size += taken;
+      const auto taken = std::min(part.size(), this->Gathered.size() - this->Bytes);
+      std::memcpy(this->Gathered.data() + this->Bytes, part.data(), taken);
+      this->Bytes += taken;
     }
   }
-  const char* data = Gathered.data();
-  std::size_t size = 0;
+  FirstRecord(const FirstRecord&) = delete;
+  FirstRecord& operator=(const FirstRecord&) = delete;
+
+  const char* Data() const { return this->Begin; }
+  std::size_t Size() const { return this->Bytes; }
 
 private:
-  std::array<char, TlsEngine::mostWritten> Gathered;
+  std::array<char, TlsEngine::mostWritten> Gathered; // as much as Bytes, if it begins here
+  const char* Begin = Gathered.data();
+  std::size_t Bytes = 0;
 };
 
 }
@@ -145,8 +151,8 @@ void TlsLayers::ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler
 void TlsLayers::WriteSome(const ClientSocket::Output& buffers, ClientSocket::BytesHandler handler)
 {
   const FirstRecord record(buffers);
-  const auto bytes = record.size;
-  if (bytes != 0 && this->Engine.Write(record.data, bytes) != Outcome::Done)
+  const auto bytes = record.Size();
+  if (bytes != 0 && this->Engine.Write(record.Data(), bytes) != Outcome::Done)
   {
     asio::post(
       this->Socket.get_executor(), [handler = std::move(handler)]() mutable { handler(noTls, 0); });

@@ -29,6 +29,7 @@ BlobBytes ServedModel::Json() const
 BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models)
 {
   std::vector<ModelSummary> summaries;
+  summaries.reserve(models.size());
   for (const auto& model : models)
   {
     summaries.push_back(Summarize(model->Description()));

@@ -71,6 +71,7 @@ template <class ModelMap>
 std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
 {
   std::vector<std::shared_ptr<const ServedModel>> models;
+  models.reserve(byId.size());
   for (const auto& entry : byId)
   {
     models.push_back(entry.second);

@@ -248,8 +248,10 @@ Status GlesRenderer::UploadChunks(const ViewerScene& scene)
     chunk.buffers[0] = MakeBuffer(GL_ARRAY_BUFFER, content.vertices);
     glVertexAttribPointer(
       AttributePlace::position, 3, GL_FLOAT, GL_FALSE, sizeof(ChunkVertex), nullptr);
-    glVertexAttribPointer(AttributePlace::normal, 4, GL_INT_2_10_10_10_REV, GL_TRUE,
-      sizeof(ChunkVertex), reinterpret_cast<const void*>(offsetof(ChunkVertex, normal)));
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
+    const auto* normals = reinterpret_cast<const void*>(offsetof(ChunkVertex, normal));
+    glVertexAttribPointer(
+      AttributePlace::normal, 4, GL_INT_2_10_10_10_REV, GL_TRUE, sizeof(ChunkVertex), normals);
     glEnableVertexAttribArray(AttributePlace::position);
     glEnableVertexAttribArray(AttributePlace::normal);
     if (!content.colors.empty())

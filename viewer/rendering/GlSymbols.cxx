@@ -92,6 +92,8 @@
 namespace
 {
 
+// Types and lists of parameters cannot stand in parentheses.
+// NOLINTBEGIN(bugprone-macro-parentheses)
 struct Functions
 {
 #define KDSTREAM_POINTER(result, name, parameters, arguments) result(*name) parameters;
@@ -117,6 +119,7 @@ const char* LoadFunctions(const kdstream::GlLibrary& library)
 #undef KDSTREAM_LOAD
   return missing;
 }
+// NOLINTEND(bugprone-macro-parentheses)
 
 }
 

@@ -59,13 +59,14 @@ vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const C
 {
   const vtkNew<vtkTypeInt32Array> offsets;
   const vtkNew<vtkTypeInt32Array> corners;
-  offsets->SetNumberOfValues(static_cast<vtkIdType>(count + 1));
-  corners->SetNumberOfValues(static_cast<vtkIdType>(count * size));
+  const std::size_t all = count * size;
+  offsets->SetNumberOfValues(static_cast<vtkIdType>(count) + 1);
+  corners->SetNumberOfValues(static_cast<vtkIdType>(all));
   for (std::size_t i = 0; i <= count; ++i)
   {
     offsets->SetValue(static_cast<vtkIdType>(i), static_cast<vtkTypeInt32>(i * size));
   }
-  for (std::size_t i = 0; i < count * size; ++i)
+  for (std::size_t i = 0; i < all; ++i)
   {
     corners->SetValue(static_cast<vtkIdType>(i), static_cast<vtkTypeInt32>(corner(i)));
   }

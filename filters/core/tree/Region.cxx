@@ -192,11 +192,9 @@ std::optional<std::vector<std::uint32_t>> RegionAround(TreeBoxes& boxes, const T
     return {};
   }
   std::sort(found.begin(), found.end());
-  std::vector<std::uint32_t> partitions;
-  for (const auto& entry : found)
-  {
-    partitions.push_back(entry.second);
-  }
+  std::vector<std::uint32_t> partitions(found.size());
+  std::transform(
+    found.begin(), found.end(), partitions.begin(), [](const auto& entry) { return entry.second; });
   return partitions;
 }
 
