@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Walks over a piece's triangles (TriangleWalk.h) and writes the steps.
+// Walks over a piece's triangles (TriangleWalk.h) and writes the steps: part of step "encode".
 #pragma once
 
 #include "filters/codec/SymbolCoder.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A ClientSocket's bytes through TLS. Internal to the server.
+// A ClientSocket's bytes through TLS: part of step "serve" of the README's picture. Internal.
 #pragma once
 
 #include "server/http/ClientSocket.h"
