@@ -5,7 +5,7 @@
 // PROGRAMS: the folder of kdstream-build and kdstream-generate. Makes a soup of so many triangles
 // (3,000,000) and two scans in the output folder, for the time of the run: one with as many
 // triangles, and one with as many vertices, which are three times as many as a soup has triangles.
-// Every build is out of core; it runs ROUNDS (2) times, and the least time of each counts.
+// Every build is out of core; it runs ROUNDS (4) times, and the least time of each counts.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"
@@ -99,7 +99,7 @@ int main(int argc, char** argv)
   }
   const path programs = argv[1], folder = argv[2];
   const auto triangles = static_cast<unsigned>(argc > 3 ? std::atoi(argv[3]) : 3000000);
-  const int rounds = argc > 4 ? std::atoi(argv[4]) : 2;
+  const int rounds = argc > 4 ? std::atoi(argv[4]) : 4;
   std::filesystem::create_directories(folder);
   std::array<Input, 3> inputs = MakeMeshes(programs, folder, triangles);
   for (int round = 0; round < rounds; ++round)
