@@ -9,6 +9,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
+#include <numeric>
+#include <vector>
 
 namespace kdstream
 {
@@ -16,9 +19,11 @@ namespace
 {
 
 constexpr std::size_t longestRun = 64;
+constexpr std::size_t shortestRun = 32; // that tells a spacing of its own
 constexpr std::size_t askedStride =
   4;                                 // every so many points of a run are asked for their neighbours
 constexpr std::size_t neighbour = 4; // which is the fourth nearest
+constexpr double radiusToSpacing = 0.8;
 
 struct Run
 {
@@ -51,56 +56,65 @@ double DistanceToNeighbour(const Surface& cloud, const Run& run, std::size_t fro
   return others == 0 ? 0.0 : nearest[std::min(neighbour, others) - 1];
 }
 
+// The mean of the least three quarters: where the order leaps to another side of the cloud, a few
+// points of a run have no neighbours in it.
 double SpacingOf(const Surface& cloud, const Run& run)
 {
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t i = run.begin; i < run.end; i += askedStride, ++count)
+  std::vector<double> distances;
+  for (std::size_t i = run.begin; i < run.end; i += askedStride)
   {
-    sum += DistanceToNeighbour(cloud, run, i);
+    distances.push_back(DistanceToNeighbour(cloud, run, i));
   }
-  return sum / static_cast<double>(count);
+  std::sort(distances.begin(), distances.end());
+  const std::size_t taken = distances.size() - distances.size() / 4;
+  const auto end = distances.begin() + static_cast<std::ptrdiff_t>(taken);
+  return std::accumulate(distances.begin(), end, 0.0) / static_cast<double>(taken);
 }
 
-std::vector<Run> RunsOf(const Surface& cloud)
+bool IsShort(const Run& run)
 {
-  std::vector<Run> runs;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+  return run.end - run.begin < shortestRun;
+}
+
+using RunsOfResolutions = std::map<Resolution, std::vector<Run>>;
+
+// In the order of the points.
+RunsOfResolutions FindRuns(const Surface& cloud)
+{
+  RunsOfResolutions all;
+  for (std::size_t begin = 0, end = 0; begin < cloud.points.size(); begin = end)
   {
-    const bool same = !runs.empty() && runs.back().end - runs.back().begin < longestRun &&
-                      cloud.sources[i].resolution == cloud.sources[i - 1].resolution;
-    if (!same)
+    const Resolution resolution = cloud.sources[begin].resolution;
+    end = begin + 1;
+    while (end < cloud.points.size() && end - begin < longestRun &&
+           cloud.sources[end].resolution == resolution)
     {
-      runs.push_back({ i, i, 0.0 });
+      ++end;
     }
-    runs.back().end = i + 1;
+    all[resolution].push_back({ begin, end, 0.0 });
   }
+  return all;
+}
+
+// Short runs have too few points to tell. They take the spacing of the run before them, the first
+// ones that of the run behind them: these lie close. Where all are short, each tells what it can.
+void FindSpacings(const Surface& cloud, std::vector<Run>& runs)
+{
+  const auto first = std::find_if_not(runs.begin(), runs.end(), IsShort);
+  const bool allShort = first == runs.end();
+  double last = allShort ? 0.0 : SpacingOf(cloud, *first);
   for (Run& run : runs)
   {
-    run.spacing = SpacingOf(cloud, run);
+    last = IsShort(run) && !allShort ? last : SpacingOf(cloud, run);
+    run.spacing = last;
   }
-  return runs;
 }
 
-// Of full runs; of all where none is full.
-double MedianSpacing(const std::vector<Run>& runs, const Surface& cloud, Resolution resolution)
+double MedianSpacing(const std::vector<Run>& runs)
 {
-  std::vector<double> spacings;
-  for (const bool full : { true, false })
-  {
-    for (const Run& run : runs)
-    {
-      const bool taken = !full || run.end - run.begin == longestRun;
-      if (taken && cloud.sources[run.begin].resolution == resolution)
-      {
-        spacings.push_back(run.spacing);
-      }
-    }
-    if (!spacings.empty())
-    {
-      break;
-    }
-  }
+  std::vector<double> spacings(runs.size());
+  std::transform(
+    runs.begin(), runs.end(), spacings.begin(), [](const Run& run) { return run.spacing; });
   const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
   std::nth_element(spacings.begin(), middle, spacings.end());
   return *middle;
@@ -111,22 +125,17 @@ double MedianSpacing(const std::vector<Run>& runs, const Surface& cloud, Resolut
 std::vector<float> SplatRadii(const Surface& cloud)
 {
   std::vector<float> radii(cloud.points.size());
-  const std::vector<Run> runs = RunsOf(cloud);
-  // A surface has three resolutions at most: few medians are looked for.
-  std::vector<std::pair<Resolution, double>> medians;
-  for (const Run& run : runs)
+  for (auto& [resolution, runs] : FindRuns(cloud))
   {
-    const Resolution resolution = cloud.sources[run.begin].resolution;
-    auto median = std::find_if(medians.begin(), medians.end(),
-      [resolution](const auto& known) { return known.first == resolution; });
-    if (median == medians.end())
+    FindSpacings(cloud, runs);
+    const double median = MedianSpacing(runs);
+    for (const Run& run : runs)
     {
-      medians.emplace_back(resolution, MedianSpacing(runs, cloud, resolution));
-      median = medians.end() - 1;
+      const double spacing = std::clamp(run.spacing, 0.25 * median, 4.0 * median);
+      std::fill(radii.begin() + static_cast<std::ptrdiff_t>(run.begin),
+        radii.begin() + static_cast<std::ptrdiff_t>(run.end),
+        static_cast<float>(radiusToSpacing * spacing));
     }
-    const double spacing = std::clamp(run.spacing, 0.25 * median->second, 4.0 * median->second);
-    std::fill(radii.begin() + static_cast<std::ptrdiff_t>(run.begin),
-      radii.begin() + static_cast<std::ptrdiff_t>(run.end), static_cast<float>(0.75 * spacing));
   }
   return radii;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/session/SplatRadii.h"
 
+#include "filters/core/tree/KdTree.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -102,6 +104,58 @@ TEST(SplatRadii, HoldStrayPointsBack)
   EXPECT_NEAR(radii[6 * 64], 4 * usual, 1e-4);
   EXPECT_NEAR(radii[7 * 64], usual / 4, 1e-4);
   EXPECT_NEAR(radii[8 * 64], usual / 4, 1e-4);
+}
+
+// A scanned ball of equal density: where the tree's order leaps from one side of it to the other, a
+// run has points of both.
+Surface BallInTreeOrder(std::size_t count)
+{
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const Vec3 way{ normal(random), normal(random), normal(random) };
+    const double length = std::hypot(way[0], way[1], way[2]);
+    points.push_back({ way[0] / length, way[1] / length, way[2] / length });
+  }
+  const Result<KdTree> tree = BuildKdTree(points, {});
+  Surface cloud;
+  for (const VertexId id : tree->order)
+  {
+    Add(cloud, points[id]);
+  }
+  return cloud;
+}
+
+float LargestToMiddle(std::vector<float> radii)
+{
+  std::sort(radii.begin(), radii.end());
+  return radii.back() / radii[radii.size() / 2];
+}
+
+TEST(SplatRadii, NoRunAcrossCellsIsABalloon)
+{
+  for (const std::size_t count : { 40'000, 40'003, 39'873, 65'536 })
+  {
+    EXPECT_LT(LargestToMiddle(SplatRadii(BallInTreeOrder(count))), 1.5F) << count;
+  }
+}
+
+// Few points of a resolution among those of another, as a cut's borders have them.
+TEST(SplatRadii, ShortRunsAreDrawnAsTheirNeighbours)
+{
+  Surface cloud = BallInTreeOrder(40'000);
+  std::mt19937 random(5);
+  for (std::size_t i = 0; i < cloud.points.size();)
+  {
+    const bool original = random() % 2 == 0;
+    for (std::size_t end = i + 1 + random() % 300; i < end && i < cloud.points.size(); ++i)
+    {
+      cloud.sources[i].resolution = original ? Resolution::Original() : Resolution::Level(13);
+    }
+  }
+  EXPECT_LT(LargestToMiddle(SplatRadii(cloud)), 1.5F);
 }
 
 TEST(SplatRadii, AreFiniteForAnyCloud)
