@@ -23,7 +23,7 @@ constexpr std::size_t shortestRun = 32; // that tells a spacing of its own
 constexpr std::size_t askedStride =
   4;                                 // every so many points of a run are asked for their neighbours
 constexpr std::size_t neighbour = 4; // which is the fourth nearest
-constexpr double radiusToSpacing = 0.8;
+constexpr double radiusToSpacing = 0.82;
 
 struct Run
 {

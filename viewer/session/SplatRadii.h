@@ -15,7 +15,7 @@ namespace kdstream
 // A drawn surface has its points in the order of the k-d tree, so a run of them lies together: the
 // spacing of a run of 64 points of one resolution is the mean distance from a point to the fourth
 // nearest of the run, its largest quarter left out (about that of neighbours on a square grid, and
-// a little more than it where points are scattered), and a radius is 0.8 of it. Runs of
+// a little more than it where points are scattered), and a radius is 0.82 of it. Runs of
 // fewer than 32 points, as where resolutions meet, are spaced as the run before them. Runs that are
 // spaced far more or less than half of the others of their resolution (stray points, points on top
 // of each other) are held to between a quarter and four times the others' spacing. No radius is

@@ -285,7 +285,7 @@ int HuesInTheMiddle(const Picture& picture)
 
 TEST(SurfaceScene, DrawsPointsRoundAndAsLargeAsTheyAreSeen)
 {
-  // Two points 0.25 apart: a splat has three quarters of it for a radius.
+  // Two points 0.25 apart: a splat has 0.82 of it for a radius.
   Surface pair;
   pair.points = { { -0.125, 0, 0 }, { 0.125, 0, 0 } };
   pair.sources.assign(2, { Resolution::Original(), 0 });
@@ -298,7 +298,7 @@ TEST(SurfaceScene, DrawsPointsRoundAndAsLargeAsTheyAreSeen)
   {
     ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, distance }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
     const double pixels = side / (2 * std::tan(0.2) * distance); // of a length of 1
-    EXPECT_NEAR(HuesInTheMiddle(stage.Draw()), (0.25 + 2 * 0.1875) * pixels, 2) << distance;
+    EXPECT_NEAR(HuesInTheMiddle(stage.Draw()), (0.25 + 2 * 0.205) * pixels, 2) << distance;
   }
   // Round: nothing in the corners of the square about the right splat.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
