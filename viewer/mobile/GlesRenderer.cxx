@@ -14,7 +14,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <string>
+#include <utility>
 
 namespace kdstream
 {
@@ -28,6 +30,15 @@ struct GlesRenderer::Chunk
   GLsizei count = 0; // of indices, or points of a cloud
 };
 
+// What is drawn at a time: a part of a surface, or all of it.
+struct GlesRenderer::Part
+{
+  const Surface* surface = nullptr; // while it is uploaded
+  DrawnSurface::Part drawn;         // nothing where it is all
+  Box bounds;                       // relative to Center, not scaled
+  std::vector<Chunk> chunks;
+};
+
 struct GlesRenderer::Programs
 {
   GLuint background = 0, surface = 0, cloud = 0;
@@ -36,6 +47,10 @@ struct GlesRenderer::Programs
 
 namespace
 {
+
+// Each part takes a few calls in every frame. Of more than so many all are drawn as one: more than
+// what is shown within a viewer's budgets.
+constexpr std::size_t mostParts = 1024;
 
 enum AttributePlace : GLuint // as `location` in GlesShaders.h
 {
@@ -100,6 +115,16 @@ GLuint MakeBuffer(GLenum target, const std::vector<T>& content)
   glBufferData(
     target, static_cast<GLsizeiptr>(content.size() * sizeof(T)), content.data(), GL_STATIC_DRAW);
   return buffer;
+}
+
+template <class Part>
+void FreeChunks(const Part& part)
+{
+  for (const auto& chunk : part.chunks)
+  {
+    glDeleteVertexArrays(1, &chunk.vertexArray);
+    glDeleteBuffers(static_cast<GLsizei>(chunk.buffers.size()), chunk.buffers.data());
+  }
 }
 
 // The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
@@ -189,19 +214,15 @@ Status GlesRenderer::Compile()
 
 void GlesRenderer::Free()
 {
-  for (const Chunk& chunk : this->Chunks)
-  {
-    glDeleteVertexArrays(1, &chunk.vertexArray);
-    glDeleteBuffers(static_cast<GLsizei>(chunk.buffers.size()), chunk.buffers.data());
-  }
-  this->Chunks.clear();
+  std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
+  this->Parts.clear();
   this->Tried.reset();
 }
 
 void GlesRenderer::Forget()
 {
   this->Compiled.reset();
-  this->Chunks.clear();
+  this->Parts.clear();
   this->Tried.reset();
 }
 
@@ -216,33 +237,99 @@ void GlesRenderer::SetBackground(const Vec3& bottom, const Vec3& top)
   this->Top = top;
 }
 
+// Makes the parts of the scene's surface the drawn ones. What is in the graphics memory already
+// stays there; what is not needed is freed before anything is uploaded.
 Status GlesRenderer::Upload(const ViewerScene& scene)
 {
-  const Surface& surface = *scene.surface;
-  const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
-  KDSTREAM_TRY(CheckSurface(surface, center));
-  this->Free();
-  this->Center = center;
-  this->Bounds = BoundsAround(surface, center);
-  this->Scale = ScaleOf(this->Bounds);
-  this->Points = surface.triangles.empty() ? surface.points.size() : 0;
-  Status status = this->UploadChunks(scene);
-  if (!status)
+  std::vector<Part> parts;
+  if (scene.surface->TriangleCount() == 0 || scene.surface->Parts().size() > mostParts)
   {
-    this->Free();
+    parts.push_back({ &scene.surface->Whole(), {}, {}, {} });
   }
-  return status;
+  else
+  {
+    for (const DrawnSurface::Part& drawn : scene.surface->Parts())
+    {
+      if (!drawn.part->surface.triangles.empty())
+      {
+        parts.push_back({ &drawn.part->surface, drawn, {}, {} });
+      }
+    }
+  }
+  KDSTREAM_TRY(this->Place(scene, parts));
+  std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
+  this->Parts = std::move(parts);
+  ClearErrors();
+  for (Part& part : this->Parts)
+  {
+    Status status = part.chunks.empty() ? this->UploadPart(scene, part) : Status();
+    if (!status)
+    {
+      this->Free();
+      return status;
+    }
+  }
+  this->Bounds = {};
+  for (const Part& part : this->Parts)
+  {
+    this->Bounds.Add(part.bounds);
+  }
+  return {};
 }
 
-Status GlesRenderer::UploadChunks(const ViewerScene& scene)
+// Finds what all of it is drawn by, and takes over the chunks that stay as they are. Errors: those
+// of CheckSurface, before anything has changed.
+Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
 {
-  ClearErrors();
-  ChunkCutter cutter(*scene.surface, scene.depths, this->Coloring, this->Center, this->Scale);
-  this->Bounds = Enlarged(this->Bounds, cutter.LargestRadius());
+  const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
+  std::map<const SurfacePart*, Part*> before;
+  for (Part& part : this->Parts)
+  {
+    if (part.drawn.part && center == this->Center && scene.depths == this->Depths)
+    {
+      before[part.drawn.part.get()] = &part;
+    }
+  }
+  Box bounds;
+  for (Part& part : parts)
+  {
+    const auto known = before.find(part.drawn.part.get());
+    if (known == before.end())
+    {
+      KDSTREAM_TRY(CheckSurface(*part.surface, center));
+    }
+    part.bounds =
+      known == before.end() ? BoundsAround(*part.surface, center) : known->second->bounds;
+    bounds.Add(part.bounds);
+  }
+  const double scale = ScaleOf(bounds);
+  const bool mayStay = scale == this->Scale && this->Coloring == this->Colored;
+  for (Part& part : parts)
+  {
+    const auto known = before.find(part.drawn.part.get());
+    if (mayStay && known != before.end() && known->second->drawn == part.drawn)
+    {
+      std::swap(part.chunks, known->second->chunks);
+    }
+  }
+  this->Center = center;
+  this->Scale = scale;
+  this->Depths = scene.depths;
+  this->Colored = this->Coloring;
+  this->Points = scene.surface->TriangleCount() == 0 ? scene.surface->PointCount() : 0;
+  return {};
+}
+
+Status GlesRenderer::UploadPart(const ViewerScene& scene, Part& part)
+{
+  ChunkCutter cutter(*part.surface,
+    part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface),
+    this->Depths, this->Coloring, this->Center, this->Scale);
+  part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
   SurfaceChunk content;
   while (cutter.Next(content))
   {
-    Chunk& chunk = this->Chunks.emplace_back();
+    Chunk& chunk = part.chunks.emplace_back();
     glGenVertexArrays(1, &chunk.vertexArray);
     glBindVertexArray(chunk.vertexArray);
     chunk.buffers[0] = MakeBuffer(GL_ARRAY_BUFFER, content.vertices);
@@ -273,17 +360,17 @@ Status GlesRenderer::UploadChunks(const ViewerScene& scene)
       chunk.count = static_cast<GLsizei>(content.indices.size());
     }
     glBindVertexArray(0);
-    // Once a chunk: so the first that does not fit is the last.
-    if (const GLenum code = glGetError(); code != GL_NO_ERROR)
-    {
-      const std::string size = std::to_string(scene.surface->points.size()) + " points and " +
-                               std::to_string(scene.surface->triangles.size()) + " triangles";
-      return code == GL_OUT_OF_MEMORY
-               ? Error{ ErrorCode::LimitExceeded,
-                   "the graphics memory does not hold a surface of " + size }
-               : Error{ ErrorCode::Unsupported,
-                   "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
-    }
+  }
+  // Once a part: so the first that does not fit is the last.
+  if (const GLenum code = glGetError(); code != GL_NO_ERROR)
+  {
+    const std::string size = std::to_string(scene.surface->PointCount()) + " points and " +
+                             std::to_string(scene.surface->TriangleCount()) + " triangles";
+    return code == GL_OUT_OF_MEMORY
+             ? Error{ ErrorCode::LimitExceeded,
+                 "the graphics memory does not hold a surface of " + size }
+             : Error{ ErrorCode::Unsupported,
+                 "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
   }
   return {};
 }
@@ -339,16 +426,19 @@ void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewpor
   glEnable(GL_DEPTH_TEST);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);
-  for (const Chunk& chunk : this->Chunks)
+  for (const Part& part : this->Parts)
   {
-    glBindVertexArray(chunk.vertexArray);
-    if (this->Points > 0)
+    for (const Chunk& chunk : part.chunks)
     {
-      glDrawArrays(GL_POINTS, 0, chunk.count);
-    }
-    else
-    {
-      glDrawElements(GL_TRIANGLES, chunk.count, GL_UNSIGNED_SHORT, nullptr);
+      glBindVertexArray(chunk.vertexArray);
+      if (this->Points > 0)
+      {
+        glDrawArrays(GL_POINTS, 0, chunk.count);
+      }
+      else
+      {
+        glDrawElements(GL_TRIANGLES, chunk.count, GL_UNSIGNED_SHORT, nullptr);
+      }
     }
   }
 }
@@ -387,7 +477,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   glClearDepthf(1.0f);
   glClear(GL_DEPTH_BUFFER_BIT);
   this->DrawBackground();
-  if (!this->Chunks.empty())
+  if (!this->Parts.empty())
   {
     this->DrawChunks(camera, viewport);
   }

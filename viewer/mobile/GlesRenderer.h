@@ -41,9 +41,9 @@ public:
 
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
   // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
-  // surfaceVersion is another one than last time, or the coloring is: 16 bytes a vertex (4 more
-  // with colours, and in a cloud), 6 a triangle; what was there before is freed first. viewport: as
-  // that of the session.
+  // surfaceVersion is another one than last time, or the coloring is, and then only its parts that
+  // differ: 16 bytes a vertex (4 more with colours, and in a cloud), 6 a triangle; what is not
+  // drawn any more is freed first. viewport: as that of the session.
   //
   // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
   // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
@@ -53,18 +53,20 @@ public:
 
 private:
   struct Chunk;
+  struct Part;
   struct Programs;
 
   GlesRenderer();
   Status Compile();
   Status Upload(const ViewerScene& scene);
-  Status UploadChunks(const ViewerScene& scene);
+  Status Place(const ViewerScene& scene, std::vector<Part>& parts);
+  Status UploadPart(const ViewerScene& scene, Part& part);
   void Free();
   void DrawBackground();
   void DrawChunks(const SceneCamera& camera, const Viewport& viewport);
 
   std::unique_ptr<Programs> Compiled; // null: to be compiled in the context that is current
-  std::vector<Chunk> Chunks;
+  std::vector<Part> Parts;
   // What is in the graphics memory, and how it is to be looked at.
   struct Content
   {
@@ -74,8 +76,11 @@ private:
   };
   std::optional<Content> Tried; // the last that was to be uploaded, and
   Status Outcome;               // what came of it
+  // Of all parts, which are in the graphics memory as this makes them.
   Vec3 Center{};
   double Scale = 1.0;
+  TreeDepths Depths;
+  SurfaceColoring Colored = SurfaceColoring::Own;
   Box Bounds;             // of what is drawn, relative to Center; not scaled
   std::size_t Points = 0; // of a cloud; 0 if it has triangles
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -30,18 +31,18 @@ std::uint32_t PackNormal(const std::array<float, 3>& normal)
 
 }
 
-ChunkCutter::ChunkCutter(const Surface& surface, const TreeDepths& depths, SurfaceColoring coloring,
-  const Vec3& center, double scale)
+ChunkCutter::ChunkCutter(const Surface& surface, UnitNormals normals, const TreeDepths& depths,
+  SurfaceColoring coloring, const Vec3& center, double scale)
   : Drawn(surface)
   , Depths(depths)
   , Coloring(coloring)
   , Center(center)
   , Scale(scale)
+  , Normals(std::move(normals))
 {
   this->OwnColoring = coloring == SurfaceColoring::Own ? OwnColors(surface) : nullptr;
   this->ColoredBySource =
     coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
-  this->Normals = NormalsOf(surface);
   if (surface.triangles.empty())
   {
     this->Radii = SplatRadii(surface);

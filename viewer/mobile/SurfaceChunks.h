@@ -6,6 +6,7 @@
 #include "filters/core/drawing/Surface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/session/Palette.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <array>
 #include <cstddef>
@@ -55,8 +56,9 @@ class ChunkCutter
 public:
   // The surface must outlive the cutter. Coordinates become (point - center) × scale.
   // REQUIRES: CheckSurface(surface, center) has found nothing.
-  ChunkCutter(const Surface& surface, const TreeDepths& depths, SurfaceColoring coloring,
-    const Vec3& center, double scale);
+  // normals: one a point, or none at all.
+  ChunkCutter(const Surface& surface, UnitNormals normals, const TreeDepths& depths,
+    SurfaceColoring coloring, const Vec3& center, double scale);
 
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
@@ -76,7 +78,7 @@ private:
   double Scale;
   const Attribute* OwnColoring = nullptr; // where the colours are the model's own
   bool ColoredBySource = false;           // or those of partitions or resolutions
-  std::vector<std::array<float, 3>> Normals;
+  UnitNormals Normals;
   std::vector<float> Radii;
   std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet
   std::size_t Done = 0;                    // triangles, or points of a cloud

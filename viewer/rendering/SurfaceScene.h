@@ -7,24 +7,22 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/session/SceneRules.h"
 
 #include <vtkNew.h>
-#include <vtkSmartPointer.h>
 
+#include <memory>
 #include <vector>
 
-class vtkActor;
-class vtkPolyData;
-class vtkPolyDataMapper;
 class vtkRenderer;
-class vtkUnsignedCharArray;
 
 namespace kdstream
 {
+
+class ScenePart;
 
 struct SceneStyle
 {
@@ -42,7 +40,7 @@ public:
   SurfaceScene(const SurfaceScene&) = delete;
   SurfaceScene& operator=(const SurfaceScene&) = delete;
 
-  // For vtkRenderWindow::AddRenderer. It and its actor stay the same for the scene's life.
+  // For vtkRenderWindow::AddRenderer. It stays the same for the scene's life.
   vtkRenderer& Renderer() { return *this->SceneRenderer; }
 
   // Replaces what is drawn: triangles with normals weighted by area, or, where a surface has none,
@@ -51,6 +49,8 @@ public:
   // colouring by partition. O(points + triangles). The surface is not kept. Errors, which leave the
   // scene as it was: those of CheckSurface.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
+  // The same, where only parts that differ from the last surface cost anything: each is an actor.
+  Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center);
 
   void SetStyle(const SceneStyle& style);
 
@@ -59,25 +59,24 @@ public:
   Status SetCamera(const SceneCamera& camera);
 
 private:
+  struct Entry
+  {
+    std::unique_ptr<ScenePart> scene;
+    DrawnSurface::Part drawn; // nothing where it is a whole surface
+  };
+
+  void Take(std::vector<Entry> entries);
   void ApplyCamera();
-  void ApplyStyle();
-  void ApplyColors();
   void ApplySplats();
 
   vtkNew<vtkRenderer> SceneRenderer;
-  vtkNew<vtkActor> Actor;
-  vtkNew<vtkPolyDataMapper> Mapper;
-  vtkNew<vtkPolyData> Drawn;
+  std::vector<Entry> Entries;
 
   SceneStyle Style;
   SceneCamera Camera;
+  TreeDepths Depths;
   Vec3 Center{ 0.0, 0.0, 0.0 };
   Box Bounds; // of what is drawn, relative to Center
-  bool IsCloud = false;
-  double LargestRadius = 0.0; // of the points of a cloud; 0 for a surface
-  // One entry a drawn cell (triangle, or point of a cloud).
-  std::vector<ColorSource> CellColors;
-  vtkSmartPointer<vtkUnsignedCharArray> PointColors; // the model's own; null without
   unsigned long SplatObserver = 0;
 };
 

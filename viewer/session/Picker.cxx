@@ -76,4 +76,23 @@ std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, do
   return best;
 }
 
+std::optional<SurfaceHit> PickSurface(const DrawnSurface& surface, const Ray& ray, double slack)
+{
+  std::optional<SurfaceHit> best;
+  for (const DrawnSurface::Part& each : surface.Parts())
+  {
+    const Surface& part = each.part->surface;
+    if (part.triangles.empty() && surface.TriangleCount() > 0)
+    {
+      continue; // points without triangles are not drawn
+    }
+    const auto hit = PickSurface(part, ray, slack);
+    if (hit && (!best || hit->distance < best->distance))
+    {
+      best = hit;
+    }
+  }
+  return best;
+}
+
 }

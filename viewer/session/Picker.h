@@ -2,7 +2,7 @@
 // What lies under a finger: step "pick" of the README's picture (paper section 5.3).
 #pragma once
 
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "viewer/session/Camera.h"
 
 #include <cstddef>
@@ -26,5 +26,8 @@ struct SurfaceHit
 // point before the eye that is no farther from the ray than `slack` times its distance: the tangent
 // of the angle that a finger covers. O(points).
 std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack = 0);
+// The same for all parts of a surface; `triangle` is one of some part then.
+std::optional<SurfaceHit> PickSurface(
+  const DrawnSurface& surface, const Ray& ray, double slack = 0);
 
 }

@@ -4,7 +4,6 @@
 
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/VertexNormals.h"
 
 #include <algorithm>
 #include <cmath>
@@ -158,19 +157,25 @@ const Attribute* OwnColors(const Surface& surface)
   return FirstWithRole(surface, AttributeRole::Colors);
 }
 
+bool HasOwnColors(const DrawnSurface& surface)
+{
+  return std::any_of(surface.Parts().begin(), surface.Parts().end(),
+    [](const DrawnSurface::Part& part) { return OwnColors(part.part->surface) != nullptr; });
+}
+
 Color OwnColor(const Attribute& colors, std::size_t point)
 {
   const std::uint8_t* bytes = colors.values.data() + point * colors.components;
   return { bytes[0], bytes[1], bytes[2] };
 }
 
-std::vector<std::array<float, 3>> NormalsOf(const Surface& surface)
+UnitNormals NormalsOf(const Surface& surface)
 {
   if (!surface.triangles.empty())
   {
     return ComputeVertexNormals(surface.points, surface.triangles);
   }
-  std::vector<std::array<float, 3>> normals;
+  UnitNormals normals;
   if (const Attribute* own = FirstWithRole(surface, AttributeRole::Normals))
   {
     normals.reserve(surface.points.size());

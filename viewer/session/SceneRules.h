@@ -4,9 +4,10 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/session/Palette.h"
+#include "viewer/session/VertexNormals.h"
 
 #include <array>
 #include <cstddef>
@@ -56,13 +57,15 @@ ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& foca
 // without going through linear light, as VTK does too. A fourth byte (alpha) is ignored: to blend,
 // all that is seen would have to be drawn from back to front.
 const Attribute* OwnColors(const Surface& surface);
+// Whether any part has them.
+bool HasOwnColors(const DrawnSurface& surface);
 // REQUIRES: colors are OwnColors of a surface that has the point.
 Color OwnColor(const Attribute& colors, std::size_t point);
 
 // The unit normals to light the points by. Of a surface with triangles: ComputeVertexNormals. Of a
 // cloud: those that it came with, which may face either side; (0, 0, 0) where one is none; empty
 // where it has none at all.
-std::vector<std::array<float, 3>> NormalsOf(const Surface& surface);
+UnitNormals NormalsOf(const Surface& surface);
 
 // What the colour of a vertex or of a triangle follows from.
 struct ColorSource

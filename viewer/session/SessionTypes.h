@@ -2,7 +2,7 @@
 // What goes in and out of a viewer's session: requests, the scene, the status, the statistics.
 #pragma once
 
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
@@ -58,9 +58,9 @@ std::string FormatRequest(const SessionRequest& request);
 // What to draw.
 struct ViewerScene
 {
-  std::shared_ptr<const Surface> surface; // never null; empty at first
-  std::uint64_t surfaceVersion = 0;       // grows whenever `surface` is another one
-  Box box;                                // of the model; empty without one
+  std::shared_ptr<const DrawnSurface> surface; // never null; empty at first
+  std::uint64_t surfaceVersion = 0;            // grows whenever `surface` is another one
+  Box box;                                     // of the model; empty without one
   Vec3 eye{}, focal{}, up{ 0, 1, 0 };
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <map>
 #include <utility>
 
 namespace kdstream
@@ -21,7 +20,7 @@ bool AnyOf(const std::vector<PieceId>& ids, const std::set<PieceId>& set)
 }
 
 ShownSurface::ShownSurface()
-  : Drawn(std::make_shared<Surface>())
+  : Drawn(std::make_shared<DrawnSurface>())
 {
 }
 
@@ -34,17 +33,20 @@ void ShownSurface::Reset(const TreeDepths& depths)
   this->Refined.clear();
   this->FinestDrawn.reset();
   this->Dirty = false;
-  this->Drawn = std::make_shared<Surface>();
+  this->Closing = {};
+  this->Parts = {};
+  this->Normals = {};
+  this->Drawn = std::make_shared<DrawnSurface>();
   ++this->DrawnVersion;
 }
 
 // A base with some finer pieces, and what of that is not loaded.
 ShownSurface::Choice ShownSurface::MakeChoice(
-  Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces) const
+  Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces)
 {
   const PieceLookup lookup = [&pieces](PieceId id) { return pieces.Find(id); };
   Choice choice{ { this->Depths, base }, {} };
-  Closure closure = MakeClosure(this->Depths, base, wanted, lookup);
+  Closure closure = this->Closing.Make(this->Depths, base, wanted, lookup);
   choice.cut.active = std::move(closure.pieces);
   choice.missing = MissingPieces(choice.cut, lookup);
   std::vector<PieceId> all;
@@ -54,7 +56,7 @@ ShownSurface::Choice ShownSurface::MakeChoice(
   return choice;
 }
 
-ShownSurface::Needs ShownSurface::NeedsOf(const SurfaceWish& wish, PieceCache& pieces) const
+ShownSurface::Needs ShownSurface::NeedsOf(const SurfaceWish& wish, PieceCache& pieces)
 {
   Needs needs;
   const auto add = [&needs](const Choice& choice)
@@ -134,44 +136,27 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
     return false;
   }
   this->Dirty = false;
-  auto surface = DrawSurface(*this->Shown, [&pieces](PieceId id) { return pieces.Find(id); });
-  KDSTREAM_TRY(surface);
-  this->Drawn = std::make_shared<Surface>(std::move(*surface));
+  KDSTREAM_TRY(this->Parts.GoTo(*this->Shown, [&pieces](PieceId id) { return pieces.Find(id); }));
+  this->Normals.GoTo(this->Parts.Parts());
+  this->Drawn = std::make_shared<DrawnSurface>(this->Parts.Parts(), this->Normals.Of());
   ++this->DrawnVersion;
   this->NoteWhatIsDrawn(pieces);
   return true;
 }
 
-// Which partitions are drawn whole as the original: as many of their vertices as their piece owns.
+// Which partitions are drawn whole as the original: all vertices that their piece owns.
 void ShownSurface::NoteWhatIsDrawn(PieceCache& pieces)
 {
   this->FinestDrawn.reset();
-  std::map<std::uint32_t, std::uint32_t> originals; // vertices of partitions
-  std::uint32_t* count = nullptr;                   // of the last partition
-  std::uint32_t last = 0;
-  for (const Surface::Source& source : this->Drawn->sources)
-  {
-    this->FinestDrawn = std::max(this->FinestDrawn.value_or(source.resolution), source.resolution);
-    const std::uint32_t partition = PartitionOfKey(source.key);
-    if (!source.resolution.IsOriginal())
-    {
-      continue;
-    }
-    if (!count || partition != last)
-    {
-      count = &originals[partition];
-      last = partition;
-    }
-    ++*count;
-  }
   this->Refined.clear();
-  for (const auto& [partition, vertices] : originals)
+  for (const DrawnSurface::Part& drawn : this->Drawn->Parts())
   {
-    const Piece* piece =
-      pieces.Peek({ Resolution::Original(), NodeOfPartition(partition, this->Depths) });
-    if (piece && piece->ownVertices == vertices)
+    const PieceId id = drawn.part->piece;
+    this->FinestDrawn = std::max(this->FinestDrawn.value_or(id.resolution), id.resolution);
+    const Piece* piece = id.resolution.IsOriginal() ? pieces.Peek(id) : nullptr;
+    if (piece && piece->ownVertices == drawn.part->own.size())
     {
-      this->Refined.insert(partition);
+      this->Refined.insert(id.node - (NodeId{ 1 } << this->Depths.partition));
     }
   }
 }

@@ -3,7 +3,7 @@
 // README's picture.
 #pragma once
 
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "viewer/session/PieceCache.h"
 
 #include <cstdint>
@@ -42,7 +42,7 @@ public:
     std::set<PieceId> all; // to keep
     std::vector<PieceId> missing;
   };
-  Needs NeedsOf(const SurfaceWish& wish, PieceCache& pieces) const;
+  Needs NeedsOf(const SurfaceWish& wish, PieceCache& pieces);
 
   // Shows the best cut that the loaded pieces allow, the first that is whole of
   //   the wished base with those pieces that are loaded,
@@ -67,11 +67,11 @@ public:
   // The pieces that the shown cut needs.
   const std::set<PieceId>& Pieces() const { return this->Used; }
 
-  // Draws the shown cut if it has changed since; true if there is another surface.
-  // Errors: those of DrawSurface, where pieces were evicted: pin Pieces().
+  // Draws what has changed of the shown cut; true if there is another surface.
+  // Errors: those of SurfaceParts, where pieces were evicted: pin Pieces().
   Result<bool> Draw(PieceCache& pieces);
   bool NeedsDrawing() const { return this->Dirty; }
-  const std::shared_ptr<const Surface>& GetSurface() const { return this->Drawn; }
+  const std::shared_ptr<const DrawnSurface>& GetSurface() const { return this->Drawn; }
   std::uint64_t Version() const { return this->DrawnVersion; }
 
 private:
@@ -80,7 +80,7 @@ private:
     Cut cut;
     std::vector<PieceId> missing; // ascending
   };
-  Choice MakeChoice(Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces) const;
+  Choice MakeChoice(Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces);
   bool Show(const Choice& choice);
   void NoteWhatIsDrawn(PieceCache& pieces);
 
@@ -89,7 +89,10 @@ private:
   std::uint64_t ShownVersion = 0;
   std::set<PieceId> Used;
   bool Dirty = false;
-  std::shared_ptr<const Surface> Drawn;
+  Closures Closing;
+  SurfaceParts Parts;
+  PartNormals Normals;
+  std::shared_ptr<const DrawnSurface> Drawn;
   std::uint64_t DrawnVersion = 0;
   std::set<std::uint32_t> Refined; // partitions
   std::optional<Resolution> FinestDrawn;

@@ -25,8 +25,14 @@ std::array<float, 3> UnitNormal(const Vec3& v)
     static_cast<float>(u[2] / length) };
 }
 
-std::vector<std::array<float, 3>> ComputeVertexNormals(
-  std::span<const Vec3> points, std::span<const Triangle> triangles)
+UnitNormals UnitNormalsOf(std::span<const Vec3> vectors)
+{
+  UnitNormals normals(vectors.size());
+  std::transform(vectors.begin(), vectors.end(), normals.begin(), UnitNormal);
+  return normals;
+}
+
+UnitNormals ComputeVertexNormals(std::span<const Vec3> points, std::span<const Triangle> triangles)
 {
   std::vector<Vec3> sums(points.size(), Vec3{ 0.0, 0.0, 0.0 });
   for (const Triangle& triangle : triangles)
@@ -43,9 +49,7 @@ std::vector<std::array<float, 3>> ComputeVertexNormals(
       }
     }
   }
-  std::vector<std::array<float, 3>> normals(points.size());
-  std::transform(sums.begin(), sums.end(), normals.begin(), UnitNormal);
-  return normals;
+  return UnitNormalsOf(sums);
 }
 
 }

@@ -14,11 +14,15 @@ namespace kdstream
 // The vector of length 1 in that direction; (0, 0, 0) where it has none, or is not finite.
 std::array<float, 3> UnitNormal(const Vec3& v);
 
+using UnitNormals = std::vector<std::array<float, 3>>; // one a point
+
+// Of each vector: UnitNormal.
+UnitNormals UnitNormalsOf(std::span<const Vec3> vectors);
+
 // The unit normal of every point: the sum of its triangles' normals, weighted by their areas.
 // Input: n points, triangles over them. Output: n normals; (0, 0, 0) for a point without triangles,
 // or whose triangles have no area or cancel out. Depends on the differences of points only, so
 // far-away origins are harmless. O(points + triangles). REQUIRES: indices below n.
-std::vector<std::array<float, 3>> ComputeVertexNormals(
-  std::span<const Vec3> points, std::span<const Triangle> triangles);
+UnitNormals ComputeVertexNormals(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 }

@@ -496,8 +496,8 @@ ViewerStatus ViewerSession::GetStatus() const
   status.mode = this->Mode;
   status.model = this->ModelId;
   status.error = this->LastError;
-  status.vertices = this->Shown.GetSurface()->points.size();
-  status.triangles = this->Shown.GetSurface()->triangles.size();
+  status.vertices = this->Shown.GetSurface()->PointCount();
+  status.triangles = this->Shown.GetSurface()->TriangleCount();
   status.errorLeft = this->Current && this->ByView() ? this->Current->refinement.ErrorLeft() : 0;
   status.blobsLoaded = this->BlobsLoaded;
   status.blobsWanted = this->BlobsWanted;

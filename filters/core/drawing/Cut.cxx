@@ -108,14 +108,16 @@ public:
   {
   }
 
-  Closure Close(std::span<const PieceId> wanted)
+  // known: pieces that are needed anyway, and that need no others but these.
+  Closure Close(std::span<const PieceId> wanted, std::span<const PieceId> known)
   {
     std::copy_if(wanted.begin(), wanted.end(), std::inserter(this->Needed, this->Needed.end()),
       [this](PieceId id) { return id.resolution > this->Base; });
     this->WantRoot();
-    if (this->Base < this->Stitch && !this->Needed.empty())
+    const std::vector<PieceId> finer(this->Needed.begin(), this->Needed.end());
+    this->Needed.insert(known.begin(), known.end());
+    if (this->Base < this->Stitch && !finer.empty())
     {
-      const std::vector<PieceId> finer(this->Needed.begin(), this->Needed.end());
       this->NameAbove(finer);
       const auto rows = this->RowsOf(finer);
       for (unsigned d = this->Base.Depth(); d < this->Depths.stitch; ++d)
@@ -339,7 +341,45 @@ std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup)
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup)
 {
-  return Closing(depths, base, lookup).Close(wanted);
+  return Closing(depths, base, lookup).Close(wanted, {});
+}
+
+Closure Closures::Make(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
+  const PieceLookup& lookup)
+{
+  auto before = std::exchange(this->Whole, {});
+  if (depths != this->Depths || base != this->Base)
+  {
+    before.clear();
+  }
+  this->Depths = depths;
+  this->Base = base;
+  std::vector<PieceId> known, others;
+  for (const PieceId id : wanted)
+  {
+    auto whole = before.extract(id);
+    if (whole.empty())
+    {
+      others.push_back(id);
+      continue;
+    }
+    known.insert(known.end(), whole.mapped().begin(), whole.mapped().end());
+    this->Whole.insert(std::move(whole));
+  }
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  for (const PieceId id : others)
+  {
+    if (lookup(id))
+    {
+      Closure alone = Closing(depths, base, lookup).Close({ &id, 1 }, {});
+      if (alone.missing.empty())
+      {
+        this->Whole[id] = std::move(alone.pieces);
+      }
+    }
+  }
+  return Closing(depths, base, lookup).Close(others, known);
 }
 
 std::uint32_t IntervalOf(const Piece& piece, VertexKey key)

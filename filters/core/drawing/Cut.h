@@ -64,6 +64,20 @@ struct Closure
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup);
 
+// The same, again and again: remembers what is needed by those wanted pieces for which nothing was
+// missing, which does not change any more, so that only the others are gone through.
+class Closures
+{
+public:
+  Closure Make(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
+    const PieceLookup& lookup);
+
+private:
+  TreeDepths Depths;
+  Resolution Base;
+  std::map<PieceId, std::vector<PieceId>> Whole; // by wanted piece
+};
+
 // The own vertex of a piece >= S whose interval holds `key`, or noVertex. O(log).
 std::uint32_t IntervalOf(const Piece& piece, VertexKey key);
 

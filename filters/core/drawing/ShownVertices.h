@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices of a cut's pieces are shown, and by what the others are: for Surface.cxx alone.
+// Which vertices of a cut's pieces are shown, and by what the others are: for SurfaceParts.cxx
+// alone.
 #pragma once
 
 #include "filters/core/drawing/Cut.h"
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -19,20 +21,32 @@ namespace kdstream
 // piece. Where the parent's piece takes no part, the parent is not split, nor reached unless it is
 // of the base; so the finest ancestor whose piece takes part says where the vertex is shown. Of
 // pieces that contradict each other it makes some map all the same.
+//
+// Goes from one cut to the next: a piece is gone through again only where a piece that its vertices
+// ask has come, gone, or shows other vertices than before. Pieces that were not there need not be
+// remembered: where one comes and shows anything, the ancestor that was asked instead is split.
 class ShownVertices
 {
 public:
-  // pieces: those of PiecesOf(cut), in this order; kept. O(v log pieces).
-  ShownVertices(const Cut& cut, std::vector<const Piece*> pieces);
+  // pieces: those of PiecesOf(cut), in this order; kept until the next call. The first time O(v log
+  // pieces) for v vertices; then so much of the pieces that are gone through again.
+  void GoTo(const Cut& cut, std::vector<const Piece*> pieces);
 
   const std::vector<const Piece*>& Pieces() const { return this->All; }
+  // Whether the i-th piece is new, or some vertex of it is shown by another node than before.
+  bool HasChanged(std::size_t i) const { return this->Numbered[i]->changed; }
 
   // The resolution at which a vertex of the i-th piece is shown, at most the piece's; nothing where
   // only what is finer is shown.
   std::optional<Resolution> ShownAt(std::size_t i, std::uint32_t v) const
   {
-    const Resolution shown = this->Shown[i][v];
+    const Resolution shown = this->Numbered[i]->shown[v];
     return shown == above ? std::nullopt : std::optional(shown);
+  }
+  // Whether an own vertex or a ghost of the i-th piece is itself in the cut.
+  bool IsInCut(std::size_t i, std::uint32_t v) const
+  {
+    return this->Numbered[i]->shown[v] == this->All[i]->id.resolution;
   }
 
   // The own vertex of a piece that shows a vertex of the i-th one. Nothing where ShownAt says
@@ -44,11 +58,27 @@ private:
   // In lists of resolutions, for vertices above the cut: finer than every level.
   static constexpr Resolution above = Resolution::Level(Resolution::maximumLevel);
 
+  struct Known // of one piece
+  {
+    const Piece* piece = nullptr;
+    std::vector<Resolution> shown; // of its vertices
+    // What was looked at for own vertices, and for ghosts: ascending, each once.
+    std::vector<PieceId> askedByOwn, askedByGhosts;
+    bool changed = true;
+  };
   struct Ancestry
   {
     bool parentIsSplit = false;
     Resolution shown; // where it is not
   };
+  // Pieces that are active now or were, but not both, and those that show other own vertices.
+  using Changes = std::set<PieceId>;
+
+  void TakePieces(std::vector<const Piece*> pieces);
+  void ForgetAsked();
+  bool AskOwn(Known& known);
+  bool AskGhosts(Known& known);
+  void NoteAsked(const Piece& piece, std::vector<PieceId>& asked) const;
   Ancestry Ask(const Piece& piece, std::uint32_t v);
   Resolution ShownOwn(const Piece& piece, std::uint32_t v);
   Resolution ShownGhost(const Piece& piece, std::uint32_t v);
@@ -56,15 +86,20 @@ private:
   Resolution FinestOf(std::uint32_t partition) const;
   bool IsSplit(const Piece& piece, std::uint32_t v) const;
   bool IsActive(PieceId id) const;
+  Resolution ShownAtPlace(const Place& place);
   std::optional<Place> IntervalAt(Resolution resolution, VertexKey key) const;
   std::optional<Place> StitchClusterOf(VertexKey key) const;
 
-  const Cut& C;
-  const Resolution Base, Stitch;
+  Cut C{ {}, {} };
+  Resolution Base, Stitch;
+  std::map<PieceId, Known> ByPiece;
   std::vector<const Piece*> All;
-  std::vector<std::vector<Resolution>> Shown; // of each piece's vertices
-  std::map<PieceId, std::size_t> Numbers;     // of pieces
+  std::vector<Known*> Numbered;
+  std::map<PieceId, std::size_t> Numbers; // of pieces
   ClusterOwners Owners;
+  // While a piece is gone through: the pieces, and partitions, that were asked.
+  std::vector<PieceId> AskedPieces;
+  std::vector<std::uint32_t> AskedPartitions;
   std::uint32_t LastPartition = 0;
   std::optional<Resolution> LastFinest; // of it
 };

@@ -213,7 +213,7 @@ Surface WalkInMemory()
   server.Serve(session);
   DoubleTap(session, 1, 600, 300);
   server.Serve(session);
-  return *session.Scene().surface;
+  return session.Scene().surface->Whole();
 }
 
 void ExpectWholeWalk(const ViewerSession& session)
@@ -224,8 +224,8 @@ void ExpectWholeWalk(const ViewerSession& session)
   EXPECT_GT(status.region->shown, 1u);
   EXPECT_EQ(status.region->shown, status.region->partitions);
   const Surface expected = WalkInMemory();
-  EXPECT_EQ(session.Scene().surface->points, expected.points);
-  EXPECT_EQ(session.Scene().surface->triangles, expected.triangles);
+  EXPECT_EQ(session.Scene().surface->Whole().points, expected.points);
+  EXPECT_EQ(session.Scene().surface->Whole().triangles, expected.triangles);
 }
 
 class TestServerClient : public ::testing::Test

@@ -70,11 +70,11 @@ Mesh AsCloud(Mesh torus, bool withNormals)
 // Without the half that is nearer to the eye: one sees the inner side of the other.
 ViewerScene Opened(ViewerScene scene)
 {
-  auto half = std::make_shared<Surface>(*scene.surface);
+  Surface half = scene.surface->Whole();
   const Vec3 back = scene.eye - scene.focal;
-  std::erase_if(half->triangles,
-    [&](const Triangle& t) { return Dot(half->points[t[0]] - scene.focal, back) > 0.0; });
-  scene.surface = std::move(half);
+  std::erase_if(half.triangles,
+    [&](const Triangle& t) { return Dot(half.points[t[0]] - scene.focal, back) > 0.0; });
+  scene.surface = std::make_shared<DrawnSurface>(std::move(half));
   return scene;
 }
 
@@ -104,19 +104,19 @@ ViewerScene LookAtDragon(int width, int height)
   {
     throw std::runtime_error(tree.GetError().message);
   }
-  auto surface = std::make_shared<Surface>();
-  surface->points = mesh->points;
-  surface->triangles = mesh->triangles;
+  Surface surface;
+  surface.points = mesh->points;
+  surface.triangles = mesh->triangles;
   for (const std::uint32_t partition : CellOfVertex(*tree, tree->depths.partition))
   {
-    surface->sources.push_back({ Resolution::Original(), MakeKey(partition, 0) });
+    surface.sources.push_back({ Resolution::Original(), MakeKey(partition, 0) });
   }
   Camera camera;
   camera.SetViewport({ width, height, 1 });
   camera.FitTo(tree->boxes[1]);
   camera.Rotate(width * 0.5, height * 0.5, width * 0.6, height * 0.55);
   ViewerScene scene;
-  scene.surface = std::move(surface);
+  scene.surface = std::make_shared<DrawnSurface>(std::move(surface));
   scene.surfaceVersion = 1;
   scene.box = tree->boxes[1];
   scene.eye = camera.Eye();

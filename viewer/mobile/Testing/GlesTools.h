@@ -136,7 +136,7 @@ inline ViewerScene SceneOf(Surface surface, std::uint64_t version = 1)
   {
     scene.focal = scene.box.lo * 0.5 + scene.box.hi * 0.5;
   }
-  scene.surface = std::make_shared<const Surface>(std::move(surface));
+  scene.surface = std::make_shared<const DrawnSurface>(std::move(surface));
   scene.surfaceVersion = version;
   scene.eye = scene.focal + Vec3{ 1.5, 1.2, 4.8 };
   scene.viewAngle = 0.7;

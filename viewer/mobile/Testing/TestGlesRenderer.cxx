@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the phone's renderer does with bad input, lost contexts and repeated draws.
+#include "Testing/Fixtures/CutWalk.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 
 #include <EGL/egl.h>
@@ -67,6 +70,34 @@ TEST(GlesRenderer, NeedsAContext)
   ASSERT_FALSE(renderer);
   EXPECT_EQ(renderer.GetError().code, ErrorCode::Unsupported);
   EXPECT_EQ(renderer.GetError().message, "no context of OpenGL ES 3.0 or WebGL 2 is current");
+}
+
+// Cut after cut, of which only what differs goes to the graphics memory: the picture is that of a
+// renderer that has drawn nothing else, and nothing is left of what was drawn before.
+TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)
+{
+  const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
+  fixtures::CutWalk walk(*model, 11);
+  SurfaceParts parts;
+  PartNormals normals;
+  Easel kept(side, side);
+  for (std::uint64_t step = 1; step <= 60; ++step, walk.Step())
+  {
+    ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+    normals.GoTo(parts.Parts());
+    ViewerScene scene = SceneOf(Surface{}, step);
+    scene.surface = std::make_shared<const DrawnSurface>(parts.Parts(), normals.Of());
+    scene.box = model->tree.boxes[1];
+    scene.depths = model->tree.depths;
+    const auto coloring = step % 20 < 10 ? SurfaceColoring::Stone : SurfaceColoring::Partition;
+    kept.renderer->SetColoring(coloring);
+    const Image picture = kept.Draw(scene);
+    const int buffers = CountBuffers();
+    Easel fresh(side, side);
+    fresh.renderer->SetColoring(coloring);
+    ASSERT_EQ(Compare(fresh.Draw(scene), picture).pixels, 0u) << "step " << step;
+    ASSERT_EQ(CountBuffers(), buffers) << "step " << step;
+  }
 }
 
 TEST(GlesRenderer, DrawsTheSameAgain)
@@ -155,7 +186,7 @@ TEST(GlesRenderer, KeepsItsPictureWhereASurfaceIsBad)
   const auto refuses = [&](const Surface& bad, const std::string& message)
   {
     ViewerScene scene = SceneOf(BumpySphere(20), ++version);
-    scene.surface = std::make_shared<const Surface>(bad);
+    scene.surface = std::make_shared<const DrawnSurface>(bad);
     for (int again = 0; again < 2; ++again)
     {
       const Status status = easel.Try(scene);
@@ -295,7 +326,7 @@ TEST(GlesRenderer, LightsFollowTheCamera)
   Easel easel(side, side);
   ViewerScene scene = SceneOf(BumpySphere(30), 1);
   const Image before = easel.Draw(scene);
-  Surface turned = *scene.surface;
+  Surface turned = scene.surface->Whole();
   const auto turn = [](const Vec3& p) { return Vec3{ p[2], p[0], p[1] }; };
   for (Vec3& p : turned.points)
   {

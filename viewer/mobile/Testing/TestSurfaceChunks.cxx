@@ -20,7 +20,7 @@ namespace
 std::vector<SurfaceChunk> AllChunks(const Surface& surface, SurfaceColoring coloring,
   const Vec3& center = { 0, 0, 0 }, double scale = 1.0)
 {
-  ChunkCutter cutter(surface, depths, coloring, center, scale);
+  ChunkCutter cutter(surface, NormalsOf(surface), depths, coloring, center, scale);
   std::vector<SurfaceChunk> chunks;
   for (SurfaceChunk chunk; cutter.Next(chunk);)
   {

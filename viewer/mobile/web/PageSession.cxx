@@ -164,7 +164,7 @@ void PageSession::Describe(JsonWriter& json) const
     .Member("error", status.error.empty() ? this->Refusal : status.error)
     .Member("idle", this->Viewer.IsIdle())
     .Member("surface", scene.surfaceVersion)
-    .Member("colored", OwnColors(*scene.surface) != nullptr)
+    .Member("colored", HasOwnColors(*scene.surface))
     .Member("connection", NameOf(this->Talk.GetState()))
     .Member("trouble", this->Talk.Trouble())
     .Member("stale", this->Staleness());

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/CutWalk.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "viewer/rendering/Testing/RenderTools.h"
 
 #include "viewer/session/Palette.h"
@@ -50,6 +53,18 @@ Picture Draw(const Stage& stage, const Surface& surface, const Vec3& center = { 
 Picture Background()
 {
   return Draw(MakeStage(), Surface{});
+}
+
+std::set<vtkActor*> ActorsOf(SurfaceScene& scene)
+{
+  std::set<vtkActor*> actors;
+  vtkActorCollection* all = scene.Renderer().GetActors();
+  all->InitTraversal();
+  while (vtkActor* actor = all->GetNextActor())
+  {
+    actors.insert(actor);
+  }
+  return actors;
 }
 
 // The hue of a pixel in steps of 10 degrees; -1 if it has hardly any color.
@@ -432,6 +447,38 @@ TEST(SurfaceScene, ReplacesItsSurface)
   EXPECT_EQ(&stage.scene->Renderer(), renderer);
   EXPECT_EQ(stage.scene->Renderer().GetActors()->GetNumberOfItems(), 1);
   EXPECT_EQ(stage.scene->Renderer().GetActors()->GetLastActor(), actor);
+}
+
+// Cut after cut: the actors of parts that stay are kept, and the picture is that of a scene that
+// has drawn nothing else.
+TEST(SurfaceScene, DrawsWhatDiffersAsAllAnew)
+{
+  const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
+  fixtures::CutWalk walk(*model, 11);
+  SurfaceParts parts;
+  PartNormals normals;
+  const Stage stage = MakeStage();
+  int kept = 0;
+  for (unsigned step = 0; step < 40; ++step, walk.Step())
+  {
+    ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+    normals.GoTo(parts.Parts());
+    const DrawnSurface surface(parts.Parts(), normals.Of());
+    const std::set<vtkActor*> before = ActorsOf(*stage.scene);
+    ASSERT_TRUE(stage.scene->Update(surface, model->tree.depths, { 0, 0, 0 }));
+    for (vtkActor* actor : ActorsOf(*stage.scene))
+    {
+      kept += before.count(actor) > 0 ? 1 : 0;
+    }
+    ASSERT_TRUE(stage.scene->SetCamera(CameraAt({ 0, 0, 0 })));
+    const Picture picture = stage.Draw();
+    const Stage fresh = MakeStage();
+    ASSERT_TRUE(fresh.scene->Update(surface, model->tree.depths, { 0, 0, 0 }));
+    ASSERT_TRUE(fresh.scene->SetCamera(CameraAt({ 0, 0, 0 })));
+    ASSERT_EQ(Compare(fresh.Draw(), picture).pixels, 0u) << "step " << step;
+    ASSERT_EQ(ActorsOf(*fresh.scene).size(), ActorsOf(*stage.scene).size());
+  }
+  EXPECT_GT(kept, 100);
 }
 
 TEST(SurfaceScene, KeepsTheCameraWhenTheCenterMoves)

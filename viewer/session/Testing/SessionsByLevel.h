@@ -99,7 +99,7 @@ inline void TakeTree(ViewerSession& session, MemoryServer& server)
 
 inline void ExpectClosed(const ViewerSession& session)
 {
-  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->triangles), 0u);
+  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
 }
 
 }

@@ -88,7 +88,7 @@ TEST(TestPicker, HardTriangles)
   EXPECT_FALSE(PickSurface(surface, { { 0.25, 0.25, -1 }, { 0, 0, -1 } }));
   EXPECT_FALSE(PickSurface(surface, { { 2, 2, 1 }, { 0, 0, -1 } }));
   EXPECT_FALSE(PickSurface(surface, { { -1, 0.25, 0 }, { 1, 0, 0 } }));
-  EXPECT_FALSE(PickSurface({}, { { 0, 0, 1 }, { 0, 0, -1 } }));
+  EXPECT_FALSE(PickSurface(Surface{}, { { 0, 0, 1 }, { 0, 0, -1 } }));
 }
 
 TEST(TestPicker, FindsTheNearestPointOfACloudThatAFingerCovers)
@@ -106,7 +106,7 @@ TEST(TestPicker, FindsTheNearestPointOfACloudThatAFingerCovers)
   EXPECT_EQ(hit->distance, 5);
   EXPECT_EQ(PickSurface(cloud, ray, 0.16)->triangle, 2u);
   EXPECT_FALSE(PickSurface(cloud, { { 5, 5, 0 }, { 0, 0, -1 } }, 0.1));
-  EXPECT_FALSE(PickSurface({}, ray, 1));
+  EXPECT_FALSE(PickSurface(Surface{}, ray, 1));
   // A surface with triangles is not picked by its points.
   cloud.triangles = { { 0, 1, 2 } };
   EXPECT_FALSE(PickSurface(cloud, { { -0.1, 0, 0 }, { 0, 0, -1 } }, 0.5));

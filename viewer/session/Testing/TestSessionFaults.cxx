@@ -170,7 +170,7 @@ TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedInWords)
   session.Resize({ 300, 500, 2 });
   session.BeginFrame();
   session.EndFrame(0.01);
-  EXPECT_TRUE(session.Scene().surface->points.empty());
+  EXPECT_TRUE(session.Scene().surface->Whole().points.empty());
   EXPECT_TRUE(session.TakeRequests().empty());
   session.LeaveFullScreen();
   EXPECT_TRUE(session.IsIdle());

@@ -62,7 +62,8 @@ TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
   Open(session);
   session.EnterFullScreen();
   server.Serve(session);
-  const Surface& coarse = *session.Scene().surface;
+  const auto shown = session.Scene().surface;
+  const Surface& coarse = shown->Whole();
   ASSERT_TRUE(coarse.triangles.empty());
   ASSERT_FALSE(coarse.points.empty());
   const ViewerScene scene = session.Scene();

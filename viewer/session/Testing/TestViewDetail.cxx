@@ -40,7 +40,7 @@ void OpenFullScreen(ViewerSession& session, MemoryServer& server)
 
 void ExpectClosed(const ViewerSession& session)
 {
-  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->triangles), 0u);
+  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
 }
 
 void DoubleTap(ViewerSession& session, double x, double y, double& clock)
@@ -55,7 +55,7 @@ void DoubleTap(ViewerSession& session, double x, double y, double& clock)
 
 std::size_t VerticesOfOriginal(const ViewerSession& session)
 {
-  const auto& sources = session.Scene().surface->sources;
+  const auto& sources = session.Scene().surface->Whole().sources;
   return static_cast<std::size_t>(std::count_if(sources.begin(), sources.end(),
     [](const auto& source) { return source.resolution.IsOriginal(); }));
 }

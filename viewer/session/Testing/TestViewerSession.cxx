@@ -82,7 +82,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   ExpectClosed(session);
   // All of these partitions' vertices are there.
   std::size_t originals = 0;
-  for (const auto& source : session.Scene().surface->sources)
+  for (const auto& source : session.Scene().surface->Whole().sources)
   {
     originals += source.resolution.IsOriginal() ? 1 : 0;
   }
@@ -184,7 +184,7 @@ TEST(TestViewerSession, APaintedModelIsShownFiner)
     server.Serve(session);
     session.EnterFullScreen();
     server.Serve(session);
-    EXPECT_EQ(session.Scene().surface->attributes.size(), torus.attributes.size());
+    EXPECT_EQ(session.Scene().surface->Whole().attributes.size(), torus.attributes.size());
     return *session.GetStatus().shownLevel;
   };
   EXPECT_EQ(levelOf(), 11u);
@@ -352,7 +352,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
     const auto [x, y] = OnModel(session);
     DoubleTap(session, x, y);
     server.Serve(session, &random);
-    const Surface& surface = *session.Scene().surface;
+    const Surface& surface = session.Scene().surface->Whole();
     EXPECT_TRUE(session.GetStatus().region);
     if (!first)
     {

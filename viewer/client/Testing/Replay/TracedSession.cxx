@@ -263,7 +263,7 @@ void TracedSession::Draw()
   if (std::exchange(this->DrawnVersion, scene.surfaceVersion) != scene.surfaceVersion)
   {
     line.Key("drawn");
-    PutSurface(line, *scene.surface);
+    PutSurface(line, scene.surface->Whole());
   }
   line.EndObject();
   this->Trace(line.Text());

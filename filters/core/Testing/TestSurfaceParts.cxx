@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/core/drawing/SurfaceParts.h"
+
+#include "Testing/Fixtures/CutWalk.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/VectorMath.h"
+#include "filters/core/drawing/PartNormals.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+#include <utility>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+void ExpectSame(const SurfacePart& part, const SurfacePart& fresh)
+{
+  ASSERT_EQ(part.piece, fresh.piece);
+  ASSERT_EQ(part.own, fresh.own);
+  ASSERT_EQ(part.borrowed, fresh.borrowed);
+  ASSERT_EQ(part.surface.points, fresh.surface.points);
+  ASSERT_EQ(part.surface.sources, fresh.surface.sources);
+  ASSERT_EQ(part.surface.triangles, fresh.surface.triangles);
+  ASSERT_EQ(part.surface.attributes, fresh.surface.attributes);
+}
+
+void ExpectSame(const SurfacePartList& parts, const SurfacePartList& fresh)
+{
+  ASSERT_EQ(parts.size(), fresh.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
+  {
+    ExpectSame(*parts[i], *fresh[i]);
+  }
+}
+
+}
+
+TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
+{
+  // The second kind has levels below S of many pieces, the third a level S of few.
+  const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 11 }, { { 40, {}, 8 }, 2 },
+    { { 500, {}, 8 }, 1 } };
+  for (const NamedMesh& named : AllMeshes())
+  {
+    for (const auto& [options, onePiece] : trees)
+    {
+      const auto model = MakeModel(named.mesh, options, {}, {}, onePiece);
+      CutWalk walk(*model, 42);
+      SurfaceParts parts;
+      for (unsigned step = 0; step < 150; ++step, walk.Step())
+      {
+        SCOPED_TRACE(named.name + ", step " + std::to_string(step));
+        ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+        SurfaceParts fresh;
+        ASSERT_TRUE(fresh.GoTo(walk.Now(), model->Lookup()));
+        ExpectSame(parts.Parts(), fresh.Parts());
+        if (testing::Test::HasFatalFailure())
+        {
+          return;
+        }
+      }
+    }
+  }
+}
+
+// A sphere in many partitions: one of them becomes the original, and only its neighbours with it.
+TEST(SurfaceParts, OnlyWhatDiffersIsDrawnAnew)
+{
+  const auto model = MakeModel(DisplacedSphere(5), { 50, {}, 8 }, {}, {}, 2);
+  const TreeDepths& depths = model->tree.depths;
+  const std::size_t partitions = std::size_t{ 1 } << depths.partition;
+  ASSERT_GE(partitions, 128U);
+  Cut cut{ depths, Resolution::Level(depths.finest) };
+  SurfaceParts parts;
+  ASSERT_TRUE(parts.GoTo(cut, model->Lookup()));
+  EXPECT_EQ(parts.DrawnAnew(), partitions);
+  ASSERT_TRUE(parts.GoTo(cut, model->Lookup()));
+  EXPECT_EQ(parts.DrawnAnew(), 0U);
+
+  const SurfacePartList before = parts.Parts();
+  cut.active.push_back(PieceOfPartition(Resolution::Original(), 77, depths));
+  ASSERT_TRUE(parts.GoTo(cut, model->Lookup()));
+  EXPECT_GE(parts.DrawnAnew(), 3U);
+  EXPECT_LE(parts.DrawnAnew(), 14U);
+  const auto isKept = [&before](const auto& part)
+  { return std::find(before.begin(), before.end(), part) != before.end(); };
+  EXPECT_EQ(std::count_if(parts.Parts().begin(), parts.Parts().end(), isKept),
+    static_cast<std::ptrdiff_t>(parts.Parts().size() - parts.DrawnAnew()));
+}
+
+TEST(SurfaceParts, StayWhereAPieceIsMissing)
+{
+  const auto model = MakeModel(DisplacedSphere(3), { 50, {}, 8 });
+  Cut cut{ model->tree.depths, Resolution::Original() };
+  SurfaceParts parts;
+  ASSERT_TRUE(parts.GoTo(cut, model->Lookup()));
+  const SurfacePartList before = parts.Parts();
+  const PieceLookup nothing = [](PieceId) -> const Piece* { return nullptr; };
+  EXPECT_EQ(parts.GoTo({ model->tree.depths, Resolution::Level(2) }, nothing).GetError().message,
+    "1 pieces are not loaded");
+  EXPECT_EQ(parts.Parts(), before);
+}
+
+namespace
+{
+
+// Of each point of the whole surface, in its order.
+std::vector<Vec3> NormalsOfWhole(const Surface& surface)
+{
+  std::vector<Vec3> sums(surface.points.size(), Vec3{});
+  for (const Triangle& t : surface.triangles)
+  {
+    const Vec3& a = surface.points[t[0]];
+    const Vec3 area = Cross(Minus(surface.points[t[1]], a), Minus(surface.points[t[2]], a));
+    for (const VertexId corner : t)
+    {
+      sums[corner] = Plus(sums[corner], area);
+    }
+  }
+  return sums;
+}
+
+void ExpectNormals(
+  const SurfacePartList& parts, const std::vector<PartNormals::Normals>& normals, double scale)
+{
+  const Surface whole = MergeParts(parts);
+  const std::vector<Vec3> expected = NormalsOfWhole(whole);
+  std::map<Surface::Source, Vec3> bySource;
+  for (std::size_t v = 0; v < expected.size(); ++v)
+  {
+    bySource[whole.sources[v]] = expected[v];
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i)
+  {
+    const Surface& part = parts[i]->surface;
+    ASSERT_EQ(normals[i]->size(), part.points.size());
+    for (std::size_t v = 0; v < part.points.size(); ++v)
+    {
+      const Vec3 off = Minus((*normals[i])[v], bySource.at(part.sources[v]));
+      ASSERT_LE(Length(off), 1e-12 * scale * scale);
+    }
+  }
+}
+
+}
+
+TEST(PartNormals, AreThoseOfTheWholeSurfaceWhateverWasShownBefore)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    const auto model = MakeModel(named.mesh, { 40, {}, 8 }, {}, {}, 2);
+    const Box& box = model->tree.boxes[1];
+    const double scale = Length(Minus(box.hi, box.lo)) + Length(box.hi);
+    CutWalk walk(*model, 7);
+    SurfaceParts parts;
+    PartNormals normals;
+    std::size_t kept = 0;
+    for (unsigned step = 0; step < 100; ++step, walk.Step())
+    {
+      SCOPED_TRACE(named.name + ", step " + std::to_string(step));
+      const std::vector<PartNormals::Normals> before = normals.Of();
+      ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+      normals.GoTo(parts.Parts());
+      PartNormals fresh;
+      fresh.GoTo(parts.Parts());
+      ASSERT_EQ(normals.Of().size(), parts.Parts().size());
+      for (std::size_t i = 0; i < parts.Parts().size(); ++i)
+      {
+        ASSERT_EQ(*normals.Of()[i], *fresh.Of()[i]);
+        kept += std::find(before.begin(), before.end(), normals.Of()[i]) != before.end();
+      }
+      ExpectNormals(parts.Parts(), normals.Of(), scale);
+    }
+    EXPECT_GT(kept, 0U) << named.name;
+  }
+}
+
+// Pieces come one by one, in any order.
+TEST(Closures, AreTheSameAsMadeAnew)
+{
+  for (const unsigned onePiece : { 2U, 11U })
+  {
+    const auto model = MakeModel(DisplacedSphere(5), { 50, {}, 8 }, {}, {}, onePiece);
+    const TreeDepths& depths = model->tree.depths;
+    std::mt19937 random(3);
+    for (unsigned walk = 0; walk < 30; ++walk)
+    {
+      Closures closures;
+      std::set<PieceId> loaded;
+      std::vector<PieceId> wanted;
+      Resolution base;
+      const PieceLookup lookup = [&](PieceId id)
+      { return loaded.count(id) > 0 ? model->Lookup()(id) : nullptr; };
+      for (unsigned step = 0; step < 40; ++step)
+      {
+        if (step % 10 == 0)
+        {
+          base = Resolution::Level(static_cast<unsigned>(random() % (depths.stitch + 1)));
+          const std::vector<PieceId> ofBase = MissingPieces({ depths, base }, lookup);
+          loaded.insert(ofBase.begin(), ofBase.end());
+        }
+        auto any = model->pieces.begin();
+        std::advance(any, static_cast<std::ptrdiff_t>(random() % model->pieces.size()));
+        wanted.push_back(any->first);
+        const Closure made = closures.Make(depths, base, wanted, lookup);
+        const Closure anew = MakeClosure(depths, base, wanted, lookup);
+        ASSERT_EQ(made.pieces, anew.pieces) << "walk " << walk << ", step " << step;
+        ASSERT_EQ(made.missing, anew.missing);
+        for (const PieceId id : made.missing)
+        {
+          if (random() % 3 > 0)
+          {
+            loaded.insert(id);
+          }
+        }
+        if (random() % 8 == 0)
+        {
+          wanted.erase(wanted.begin());
+        }
+      }
+    }
+  }
+}

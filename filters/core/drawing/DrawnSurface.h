@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A surface as renderers take it: in parts, with the normals to light them by. Step "draw" of the
+// README's picture.
+#pragma once
+
+#include "filters/core/drawing/PartNormals.h"
+#include "filters/core/drawing/SurfaceParts.h"
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+// Does not change. Parts and normals that are the same objects as in another surface need not be
+// drawn anew.
+class DrawnSurface
+{
+public:
+  struct Part
+  {
+    std::shared_ptr<const SurfacePart> part;
+    PartNormals::Normals normals;
+    bool operator==(const Part&) const = default;
+  };
+
+  DrawnSurface() = default;
+  // normals: as PartNormals tells, one for each part.
+  DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals);
+  // Any surface, as one part of its own. Where its triangles name points that it does not have, it
+  // has no normals.
+  explicit DrawnSurface(Surface whole);
+
+  const std::vector<Part>& Parts() const { return this->All; }
+  std::size_t PointCount() const { return this->Points; }
+  std::size_t TriangleCount() const { return this->Triangles; }
+
+  // All parts in one (MergeParts), made when it is asked for first. Threads: one at a time.
+  const Surface& Whole() const;
+
+private:
+  std::vector<Part> All;
+  std::size_t Points = 0, Triangles = 0;
+  mutable std::optional<Surface> Merged;
+};
+
+}

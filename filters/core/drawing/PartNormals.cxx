@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Normals, part by part: see PartNormals.h.
+//   1. What the triangles of each part that differs give to its points, borrowed ones too.
+//   2. The own points of these, and of those that lend them points, sum up what all parts give.
+//   3. Borrowed points have the sums of their owners.
+#include "filters/core/drawing/PartNormals.h"
+
+#include "filters/core/VectorMath.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+std::vector<Vec3> GivenBy(const Surface& surface)
+{
+  std::vector<Vec3> sums(surface.points.size(), Vec3{});
+  for (const Triangle& t : surface.triangles)
+  {
+    const Vec3& origin = surface.points[t[0]];
+    const Vec3 normal =
+      Cross(Minus(surface.points[t[1]], origin), Minus(surface.points[t[2]], origin));
+    for (const VertexId corner : t)
+    {
+      sums[corner] = Plus(sums[corner], normal);
+    }
+  }
+  return sums;
+}
+
+// Calls visit(piece, begin, end) for each piece that lends a part points: these borrowed ones.
+template <class Visit>
+void ForEachLender(const SurfacePart& part, const Visit& visit)
+{
+  const auto& all = part.borrowed;
+  for (std::size_t begin = 0; begin < all.size();)
+  {
+    const auto end =
+      std::partition_point(all.begin() + static_cast<std::ptrdiff_t>(begin), all.end(),
+        [&](const SurfacePart::Borrowed& other) { return other.piece <= all[begin].piece; });
+    const auto last = static_cast<std::size_t>(end - all.begin());
+    visit(all[begin].piece, begin, last);
+    begin = last;
+  }
+}
+
+// Calls visit(own, borrowed) for each point of [begin, end) that `part` borrows and `owner` shows,
+// with its numbers there. Both ascend.
+template <class Visit>
+void ForEachLent(const SurfacePart& owner, const SurfacePart& part, std::size_t begin,
+  std::size_t end, const Visit& visit)
+{
+  auto place = owner.own.begin();
+  for (std::size_t i = begin; i < end; ++i)
+  {
+    const std::uint32_t vertex = part.borrowed[i].vertex;
+    place = std::lower_bound(place, owner.own.end(), vertex);
+    if (place != owner.own.end() && *place == vertex)
+    {
+      visit(static_cast<std::size_t>(place - owner.own.begin()), part.own.size() + i);
+    }
+  }
+}
+
+}
+
+void PartNormals::GoTo(const SurfacePartList& parts)
+{
+  for (const PieceId piece : this->TakeParts(parts))
+  {
+    const auto found = this->ByPiece.find(piece);
+    if (found != this->ByPiece.end())
+    {
+      SumUp(found->second);
+    }
+  }
+  this->All.clear();
+  for (const auto& part : parts)
+  {
+    Known& known = this->ByPiece.at(part->piece);
+    this->Spread(known);
+    this->All.push_back(known.normals);
+  }
+}
+
+// Returns the pieces whose own points may have other sums: parts that differ from before, and those
+// that lend them points, or lent some to what was there before.
+std::set<PieceId> PartNormals::TakeParts(const SurfacePartList& parts)
+{
+  std::set<PieceId> due;
+  const auto addLenders = [&due](const SurfacePart& part)
+  { ForEachLender(part, [&due](PieceId piece, std::size_t, std::size_t) { due.insert(piece); }); };
+  std::map<PieceId, Known> before = std::exchange(this->ByPiece, {});
+  for (const auto& part : parts)
+  {
+    auto node = before.extract(part->piece);
+    if (!node.empty() && node.mapped().part == part)
+    {
+      node.mapped().ownChanged = false;
+      node.mapped().borrowers.clear();
+      this->ByPiece.insert(std::move(node));
+      continue;
+    }
+    this->ByPiece[part->piece] = { part, GivenBy(part->surface), {}, {}, true, nullptr };
+    due.insert(part->piece);
+    addLenders(*part);
+    if (!node.empty())
+    {
+      addLenders(*node.mapped().part);
+    }
+  }
+  for (const auto& [piece, gone] : before)
+  {
+    addLenders(*gone.part);
+  }
+  for (const auto& [piece, known] : this->ByPiece)
+  {
+    ForEachLender(*known.part,
+      [&, borrower = &known](PieceId lender, std::size_t, std::size_t)
+      {
+        const auto found = this->ByPiece.find(lender);
+        if (found != this->ByPiece.end())
+        {
+          found->second.borrowers.push_back(borrower);
+        }
+      });
+  }
+  return due;
+}
+
+void PartNormals::SumUp(Known& known)
+{
+  const SurfacePart& part = *known.part;
+  std::vector<Vec3> own(
+    known.given.begin(), known.given.begin() + static_cast<std::ptrdiff_t>(part.own.size()));
+  for (const Known* borrower : known.borrowers)
+  {
+    const auto& borrowed = borrower->part->borrowed;
+    const auto [first, last] =
+      std::equal_range(borrowed.begin(), borrowed.end(), SurfacePart::Borrowed{ part.piece, 0 },
+        [](const auto& a, const auto& b) { return a.piece < b.piece; });
+    ForEachLent(part, *borrower->part, static_cast<std::size_t>(first - borrowed.begin()),
+      static_cast<std::size_t>(last - borrowed.begin()),
+      [&](std::size_t to, std::size_t from) { own[to] = Plus(own[to], borrower->given[from]); });
+  }
+  known.ownChanged |= own != known.own;
+  known.own = std::move(own);
+}
+
+// Makes the normals of all points of a part, where own or borrowed ones have changed.
+void PartNormals::Spread(Known& known) const
+{
+  const SurfacePart& part = *known.part;
+  bool changed = known.ownChanged;
+  ForEachLender(part,
+    [&](PieceId piece, std::size_t, std::size_t)
+    {
+      const Known* owner = this->Find(piece);
+      changed |= owner && owner->ownChanged;
+    });
+  if (!changed)
+  {
+    return;
+  }
+  std::vector<Vec3> normals = known.own;
+  normals.resize(part.surface.points.size(), Vec3{});
+  ForEachLender(part,
+    [&](PieceId piece, std::size_t begin, std::size_t end)
+    {
+      if (const Known* owner = this->Find(piece))
+      {
+        ForEachLent(*owner->part, part, begin, end,
+          [&](std::size_t from, std::size_t to) { normals[to] = owner->own[from]; });
+      }
+    });
+  if (!known.normals || *known.normals != normals)
+  {
+    known.normals = std::make_shared<const std::vector<Vec3>>(std::move(normals));
+  }
+}
+
+const PartNormals::Known* PartNormals::Find(PieceId piece) const
+{
+  const auto found = this->ByPiece.find(piece);
+  return found == this->ByPiece.end() ? nullptr : &found->second;
+}
+
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The normals of a surface that is drawn in parts. Step "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/drawing/SurfaceParts.h"
+
+#include <map>
+#include <memory>
+#include <set>
+#include <vector>
+
+namespace kdstream
+{
+
+// Of each point of each part the sum of the area vectors (times two) of all triangles around it in
+// the whole surface; 0 for points without triangles. Follows the parts from one cut to the next.
+class PartNormals
+{
+public:
+  using Normals = std::shared_ptr<const std::vector<Vec3>>; // one a point of the part
+
+  // Normals that stay the same stay the same object. They depend on the parts alone, not on what
+  // came before. O(points + triangles) of the parts that differ and of their neighbours, and O(log)
+  // for each other. REQUIRES: triangles name points of their part.
+  void GoTo(const SurfacePartList& parts);
+
+  // In the order of the parts.
+  const std::vector<Normals>& Of() const { return this->All; }
+
+private:
+  struct Known // of one part
+  {
+    std::shared_ptr<const SurfacePart> part;
+    std::vector<Vec3> given;             // to each of its points, by its own triangles
+    std::vector<const Known*> borrowers; // of its points, in the order of the parts
+    std::vector<Vec3> own;               // the whole sums of the own points
+    bool ownChanged = true;              // these, or which points they are of
+    Normals normals;
+  };
+
+  std::set<PieceId> TakeParts(const SurfacePartList& parts);
+  static void SumUp(Known& known);
+  void Spread(Known& known) const;
+  const Known* Find(PieceId piece) const;
+
+  std::map<PieceId, Known> ByPiece;
+  std::vector<Normals> All;
+};
+
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The surface of a cut, piece by piece, so that the next cut costs only what differs from it. Step
+// "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/drawing/Surface.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// What one piece adds to a surface: its own vertices that are in the cut, and every triangle whose
+// finest corner is one of them (of equally fine corners the one of the lowest key). So each
+// triangle of the surface is in one part, and each point is owned by one.
+struct SurfacePart
+{
+  // A corner that another part owns.
+  struct Borrowed
+  {
+    PieceId piece;
+    std::uint32_t vertex = 0; // own vertex of that piece
+    auto operator<=>(const Borrowed&) const = default;
+  };
+
+  PieceId piece;
+  // The own points, in the order of the piece's vertices, then the borrowed ones, ascending.
+  // Triangles are sorted and their lowest index comes first. A surface that can be drawn alone.
+  Surface surface;
+  std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
+  std::vector<Borrowed> borrowed;
+};
+
+// In the order of pieces; those that show nothing are left out.
+using SurfacePartList = std::vector<std::shared_ptr<const SurfacePart>>;
+
+// Draws one cut after the other. A part that is the same in both stays the same object, so whoever
+// keeps what was made of a part (a buffer of the graphics memory) need only compare pointers.
+class SurfaceParts
+{
+public:
+  SurfaceParts();
+  ~SurfaceParts();
+  SurfaceParts(SurfaceParts&&) noexcept;
+  SurfaceParts& operator=(SurfaceParts&&) noexcept;
+
+  // Goes over to a cut of loaded pieces, by the rule of DrawSurface. The pieces need not be kept.
+  // The first time O(T log T) for T triangles of the pieces, in practice nearly O(T); then so much
+  // for pieces some of whose vertices are shown by others than before, and O(log) for each other.
+  // Errors, which leave the parts as they were: those of DrawSurface.
+  Status GoTo(const Cut& cut, const PieceLookup& lookup);
+
+  const SurfacePartList& Parts() const { return this->All; }
+  // How many pieces' parts the last GoTo has drawn anew.
+  std::size_t DrawnAnew() const { return this->Drawn; }
+
+private:
+  struct State;
+  std::unique_ptr<State> Known;
+  SurfacePartList All;
+  std::size_t Drawn = 0;
+};
+
+// All parts as one surface, as DrawSurface tells. O(points + triangles).
+Surface MergeParts(const SurfacePartList& parts);
+
+}

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One part of a surface in a VTK renderer: see ScenePart.h.
+#include "viewer/rendering/ScenePart.h"
+
+#include "viewer/rendering/CloudSplats.h"
+#include "viewer/session/Geometry.h"
+#include "viewer/session/SceneLook.h"
+#include "viewer/session/SplatRadii.h"
+
+#include <vtkActor.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkFloatArray.h>
+#include <vtkIdList.h>
+#include <vtkOpenGLPolyDataMapper.h>
+#include <vtkOpenGLVertexBufferObject.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkShaderProperty.h>
+#include <vtkTypeInt32Array.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <span>
+
+namespace kdstream
+{
+namespace
+{
+
+vtkSmartPointer<vtkPoints> RelativePoints(std::span<const Vec3> points, const Vec3& center)
+{
+  const vtkNew<vtkFloatArray> coordinates;
+  coordinates->SetNumberOfComponents(3);
+  coordinates->SetNumberOfTuples(static_cast<vtkIdType>(points.size()));
+  float* out = coordinates->GetPointer(0);
+  for (const Vec3& point : points)
+  {
+    out = std::transform(point.begin(), point.end(), center.begin(), out,
+      [](double p, double c) { return static_cast<float>(p - c); });
+  }
+  auto result = vtkSmartPointer<vtkPoints>::New();
+  result->SetData(coordinates);
+  return result;
+}
+
+// Cells of `size` corners each, whose corners are given by corner(0 … count × size - 1).
+template <class Corner>
+vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const Corner& corner)
+{
+  const vtkNew<vtkTypeInt32Array> offsets;
+  const vtkNew<vtkTypeInt32Array> corners;
+  const std::size_t all = count * size;
+  offsets->SetNumberOfValues(static_cast<vtkIdType>(count) + 1);
+  corners->SetNumberOfValues(static_cast<vtkIdType>(all));
+  for (std::size_t i = 0; i <= count; ++i)
+  {
+    offsets->SetValue(static_cast<vtkIdType>(i), static_cast<vtkTypeInt32>(i * size));
+  }
+  for (std::size_t i = 0; i < all; ++i)
+  {
+    corners->SetValue(static_cast<vtkIdType>(i), static_cast<vtkTypeInt32>(corner(i)));
+  }
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->SetData(offsets, corners);
+  return cells;
+}
+
+// Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
+// triangle's own facing, which is undone: a triangle that a simplified level has folded over would
+// be black among neighbours whose normals face the eye. At an outline, normals between those of
+// corners turn away a little where the triangle itself still faces the eye: these stop at the
+// outline; turned to the eye they would shine like the other side.
+void FaceNormalsToTheEye(vtkActor& actor)
+{
+  actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
+    "if (!gl_FrontFacing) { normalVCVSOutput = -normalVCVSOutput; }\n"
+    "if (normalVCVSOutput.z < 0.0)\n"
+    "{\n"
+    "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.4\n"
+    "    ? normalize(vec3(normalVCVSOutput.xy, 0.0)) : -normalVCVSOutput;\n"
+    "}\n"
+    "//VTK::Light::Impl",
+    false);
+}
+
+// One a point; none: (0, 0, 0), since VTK lights no points without.
+vtkSmartPointer<vtkFloatArray> Normals(std::size_t points, const UnitNormals& normals)
+{
+  auto result = vtkSmartPointer<vtkFloatArray>::New();
+  result->SetName("Normals");
+  result->SetNumberOfComponents(3);
+  result->SetNumberOfTuples(static_cast<vtkIdType>(points));
+  result->FillValue(0.0f);
+  float* out = result->GetPointer(0);
+  for (const auto& normal : normals)
+  {
+    out = std::copy(normal.begin(), normal.end(), out);
+  }
+  return result;
+}
+
+vtkSmartPointer<vtkFloatArray> Radii(const Surface& cloud)
+{
+  const std::vector<float> radii = SplatRadii(cloud);
+  auto result = vtkSmartPointer<vtkFloatArray>::New();
+  result->SetName(splatRadiusArray);
+  result->SetNumberOfTuples(static_cast<vtkIdType>(radii.size()));
+  std::copy(radii.begin(), radii.end(), result->GetPointer(0));
+  return result;
+}
+
+// A colour for each of so many entries, given by color(0 … count - 1).
+template <class ColorAt>
+vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& colorAt)
+{
+  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  colors->SetName("Colors");
+  colors->SetNumberOfComponents(3);
+  colors->SetNumberOfTuples(static_cast<vtkIdType>(count));
+  unsigned char* out = colors->GetPointer(0);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const Color color = colorAt(i);
+    out = std::copy(color.begin(), color.end(), out);
+  }
+  return colors;
+}
+
+void SetUpMaterial(vtkActor& actor)
+{
+  vtkProperty* front = actor.GetProperty();
+  front->SetColor(stoneColor[0] / 255.0, stoneColor[1] / 255.0, stoneColor[2] / 255.0);
+  front->SetAmbient(sceneMaterial.ambient);
+  front->SetDiffuse(sceneMaterial.diffuse);
+  front->SetSpecular(sceneMaterial.specular);
+  front->SetSpecularPower(sceneMaterial.specularPower);
+}
+
+}
+
+ScenePart::ScenePart()
+{
+  SetUpMaterial(*this->Drawing);
+  this->Mapper->SetInputData(this->Drawn);
+  // The coordinates are relative already: VTK's own shifting would only move them a second time.
+  if (auto* openGl = vtkOpenGLPolyDataMapper::SafeDownCast(this->Mapper))
+  {
+    openGl->SetVBOShiftScaleMethod(vtkOpenGLVertexBufferObject::DISABLE_SHIFT_SCALE);
+  }
+  this->Drawing->SetMapper(this->Mapper);
+}
+
+ScenePart::~ScenePart() = default;
+
+void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
+  const Vec3& center, const SceneStyle& style)
+{
+  this->IsCloud = surface.triangles.empty();
+  this->Extent = BoundsAround(surface, center);
+  const std::size_t cells = this->IsCloud ? surface.points.size() : surface.triangles.size();
+  this->Drawn->Initialize();
+  this->Drawn->SetPoints(RelativePoints(surface.points, center));
+  this->LargestRadius = 0.0;
+  if (this->IsCloud)
+  {
+    this->Drawn->SetVerts(Cells(cells, 1, [](std::size_t i) { return i; }));
+    const auto radii = Radii(surface);
+    this->Drawn->GetPointData()->AddArray(radii);
+    this->LargestRadius = cells > 0 ? radii->GetRange()[1] : 0.0;
+    this->Extent = Enlarged(this->Extent, this->LargestRadius);
+  }
+  else
+  {
+    this->Drawn->SetPolys(
+      Cells(cells, 3, [&](std::size_t i) { return surface.triangles[i / 3][i % 3]; }));
+  }
+  this->Drawn->GetPointData()->SetNormals(Normals(surface.points.size(), normals));
+  this->TakeColors(surface, depths);
+  DrawNoSplats(*this->Drawing, *this->Mapper);
+  if (this->IsCloud)
+  {
+    DrawSplats(*this->Drawing, *this->Mapper);
+  }
+  else
+  {
+    FaceNormalsToTheEye(*this->Drawing);
+  }
+  this->SetStyle(style);
+}
+
+void ScenePart::TakeColors(const Surface& surface, const TreeDepths& depths)
+{
+  this->PointColors = nullptr;
+  if (const Attribute* own = OwnColors(surface))
+  {
+    this->PointColors =
+      Colors(surface.points.size(), [own](std::size_t i) { return OwnColor(*own, i); });
+  }
+  this->Sources.resize(surface.points.size());
+  std::transform(surface.sources.begin(), surface.sources.end(), this->Sources.begin(),
+    [&depths](const Surface::Source& source) { return ColorSourceOf(source, depths); });
+}
+
+// Of each drawn cell (triangle, or point of a cloud).
+vtkSmartPointer<vtkUnsignedCharArray> ScenePart::CellColors(SurfaceColoring coloring) const
+{
+  if (this->IsCloud)
+  {
+    return Colors(
+      this->Sources.size(), [&](std::size_t i) { return ColorOf(this->Sources[i], coloring); });
+  }
+  vtkCellArray* triangles = this->Drawn->GetPolys();
+  const vtkNew<vtkIdList> corners;
+  return Colors(static_cast<std::size_t>(triangles->GetNumberOfCells()),
+    [&](std::size_t i)
+    {
+      triangles->GetCellAtId(static_cast<vtkIdType>(i), corners);
+      const auto of = [&](vtkIdType k)
+      { return this->Sources[static_cast<std::size_t>(corners->GetId(k))]; };
+      return ColorOf(Together(Together(of(0), of(1)), of(2)), coloring);
+    });
+}
+
+void ScenePart::SetStyle(const SceneStyle& style)
+{
+  if (style.flat && !this->IsCloud)
+  {
+    this->Drawing->GetProperty()->SetInterpolationToFlat();
+  }
+  else
+  {
+    this->Drawing->GetProperty()->SetInterpolationToPhong();
+  }
+  const SurfaceColoring coloring = style.coloring;
+  const bool own = coloring == SurfaceColoring::Own && this->PointColors;
+  const bool bySource =
+    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
+  this->Mapper->SetScalarVisibility(own || bySource);
+  this->Drawn->GetPointData()->SetScalars(own ? this->PointColors.Get() : nullptr);
+  this->Drawn->GetCellData()->SetScalars(bySource ? this->CellColors(coloring).Get() : nullptr);
+  if (own)
+  {
+    this->Mapper->SetScalarModeToUsePointData();
+  }
+  else
+  {
+    this->Mapper->SetScalarModeToUseCellData();
+  }
+  this->Mapper->SetColorModeToDirectScalars();
+}
+
+void ScenePart::AimSplats(const ClippingPlanes& planes, double tangent, int height)
+{
+  if (this->IsCloud)
+  {
+    kdstream::AimSplats(*this->Drawing, planes, this->LargestRadius, tangent, height);
+  }
+}
+
+}

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One part of a surface in a VTK renderer: an actor of its own. For SurfaceScene.cxx alone.
+#pragma once
+
+#include "filters/core/drawing/Surface.h"
+#include "filters/core/tree/KdTree.h"
+#include "viewer/rendering/SurfaceScene.h"
+#include "viewer/session/SceneRules.h"
+#include "viewer/session/VertexNormals.h"
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <vector>
+
+class vtkActor;
+class vtkPolyData;
+class vtkPolyDataMapper;
+class vtkUnsignedCharArray;
+
+namespace kdstream
+{
+
+class ScenePart
+{
+public:
+  ScenePart();
+  ~ScenePart();
+  ScenePart(const ScenePart&) = delete;
+  ScenePart& operator=(const ScenePart&) = delete;
+
+  vtkActor& Actor() { return *this->Drawing; }
+  // Of what is drawn, relative to the center.
+  const Box& Bounds() const { return this->Extent; }
+
+  // Draws this from now on: as SurfaceScene::Update. normals: one a point, or none at all.
+  // REQUIRES: CheckSurface has found nothing. O(points + triangles).
+  void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
+    const Vec3& center, const SceneStyle& style);
+  void SetStyle(const SceneStyle& style);
+  // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
+  void AimSplats(const ClippingPlanes& planes, double tangent, int height);
+
+private:
+  void TakeColors(const Surface& surface, const TreeDepths& depths);
+  vtkSmartPointer<vtkUnsignedCharArray> CellColors(SurfaceColoring coloring) const;
+
+  vtkNew<vtkActor> Drawing;
+  vtkNew<vtkPolyDataMapper> Mapper;
+  vtkNew<vtkPolyData> Drawn;
+  Box Extent;
+  bool IsCloud = false;
+  double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
+  std::vector<ColorSource> Sources;                  // one a point
+  vtkSmartPointer<vtkUnsignedCharArray> PointColors; // the model's own; null without
+};
+
+}
