@@ -79,8 +79,7 @@ TEST_F(TestForeignInput, ErrorsNameTheInputAndLeaveNothing)
   const Outcome badObj = this->Build({ "bad.obj", "-o", "m.kds" });
   EXPECT_EQ(badObj.exitCode, 1);
   EXPECT_EQ(badObj.err,
-    "kdstream-build: error: bad.obj: line 2: face 0: vertex 2 is not there: the "
-    "file has 1\n");
+    "kdstream-build: error: bad.obj: face 0 (line 2) names vertex 2, but there is only 1\n");
   this->WriteText("bad.xyz", "1 2 3\n4 5\n");
   const Outcome bad = this->Build({ "bad.xyz", "-o", "m.kds" });
   EXPECT_EQ(bad.exitCode, 1);
