@@ -224,7 +224,7 @@ TEST_F(StoreFiles, EditRefusesWhatItCannotDo)
   }
   const Outcome missing = this->Store({ "edit", "no.kds", "--title", "x" });
   EXPECT_EQ(missing.exitCode, 1);
-  EXPECT_EQ(missing.err, "kdstream-store: error: no.kds: No such file or directory\n");
+  EXPECT_EQ(missing.err, "kdstream-store: error: no.kds: no such file\n");
   EXPECT_EQ(this->Store({ "edit", "in.ply", "--title", "x" }).exitCode, 1);
   EXPECT_TRUE(ReadWhole(this->Folder / "m.kds") == whole);
 
