@@ -377,10 +377,15 @@ void TellIfNothingIsWritten(const std::string& program, const CommandLine& line,
 Status CheckAddress(const std::string& url)
 {
   std::error_code status;
-  return std::filesystem::exists(url, status) ? Error{ ErrorCode::InvalidArgument,
-    url + ": is a file, and this version looks at servers alone (http://HOST:PORT): "
-          "kdstream-serve serves the folder that it is in" }
-                                              : Status{};
+  if (!std::filesystem::exists(url, status))
+  {
+    return {};
+  }
+  const bool folder = std::filesystem::is_directory(url, status);
+  return Error{ ErrorCode::InvalidArgument,
+    url + ": is a " + (folder ? "folder" : "file") +
+      ", and this version looks at servers alone (http://HOST:PORT): kdstream-serve serves " +
+      (folder ? "it" : "the folder that it is in") };
 }
 
 // What is told of pictures that show nothing, or less than they should.

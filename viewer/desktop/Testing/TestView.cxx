@@ -305,6 +305,8 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   EXPECT_EQ(this->Run("https://127.0.0.1 " + offscreen), 2);
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: 'https://127.0.0.1': https is not", 0), 0U)
     << this->Err;
+  EXPECT_EQ(this->Run(". " + offscreen), 2);
+  EXPECT_NE(this->Err.find(".: is a folder, and"), std::string::npos) << this->Err;
   this->Write("m.kds", "");
   EXPECT_EQ(this->Run("m.kds " + offscreen), 2);
   EXPECT_EQ(this->Err,
