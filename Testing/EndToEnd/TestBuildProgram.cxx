@@ -280,7 +280,7 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   expect("missing.ply", "no such file");
   expect("empty.ply", "empty");
   expect("text.ply", "not a PLY");
-  expect("range.ply", "face 1: index 99 out of range (4 vertices)");
+  expect("range.ply", "face 1 names vertex 99, but there are only 4, counted from 0");
   expect("nan.ply", "vertex 1: z is not finite");
   expect("none.ply", "the mesh has no vertices");
   expect("model.ifc", ".ifc");
@@ -520,7 +520,8 @@ TEST_F(BuildProgram, AnInterruptLeavesNothingBehind)
     if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
     {
       EXPECT_EQ(WEXITSTATUS(status), 1);
-      EXPECT_EQ(ReadWhole(this->Folder / "said"), "kdstream-build: error: interrupted\n");
+      EXPECT_EQ(ReadWhole(this->Folder / "said"),
+        "kdstream-build: error: interrupted: m.kds is not written\n");
       ++said;
     }
     std::filesystem::remove(this->Folder / "said");

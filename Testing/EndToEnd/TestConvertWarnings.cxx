@@ -79,16 +79,16 @@ TEST_F(TestConvertWarnings, CoarseFloatsAreSaid)
   EXPECT_EQ(this->Converted("far.obj").points[0][1], 4000000.4565);
 }
 
-TEST_F(TestConvertWarnings, StlOfACloudIsSaidToBeEmpty)
+TEST_F(TestConvertWarnings, StlOfACloudIsRefused)
 {
   this->WriteText("in.xyz", "0 0 0.123456789 7\n1 0 0 8\n0 1 0 9\n");
   const Outcome outcome =
     RunTool(this->Folder, "convert", { "--quiet", "in.xyz", "-o", "out.stl" });
-  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_EQ(outcome.exitCode, 2);
   EXPECT_EQ(outcome.err,
-    Warning("out.stl", "the format does not hold these attributes: Intensity") +
-      Warning("out.stl", "STL holds triangles only; there are none") +
-      Warning("out.stl", "STL holds floats; the coordinates were doubles and are rounded"));
+    "kdstream-convert: error: out.stl: STL holds triangles only, and there are none; .ply, .vtp, "
+    ".obj and .wrl hold points\n");
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.xyz" }));
   this->WriteText("in.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(RunTool(this->Folder, "convert", { "--quiet", "in.obj", "-o", "out.stl" }).err, "");
 }

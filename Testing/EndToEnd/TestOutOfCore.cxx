@@ -448,6 +448,7 @@ TEST_F(OutOfCore, ErrorsNameTheTemporaryFolder)
   const Outcome missing = build("no");
   EXPECT_EQ(missing.exitCode, 1);
   EXPECT_EQ(missing.err, "kdstream-build: error: no: there is no such folder\n");
+  EXPECT_EQ(build("in.ply").err, "kdstream-build: error: in.ply: is a file, not a folder\n");
   const Outcome unwritable = build("/proc");
   EXPECT_EQ(unwritable.exitCode, 1);
   EXPECT_EQ(unwritable.err.rfind("kdstream-build: error: /proc: ", 0), 0U) << unwritable.err;

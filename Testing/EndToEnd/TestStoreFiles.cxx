@@ -134,14 +134,14 @@ TEST_F(StoreFiles, NamesThatNoServerServesAreRefused)
 {
   for (const std::string& stem :
     { std::string(), std::string("my statue"), std::string("b\xC3\xBCste"), std::string("a+b"),
-      std::string(129, 'x'), std::string("..") })
+      std::string(129, 'x'), std::string(".."), std::string(".hidden") })
   {
     const Outcome refused = this->Build({ "-o", "models/" + stem + ".kds" });
     EXPECT_EQ(refused.exitCode, 2) << stem;
     EXPECT_EQ(refused.err,
       "kdstream-build: error: models/" + stem +
         ".kds: no server serves a store of this name: before .kds it needs 1 to 128 of the "
-        "characters A-Z a-z 0-9 . _ -\n");
+        "characters A-Z a-z 0-9 . _ -, and no dot as the first\n");
     EXPECT_EQ(this->Files(), Names{ "in.ply" });
   }
   for (const std::string& stem : { std::string("A.b-c_9"), std::string(128, 'x') })
@@ -224,7 +224,7 @@ TEST_F(StoreFiles, EditRefusesWhatItCannotDo)
   }
   const Outcome missing = this->Store({ "edit", "no.kds", "--title", "x" });
   EXPECT_EQ(missing.exitCode, 1);
-  EXPECT_EQ(missing.err, "kdstream-store: error: no.kds: No such file or directory\n");
+  EXPECT_EQ(missing.err, "kdstream-store: error: no.kds: no such file\n");
   EXPECT_EQ(this->Store({ "edit", "in.ply", "--title", "x" }).exitCode, 1);
   EXPECT_TRUE(ReadWhole(this->Folder / "m.kds") == whole);
 

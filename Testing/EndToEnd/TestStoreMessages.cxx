@@ -53,6 +53,16 @@ TEST_F(StoreMessages, AFileThatIsNoStoreIsCalledThat)
   EXPECT_EQ(mesh.err, "kdstream-store: error: torus.ply: not a KdStream store\n");
 }
 
+TEST_F(StoreMessages, AFileThatIsNotThereIsCalledThat)
+{
+  for (const std::string file : { "no.kds", "torus.ply/no.kds" })
+  {
+    const Outcome missing = this->Run("kdstream-store", { "info", file });
+    EXPECT_EQ(missing.exitCode, 1);
+    EXPECT_EQ(missing.err, "kdstream-store: error: " + file + ": no such file\n");
+  }
+}
+
 TEST_F(StoreMessages, AStoreWithoutItsTablesIsDamaged)
 {
   this->Sql("DROP TABLE pieces");

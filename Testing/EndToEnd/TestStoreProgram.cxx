@@ -32,6 +32,19 @@ TEST_F(StoreProgram, HelpAndVersion)
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_NE(help.out.find("Example"), std::string::npos);
   EXPECT_EQ(this->Store({ "--version" }).out, "kdstream-store 0.1.0\n");
+  // A command that there is not has no help, least of all that of the program.
+  for (const std::vector<std::string>& arguments :
+    { std::vector<std::string>{ "export", "--help" }, { "-h", "export" }, { "export" } })
+  {
+    this->ExpectError(this->Store(arguments), 2,
+      "kdstream-store: error: there is no command \"export\"; there is info, verify, "
+      "extract, distance or edit (--help tells the options)");
+  }
+  const std::string edit = this->Store({ "edit", "--help" }).out;
+  EXPECT_EQ(edit.find("SIGHUP"), std::string::npos) << "a server sees it by itself";
+  EXPECT_NE(edit.find("them by itself"), std::string::npos) << edit;
+  EXPECT_EQ(edit.find("--licence"), std::string::npos) << edit;
+  EXPECT_NE(edit.find("--license TEXT"), std::string::npos) << edit;
 }
 
 TEST_F(StoreProgram, WrongUsageExitsWith2)
@@ -100,6 +113,47 @@ TEST_F(StoreProgram, DistanceOfALevel)
     "kdstream-store: error: m.kds: --level 99: the finest level is 10");
 }
 
+TEST_F(StoreProgram, DistanceOfPointsSaysWhatIsMeasured)
+{
+  const Mesh torus = Torus(60, 30);
+  Mesh cloud = torus;
+  cloud.triangles.clear();
+  this->Write("in.ply", torus);
+  this->Write("cloud.ply", cloud);
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless" }).exitCode, 0);
+  ASSERT_EQ(this->Build({ "cloud.ply", "-o", "c.kds", "--precision", "lossless" }).exitCode, 0);
+  const auto said = [&](const std::string& store, const std::string& against)
+  {
+    const Outcome outcome =
+      this->Store({ "distance", store, "--level", "5", "--against", against, "--quiet" });
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return outcome.err;
+  };
+  const std::string points =
+    " has no triangles: its points are measured, and distances to it are those to the nearest "
+    "point\n";
+  EXPECT_EQ(said("m.kds", "cloud.ply"), "kdstream-store: warning: cloud.ply:" + points);
+  EXPECT_EQ(said("c.kds", "in.ply"), "kdstream-store: warning: c.kds: level 5" + points);
+  EXPECT_EQ(said("c.kds", "cloud.ply"), "kdstream-store: warning: cloud.ply:" + points +
+                                          "kdstream-store: warning: c.kds: level 5" + points);
+  EXPECT_EQ(said("m.kds", "in.ply"), "");
+  this->ExpectError(this->Store({ "distance", "m.kds", "--level", "5" }), 2,
+    "kdstream-store: error: --against is missing: the mesh to compare it with, of any format that "
+    "kdstream-build takes (--help tells the options)");
+}
+
+TEST_F(StoreProgram, StlOfPointsIsRefused)
+{
+  Mesh cloud = Torus(40, 20);
+  cloud.triangles.clear();
+  this->Write("in.ply", cloud);
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds" }).exitCode, 0);
+  this->ExpectError(this->Store({ "extract", "m.kds", "--all", "-o", "out/x.stl" }), 2,
+    "kdstream-store: error: out/x.stl: STL holds triangles only, and there are none; .ply, .vtp, "
+    ".obj and .wrl hold points");
+  EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply", "m.kds" }));
+}
+
 TEST_F(StoreProgram, StlSaysWhatItLoses)
 {
   Mesh doubles = Torus(40, 20);
@@ -133,8 +187,8 @@ TEST_F(StoreProgram, DamageIsNamedByVerify)
     << "the rest is whole";
   this->ExpectError(
     this->Store({ "info", "in.ply" }), 1, "kdstream-store: error: in.ply: not a KdStream store");
-  this->ExpectError(this->Store({ "info", "nothing.kds" }), 1,
-    "kdstream-store: error: nothing.kds: No such file or directory");
+  this->ExpectError(
+    this->Store({ "info", "nothing.kds" }), 1, "kdstream-store: error: nothing.kds: no such file");
 }
 
 TEST_F(StoreProgram, ExtractsWhatIsAskedFor)

@@ -123,7 +123,7 @@ int Build(const CLI::App& app, BuildCommand& line)
   }
   if (!report)
   {
-    return PrintError(program, line.input, report.GetError());
+    return PrintError(program, line.input, report.GetError(), line.output);
   }
   folders->Keep();
   PrintWarnings(program, line, *report);

@@ -123,8 +123,9 @@ void AddTextOptions(CLI::App& app, BuildCommand& line)
   const char* const group = "Texts that viewers show";
   CheckText(app.add_option("--title", line.build.title, "name of the model"))->group(group);
   CheckText(app.add_option("--credit", line.build.credit, "who made or scanned it"))->group(group);
-  CheckText(app.add_option("--license,--licence", line.build.license, "what may be done with it"))
-    ->group(group);
+  const std::string license = "what may be done with it";
+  CheckText(app.add_option("--license", line.build.license, license))->group(group);
+  CheckText(app.add_option("--licence", line.build.license, license))->group(""); // understood too
   CheckText(app.add_option("--unit", line.build.unit, "unit of the coordinates, such as mm"))
     ->group(group);
 }
@@ -182,6 +183,19 @@ Status CheckLevelOptions(const CLI::App& app, const BuildCommand& line)
   return {};
 }
 
+// Of --temp-dir, which may be empty.
+Status CheckFolder(const std::filesystem::path& folder)
+{
+  std::error_code status;
+  if (folder.empty() || std::filesystem::is_directory(folder, status))
+  {
+    return {};
+  }
+  return Error{ ErrorCode::NotFound,
+    std::filesystem::exists(folder, status) ? "is a file, not a folder" : "there is no such folder",
+    folder.string() };
+}
+
 }
 
 Status Interpret(const CLI::App& app, BuildCommand& line)
@@ -218,11 +232,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   {
     ShareArenas();
   }
-  if (std::error_code status; !line.build.temporaryFolder.empty() &&
-                              !std::filesystem::is_directory(line.build.temporaryFolder, status))
-  {
-    return Error{ ErrorCode::NotFound, "there is no such folder", line.build.temporaryFolder };
-  }
+  KDSTREAM_TRY(CheckFolder(line.build.temporaryFolder));
   line.build.median = *MedianMethodOfName(line.median);
   if (line.precision == "lossless")
   {

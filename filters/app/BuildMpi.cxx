@@ -171,7 +171,7 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
   ReleaseInterrupts();
   if (!report)
   {
-    return PrintError(program, line.input, report.GetError());
+    return PrintError(program, line.input, report.GetError(), line.output);
   }
   if (!team.IsFirst())
   {

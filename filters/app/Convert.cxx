@@ -205,10 +205,6 @@ int Convert(const std::string& program, const CommandLine& line)
   {
     std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
   }
-  for (const std::string& loss : LossesOfFormat(*output, read->mesh))
-  {
-    std::cerr << program << ": warning: " << line.output << ": " << loss << "\n";
-  }
   // The file has a temporary name until it is whole: interrupts wait.
   CatchInterrupts();
   if (const Status written = WriteMesh(*output, read->mesh); !written)
@@ -216,6 +212,10 @@ int Convert(const std::string& program, const CommandLine& line)
     return PrintError(program, line.output, written.GetError());
   }
   folders->Keep();
+  for (const std::string& loss : LossesOfFormat(*output, read->mesh))
+  {
+    std::cerr << program << ": warning: " << line.output << ": " << loss << "\n";
+  }
   if (!line.quiet && !line.progressLines)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;

@@ -33,19 +33,20 @@ constexpr int pollMilliseconds = 100; // between two looks for an interrupt
 constexpr std::size_t longestLine = 4096;
 const std::string programName = "kdstream-convert";
 
-Result<std::filesystem::path> FindProgram()
+// Without it the input cannot be read, or a cloud that the build reads itself gets no surface.
+Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", status);
   const std::filesystem::path program = self.parent_path() / programName;
   if (status || ::access(program.c_str(), X_OK) != 0)
   {
-    return Error{
-      ErrorCode::Unsupported,
-      "this format is read by kdstream-convert, which is not beside kdstream-build: build it "
-      "(cmake "
-      "--build build/release --target kdstream-convert; it needs VTK), or convert the file to .ply"
-    };
+    const bool foreign = NeedsConversion(input);
+    return Error{ ErrorCode::Unsupported,
+      (foreign ? "this format is read by " : "--reconstruct needs ") + programName +
+        ", which is not there (it was looked for at " + program.string() +
+        "): build it (cmake --build build/release --target kdstream-convert; it needs VTK" +
+        (foreign ? "), or convert the file to .ply" : " and PCL)") };
   }
   return program;
 }
@@ -231,7 +232,7 @@ Status EndOf(int status, const Messages& messages)
   const std::string how = WIFSIGNALED(status)
                             ? "was ended by signal " + std::to_string(WTERMSIG(status))
                             : "ended with exit code " + std::to_string(WEXITSTATUS(status));
-  return Error{ ErrorCode::InvalidInput, programName + ", which reads this format, " + how };
+  return Error{ ErrorCode::InvalidInput, programName + ", which was to read it, " + how };
 }
 
 }
@@ -247,7 +248,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   const std::filesystem::path& folder, const std::vector<std::string>& arguments,
   const Execution& execution)
 {
-  const Result<std::filesystem::path> program = FindProgram();
+  const Result<std::filesystem::path> program = FindProgram(input);
   KDSTREAM_TRY(program);
   std::string name = (folder / ".kdstream-convert-XXXXXX").string();
   if (!::mkdtemp(name.data()))

@@ -142,7 +142,7 @@ public:
     ReleaseInterrupts();
     if (!edited)
     {
-      return PrintError(this->Program, this->Line.store, edited.GetError());
+      return PrintError(this->Program, this->Line.store, edited.GetError(), this->Line.store);
     }
     this->TellWritten(this->Line.store, "another " + NamesOf(this->Line.texts), begin);
     return exitDone;
@@ -214,6 +214,7 @@ private:
       return PrintError(this->Program, this->Line.store, level.GetError());
     }
     Result<MeshDistance> distance = Error{};
+    bool isCloud = false;
     {
       ProgressReporter progress(this->Program, this->Line.quiet);
       Execution execution = MakeTbbExecution(0);
@@ -221,13 +222,30 @@ private:
       const Result<Mesh> mesh = ReadAnyMesh(this->Line.against, execution);
       distance = mesh ? MeasureDistance(*mesh, *level, {}, execution)
                       : Result<MeshDistance>(mesh.GetError());
+      isCloud = mesh && mesh->triangles.empty();
     }
     if (!distance)
     {
       return PrintError(this->Program, this->Line.against, distance.GetError());
     }
+    if (isCloud)
+    {
+      this->WarnOfPoints(this->Line.against + ":");
+    }
+    if (level->triangles.empty())
+    {
+      this->WarnOfPoints(this->Line.store + ": level " + std::to_string(*this->Line.wanted.level));
+    }
     this->PrintDistance(*distance);
     return exitDone;
+  }
+
+  // Distances of surfaces are expected.
+  void WarnOfPoints(const std::string& what) const
+  {
+    std::cerr << this->Program << ": warning: " << what
+              << " has no triangles: its points are measured, and distances to it are those to the "
+                 "nearest point\n";
   }
 
   void PrintDistance(const MeshDistance& distance) const
@@ -311,8 +329,9 @@ void AddEdit(CLI::App& edit, CommandLine& line)
   auto* texts = edit.add_option_group("TEXTS", "at least one of; an empty one removes the text");
   CheckText(texts->add_option("--title", line.texts.title, "name of the model"));
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
-  CheckText(
-    texts->add_option("--license,--licence", line.texts.license, "what may be done with it"));
+  const std::string license = "what may be done with it";
+  CheckText(texts->add_option("--license", line.texts.license, license));
+  CheckText(texts->add_option("--licence", line.texts.license, license))->group(""); // as well
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
   texts->require_option(1, 0);
   edit.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
@@ -328,8 +347,8 @@ void AddDistance(CLI::App& distance, CommandLine& line)
     ->required()
     ->group(compared);
   distance
-    .add_option(
-      "--against", line.against, "with this mesh, of any format that kdstream-build takes")
+    .add_option("--against", line.against,
+      "the mesh to compare it with, of any format that kdstream-build takes")
     ->type_name("MESH")
     ->required()
     ->group(compared);
@@ -366,7 +385,7 @@ int main(int argc, char** argv)
   AddDistance(*distance, line);
   CLI::App* edit = app.add_subcommand("edit", "changes the texts that viewers show; the content "
                                               "and its digest stay. A server that is running "
-                                              "shows them after SIGHUP");
+                                              "shows them by itself, within some 2 seconds");
   AddEdit(*edit, line);
   return RunProgram(app, argc, argv,
     [&]()

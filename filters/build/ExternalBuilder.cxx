@@ -137,6 +137,11 @@ private:
     Result<BuildFolder> folder =
       BuildFolder::Open(BuildFolder::PathFor(this->Store, this->Options.temporaryFolder),
         *fingerprint, this->Options.resume, this->Hook);
+    if (!folder && folder.GetError().code == ErrorCode::LimitExceeded)
+    {
+      // Another build writes the store: neither the input nor the folder is at fault.
+      return OfFile(this->Store.string(), std::move(folder)).GetError();
+    }
     KDSTREAM_TRY(folder);
     this->Folder.emplace(std::move(*folder));
     if (this->Options.resume)
@@ -346,14 +351,18 @@ std::string DescribeResumable(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options)
 {
   const Result<std::string> fingerprint = FingerprintOfBuild(input, options);
-  const std::string last =
-    fingerprint
-      ? BuildFolder::LastPhaseIn(BuildFolder::PathFor(store, options.temporaryFolder), *fingerprint)
-      : std::string();
-  return last.empty() ? std::string()
-                      : "a killed build of this store has left files: with --resume it would go on "
-                        "with the step " +
-                          StepAfter(last, options) + "; this build starts over";
+  const std::optional<LeftBuild> left =
+    BuildFolder::LeftIn(BuildFolder::PathFor(store, options.temporaryFolder));
+  if (!fingerprint || !left)
+  {
+    return {};
+  }
+  const std::string found = "a killed build of this store has left files";
+  return left->fingerprint == *fingerprint
+           ? found + ": with --resume it would go on with the step " +
+               StepAfter(left->lastPhase, options) + "; this build starts over"
+           : found +
+               ", which this build removes: " + DescribeOtherBuild(left->fingerprint, *fingerprint);
 }
 
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,

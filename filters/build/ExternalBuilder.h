@@ -30,8 +30,8 @@ Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
   const ExternalBuildProbe& probe = {});
 
-// What a build with options.resume would find, for the user; empty where it could not go on from
-// anything.
+// What a build without options.resume throws away: what one with it would go on from, or what that
+// would need. Empty where there is nothing to go on from.
 std::string DescribeResumable(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options);
 

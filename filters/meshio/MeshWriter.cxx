@@ -472,6 +472,11 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
                                               " points: more than " + std::to_string(mostPoints) +
                                               ", which the format can number" };
   }
+  if (isStl && mesh.triangles.empty() && !mesh.points.empty())
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "STL holds triangles only, and there are none; .ply, .vtp, .obj and .wrl hold points" };
+  }
   if (isStl && mesh.triangles.size() > mostStlTriangles)
   {
     return Error{ ErrorCode::LimitExceeded,
@@ -552,10 +557,6 @@ std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const
     losses.push_back("the format does not hold these attributes: " + names);
   }
   const bool stl = FileEnding(file) == ".stl";
-  if (stl && mesh.triangles.empty())
-  {
-    losses.push_back("STL holds triangles only; there are none");
-  }
   if (stl && mesh.scalarType == ScalarType::Float64)
   {
     losses.push_back("STL holds floats; the coordinates were doubles and are rounded");

@@ -20,11 +20,11 @@ namespace kdstream
 // read back to the same value). The file appears whole or not at all: it is written under a
 // temporary name beside it and renamed. A mesh without triangles is a point cloud: .ply and .obj
 // have vertices only then, .vtp one vertex cell a point, .wrl a PointSet; .stl knows triangles only
-// and has none. STL normals are those of the corners in counter-clockwise order, zero for
-// degenerate triangles. Memory: one block of 1 MiB. Errors: InvalidArgument for another ending;
-// InvalidInput for a triangle whose index is out of range, for attributes that CheckAttributes or
-// IsAttributeName refuses; LimitExceeded for more than 2^31 points
-// (the formats' indices are signed), or more than 2^32 - 1 triangles in STL; InputOutput with the
+// and is refused. STL normals are those of the corners in counter-clockwise order, zero for
+// degenerate triangles. Memory: one block of 1 MiB. Errors: InvalidArgument for another ending, and
+// for points alone in STL; InvalidInput for a triangle whose index is out of range, for attributes
+// that CheckAttributes or IsAttributeName refuses; LimitExceeded for more than 2^31 points (the
+// formats' indices are signed), or more than 2^32 - 1 triangles in STL; InputOutput with the
 // system's reason.
 Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh);
 
@@ -32,7 +32,7 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh);
 std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, const Mesh& mesh);
 
 // What that file does not hold of the mesh, a sentence each, for a warning: attributes; in STL also
-// points without triangles, and doubles.
+// doubles.
 std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const Mesh& mesh);
 
 }

@@ -76,6 +76,8 @@ private:
   void Count(ObjKeyword keyword);
 
   bool AsFloats() const { return this->FileInfo.scalarType == ScalarType::Float32; }
+  // "face 0 (line 5)".
+  std::string PlaceOf(const char* element, std::uint64_t index) const;
   Error At(const char* element, std::uint64_t index, const Error& error) const;
   Error AtFace(const Error& error) const { return this->At("face", this->FacesRead, error); }
 
@@ -92,14 +94,19 @@ private:
   std::optional<Error> Failure;
 };
 
+std::string ObjReader::PlaceOf(const char* element, std::uint64_t index) const
+{
+  return std::string(element) + " " + std::to_string(index) + " (line " +
+         std::to_string(this->Statements.GetLines().Number()) + ")";
+}
+
 Error ObjReader::At(const char* element, std::uint64_t index, const Error& error) const
 {
   if (error.code != ErrorCode::InvalidInput)
   {
     return error;
   }
-  return this->Statements.GetLines().Wrong(
-    std::string(element) + " " + std::to_string(index) + ": " + error.message);
+  return { ErrorCode::InvalidInput, this->PlaceOf(element, index) + ": " + error.message };
 }
 
 void ObjReader::Count(ObjKeyword keyword)
@@ -287,7 +294,7 @@ Status ObjReader::MakeTables(const Execution& execution)
       {
         if (Status read = this->ReadCorner(word, corners.emplace_back()); !read)
         {
-          return this->AtFace(read.GetError());
+          return read;
         }
       }
       if (corners.size() < 3)
@@ -335,11 +342,29 @@ Status ObjReader::AddToTables()
   }
 }
 
-// The numbers of what a corner names, from 1 on. Errors say what is wrong, without the place.
+// "there are only 3", of what is counted from 1 on.
+std::string ThereAre(std::int64_t count)
+{
+  return count == 0   ? "there are none"
+         : count == 1 ? "there is only 1"
+                      : "there are only " + std::to_string(count);
+}
+
+std::string ComeBefore(std::int64_t count)
+{
+  return count == 0   ? "none come before it"
+         : count == 1 ? "only 1 comes before it"
+                      : "only " + std::to_string(count) + " come before it";
+}
+
+// The numbers of what a corner of the next face names, from 1 on.
 Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner) const
 {
   ObjCorner written{};
-  KDSTREAM_TRY(ParseObjCorner(word, written));
+  if (Status parsed = ParseObjCorner(word, written); !parsed)
+  {
+    return this->AtFace(parsed.GetError());
+  }
   for (std::size_t part = 0; part < 3; ++part)
   {
     const std::int64_t number = written[part];
@@ -348,9 +373,8 @@ Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner)
     if (number > all || number < -before)
     {
       return Error{ ErrorCode::InvalidInput,
-        std::string(objPartNames[part]) + " " + std::to_string(number) + " is not there: " +
-          (number > 0 ? "the file has " + std::to_string(all)
-                      : std::to_string(before) + " come before") };
+        this->PlaceOf("face", this->FacesRead) + " names " + objPartNames[part] + " " +
+          std::to_string(number) + ", but " + (number > 0 ? ThereAre(all) : ComeBefore(before)) };
     }
     corner[part] = static_cast<std::uint32_t>(number >= 0 ? number : before + number + 1);
   }
@@ -516,10 +540,7 @@ Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
   for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
   {
     ObjVertices::Corner corner{};
-    if (Status read = this->ReadCorner(word, corner); !read)
-    {
-      return this->AtFace(read.GetError());
-    }
+    KDSTREAM_TRY(this->ReadCorner(word, corner));
     triangle[std::min<std::size_t>(corners, 2)] = corner[0] - 1;
     if (corners >= 2)
     {

@@ -38,8 +38,13 @@ Error PlyPlace::NotFinite(std::string_view property, double value) const
 
 Error PlyPlace::BadIndex(std::int64_t index, const PlyFaceSink& sink) const
 {
-  return this->Bad("index " + std::to_string(index) + " out of range (" +
-                   std::to_string(sink.GetVertexCount()) + " vertices)");
+  const std::uint64_t count = sink.GetVertexCount();
+  return Error{ ErrorCode::InvalidInput,
+    this->element.name + " " + std::to_string(this->record) + " names vertex " +
+      std::to_string(index) +
+      (count == 0    ? ", but there are none"
+        : count == 1 ? ", but there is only 1, counted from 0"
+                     : ", but there are only " + std::to_string(count) + ", counted from 0") };
 }
 
 Error PlyPlace::BadListCount(const PlyProperty& property, std::int64_t count) const

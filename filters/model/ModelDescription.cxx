@@ -55,7 +55,7 @@ unsigned PreviewLevel(const ModelDescription& model)
 
 bool IsModelId(std::string_view id)
 {
-  return !id.empty() && id.size() <= 128 && id != "." && id != ".." &&
+  return !id.empty() && id.size() <= 128 && id[0] != '.' &&
          std::all_of(id.begin(), id.end(), IsIdCharacter);
 }
 

@@ -94,8 +94,9 @@ ModelSummary Summarize(const ModelDescription& model);
 unsigned PreviewLevel(const ModelDescription& model);
 
 // Whether servers can serve a model by this name: it stands in a path, of a URL as of a folder, and
-// is neither "." nor "..".
-inline constexpr std::string_view modelIdRule = "1 to 128 of the characters A-Z a-z 0-9 . _ -";
+// a name that begins with a dot is that of a hidden file, "." or "..".
+inline constexpr std::string_view modelIdRule =
+  "1 to 128 of the characters A-Z a-z 0-9 . _ -, and no dot as the first";
 bool IsModelId(std::string_view id);
 
 // 32 hexadecimal digits in lower case.

@@ -223,8 +223,8 @@ std::string HelpFormatter::MakeChoices(const CLI::App* app) const
   for (const CLI::App* const choice : ChoicesOf(*app))
   {
     text += "\n" + choice->get_group() + ", " + choice->get_description() + ":\n";
-    for (const CLI::Option* const option :
-      choice->get_options([&](const CLI::Option* o) { return o != choice->get_help_ptr(); }))
+    for (const CLI::Option* const option : choice->get_options([&](const CLI::Option* o)
+           { return o != choice->get_help_ptr() && !o->get_group().empty(); }))
     {
       text += this->make_option(option, false);
     }

@@ -22,6 +22,8 @@ namespace kdstream
 namespace
 {
 
+constexpr const char* optionsHint = " (--help tells the options)\n";
+
 std::atomic<bool> interrupted{ false };
 
 extern "C" void OnInterrupt(int signal)
@@ -52,13 +54,17 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
   }
   catch (const CLI::Success& success)
   {
+    if (const auto unknown = UnknownCommand(app))
+    {
+      std::cerr << app.get_name() << ": error: " << *unknown << optionsHint;
+      return exitUsage;
+    }
     app.exit(success); // prints the help or the version
     return exitDone;
   }
   catch (const CLI::ParseError& error)
   {
-    std::cerr << app.get_name() << ": error: " << UsageMessage(app, error)
-              << " (--help tells the options)\n";
+    std::cerr << app.get_name() << ": error: " << UsageMessage(app, error) << optionsHint;
     return exitUsage;
   }
   try
@@ -71,11 +77,13 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
   }
 }
 
-int PrintError(std::string_view program, const std::string& file, const Error& error)
+int PrintError(
+  std::string_view program, const std::string& file, const Error& error, const std::string& output)
 {
   if (error.code == ErrorCode::Cancelled) // no file is at fault
   {
-    std::cerr << program << ": error: interrupted\n";
+    std::cerr << program << ": error: interrupted"
+              << (output.empty() ? "" : ": " + output + " is not written") << "\n";
     return exitFailed;
   }
   const std::string& named = error.file.empty() ? file : error.file;

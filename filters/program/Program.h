@@ -32,8 +32,9 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
 // Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the
 // error: wrong usage for an InvalidArgument, failed work for everything else. FILE is the one that
 // the error names, else `file`, which may be empty. Work that was interrupted (Cancelled) says so,
-// and blames no file.
-int PrintError(std::string_view program, const std::string& file, const Error& error);
+// blames no file, and names `output`, if there is one, as not written.
+int PrintError(std::string_view program, const std::string& file, const Error& error,
+  const std::string& output = {});
 
 // The last line of a program that has made a file, on stderr:
 // "kdstream-build: wrote m.kds: 14 MB in 3.4 s"; with `content`, which may be empty, before the

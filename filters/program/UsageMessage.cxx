@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
-#include <optional>
 
 namespace kdstream
 {
@@ -364,12 +363,17 @@ std::vector<std::string> NamesMeant(const std::string& word, const std::vector<s
   return meant;
 }
 
-std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error)
+std::optional<std::string> UnknownCommand(const CLI::App& app)
 {
   const bool lacksCommand = app.get_require_subcommand_min() > 0 && !GivenCommand(app);
-  if (lacksCommand && WordForCommand(app))
+  return lacksCommand && WordForCommand(app) ? std::optional(MissingCommand(app)) : std::nullopt;
+}
+
+std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error)
+{
+  if (const auto unknown = UnknownCommand(app))
   {
-    return MissingCommand(app);
+    return *unknown;
   }
   if (const auto early = EarlyOption(app))
   {

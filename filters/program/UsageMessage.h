@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,10 @@ namespace kdstream
 // What to tell of an error that CLI11 has found in the command line of `app`: which option or word
 // is meant, what would be right, and the nearest name of one that was misspelt.
 std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error);
+
+// Of a command line that asks for help, what to tell instead: that there is no such command. None
+// where none is named, or one that there is.
+std::optional<std::string> UnknownCommand(const CLI::App& app);
 
 // Those of `names` that `word` may stand for: all that begin with it, from two letters on; else the
 // nearest one of which it is a slip, where fewer letters differ than a third of them, and at least

@@ -120,8 +120,8 @@ Result<ModelDescription> EditStore(
   if (source.descriptor < 0 || ::fstat(source.descriptor, &opened) != 0)
   {
     const int reason = errno;
-    return Error{ reason == ENOENT ? ErrorCode::NotFound : ErrorCode::InputOutput,
-      SystemReason(reason) };
+    return reason == ENOENT || reason == ENOTDIR ? Error{ ErrorCode::NotFound, "no such file" }
+                                                 : SystemError("cannot be opened", reason);
   }
   ModelDescription info;
   {

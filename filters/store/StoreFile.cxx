@@ -67,7 +67,7 @@ Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::
     const int reason = errno;
     const bool missing = reason == ENOENT || reason == ENOTDIR;
     return Error{ missing ? ErrorCode::NotFound : ErrorCode::InputOutput,
-      missing ? SystemReason(reason) : "cannot be opened: " + SystemReason(reason) };
+      missing ? "no such file" : "cannot be opened: " + SystemReason(reason) };
   }
   std::unique_ptr<const StoreFile> opened(new StoreFile(descriptor));
   Result<FileState> before = opened->State();

@@ -203,7 +203,12 @@ int Serve(const std::string& program, ServeOptions& line)
     std::chrono::seconds(line.grace), line.cacheBytes);
   if (const auto status = catalog.Reload(); !status)
   {
-    return PrintError(program, line.folder, status.GetError());
+    Error error = status.GetError();
+    if (error.code == ErrorCode::NotFound && line.folder.find('/') == std::string::npos)
+    {
+      error.message += " (" + program + " takes the folder of the stores; it has no commands)";
+    }
+    return PrintError(program, line.folder, error);
   }
   if (line.web.empty())
   {

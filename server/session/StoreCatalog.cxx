@@ -94,8 +94,14 @@ Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::pat
   }
   if (error)
   {
-    const bool missing = error == std::errc::no_such_file_or_directory;
-    return Error{ missing ? ErrorCode::NotFound : ErrorCode::InputOutput, error.message() };
+    if (error == std::errc::no_such_file_or_directory)
+    {
+      return Error{ ErrorCode::NotFound, "there is no such folder" };
+    }
+    return Error{ ErrorCode::InputOutput,
+      error == std::errc::not_a_directory
+        ? "is a file, not a folder: the folder that it is in is served"
+        : "cannot be read: " + error.message() };
   }
   std::sort(files.begin(), files.end());
   return files;

@@ -38,6 +38,10 @@ Status Player::Play(const SessionStep& step)
       return this->WaitForIdle();
     case SessionStep::Kind::Screenshot:
       KDSTREAM_TRY(this->Frame());
+      if (this->Session.GetStatus().vertices == 0)
+      {
+        return Error{ ErrorCode::NotFound, "is not written: nothing of the model could be shown" };
+      }
       return this->Window.SavePicture(step.name);
   }
   this->SendRequests();

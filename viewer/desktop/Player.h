@@ -40,7 +40,8 @@ public:
   Player(
     ServerClient& client, ViewerSession& session, SessionWindow& window, PlayerOptions options);
 
-  // Errors: those of the step, naming the model, the picture, or what is outstanding.
+  // Errors: those of the step, naming the model, the picture, or what is outstanding; NotFound for
+  // a picture that would show nothing, which is not written.
   Status Play(const SessionStep& step);
 
 private:

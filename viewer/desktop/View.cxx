@@ -16,6 +16,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 
 namespace
 {
@@ -188,6 +189,35 @@ void AddOptions(CLI::App& app, CommandLine& line)
     ->group(session);
 }
 
+// The result, with the file or the server that is at fault before an error's message,
+// unless that begins with it.
+template <class T>
+Result<T> At(const std::string& place, Result<T> result)
+{
+  const std::string message = result ? "" : result.GetError().message;
+  const bool named = message.starts_with(place + ": ") || message.starts_with("'" + place + "'");
+  if (!result && !named)
+  {
+    return Error{ result.GetError().code, place + ": " + message };
+  }
+  return result;
+}
+
+// Whether the picture of a step, if it is one, can be written beside `replay`, which names it.
+Status CheckStep(const SessionStep& step, const std::string& replay)
+{
+  if (step.kind != SessionStep::Kind::Screenshot)
+  {
+    return {};
+  }
+  if (const std::string wrong = CheckPicture(step.name); !wrong.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, wrong };
+  }
+  const auto place = At(step.name, CheckOutput(step.name, OutputKind::File, { replay }));
+  return place ? Status{} : place.GetError();
+}
+
 // The steps of a session file; none if no file is named.
 Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
 {
@@ -201,7 +231,15 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
     return Error{ ErrorCode::NotFound, "cannot be read: " + SystemReason(errno) };
   }
   const std::string text{ std::istreambuf_iterator<char>(input), {} };
-  return ParseSession(text);
+  auto steps =
+    ParseSession(text, [&file](const SessionStep& step) { return CheckStep(step, file); });
+  if (steps && steps->empty())
+  {
+    return Error{ ErrorCode::InvalidInput,
+      std::string(text.empty() ? "is empty" : "has no steps") +
+        ": a session file has a JSON object a line (--help tells which)" };
+  }
+  return steps;
 }
 
 // Nothing if no file is named.
@@ -282,17 +320,6 @@ std::vector<SessionStep> Script(
   return steps;
 }
 
-// The result, with the file or the server that is at fault before an error's message.
-template <class T>
-Result<T> At(const std::string& place, Result<T> result)
-{
-  if (!result)
-  {
-    return Error{ result.GetError().code, place + ": " + result.GetError().message };
-  }
-  return result;
-}
-
 // Before the work, so that nothing is done in vain. Outputs that are links become what they link
 // to.
 Status CheckOutputs(CommandLine& line)
@@ -346,11 +373,63 @@ void TellIfNothingIsWritten(const std::string& program, const CommandLine& line,
   }
 }
 
+// A file where the address of a server is expected: there is no such ability yet.
+Status CheckAddress(const std::string& url)
+{
+  std::error_code status;
+  if (!std::filesystem::exists(url, status))
+  {
+    return {};
+  }
+  const bool folder = std::filesystem::is_directory(url, status);
+  return Error{ ErrorCode::InvalidArgument,
+    url + ": is a " + (folder ? "folder" : "file") +
+      ", and this version looks at servers alone (http://HOST:PORT): kdstream-serve serves " +
+      (folder ? "it" : "the folder that it is in") };
+}
+
+// What is told of pictures that show nothing, or less than they should.
+class ToldPictures
+{
+public:
+  ToldPictures(std::string program, const ViewerSession& session)
+    : Program(std::move(program))
+    , Session(session)
+  {
+  }
+
+  // A part of the model that is looked at could not be loaded.
+  void AddFailure() { this->Incomplete.insert(this->Session.GetStatus().model); }
+
+  // Of a step that was played: the exit code. Errors: those of the step, but a picture of nothing.
+  Result<int> Tell(const SessionStep& step, const Status& played) const
+  {
+    const bool picture = step.kind == SessionStep::Kind::Screenshot;
+    if (picture && !played && played.GetError().code == ErrorCode::NotFound)
+    {
+      return PrintError(this->Program, step.name, played.GetError()); // the others go on
+    }
+    KDSTREAM_TRY(played);
+    if (picture && this->Incomplete.count(this->Session.GetStatus().model) > 0)
+    {
+      std::cerr << this->Program << ": warning: " << step.name
+                << ": is incomplete: a part of the model could not be loaded\n";
+    }
+    return exitDone;
+  }
+
+private:
+  std::string Program;
+  const ViewerSession& Session;
+  std::set<std::string> Incomplete; // models
+};
+
 // Steps: check where the outputs go, read what is to be played, connect, open the window, play,
 // write the outputs. Returns the exit code: a part of the model that could not be loaded makes it a
 // failure, but the session goes on without that part.
 Result<int> View(const std::string& program, CommandLine line)
 {
+  KDSTREAM_TRY(CheckAddress(line.url));
   KDSTREAM_TRY(CheckOutputs(line));
   const auto replay = At(line.replay, ReadReplay(line.replay));
   KDSTREAM_TRY(replay);
@@ -368,11 +447,14 @@ Result<int> View(const std::string& program, CommandLine line)
   session.SetModels((*client)->Models());
   session.Resize({ line.width, line.height, 1 });
   int exitCode = exitDone;
+  ToldPictures pictures(program, session);
   std::string record;
   PlayerOptions options;
   options.record = [&record](const SessionStep& step) { record += FormatSessionStep(step) + "\n"; };
-  options.complain = [&](const std::string& sentence) {
+  options.complain = [&](const std::string& sentence)
+  {
     exitCode = PrintError(program, line.url, { ErrorCode::NotFound, sentence });
+    pictures.AddFailure();
   };
   options.interrupted = Interrupted;
   ViewReport report;
@@ -382,7 +464,9 @@ Result<int> View(const std::string& program, CommandLine line)
   for (const SessionStep& step : steps)
   {
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
-    KDSTREAM_TRY(At(picture ? step.name : line.url, player.Play(step)));
+    const auto told = At(picture ? step.name : line.url, pictures.Tell(step, player.Play(step)));
+    KDSTREAM_TRY(told);
+    exitCode = std::max(exitCode, *told);
   }
 
   KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));

@@ -135,7 +135,8 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
 
 }
 
-Result<std::vector<SessionStep>> ParseSession(std::string_view text)
+Result<std::vector<SessionStep>> ParseSession(
+  std::string_view text, const std::function<Status(const SessionStep&)>& check)
 {
   std::vector<SessionStep> steps;
   std::size_t line = 0;
@@ -151,6 +152,10 @@ Result<std::vector<SessionStep>> ParseSession(std::string_view text)
     }
     auto step = ParseStep(content, line);
     KDSTREAM_TRY(step);
+    if (const Status checked = check ? check(*step) : Status{}; !checked)
+    {
+      return Wrong(line, checked.GetError().message);
+    }
     steps.push_back(std::move(*step));
   }
   return steps;

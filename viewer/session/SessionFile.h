@@ -13,6 +13,7 @@
 #include "filters/core/Result.h"
 #include "viewer/session/GestureRecognizer.h"
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,8 +37,11 @@ struct SessionStep
 };
 
 // Reads a session file's content; empty lines are skipped. O(size).
-// Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors.
-Result<std::vector<SessionStep>> ParseSession(std::string_view text);
+// check: what a player has against a step, which is told before it plays any.
+// Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors, and what
+// `check` says.
+Result<std::vector<SessionStep>> ParseSession(
+  std::string_view text, const std::function<Status(const SessionStep&)>& check = {});
 
 // The step as one line, without the line's end. Parsing it gives the same step again, bit for bit.
 std::string FormatSessionStep(const SessionStep& step);

@@ -201,7 +201,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
     "--resume: building out of core takes at least 64 MiB; build without --resume to start over");
   const auto time = fs::last_write_time(this->Input());
   fs::last_write_time(this->Input(), time + std::chrono::seconds(1));
-  EXPECT_EQ(refused(same).code, ErrorCode::InvalidInput);
+  EXPECT_EQ(refused(same).code, ErrorCode::InvalidArgument);
   fs::last_write_time(this->Input(), time);
   const auto report = BuildStore(this->Input(), this->Store(), same);
   ASSERT_TRUE(report) << report.GetError().message;
@@ -251,17 +251,49 @@ TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
     }
   }
   this->ExpectNothingLeft();
-  // Nothing is hinted at where nothing is left, or where --resume would be refused.
+  // Nothing is hinted at where nothing is left.
   std::string told;
   this->Options.resume = false;
   this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
   std::vector<std::size_t> publishing;
   this->CountSteps(publishing);
+  EXPECT_EQ(told, "");
+}
+
+// They may be hours of work: a plain build with a slip in its options says what it removes.
+TEST_F(ResumedBuild, WhatAnotherBuildHasLeftIsRemovedWithAWord)
+{
+  this->Write(Shuffled(Torus(96, 48), 2));
+  std::vector<std::size_t> publishing;
+  this->CountSteps(publishing);
+  std::string told;
+  this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
+  const std::string left =
+    "a killed build of this store has left files, which this build removes: ";
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
   this->Options.title = "other";
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
-  EXPECT_EQ(told, "");
+  EXPECT_EQ(told, left + "to go on with them by --resume, --title none (now other) is needed");
+  this->Options.title = "";
+
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
+  told.clear();
+  const fs::path moved = this->Folder / "moved.ply";
+  fs::copy_file(this->Input(), moved);
+  ASSERT_TRUE(BuildStore(moved, this->Store(), this->Options));
+  EXPECT_EQ(told, left + "to go on with them by --resume, their input " +
+                    fs::canonical(this->Input()).string() + " is needed");
+
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
+  told.clear();
+  fs::last_write_time(this->Input(), fs::last_write_time(this->Input()) + std::chrono::seconds(1));
+  ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
+  EXPECT_EQ(told, left + "their input has been changed since, so that --resume cannot go on with "
+                         "them");
+  fs::remove(moved);
+  this->Take();
+  this->ExpectNothingLeft();
 }
 
 TEST_F(ResumedBuild, AConvertedInputIsKnownByWhatItWasMadeFrom)
@@ -283,7 +315,7 @@ TEST_F(ResumedBuild, AConvertedInputIsKnownByWhatItWasMadeFrom)
   this->Options.convertedBy = "";
   const auto time = fs::last_write_time(from);
   std::ofstream(from) << "something else";
-  EXPECT_EQ(this->External().GetError().code, ErrorCode::InvalidInput);
+  EXPECT_EQ(this->External().GetError().code, ErrorCode::InvalidArgument);
   std::ofstream(from) << "anything";
   fs::last_write_time(from, time);
   fs::remove(this->Input());

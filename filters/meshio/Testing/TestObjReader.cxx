@@ -110,7 +110,8 @@ TEST(ObjReader, FacesMayComeFirst)
   const Contents read = ReadBytes("f 1 2 3\nf 3 2 1\n" + threePlaces);
   ASSERT_TRUE(read.status);
   EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 } }));
-  ExpectError("f -1 2 3\n" + threePlaces, "line 1: face 0: vertex -1 is not there: 0 come before");
+  ExpectError(
+    "f -1 2 3\n" + threePlaces, "face 0 (line 1) names vertex -1, but none come before it");
 }
 
 TEST(ObjReader, CommentsDoNotGoOnInTheNextLine)
@@ -152,30 +153,30 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere)
 {
   ExpectError("", "the file is empty");
   ExpectError("hello\nworld\n", "is not an OBJ file: no line says v, vt, vn or f");
-  ExpectError("v 1 2\n", "line 1: vertex 0: a vertex of 2 numbers");
-  ExpectError("\nv 1 2 3\nv 1 2 3 4 5 6 7 8 9\n", "line 3: vertex 1: a vertex of 9 numbers");
-  ExpectError("v 1 2 3\nv 1 2 nan\n", "line 2: vertex 1: z is not finite");
-  ExpectError("v 1 2 1.5x\n", "line 1: vertex 0: '1.5x' is not a number");
-  ExpectError("v 1 2 3 0 0 red\n", "line 1: vertex 0: 'red' is not a number");
-  ExpectError("v 1e999 2 1\n", "line 1: vertex 0: '1e999' is too large a number");
-  ExpectError(threePlaces + "f 1 2\n", "line 4: face 0: a face of 2 corners");
-  ExpectError(threePlaces + "f 1 2 3\nf\n", "line 5: face 1: a face of 0 corners");
-  ExpectError(threePlaces + "f 1 2 4\n", "line 4: face 0: vertex 4 is not there: the file has 3");
-  ExpectError(
-    threePlaces + "f 1 2 -4\nv 9 9 9\n", "line 4: face 0: vertex -4 is not there: 3 come before");
-  ExpectError(threePlaces + "f 1 2 0\n", "line 4: face 0: '0' is no number of a vertex");
-  ExpectError(threePlaces + "f 1 2 x\n", "line 4: face 0: 'x' is no number of a vertex");
+  ExpectError("v 1 2\n", "vertex 0 (line 1): a vertex of 2 numbers");
+  ExpectError("\nv 1 2 3\nv 1 2 3 4 5 6 7 8 9\n", "vertex 1 (line 3): a vertex of 9 numbers");
+  ExpectError("v 1 2 3\nv 1 2 nan\n", "vertex 1 (line 2): z is not finite");
+  ExpectError("v 1 2 1.5x\n", "vertex 0 (line 1): '1.5x' is not a number");
+  ExpectError("v 1 2 3 0 0 red\n", "vertex 0 (line 1): 'red' is not a number");
+  ExpectError("v 1e999 2 1\n", "vertex 0 (line 1): '1e999' is too large a number");
+  ExpectError(threePlaces + "f 1 2\n", "face 0 (line 4): a face of 2 corners");
+  ExpectError(threePlaces + "f 1 2 3\nf\n", "face 1 (line 5): a face of 0 corners");
+  ExpectError(threePlaces + "f 1 2 4\n", "face 0 (line 4) names vertex 4, but there are only 3");
+  ExpectError(threePlaces + "f 1 2 -4\nv 9 9 9\n",
+    "face 0 (line 4) names vertex -4, but only 3 come before it");
+  ExpectError(threePlaces + "f 1 2 0\n", "face 0 (line 4): '0' is no number of a vertex");
+  ExpectError(threePlaces + "f 1 2 x\n", "face 0 (line 4): 'x' is no number of a vertex");
   ExpectError(threePlaces + "f 1 2 99999999999999999999\n",
-    "line 4: face 0: '99999999999999999999' is no number of a vertex");
+    "face 0 (line 4): '99999999999999999999' is no number of a vertex");
   ExpectError(threePlaces + "f 1/1 2/1 3/1\n",
-    "line 4: face 0: texture coordinate 1 is not there: the file has 0");
+    "face 0 (line 4) names texture coordinate 1, but there are none");
   ExpectError(threePlaces + "vn 1 0 0\nf 1//1 2//-2 3//1\n",
-    "line 5: face 0: normal -2 is not there: 1 come before");
+    "face 0 (line 5) names normal -2, but only 1 comes before it");
   ExpectError(
-    threePlaces + "f 1/1/1/1 2 3\n", "line 4: face 0: a corner of more than three numbers");
-  ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "line 4: normal 0: has 2 numbers");
+    threePlaces + "f 1/1/1/1 2 3\n", "face 0 (line 4): a corner of more than three numbers");
+  ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "normal 0 (line 4): has 2 numbers");
   ExpectError(
-    threePlaces + "vt a\nf 1/1 2/1 3/1\n", "line 4: texture coordinate 0: 'a' is not a number");
+    threePlaces + "vt a\nf 1/1 2/1 3/1\n", "texture coordinate 0 (line 4): 'a' is not a number");
   ExpectError(threePlaces + "f" + std::string(2 << 20, ' '), "line 4: is longer than 1 MiB");
 }
 

@@ -308,25 +308,28 @@ TEST(PlyReader, NamesCoordinatesThatAreNotFinite)
 
 TEST(PlyReader, NamesIndicesOutOfRange)
 {
-  ExpectError(WithFaces(2, "3 0 1 2\n3 0 1 99\n"), "face 1: index 99 out of range (4 vertices)");
-  ExpectError(WithFaces(1, "4 0 1 2 4\n"), "face 0: index 4 out of range (4 vertices)");
-  ExpectError(WithFaces(1, "3 0 -1 2\n"), "face 0: index -1 out of range (4 vertices)");
+  ExpectError(WithFaces(2, "3 0 1 2\n3 0 1 99\n"),
+    "face 1 names vertex 99, but there are only 4, counted from 0");
+  ExpectError(
+    WithFaces(1, "4 0 1 2 4\n"), "face 0 names vertex 4, but there are only 4, counted from 0");
+  ExpectError(
+    WithFaces(1, "3 0 -1 2\n"), "face 0 names vertex -1, but there are only 4, counted from 0");
   ExpectError(WithFaces(1, "3 0 99999999999999999999 2\n"),
     "face 0: index '99999999999999999999' out of range");
   const std::string bytesList = "property list uchar int vertex_indices\n";
   const std::string minusOne(4, '\xff');
   const std::string zeros(8, '\0');
   ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne),
-    "face 0: index -1 out of range (2 vertices)");
+    "face 0 names vertex -1, but there are only 2, counted from 0");
   ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne, true),
-    "face 0: index -1 out of range (2 vertices)");
+    "face 0 names vertex -1, but there are only 2, counted from 0");
   ExpectError(BinaryWithFace("property list uchar uint vertex_indices\n", "\3" + minusOne + zeros),
-    "face 0: index 4294967295 out of range (2 vertices)");
+    "face 0 names vertex 4294967295, but there are only 2, counted from 0");
   ExpectError(BinaryWithFace(bytesList, "\3" + zeros + std::string("\2\0\0\0", 4)),
-    "face 0: index 2 out of range (2 vertices)");
+    "face 0 names vertex 2, but there are only 2, counted from 0");
   ExpectError(
     BinaryWithFace("property list uchar char vertex_indices\n", std::string("\4\0\1\0\x80", 5)),
-    "face 0: index -128 out of range (2 vertices)");
+    "face 0 names vertex -128, but there are only 2, counted from 0");
 }
 
 TEST(PlyReader, NamesPolygonsWithTooFewVertices)
@@ -493,7 +496,8 @@ TEST(PlyReader, TakesNoNegativeIndexForALargeOne)
   Mesh mesh;
   const Result<std::size_t> read = (*reader)->ReadTriangles(mesh, 1);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.GetError().message, "face 0: index -16 out of range (4294967294 vertices)");
+  EXPECT_EQ(read.GetError().message,
+    "face 0 names vertex -16, but there are only 4294967294, counted from 0");
 }
 
 }

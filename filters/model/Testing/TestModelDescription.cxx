@@ -228,14 +228,14 @@ TEST(TestModelDescription, WhatServersDoNotTellStaysWithTheStore)
 
 TEST(TestModelDescription, ModelIds)
 {
-  for (const auto& id : { std::string("a"), std::string("A.b_c-9"), std::string("..."),
+  for (const auto& id : { std::string("a"), std::string("A.b_c-9"), std::string("a..."),
          std::string("-"), std::string(128, 'x') })
   {
     EXPECT_TRUE(IsModelId(id)) << id;
   }
-  for (const auto& id : { std::string(""), std::string("."), std::string(".."), std::string("a/b"),
-         std::string("a b"), std::string("a%20b"), std::string("é"), std::string(129, 'x'),
-         std::string("a\0b", 3), std::string("a\\b") })
+  for (const auto& id : { std::string(""), std::string("."), std::string(".."),
+         std::string(".hidden"), std::string("a/b"), std::string("a b"), std::string("a%20b"),
+         std::string("é"), std::string(129, 'x'), std::string("a\0b", 3), std::string("a\\b") })
   {
     EXPECT_FALSE(IsModelId(id)) << id;
   }

@@ -279,7 +279,7 @@ TEST_F(BuildFolderTest, AnotherBuildIsNotResumedAndLosesNothing)
   EXPECT_EQ(refusal(other).code, ErrorCode::Unsupported) << "this version knows fewer options";
   const auto time = fs::last_write_time(input);
   fs::last_write_time(input, time + std::chrono::seconds(1));
-  EXPECT_EQ(refusal(identity).code, ErrorCode::InvalidInput);
+  EXPECT_EQ(refusal(identity).code, ErrorCode::InvalidArgument);
   EXPECT_NE(refusal(identity).message.find("another input, or this one"), std::string::npos);
   fs::last_write_time(input, time);
   EXPECT_EQ(this->Open(true, fingerprint).FinishedPhases(), 1U);
@@ -287,21 +287,26 @@ TEST_F(BuildFolderTest, AnotherBuildIsNotResumedAndLosesNothing)
 
 TEST_F(BuildFolderTest, TellsWhatCouldBeResumedAndTouchesNothing)
 {
-  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "") << "there is no folder";
+  const auto lastPhaseIn = [](const fs::path& path)
+  {
+    const std::optional<LeftBuild> left = BuildFolder::LeftIn(path);
+    return left ? left->lastPhase : std::string();
+  };
+  EXPECT_EQ(lastPhaseIn(this->Path()), "") << "there is no folder";
   EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
   this->Leave(2);
   const std::vector<fs::path> before = EntriesOf(this->Path());
-  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "squares");
-  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "other"), "");
+  EXPECT_EQ(lastPhaseIn(this->Path()), "squares");
+  EXPECT_EQ(BuildFolder::LeftIn(this->Path())->fingerprint, "same");
   EXPECT_EQ(EntriesOf(this->Path()), before);
   {
     BuildFolder running = this->Open(true);
-    EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "") << "a build is running";
+    EXPECT_EQ(lastPhaseIn(this->Path()), "") << "a build is running";
     running.Keep(true);
   }
-  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "squares");
+  EXPECT_EQ(lastPhaseIn(this->Path()), "squares");
   fs::permissions(this->Path(), fs::perms::others_write, fs::perm_options::add);
-  EXPECT_EQ(BuildFolder::LastPhaseIn(this->Path(), "same"), "") << "others may write there";
+  EXPECT_EQ(lastPhaseIn(this->Path()), "") << "others may write there";
   fs::permissions(this->Path(), fs::perms::others_write, fs::perm_options::remove);
   EXPECT_EQ(this->FinishedPhases(), 2U);
 }
@@ -391,6 +396,7 @@ TEST_F(BuildFolderTest, OneBuildOfAStoreAtATime)
   EXPECT_EQ(second.GetError().code, ErrorCode::LimitExceeded);
   EXPECT_EQ(second.GetError().message,
     "another build of this store is running: it has locked " + this->Path().string() + ".lock");
+  EXPECT_EQ(second.GetError().file, "") << "the folder is not at fault";
   std::optional<SpillFile> file(std::move(*first->Files().CreateFile("points", 0)));
   first.reset();
   EXPECT_FALSE(BuildFolder::Open(this->Path(), "same", true)) << "a file is still open";

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <span>
 #include <system_error>
 
 #include <sys/stat.h>
@@ -17,10 +16,12 @@ namespace
 
 namespace fs = std::filesystem;
 
+using Parts = std::vector<std::string_view>;
+
 // The parts of a fingerprint, each after its length; fewer where it is none.
-std::vector<std::string_view> PartsOf(std::string_view fingerprint)
+Parts PartsOf(std::string_view fingerprint)
 {
-  std::vector<std::string_view> parts;
+  Parts parts;
   while (!fingerprint.empty())
   {
     std::size_t length = 0, digits = 0;
@@ -41,7 +42,20 @@ std::vector<std::string_view> PartsOf(std::string_view fingerprint)
 }
 
 // The parts of a fingerprint before the options: the program; path, size and time of the input.
-constexpr std::size_t partsOfProgram = 1, partsBeforeOptions = 4;
+constexpr std::size_t partsOfProgram = 1, pathOfInput = 1, partsBeforeOptions = 4;
+
+// Whether the same program has made both, which then have the same options, with values.
+bool OfOneProgram(const Parts& before, const Parts& after)
+{
+  return before.size() >= partsBeforeOptions && before.size() == after.size() &&
+         before[0] == after[0];
+}
+
+bool OfOneInput(const Parts& before, const Parts& after)
+{
+  return std::equal(before.begin() + partsOfProgram, before.begin() + partsBeforeOptions,
+    after.begin() + partsOfProgram);
+}
 
 // "20", "none", "\"Statue of somebody\"".
 std::string ValueText(std::string_view value)
@@ -52,11 +66,10 @@ std::string ValueText(std::string_view value)
 }
 
 // "--precision 20 (now 12), --title none (now \"Statue\")".
-std::string DescribeDifference(
-  std::span<const std::string_view> before, std::span<const std::string_view> after)
+std::string DescribeOptions(const Parts& before, const Parts& after)
 {
   std::string text;
-  for (std::size_t i = 0; i + 1 < before.size() && i + 1 < after.size(); i += 2)
+  for (std::size_t i = partsBeforeOptions; i + 1 < before.size(); i += 2)
   {
     if (before[i] != after[i] || before[i + 1] != after[i + 1])
     {
@@ -110,21 +123,35 @@ Status CheckSameBuild(std::string_view earlier, std::string_view now)
       "--resume: the interrupted build " + why +
         "; its files are left as they are: build without --resume to start over" };
   };
-  const std::vector<std::string_view> before = PartsOf(earlier), after = PartsOf(now);
-  if (before.size() < partsBeforeOptions || before.size() != after.size() || before[0] != after[0])
+  const Parts before = PartsOf(earlier), after = PartsOf(now);
+  if (!OfOneProgram(before, after))
   {
     return refused(ErrorCode::Unsupported, "was by another version of this program");
   }
-  if (!std::equal(before.begin() + partsOfProgram, before.begin() + partsBeforeOptions,
-        after.begin() + partsOfProgram))
+  if (!OfOneInput(before, after))
   {
     return refused(
-      ErrorCode::InvalidInput, "had another input, or this one has been changed since");
+      ErrorCode::InvalidArgument, "had another input, or this one has been changed since");
   }
-  return refused(
-    ErrorCode::InvalidArgument, "had other options, which are needed to go on with it: " +
-                                  DescribeDifference(std::span(before).subspan(partsBeforeOptions),
-                                    std::span(after).subspan(partsBeforeOptions)));
+  return refused(ErrorCode::InvalidArgument,
+    "had other options, which are needed to go on with it: " + DescribeOptions(before, after));
+}
+
+std::string DescribeOtherBuild(std::string_view earlier, std::string_view now)
+{
+  const Parts before = PartsOf(earlier), after = PartsOf(now);
+  if (!OfOneProgram(before, after))
+  {
+    return "they are of another version of this program";
+  }
+  const std::string needed = "to go on with them by --resume, ";
+  if (before[pathOfInput] != after[pathOfInput])
+  {
+    return needed + "their input " + std::string(before[pathOfInput]) + " is needed";
+  }
+  return OfOneInput(before, after)
+           ? needed + DescribeOptions(before, after) + " is needed"
+           : "their input has been changed since, so that --resume cannot go on with them";
 }
 
 }

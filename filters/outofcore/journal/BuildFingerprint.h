@@ -25,10 +25,14 @@ struct BuildIdentity
 Result<std::string> FingerprintOf(const BuildIdentity& identity);
 
 // Whether the build of one fingerprint may go on with what that of an earlier one has left. Errors:
-// InvalidArgument where the earlier one had other options, which are named; InvalidInput where it
-// had another input, or the same before it was changed; Unsupported where it was by another program
-// or version.
+// InvalidArgument where the earlier one had other options, which are named, another input, or the
+// same before it was changed; Unsupported where it was by another program or version.
 Status CheckSameBuild(std::string_view earlier, std::string_view now);
+
+// The same for a build that does not want to go on with it, as the end of a sentence about the
+// files that are left: "to go on with them by --resume, --title none (now \"Statue\") is needed".
+// REQUIRES: the fingerprints differ.
+std::string DescribeOtherBuild(std::string_view earlier, std::string_view now);
 
 // One path for a file, however it is written.
 std::filesystem::path CanonicalPath(const std::filesystem::path& path);

@@ -187,7 +187,11 @@ Result<BuildFolder> BuildFolder::Open(
   const fs::path& path, std::string_view fingerprint, bool resume, FileHook hook)
 {
   const std::string disk = path.parent_path().string(); // what a user knows of it
-  Result<std::shared_ptr<void>> lock = OfFile(disk, Lock(LockOf(path), hook));
+  Result<std::shared_ptr<void>> lock = Lock(LockOf(path), hook);
+  if (!lock && lock.GetError().code != ErrorCode::LimitExceeded) // not the folder's fault
+  {
+    return OfFile(disk, std::move(lock)).GetError();
+  }
   KDSTREAM_TRY(lock);
   if (hook)
   {
@@ -207,7 +211,7 @@ Result<BuildFolder> BuildFolder::Open(
   return folder;
 }
 
-std::string BuildFolder::LastPhaseIn(const fs::path& path, std::string_view fingerprint)
+std::optional<LeftBuild> BuildFolder::LeftIn(const fs::path& path)
 {
   if (!IsOwnFolder(path) || IsLocked(LockOf(path)))
   {
@@ -218,9 +222,10 @@ std::string BuildFolder::LastPhaseIn(const fs::path& path, std::string_view fing
   ledger->keepFolder = true;
   const BuildFolder folder{ SpillFolder(std::move(ledger)) };
   const Result<PhaseJournal> journal = folder.ReadJournal();
-  const std::size_t usable =
-    journal && journal->fingerprint == fingerprint ? folder.CountUsable(*journal) : 0;
-  return usable == 0 ? std::string() : journal->phases[usable - 1].name;
+  const std::size_t usable = journal ? folder.CountUsable(*journal) : 0;
+  return usable == 0
+           ? std::nullopt
+           : std::optional(LeftBuild{ journal->fingerprint, journal->phases[usable - 1].name });
 }
 
 BuildFolder::~BuildFolder()

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +28,11 @@ struct PhaseFile
 {
   std::string name;
   SpillFile file;
+};
+// What a killed build has left that can be gone on from.
+struct LeftBuild
+{
+  std::string fingerprint, lastPhase;
 };
 struct PhaseFileName
 {
@@ -71,15 +77,13 @@ public:
   // since, counts as not finished; a damaged journal as none. hook: for tests. Errors: InputOutput
   // where the folder cannot be made or is not this user's; LimitExceeded where another process
   // builds in it now (a lock on PATH.lock, which the system gives back with the process). With
-  // `resume` also, everything being left as it is: InvalidArgument where the earlier build had
-  // other options, which are named; InvalidInput where it had another input, or the same before it
-  // was changed; Unsupported where it was by another program or version.
+  // `resume` also, everything being left as it is, those of CheckSameBuild.
   static Result<BuildFolder> Open(const std::filesystem::path& path, std::string_view fingerprint,
     bool resume, FileHook hook = {});
 
-  // The last phase that a build of this fingerprint could go on from with `resume`; empty where
-  // there is none, or where a build is running there. Changes nothing.
-  static std::string LastPhaseIn(const std::filesystem::path& path, std::string_view fingerprint);
+  // What a build of the same fingerprint could go on from with `resume`; none where there is no
+  // finished phase, or where a build is running there. Changes nothing.
+  static std::optional<LeftBuild> LeftIn(const std::filesystem::path& path);
 
   BuildFolder(BuildFolder&&) noexcept = default;
   BuildFolder& operator=(BuildFolder&&) = delete;

@@ -59,6 +59,10 @@ TEST(TestProgram, InterruptedWorkBlamesNoFile)
     PrintError("kdstream-test", "in.ply", { ErrorCode::Cancelled, "cancelled", "other.ply" });
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "kdstream-test: error: interrupted\n");
   EXPECT_EQ(exitCode, exitFailed);
+  testing::internal::CaptureStderr();
+  PrintError("kdstream-test", "in.ply", { ErrorCode::Cancelled, "cancelled" }, "out.kds");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+    "kdstream-test: error: interrupted: out.kds is not written\n");
 }
 
 }

@@ -66,6 +66,10 @@ std::string MessageOfCommand(std::vector<std::string> arguments)
   {
     app.parse(arguments);
   }
+  catch (const CLI::Success&) // help
+  {
+    return UnknownCommand(app).value_or("");
+  }
   catch (const CLI::ParseError& error)
   {
     return UsageMessage(app, error);
@@ -102,6 +106,13 @@ TEST(UsageMessage, CommandsToo)
     MessageOfCommand({ "inof", "m.kds" }), "there is no command \"inof\"; did you mean info?");
   EXPECT_EQ(MessageOfCommand({ "frobnicate" }),
     "there is no command \"frobnicate\"; there is info or extract");
+  // Help of a command that there is not would be that of the program.
+  EXPECT_EQ(MessageOfCommand({ "frobnicate", "--help" }),
+    "there is no command \"frobnicate\"; there is info or extract");
+  EXPECT_EQ(
+    MessageOfCommand({ "--help", "inof" }), "there is no command \"inof\"; did you mean info?");
+  EXPECT_EQ(MessageOfCommand({ "--help" }), "");
+  EXPECT_EQ(MessageOfCommand({ "info", "--help" }), "");
   EXPECT_EQ(MessageOfCommand({}), "a command is missing: info or extract");
   // The command is named, whatever options follow it or stand before it.
   EXPECT_EQ(MessageOfCommand({ "inof", "m.kds", "--json" }),

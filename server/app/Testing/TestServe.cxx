@@ -486,6 +486,22 @@ TEST_F(Serve, TellsWhyItCannotServe)
     EXPECT_EQ(serve.Wait(), code) << (arguments.empty() ? "" : arguments.back());
   }
   EXPECT_EQ(fs::file_size(this->stores / "one.kds"), bytes) << "no line of a log in a store";
+  // In our words.
+  const auto line = [](const std::string& directory)
+  {
+    Process serve({ directory, "--port", "0" });
+    serve.OutLine();
+    const std::string error = serve.ErrorLine();
+    serve.Signal(SIGTERM);
+    EXPECT_EQ(serve.Wait(), 1);
+    return error;
+  };
+  const std::string store = this->stores / "one.kds";
+  EXPECT_EQ(line(store), "kdstream-serve: error: " + store +
+                           ": is a file, not a folder: the folder that it is in is served");
+  EXPECT_EQ(line("token"),
+    "kdstream-serve: error: token: there is no such folder (kdstream-serve takes the folder of the "
+    "stores; it has no commands)");
 }
 
 int main(int argc, char** argv)

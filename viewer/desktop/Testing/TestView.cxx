@@ -213,13 +213,49 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find(protocol::BlobName(*this->Models.model->damaged)), std::string::npos);
   EXPECT_TRUE(this->IsPicture("region.png"));
+  // Pictures from before are whole.
+  const auto incomplete = [](const std::string& name)
+  {
+    return "kdstream-view: warning: " + name +
+           ": is incomplete: a part of the model could not be loaded\n";
+  };
+  EXPECT_EQ(this->Err.find(incomplete("preview.png")), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find(incomplete("level.png")), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find(incomplete("region.png")), std::string::npos) << this->Err;
+}
+
+// A picture of nothing would pass for one of the model.
+TEST_F(TestView, APictureOfNothingIsNotWritten)
+{
+  const TreeDepths& depths = kdstream::testing::Torus().Description().depths;
+  this->Models.model->damaged =
+    protocol::BlobId::LevelPiece(static_cast<std::uint8_t>(PreviewLevel(depths)), 1);
+  ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
+  this->Write(
+    "picture.jsonl", "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"screenshot\":\"p.png\"}\n");
+  for (const std::string replay : { "", " --replay picture.jsonl" })
+  {
+    EXPECT_EQ(this->View("--offscreen auto --size 64x64 --screenshot none.png "
+                         "--stats s.json --record r.jsonl" +
+                         replay),
+      1);
+    EXPECT_NE(this->Err.find("kdstream-view: error: none.png: is not written: nothing of the model "
+                             "could be shown\n"),
+      std::string::npos)
+      << this->Err;
+    EXPECT_EQ(this->Err.find("error: p.png: is not written") == std::string::npos, replay.empty());
+    EXPECT_FALSE(std::filesystem::exists(this->Folder / "none.png"));
+    EXPECT_FALSE(std::filesystem::exists(this->Folder / "p.png"));
+    EXPECT_TRUE(std::filesystem::remove(this->Folder / "s.json")) << "the rest is written";
+    EXPECT_TRUE(std::filesystem::remove(this->Folder / "r.jsonl"));
+  }
 }
 
 TEST_F(TestView, WhatCannotBeShownIsSaidOnce)
 {
   this->Models.model->described = kdstream::testing::Torus().Description();
   this->Models.model->described->levels.clear();
-  EXPECT_EQ(this->View("--offscreen auto --size 400x300 --screenshot none.png"), 1);
+  EXPECT_EQ(this->View("--offscreen auto --size 400x300 --report r.json"), 1);
   EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
   EXPECT_NE(this->Err.find("torus cannot be shown: it has no levels of detail"), std::string::npos)
     << this->Err;
@@ -228,8 +264,18 @@ TEST_F(TestView, WhatCannotBeShownIsSaidOnce)
 TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
 {
   this->Write("bad.jsonl", "{\"wait\":\"idle\"}\n{\"wait\":\"long\"}\n");
+  this->Write("jpg.jsonl", "{\"wait\":\"idle\"}\n{\"screenshot\":\"w.jpg\"}\n");
+  this->Write("folder.jsonl", "{\"screenshot\":\"no/w.png\"}\n");
+  this->Write("empty.jsonl", "");
+  this->Write("blank.jsonl", "\n \n");
   const std::string offscreen = "--offscreen auto --size 64x64 ";
   const std::vector<std::tuple<std::string, int, std::string>> cases = {
+    { offscreen + "--replay jpg.jsonl", 1,
+      " error: jpg.jsonl: line 2: 'w.jpg' does not end in .png, and pictures are written as PNG" },
+    { offscreen + "--replay folder.jsonl", 1,
+      " error: folder.jsonl: line 1: no/w.png: cannot create a file in no: No such file" },
+    { offscreen + "--replay empty.jsonl", 1, " error: empty.jsonl: is empty" },
+    { offscreen + "--replay blank.jsonl", 1, " error: blank.jsonl: has no steps" },
     { "", 2, "--offscreen" },
     { "--offscreen window", 2, "window" },
     { "--offscreen auto --size 0x5", 2, "0x5" },
@@ -252,8 +298,20 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     EXPECT_NE(this->Err.find(what), std::string::npos) << this->Err;
     EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
   }
+  EXPECT_FALSE(std::filesystem::exists(this->Folder / "w.jpg"));
   EXPECT_EQ(this->Run("nowhere " + offscreen), 2);
+  EXPECT_EQ(this->Err,
+    "kdstream-view: error: 'nowhere' is not a server's address: it must be http://HOST:PORT\n");
   EXPECT_EQ(this->Run("https://127.0.0.1 " + offscreen), 2);
+  EXPECT_EQ(this->Err.rfind("kdstream-view: error: 'https://127.0.0.1': https is not", 0), 0U)
+    << this->Err;
+  EXPECT_EQ(this->Run(". " + offscreen), 2);
+  EXPECT_NE(this->Err.find(".: is a folder, and"), std::string::npos) << this->Err;
+  this->Write("m.kds", "");
+  EXPECT_EQ(this->Run("m.kds " + offscreen), 2);
+  EXPECT_EQ(this->Err,
+    "kdstream-view: error: m.kds: is a file, and this version looks at servers alone "
+    "(http://HOST:PORT): kdstream-serve serves the folder that it is in\n");
   const std::string url = this->Server->Url();
   this->Server.reset();
   EXPECT_EQ(this->Run(url + " " + offscreen), 1);
