@@ -1,81 +1,189 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an arriving piece costs, beside drawing all anew.
+// What one arriving piece costs where 250,000 triangles and more are shown, beside drawing all
+// anew (doc/benchmarks.md#arrivals): natively, and as WebAssembly under Node.
 //
-//   BenchArrival FOLDER MODEL ZOOM
-#include "Testing/Benchmarks/SimulatedLine.h"
-#include "server/session/StoreCatalog.h"
+//   BenchArrival NAME TAPE      a tape of TapeArrivals; exit code 1 where a bar is missed
+//
+// Two ratios: of drawing alone (parts, normals, and the chunks for the graphics memory), and with
+// the choice of what is shown before it, which goes through all wanted pieces.
+#include "Testing/Benchmarks/Arrivals.h"
+#include "filters/codec/PieceCodec.h"
 #include "viewer/mobile/SurfaceChunks.h"
-#include "viewer/rendering/SurfaceScene.h"
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <vector>
 
 using namespace kdstream;
-using kdstream::bench::SimulatedLine;
+using namespace kdstream::bench;
 
 namespace
 {
-double Now()
+
+double SecondsOf(const std::function<void()>& work)
 {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-double Median(std::vector<double> v)
-{
-  std::sort(v.begin(), v.end());
-  return v.empty() ? 0 : v[v.size() / 2];
-}
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-int main(int, char** a)
+std::size_t CutIntoChunks(const DrawnSurface::Part& part, const ViewerScene& scene)
 {
-  StoreCatalog stores(a[1], [](const std::filesystem::path&, const std::string&) {});
-  if (!stores.Reload())
-    return 2;
-  const auto models = stores.Models();
-  const auto model = *std::find_if(
-    models.begin(), models.end(), [&](auto& m) { return m->Description().id == a[2]; });
-  SessionOptions o;
-  o.refinement.triangles = 300000;
-  o.mostStatistics = 0;
-  ViewerSession s(o);
-  SimulatedLine line(*model, 1e6, 0.03);
-  s.Resize({ 1600, 960, 1 });
-  static_cast<void>(s.SelectModel(a[2]));
-  while (line.Next(s))
-    s.BeginFrame();
-  s.EnterFullScreen();
-  s.Zoom(atof(a[3]), 800, 480);
-  std::vector<double> arrive, frame, cut, scene;
-  SurfaceScene vtk; std::vector<DrawnSurface::Part> old;
-  std::uint64_t version = 0;
-  do
+  const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
+  ChunkCutter cutter(part.part->surface, UnitNormalsOf(*part.normals), {}, scene.depths,
+    SurfaceColoring::Own, center, 1);
+  SurfaceChunk chunk;
+  std::size_t bytes = 0;
+  while (cutter.Next(chunk))
   {
-    double t = Now();
-    s.BeginFrame();
-    double f = Now() - t;
-    const ViewerScene v = s.Scene();
-    if (v.surfaceVersion != version && v.surface->TriangleCount() > 150000)
+    bytes += sizeof(ChunkVertex) * chunk.vertices.size() + 2 * chunk.indices.size();
+  }
+  return bytes;
+}
+
+class Stopwatch
+{
+public:
+  explicit Stopwatch(const ModelDescription& model)
+    : Context(model.Codec())
+  {
+  }
+
+  void Arrive(const protocol::BlobId& blob, const Bytes& bytes)
+  {
+    if (IsOfPiece(blob))
     {
-      version = v.surfaceVersion;
-      frame.push_back(f);
-      t = Now();
-      static_cast<void>(vtk.Update(*v.surface, v.depths, v.box.lo * .5 + v.box.hi * .5));
-      scene.push_back(Now() - t);
-      int same = 0;
-      for (auto& p : v.surface->Parts()) for (auto& q : old) same += q == p;
-      old = v.surface->Parts();
-      std::printf("%zu parts, %zu differ; frame %.2f scene %.2f\n", old.size(), old.size() - same, 1e3 * frame.back(), 1e3 * scene.back());
+      const PieceId id = PieceOfBlob(blob, this->Context.depths);
+      auto piece = DecodePiece(bytes, id, this->Context);
+      if (piece)
+      {
+        this->Pieces[id] = std::move(*piece);
+      }
     }
-    t = Now();
-    if (!line.Next(s))
-      break;
-    arrive.push_back(Now() - t);
-  } while (true);
-  std::printf(
-    "%zu frames, %llu triangles, %zu pieces: arrive %.1f frame %.1f chunks %.1f vtk %.1f ms\n",
-    frame.size(), (unsigned long long)s.GetStatus().triangles, s.ShownPieces().size(),
-    1e3 * Median(arrive), 1e3 * Median(frame), 1e3 * Median(cut), 1e3 * Median(scene));
+  }
+
+  void Draw(ViewerSession& session)
+  {
+    const double frame = SecondsOf([&] { session.BeginFrame(); });
+    const ViewerScene scene = session.Scene();
+    if (std::exchange(this->Version, scene.surfaceVersion) == scene.surfaceVersion)
+    {
+      return;
+    }
+    const std::vector<DrawnSurface::Part> before =
+      std::exchange(this->Before, scene.surface->Parts());
+    double kept = 0;
+    std::size_t changed = 0;
+    for (const DrawnSurface::Part& part : this->Before)
+    {
+      if (std::find(before.begin(), before.end(), part) == before.end())
+      {
+        kept += SecondsOf([&] { this->Sink += CutIntoChunks(part, scene); });
+        ++changed;
+      }
+    }
+    const PieceLookup lookup = [this](PieceId id)
+    {
+      const auto found = this->Pieces.find(id);
+      return found == this->Pieces.end() ? nullptr : &found->second;
+    };
+    const double drawn = this->DrawParts(*session.ShownCut(), lookup);
+    if (scene.surface->TriangleCount() < 250'000)
+    {
+      return;
+    }
+    this->Parts += changed;
+    this->Arrival += drawn + kept;
+    this->WithChoice += frame + kept;
+    const double choice = SecondsOf([&]
+      { MakeClosure(scene.depths, session.ShownCut()->base, session.ShownCut()->active, lookup); });
+    const double anew = std::min(this->DrawAnew(*session.ShownCut(), lookup, scene),
+      this->DrawAnew(*session.ShownCut(), lookup, scene)); // the second in memory that is warm
+    this->Anew += anew;
+    this->AnewWithChoice += choice + anew;
+    this->Shown += this->Before.size();
+    ++this->Count;
+  }
+
+  // False where a bar is missed.
+  bool Print(const char* name) const
+  {
+    std::printf("%s: %d arrivals, each changes %.1f of %.1f parts\n", name, this->Count,
+      double(this->Parts) / this->Count, double(this->Shown) / this->Count);
+    const bool drawing = this->PrintRatio("drawing", this->Arrival, this->Anew);
+    return this->PrintRatio("with choosing", this->WithChoice, this->AnewWithChoice) && drawing;
+  }
+
+private:
+  // As the session does inside its frame, alone.
+  double DrawParts(const Cut& cut, const PieceLookup& lookup)
+  {
+    return SecondsOf(
+      [&]
+      {
+        static_cast<void>(this->KeptParts.GoTo(cut, lookup));
+        this->KeptNormals.GoTo(this->KeptParts.Parts());
+      });
+  }
+
+  double DrawAnew(const Cut& cut, const PieceLookup& lookup, const ViewerScene& scene)
+  {
+    return SecondsOf(
+      [&]
+      {
+        SurfaceParts parts;
+        static_cast<void>(parts.GoTo(cut, lookup));
+        PartNormals normals;
+        normals.GoTo(parts.Parts());
+        const DrawnSurface surface(parts.Parts(), normals.Of());
+        for (const DrawnSurface::Part& part : surface.Parts())
+        {
+          this->Sink += CutIntoChunks(part, scene);
+        }
+      });
+  }
+
+  bool PrintRatio(const char* what, double arrival, double anew) const
+  {
+    const double ratio = arrival / anew;
+    std::printf("  %-16s %7.2f ms each, all anew %7.2f ms: %5.3f (at most 0.1: %s)\n", what,
+      1e3 * arrival / this->Count, 1e3 * anew / this->Count, ratio,
+      ratio <= 0.1 ? "met" : "MISSED");
+    return ratio <= 0.1;
+  }
+
+  CodecContext Context;
+  std::map<PieceId, Piece> Pieces;
+  SurfaceParts KeptParts;
+  PartNormals KeptNormals;
+  std::vector<DrawnSurface::Part> Before;
+  std::uint64_t Version = 0;
+  double Arrival = 0, WithChoice = 0, Anew = 0, AnewWithChoice = 0;
+  std::size_t Parts = 0, Shown = 0, Sink = 0;
+  int Count = 0;
+};
+
+}
+
+int main(int count, char** arguments)
+{
+  Tape tape;
+  if (count != 3 || !tape.Read(arguments[2]))
+  {
+    std::fprintf(stderr, "usage: BenchArrival NAME TAPE, which must be whole\n");
+    return 2;
+  }
+  const auto model = ParseModel(tape.model);
+  if (!model)
+  {
+    std::fprintf(stderr, "BenchArrival: %s\n", model.GetError().message.c_str());
+    return 2;
+  }
+  Stopwatch watch(*model);
+  Arrivals{
+    *model, tape.zoom,
+    [&](const protocol::BlobId& blob) { return tape.blobs[protocol::BlobName(blob)]; },
+    [&](const protocol::BlobId& blob, const Bytes& bytes) { watch.Arrive(blob, bytes); },
+    [&](ViewerSession& session) { watch.Draw(session); }
+  }.Run();
+  return watch.Print(arguments[1]) ? 0 : 1;
 }

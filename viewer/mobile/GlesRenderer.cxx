@@ -14,7 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <map>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -30,11 +30,11 @@ struct GlesRenderer::Chunk
   GLsizei count = 0; // of indices, or points of a cloud
 };
 
-// What is drawn at a time: a part of a surface, or all of it.
 struct GlesRenderer::Part
 {
-  const Surface* surface = nullptr; // while it is uploaded
-  DrawnSurface::Part drawn;         // nothing where it is all
+  DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
+  const Surface* surface = nullptr; // while it is uploaded,
+  std::span<const float> radii;     // and so long of a cloud
   Box bounds;                       // relative to Center, not scaled
   std::vector<Chunk> chunks;
 };
@@ -47,10 +47,6 @@ struct GlesRenderer::Programs
 
 namespace
 {
-
-// Each part takes a few calls in every frame. Of more than so many all are drawn as one: more than
-// what is shown within a viewer's budgets.
-constexpr std::size_t mostParts = 1024;
 
 enum AttributePlace : GLuint // as `location` in GlesShaders.h
 {
@@ -241,19 +237,22 @@ void GlesRenderer::SetBackground(const Vec3& bottom, const Vec3& top)
 // stays there; what is not needed is freed before anything is uploaded.
 Status GlesRenderer::Upload(const ViewerScene& scene)
 {
+  const bool isCloud = scene.surface->TriangleCount() == 0;
+  const std::vector<float> radii = isCloud ? SplatRadii(*scene.surface) : std::vector<float>();
+  std::size_t points = 0;
   std::vector<Part> parts;
-  if (scene.surface->TriangleCount() == 0 || scene.surface->Parts().size() > mostParts)
+  for (const DrawnSurface::Part& drawn : scene.surface->Parts())
   {
-    parts.push_back({ &scene.surface->Whole(), {}, {}, {} });
-  }
-  else
-  {
-    for (const DrawnSurface::Part& drawn : scene.surface->Parts())
+    const Surface& surface = drawn.part->surface;
+    if (isCloud)
     {
-      if (!drawn.part->surface.triangles.empty())
-      {
-        parts.push_back({ &drawn.part->surface, drawn, {}, {} });
-      }
+      parts.push_back({ {}, &surface, {}, {}, {} });
+      parts.back().radii = std::span(radii).subspan(points, surface.points.size());
+      points += surface.points.size();
+    }
+    else if (!surface.triangles.empty())
+    {
+      parts.push_back({ drawn, &surface, {}, {}, {} });
     }
   }
   KDSTREAM_TRY(this->Place(scene, parts));
@@ -282,34 +281,38 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
 Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
 {
   const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
-  std::map<const SurfacePart*, Part*> before;
-  for (Part& part : this->Parts)
+  const bool mayStay = center == this->Center && scene.depths == this->Depths;
+  const auto findBefore = [&](const Part& part) -> Part*
   {
-    if (part.drawn.part && center == this->Center && scene.depths == this->Depths)
-    {
-      before[part.drawn.part.get()] = &part;
-    }
-  }
+    const auto place = std::partition_point(this->Parts.begin(), this->Parts.end(),
+      [&part](const Part& before)
+      {
+        return part.drawn.part && before.drawn.part &&
+               before.drawn.part->piece < part.drawn.part->piece;
+      });
+    const bool isSame =
+      part.drawn.part && place != this->Parts.end() && place->drawn.part == part.drawn.part;
+    return mayStay && isSame ? &*place : nullptr;
+  };
   Box bounds;
   for (Part& part : parts)
   {
-    const auto known = before.find(part.drawn.part.get());
-    if (known == before.end())
+    const Part* before = findBefore(part);
+    if (!before)
     {
       KDSTREAM_TRY(CheckSurface(*part.surface, center));
     }
-    part.bounds =
-      known == before.end() ? BoundsAround(*part.surface, center) : known->second->bounds;
+    part.bounds = before ? before->bounds : BoundsAround(*part.surface, center);
     bounds.Add(part.bounds);
   }
   const double scale = ScaleOf(bounds);
-  const bool mayStay = scale == this->Scale && this->Coloring == this->Colored;
   for (Part& part : parts)
   {
-    const auto known = before.find(part.drawn.part.get());
-    if (mayStay && known != before.end() && known->second->drawn == part.drawn)
+    Part* const before = findBefore(part);
+    if (before && before->drawn == part.drawn && scale == this->Scale &&
+        this->Coloring == this->Colored)
     {
-      std::swap(part.chunks, known->second->chunks);
+      std::swap(part.chunks, before->chunks);
     }
   }
   this->Center = center;
@@ -323,7 +326,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
 Status GlesRenderer::UploadPart(const ViewerScene& scene, Part& part)
 {
   ChunkCutter cutter(*part.surface,
-    part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface),
+    part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
     this->Depths, this->Coloring, this->Center, this->Scale);
   part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
   SurfaceChunk content;

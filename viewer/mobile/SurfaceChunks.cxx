@@ -4,7 +4,6 @@
 
 #include "viewer/session/Geometry.h"
 #include "viewer/session/SceneRules.h"
-#include "viewer/session/SplatRadii.h"
 
 #include <algorithm>
 #include <limits>
@@ -31,23 +30,20 @@ std::uint32_t PackNormal(const std::array<float, 3>& normal)
 
 }
 
-ChunkCutter::ChunkCutter(const Surface& surface, UnitNormals normals, const TreeDepths& depths,
-  SurfaceColoring coloring, const Vec3& center, double scale)
+ChunkCutter::ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
+  const TreeDepths& depths, SurfaceColoring coloring, const Vec3& center, double scale)
   : Drawn(surface)
   , Depths(depths)
   , Coloring(coloring)
   , Center(center)
   , Scale(scale)
   , Normals(std::move(normals))
+  , Radii(radii)
 {
   this->OwnColoring = coloring == SurfaceColoring::Own ? OwnColors(surface) : nullptr;
   this->ColoredBySource =
     coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
-  if (surface.triangles.empty())
-  {
-    this->Radii = SplatRadii(surface);
-  }
-  else
+  if (!surface.triangles.empty())
   {
     this->IndexInChunk.assign(surface.points.size(), absent);
   }

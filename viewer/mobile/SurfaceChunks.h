@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kdstream
@@ -54,11 +55,11 @@ struct SurfaceChunk
 class ChunkCutter
 {
 public:
-  // The surface must outlive the cutter. Coordinates become (point - center) × scale.
+  // The surface and the radii must outlive the cutter. Coordinates become (point - center) × scale.
   // REQUIRES: CheckSurface(surface, center) has found nothing.
-  // normals: one a point, or none at all.
-  ChunkCutter(const Surface& surface, UnitNormals normals, const TreeDepths& depths,
-    SurfaceColoring coloring, const Vec3& center, double scale);
+  // normals: one a point, or none at all. radii: of a cloud's splats, one a point; else none.
+  ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
+    const TreeDepths& depths, SurfaceColoring coloring, const Vec3& center, double scale);
 
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
@@ -79,7 +80,7 @@ private:
   const Attribute* OwnColoring = nullptr; // where the colours are the model's own
   bool ColoredBySource = false;           // or those of partitions or resolutions
   UnitNormals Normals;
-  std::vector<float> Radii;
+  std::span<const float> Radii;
   std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet
   std::size_t Done = 0;                    // triangles, or points of a cloud
 };

@@ -140,4 +140,16 @@ std::vector<float> SplatRadii(const Surface& cloud)
   return radii;
 }
 
+std::vector<float> SplatRadii(const DrawnSurface& cloud)
+{
+  Surface all;
+  for (const DrawnSurface::Part& each : cloud.Parts())
+  {
+    const Surface& part = each.part->surface;
+    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+    all.sources.insert(all.sources.end(), part.sources.begin(), part.sources.end());
+  }
+  return SplatRadii(all);
+}
+
 }

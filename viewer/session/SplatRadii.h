@@ -2,7 +2,7 @@
 // How large the points of a cloud are drawn. Step "draw" of the README's picture.
 #pragma once
 
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 
 #include <vector>
 
@@ -21,6 +21,8 @@ namespace kdstream
 // of each other) are held to between a quarter and four times the others' spacing. No radius is
 // negative or not finite. O(points). REQUIRES: finite coordinates.
 std::vector<float> SplatRadii(const Surface& cloud);
+// Of all parts, one after the other.
+std::vector<float> SplatRadii(const DrawnSurface& cloud);
 
 // What is drawn has at least and at most so many pixels across, however near or far it is.
 inline constexpr double smallestSplat = 3.0;

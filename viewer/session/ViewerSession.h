@@ -152,6 +152,8 @@ public:
     return this->Book.Empty() && this->Queue.empty() && !this->ChoiceIsDue &&
            !this->Shown.NeedsDrawing();
   }
+  // The cut that is shown, which its surface follows at the next frame; nothing at first.
+  const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
   // The pieces that the shown surface is drawn from.
   const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.

@@ -8,7 +8,6 @@
 #include "filters/core/VectorMath.h"
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 namespace kdstream
@@ -70,66 +69,82 @@ void ForEachLent(const SurfacePart& owner, const SurfacePart& part, std::size_t 
 
 void PartNormals::GoTo(const SurfacePartList& parts)
 {
-  for (const PieceId piece : this->TakeParts(parts))
+  this->TakeParts(parts);
+  for (const auto& known : this->Numbered)
   {
-    const auto found = this->ByPiece.find(piece);
-    if (found != this->ByPiece.end())
+    if (known->due)
     {
-      SumUp(found->second);
+      SumUp(*known);
     }
   }
   this->All.clear();
-  for (const auto& part : parts)
+  for (const auto& known : this->Numbered)
   {
-    Known& known = this->ByPiece.at(part->piece);
-    this->Spread(known);
-    this->All.push_back(known.normals);
+    this->Spread(*known);
+    this->All.push_back(known->normals);
   }
 }
 
-// Returns the pieces whose own points may have other sums: parts that differ from before, and those
-// that lend them points, or lent some to what was there before.
-std::set<PieceId> PartNormals::TakeParts(const SurfacePartList& parts)
+// Other sums may have the own points of parts that differ from before, and of those that lend them
+// points, or lent some to what was there before.
+void PartNormals::TakeParts(const SurfacePartList& parts)
 {
-  std::set<PieceId> due;
-  const auto addLenders = [&due](const SurfacePart& part)
-  { ForEachLender(part, [&due](PieceId piece, std::size_t, std::size_t) { due.insert(piece); }); };
-  std::map<PieceId, Known> before = std::exchange(this->ByPiece, {});
+  std::vector<std::unique_ptr<Known>> before = std::exchange(this->Numbered, {});
+  auto next = before.begin(); // both ascend
+  std::vector<std::shared_ptr<const SurfacePart>> gone;
   for (const auto& part : parts)
   {
-    auto node = before.extract(part->piece);
-    if (!node.empty() && node.mapped().part == part)
+    for (; next != before.end() && (*next)->part->piece < part->piece; ++next)
     {
-      node.mapped().ownChanged = false;
-      node.mapped().borrowers.clear();
-      this->ByPiece.insert(std::move(node));
+      gone.push_back((*next)->part);
+    }
+    if (next != before.end() && (*next)->part == part)
+    {
+      this->Numbered.push_back(std::move(*next++));
+      Known& known = *this->Numbered.back();
+      known.isNew = known.due = known.ownChanged = false;
+      known.borrowers.clear();
       continue;
     }
-    this->ByPiece[part->piece] = { part, GivenBy(part->surface), {}, {}, true, nullptr };
-    due.insert(part->piece);
-    addLenders(*part);
-    if (!node.empty())
+    this->Numbered.push_back(std::make_unique<Known>());
+    this->Numbered.back()->part = part;
+    this->Numbered.back()->given = GivenBy(part->surface);
+  }
+  for (; next != before.end(); ++next)
+  {
+    gone.push_back((*next)->part);
+  }
+  for (const auto& part : gone)
+  {
+    this->AskLendersOf(*part);
+  }
+  for (const auto& known : this->Numbered)
+  {
+    if (known->isNew)
     {
-      addLenders(*node.mapped().part);
+      this->AskLendersOf(*known->part);
     }
-  }
-  for (const auto& [piece, gone] : before)
-  {
-    addLenders(*gone.part);
-  }
-  for (const auto& [piece, known] : this->ByPiece)
-  {
-    ForEachLender(*known.part,
-      [&, borrower = &known](PieceId lender, std::size_t, std::size_t)
+    ForEachLender(*known->part,
+      [&](PieceId piece, std::size_t, std::size_t)
       {
-        const auto found = this->ByPiece.find(lender);
-        if (found != this->ByPiece.end())
+        if (Known* lender = this->Find(piece))
         {
-          found->second.borrowers.push_back(borrower);
+          lender->borrowers.push_back(known.get());
         }
       });
   }
-  return due;
+}
+
+void PartNormals::AskLendersOf(const SurfacePart& part)
+{
+  ForEachLender(part,
+    [this](PieceId piece, std::size_t, std::size_t)
+    {
+      if (Known* lender = this->Find(piece))
+      {
+        lender->due = true;
+      }
+    });
 }
 
 void PartNormals::SumUp(Known& known)
@@ -183,10 +198,11 @@ void PartNormals::Spread(Known& known) const
   }
 }
 
-const PartNormals::Known* PartNormals::Find(PieceId piece) const
+PartNormals::Known* PartNormals::Find(PieceId piece) const
 {
-  const auto found = this->ByPiece.find(piece);
-  return found == this->ByPiece.end() ? nullptr : &found->second;
+  const auto place = std::partition_point(this->Numbered.begin(), this->Numbered.end(),
+    [piece](const auto& known) { return known->part->piece < piece; });
+  return place != this->Numbered.end() && (*place)->part->piece == piece ? place->get() : nullptr;
 }
 
 }

@@ -4,9 +4,7 @@
 
 #include "filters/core/drawing/SurfaceParts.h"
 
-#include <map>
 #include <memory>
-#include <set>
 #include <vector>
 
 namespace kdstream
@@ -34,16 +32,19 @@ private:
     std::vector<Vec3> given;             // to each of its points, by its own triangles
     std::vector<const Known*> borrowers; // of its points, in the order of the parts
     std::vector<Vec3> own;               // the whole sums of the own points
-    bool ownChanged = true;              // these, or which points they are of
+    bool isNew = true;
+    bool due = true;        // the sums may be others than before,
+    bool ownChanged = true; // they are, or are of other points
     Normals normals;
   };
 
-  std::set<PieceId> TakeParts(const SurfacePartList& parts);
+  void TakeParts(const SurfacePartList& parts);
+  void AskLendersOf(const SurfacePart& part);
   static void SumUp(Known& known);
   void Spread(Known& known) const;
-  const Known* Find(PieceId piece) const;
+  Known* Find(PieceId piece) const;
 
-  std::map<PieceId, Known> ByPiece;
+  std::vector<std::unique_ptr<Known>> Numbered; // one a part
   std::vector<Normals> All;
 };
 

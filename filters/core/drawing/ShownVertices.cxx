@@ -3,7 +3,6 @@
 #include "filters/core/drawing/ShownVertices.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 namespace kdstream
@@ -12,17 +11,44 @@ namespace kdstream
 namespace
 {
 
-template <class T>
-void SortOnce(std::vector<T>& values)
+// In the order of pieces.
+std::uint64_t KeyOf(PieceId id)
+{
+  const unsigned resolution =
+    id.resolution.IsOriginal() ? Resolution::maximumLevel + 1U : id.resolution.Depth();
+  return std::uint64_t{ resolution } << 32 | id.node;
+}
+
+void SortOnce(std::vector<std::uint64_t>& values)
 {
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-bool AnyOf(const std::vector<PieceId>& asked, const std::set<PieceId>& changes)
+bool AnyOf(const std::vector<std::uint64_t>& asked, const std::vector<std::uint64_t>& changes)
 {
   return std::any_of(changes.begin(), changes.end(),
-    [&asked](PieceId id) { return std::binary_search(asked.begin(), asked.end(), id); });
+    [&asked](std::uint64_t key) { return std::binary_search(asked.begin(), asked.end(), key); });
+}
+
+// What is in one of two ascending lists, but not in both.
+std::vector<std::uint64_t> Differences(
+  const std::vector<PieceId>& some, const std::vector<PieceId>& others)
+{
+  std::vector<std::uint64_t> keys;
+  const auto add = [&keys](const std::vector<PieceId>& from, const std::vector<PieceId>& without)
+  {
+    for (const PieceId id : from)
+    {
+      if (!std::binary_search(without.begin(), without.end(), id))
+      {
+        keys.push_back(KeyOf(id));
+      }
+    }
+  };
+  add(some, others);
+  add(others, some);
+  return keys;
 }
 
 }
@@ -34,30 +60,31 @@ void ShownVertices::GoTo(const Cut& cut, std::vector<const Piece*> pieces)
   const Resolution base = BaseOf(cut);
   if (base != this->Base || cut.depths != this->C.depths)
   {
-    this->ByPiece.clear();
+    this->Ids.clear();
   }
-  Changes changes;
-  std::set_symmetric_difference(cut.active.begin(), cut.active.end(), this->C.active.begin(),
-    this->C.active.end(), std::inserter(changes, changes.end()));
+  // Pieces that are active now or were, but not both, and then those that show other own vertices.
+  Keys changes = Differences(cut.active, this->C.active);
   this->C = cut;
   this->Base = base;
   this->Stitch = Resolution::Level(cut.depths.stitch);
   this->TakePieces(std::move(pieces));
-  for (Known* const known : this->Numbered)
+  for (std::size_t i = 0; i < this->All.size(); ++i)
   {
-    const bool isNew = known->shown.empty();
-    known->changed = isNew;
-    if ((isNew || AnyOf(known->askedByOwn, changes)) && this->AskOwn(*known))
+    Known& known = *this->Numbered[i];
+    const bool isNew = known.shown.empty();
+    known.changed = isNew;
+    if ((isNew || AnyOf(known.askedByOwn, changes)) && this->AskOwn(*this->All[i], known))
     {
-      known->changed = true;
-      changes.insert(known->piece->id);
+      known.changed = true;
+      changes.push_back(KeyOf(this->Ids[i]));
     }
   }
-  for (Known* const known : this->Numbered)
+  for (std::size_t i = 0; i < this->All.size(); ++i)
   {
-    if (known->changed || AnyOf(known->askedByGhosts, changes))
+    Known& known = *this->Numbered[i];
+    if (known.changed || AnyOf(known.askedByGhosts, changes))
     {
-      known->changed |= this->AskGhosts(*known);
+      known.changed |= this->AskGhosts(*this->All[i], known);
     }
   }
 }
@@ -65,56 +92,44 @@ void ShownVertices::GoTo(const Cut& cut, std::vector<const Piece*> pieces)
 // Forgets pieces that have gone, and numbers the others.
 void ShownVertices::TakePieces(std::vector<const Piece*> pieces)
 {
-  std::map<PieceId, Known> before = std::exchange(this->ByPiece, {});
+  const std::vector<PieceId> before = std::exchange(this->Ids, {});
+  std::vector<std::unique_ptr<Known>> known = std::exchange(this->Numbered, {});
   this->All = std::move(pieces);
-  this->Numbered.clear();
-  this->Numbers.clear();
   this->Owners = {};
-  for (std::size_t i = 0; i < this->All.size(); ++i)
+  this->LastInterval.reset();
+  for (const Piece* piece : this->All)
   {
-    const Piece& piece = *this->All[i];
-    auto node = before.extract(piece.id);
-    Known& known = node.empty() ? this->ByPiece[piece.id]
-                                : this->ByPiece.insert(std::move(node)).position->second;
-    known.piece = &piece;
-    this->Numbered.push_back(&known);
-    this->Numbers[piece.id] = i;
-    if (piece.id.resolution < this->Stitch)
+    if (piece->id.resolution < this->Stitch)
     {
-      this->Owners.Add(piece, i);
+      this->Owners.Add(*piece, this->Ids.size());
     }
+    const auto place = std::lower_bound(before.begin(), before.end(), piece->id);
+    const bool isKnown = place != before.end() && *place == piece->id;
+    this->Numbered.push_back(isKnown
+                               ? std::move(known[static_cast<std::size_t>(place - before.begin())])
+                               : std::make_unique<Known>());
+    this->Ids.push_back(piece->id);
   }
 }
 
-void ShownVertices::ForgetAsked()
-{
-  this->AskedPieces.clear();
-  this->AskedPartitions.clear();
-  this->LastFinest.reset();
-}
-
 // Goes through the own vertices; whether any of them is shown by another resolution than before.
-bool ShownVertices::AskOwn(Known& known)
+bool ShownVertices::AskOwn(const Piece& piece, Known& known)
 {
-  const Piece& piece = *known.piece;
   bool changed = known.shown.empty();
   known.shown.resize(piece.VertexCount(), above);
-  this->ForgetAsked();
   for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
   {
     const Resolution shown = this->ShownOwn(piece, v);
     changed |= known.shown[v] != shown;
     known.shown[v] = shown;
   }
-  this->NoteAsked(piece, known.askedByOwn);
+  known.askedByOwn = this->TakeAsked(piece);
   return changed;
 }
 
 // The same with the ghosts.
-bool ShownVertices::AskGhosts(Known& known)
+bool ShownVertices::AskGhosts(const Piece& piece, Known& known)
 {
-  const Piece& piece = *known.piece;
-  this->ForgetAsked();
   bool changed = false;
   for (std::uint32_t v = piece.ownVertices; v < piece.VertexCount(); ++v)
   {
@@ -122,47 +137,47 @@ bool ShownVertices::AskGhosts(Known& known)
     changed |= known.shown[v] != shown;
     known.shown[v] = shown;
   }
-  this->NoteAsked(piece, known.askedByGhosts);
+  known.askedByGhosts = this->TakeAsked(piece);
   return changed;
 }
 
 // Also the pieces whose being active was asked for: those that clusters reach, and those that cover
 // partitions.
-void ShownVertices::NoteAsked(const Piece& piece, std::vector<PieceId>& asked) const
+ShownVertices::Keys ShownVertices::TakeAsked(const Piece& piece)
 {
-  asked = this->AskedPieces;
+  Keys asked = std::exchange(this->AskedPieces, {});
   SortOnce(asked);
-  std::vector<std::uint32_t> partitions = this->AskedPartitions;
+  Keys partitions = std::exchange(this->AskedPartitions, {});
+  this->LastFinest.reset();
   SortOnce(partitions);
   const TreeDepths& depths = this->C.depths;
-  for (const std::uint32_t partition : partitions)
+  for (const std::uint64_t each : partitions)
   {
+    const auto partition = static_cast<std::uint32_t>(each);
     for (unsigned d = depths.stitch; d <= depths.finest; ++d)
     {
-      asked.push_back(PieceOfPartition(Resolution::Level(d), partition, depths));
+      asked.push_back(KeyOf(PieceOfPartition(Resolution::Level(d), partition, depths)));
     }
-    asked.push_back(PieceOfPartition(Resolution::Original(), partition, depths));
+    asked.push_back(KeyOf(PieceOfPartition(Resolution::Original(), partition, depths)));
   }
-  if (!piece.reachNodes.empty())
+  Keys reached(piece.reachNodes.begin(), piece.reachNodes.end());
+  SortOnce(reached);
+  for (const std::uint64_t node : reached)
   {
-    const Resolution next = Resolution::Level(piece.id.resolution.Depth() + 1);
-    std::vector<NodeId> nodes = piece.reachNodes;
-    SortOnce(nodes);
-    for (const NodeId node : nodes)
-    {
-      asked.push_back({ next, node });
-    }
+    asked.push_back(
+      KeyOf({ Resolution::Level(piece.id.resolution.Depth() + 1), static_cast<NodeId>(node) }));
   }
   SortOnce(asked);
+  return asked;
 }
 
 // Where an own vertex of another piece is shown, which is noted.
 Resolution ShownVertices::ShownAtPlace(const Place& place)
 {
-  const PieceId id = this->All[place.piece]->id;
-  if (this->AskedPieces.empty() || this->AskedPieces.back() != id)
+  const std::uint64_t key = KeyOf(this->Ids[place.piece]);
+  if (this->AskedPieces.empty() || this->AskedPieces.back() != key)
   {
-    this->AskedPieces.push_back(id);
+    this->AskedPieces.push_back(key);
   }
   return this->Numbered[place.piece]->shown[place.vertex];
 }
@@ -283,20 +298,35 @@ bool ShownVertices::IsActive(PieceId id) const
   return std::binary_search(this->C.active.begin(), this->C.active.end(), id);
 }
 
-std::optional<ShownVertices::Place> ShownVertices::IntervalAt(
-  Resolution resolution, VertexKey key) const
+std::optional<ShownVertices::Place> ShownVertices::IntervalAt(Resolution resolution, VertexKey key)
 {
-  const auto entry =
-    this->Numbers.find(PieceOfPartition(resolution, PartitionOfKey(key), this->C.depths));
-  if (entry == this->Numbers.end())
+  if (this->LastInterval && this->Ids[this->LastInterval->piece].resolution == resolution)
+  {
+    const Piece& piece = *this->All[this->LastInterval->piece];
+    const std::uint32_t v = this->LastInterval->vertex;
+    if (piece.keys[v] <= key && PartitionOfKey(piece.keys[v]) == PartitionOfKey(key) &&
+        (v + 1 == piece.ownVertices || key < piece.keys[v + 1]))
+    {
+      return this->LastInterval;
+    }
+  }
+  const PieceId id = PieceOfPartition(resolution, PartitionOfKey(key), this->C.depths);
+  const auto place = std::lower_bound(this->Ids.begin(), this->Ids.end(), id);
+  if (place == this->Ids.end() || *place != id)
   {
     return {};
   }
-  const std::uint32_t vertex = IntervalOf(*this->All[entry->second], key);
-  return vertex == noVertex ? std::nullopt : std::optional(Place{ entry->second, vertex });
+  const auto number = static_cast<std::size_t>(place - this->Ids.begin());
+  const std::uint32_t vertex = IntervalOf(*this->All[number], key);
+  if (vertex == noVertex)
+  {
+    return {};
+  }
+  this->LastInterval = Place{ number, vertex };
+  return this->LastInterval;
 }
 
-std::optional<ShownVertices::Place> ShownVertices::StitchClusterOf(VertexKey key) const
+std::optional<ShownVertices::Place> ShownVertices::StitchClusterOf(VertexKey key)
 {
   return this->IntervalAt(this->Stitch, key);
 }

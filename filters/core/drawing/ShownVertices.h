@@ -7,9 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
+#include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -58,12 +57,13 @@ private:
   // In lists of resolutions, for vertices above the cut: finer than every level.
   static constexpr Resolution above = Resolution::Level(Resolution::maximumLevel);
 
+  using Keys = std::vector<std::uint64_t>; // of pieces: KeyOf
+
   struct Known // of one piece
   {
-    const Piece* piece = nullptr;
     std::vector<Resolution> shown; // of its vertices
-    // What was looked at for own vertices, and for ghosts: ascending, each once.
-    std::vector<PieceId> askedByOwn, askedByGhosts;
+    // The pieces that were looked at for own vertices, and for ghosts: ascending, each once.
+    Keys askedByOwn, askedByGhosts;
     bool changed = true;
   };
   struct Ancestry
@@ -71,14 +71,12 @@ private:
     bool parentIsSplit = false;
     Resolution shown; // where it is not
   };
-  // Pieces that are active now or were, but not both, and those that show other own vertices.
-  using Changes = std::set<PieceId>;
 
   void TakePieces(std::vector<const Piece*> pieces);
   void ForgetAsked();
-  bool AskOwn(Known& known);
-  bool AskGhosts(Known& known);
-  void NoteAsked(const Piece& piece, std::vector<PieceId>& asked) const;
+  bool AskOwn(const Piece& piece, Known& known);
+  bool AskGhosts(const Piece& piece, Known& known);
+  Keys TakeAsked(const Piece& piece);
   Ancestry Ask(const Piece& piece, std::uint32_t v);
   Resolution ShownOwn(const Piece& piece, std::uint32_t v);
   Resolution ShownGhost(const Piece& piece, std::uint32_t v);
@@ -87,19 +85,18 @@ private:
   bool IsSplit(const Piece& piece, std::uint32_t v) const;
   bool IsActive(PieceId id) const;
   Resolution ShownAtPlace(const Place& place);
-  std::optional<Place> IntervalAt(Resolution resolution, VertexKey key) const;
-  std::optional<Place> StitchClusterOf(VertexKey key) const;
+  std::optional<Place> IntervalAt(Resolution resolution, VertexKey key);
+  std::optional<Place> StitchClusterOf(VertexKey key);
 
   Cut C{ {}, {} };
   Resolution Base, Stitch;
-  std::map<PieceId, Known> ByPiece;
   std::vector<const Piece*> All;
-  std::vector<Known*> Numbered;
-  std::map<PieceId, std::size_t> Numbers; // of pieces
+  std::vector<PieceId> Ids;                     // of All, ascending
+  std::vector<std::unique_ptr<Known>> Numbered; // one a piece
   ClusterOwners Owners;
   // While a piece is gone through: the pieces, and partitions, that were asked.
-  std::vector<PieceId> AskedPieces;
-  std::vector<std::uint32_t> AskedPartitions;
+  Keys AskedPieces, AskedPartitions;
+  std::optional<Place> LastInterval; // that was found; keys are mostly asked in their order
   std::uint32_t LastPartition = 0;
   std::optional<Resolution> LastFinest; // of it
 };

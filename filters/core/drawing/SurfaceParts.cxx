@@ -10,7 +10,7 @@
 #include "filters/core/drawing/ShownVertices.h"
 
 #include <algorithm>
-#include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -18,6 +18,44 @@ namespace kdstream
 {
 namespace
 {
+
+// The triangles in ascending order, each once. The lowest index of a triangle comes first, and few
+// triangles share it: so they go into a bucket for each lowest index, and two or three are left to
+// sort in a bucket. O(triangles + points), unless some points have very many triangles.
+std::vector<Triangle> SortedWithoutRepeats(
+  const std::vector<Triangle>& triangles, std::size_t points)
+{
+  std::vector<std::size_t> begin(points + 1, 0);
+  for (const Triangle& t : triangles)
+  {
+    ++begin[t[0] + 1];
+  }
+  for (std::size_t v = 0; v < points; ++v)
+  {
+    begin[v + 1] += begin[v];
+  }
+  std::vector<std::uint64_t> others(triangles.size()); // second and third index
+  std::vector<std::size_t> next = begin;
+  for (const Triangle& t : triangles)
+  {
+    others[next[t[0]]++] = std::uint64_t{ t[1] } << 32 | t[2];
+  }
+  std::vector<Triangle> sorted;
+  sorted.reserve(triangles.size());
+  for (std::size_t v = 0; v < points; ++v)
+  {
+    std::uint64_t* const first = others.data() + begin[v];
+    std::uint64_t* const last = others.data() + begin[v + 1];
+    std::sort(first, last);
+    std::for_each(first, std::unique(first, last),
+      [&sorted, v](std::uint64_t pair)
+      {
+        sorted.push_back({ static_cast<VertexId>(v), static_cast<VertexId>(pair >> 32),
+          static_cast<VertexId>(pair & 0xFFFFFFFFU) });
+      });
+  }
+  return sorted;
+}
 
 // Draws the part of one piece.
 class PartDrawer
@@ -50,6 +88,8 @@ private:
   void AddOwnPoints()
   {
     this->PointOf.assign(this->P.VertexCount(), noVertex);
+    this->Part.surface.points.reserve(this->P.VertexCount());
+    this->Part.surface.sources.reserve(this->P.VertexCount());
     for (std::uint32_t v = 0; v < this->P.ownVertices; ++v)
     {
       if (this->View.IsInCut(this->Number, v))
@@ -72,6 +112,7 @@ private:
   std::vector<Triangle> DrawnTriangles() const
   {
     std::vector<Triangle> drawn;
+    drawn.reserve(this->P.triangles.size());
     for (const Triangle& t : this->P.triangles)
     {
       std::uint32_t lowest = noVertex;
@@ -95,53 +136,65 @@ private:
   // shown there: such triangles are not drawn.
   void AddBorrowedPoints(const std::vector<Triangle>& drawn)
   {
-    std::vector<std::pair<SurfacePart::Borrowed, VertexId>> corners; // and vertices of the piece
-    std::vector<std::uint8_t> met(this->P.VertexCount(), 0);
+    std::vector<std::uint64_t> nodes(this->P.VertexCount(), noNode); // of each vertex
     for (const Triangle& t : drawn)
     {
       for (const VertexId corner : t)
       {
-        if (this->PointOf[corner] == noVertex && !std::exchange(met[corner], 1))
+        if (this->PointOf[corner] == noVertex && nodes[corner] == noNode)
         {
-          this->AddCorner(corner, corners);
+          nodes[corner] = this->NodeOf(corner);
         }
       }
     }
-    std::sort(corners.begin(), corners.end());
-    const Piece* piece = nullptr;
-    for (const auto& [node, corner] : corners)
+    this->Lent = nodes;
+    std::sort(this->Lent.begin(), this->Lent.end());
+    this->Lent.erase(std::unique(this->Lent.begin(), this->Lent.end()), this->Lent.end());
+    if (!this->Lent.empty() && this->Lent.back() == noNode)
     {
-      if (this->Part.borrowed.empty() || this->Part.borrowed.back() != node)
+      this->Lent.pop_back();
+    }
+    const auto first = static_cast<VertexId>(this->Part.own.size());
+    for (const std::uint64_t node : this->Lent)
+    {
+      const Piece& piece = this->LenderOf(node);
+      this->Part.borrowed.push_back({ piece.id, static_cast<std::uint32_t>(node) });
+      this->AddPoint(piece, static_cast<std::uint32_t>(node));
+    }
+    for (std::uint32_t v = 0; v < nodes.size(); ++v)
+    {
+      if (nodes[v] != noNode)
       {
-        piece = piece && piece->id == node.piece ? piece : this->Lenders.at(node.piece);
-        this->Part.borrowed.push_back(node);
-        this->AddPoint(*piece, node.vertex);
+        const auto place = std::lower_bound(this->Lent.begin(), this->Lent.end(), nodes[v]);
+        this->PointOf[v] = first + static_cast<VertexId>(place - this->Lent.begin());
       }
-      this->PointOf[corner] = static_cast<VertexId>(this->Part.surface.points.size()) - 1;
     }
   }
 
-  void AddCorner(VertexId corner, std::vector<std::pair<SurfacePart::Borrowed, VertexId>>& corners)
+  // What shows a vertex: the number of the piece and that of its own vertex, so that the order is
+  // that of pieces. An own point is no other piece's: where one is above, it is taken at once.
+  std::uint64_t NodeOf(VertexId corner)
   {
     const auto node = this->View.NodeAbove(this->Number, corner);
     if (!node || !this->View.IsInCut(node->piece, node->vertex))
     {
-      return; // the latter where pieces contradict each other
+      return noNode; // the latter where pieces contradict each other
     }
     if (node->piece == this->Number)
     {
       this->PointOf[corner] = this->PointOf[node->vertex];
-      return;
+      return noNode;
     }
-    const Piece& piece = *this->View.Pieces()[node->piece];
-    this->Lenders[piece.id] = &piece;
-    corners.push_back({ { piece.id, node->vertex }, corner });
+    return std::uint64_t{ node->piece } << 32 | node->vertex;
   }
+
+  const Piece& LenderOf(std::uint64_t node) const { return *this->View.Pieces()[node >> 32]; }
 
   // Moved, without those that have become degenerate, one of each that fall together.
   void AddTriangles(const std::vector<Triangle>& drawn)
   {
-    std::vector<Triangle>& triangles = this->Part.surface.triangles;
+    std::vector<Triangle> triangles;
+    triangles.reserve(drawn.size());
     for (const Triangle& t : drawn)
     {
       const Triangle moved{ this->PointOf[t[0]], this->PointOf[t[1]], this->PointOf[t[2]] };
@@ -151,7 +204,8 @@ private:
         triangles.push_back(RotateLowestFirst(moved));
       }
     }
-    SortTriangles(triangles, this->Part.surface.points.size(), true);
+    this->Part.surface.triangles =
+      SortedWithoutRepeats(triangles, this->Part.surface.points.size());
   }
 
   // The point arrays that all pieces have whose points are here, tuples in the order of the points.
@@ -160,44 +214,47 @@ private:
     for (const Attribute& array : this->P.attributes)
     {
       Attribute values{ array.Info(), {} };
-      const bool all = array.association == AttributeAssociation::Point &&
-                       std::all_of(this->Lenders.begin(), this->Lenders.end(),
-                         [&](const auto& lender)
-                         { return FindAttribute(lender.second->attributes, values) != nullptr; });
-      if (all)
+      if (array.association == AttributeAssociation::Point && this->AppendValues(values, array))
       {
-        this->AppendValues(values, array);
         this->Part.surface.attributes.push_back(std::move(values));
       }
     }
   }
 
-  void AppendValues(Attribute& values, const Attribute& own) const
+  // False where a piece that lends a point has no such array.
+  bool AppendValues(Attribute& values, const Attribute& own) const
   {
     values.values.reserve(this->Part.surface.points.size() * values.TupleSize());
     for (const std::uint32_t vertex : this->Part.own)
     {
       values.Append(own, vertex);
     }
+    const Piece* lender = nullptr;
     const Attribute* lent = nullptr;
-    PieceId lender;
-    for (const auto& [piece, vertex] : this->Part.borrowed)
+    for (const std::uint64_t node : this->Lent)
     {
-      if (!lent || piece != lender)
+      if (lender != &this->LenderOf(node))
       {
-        lender = piece;
-        lent = FindAttribute(this->Lenders.at(piece)->attributes, values);
+        lender = &this->LenderOf(node);
+        lent = FindAttribute(lender->attributes, values);
       }
-      values.Append(*lent, vertex);
+      if (!lent)
+      {
+        return false;
+      }
+      values.Append(*lent, static_cast<std::uint32_t>(node));
     }
+    return true;
   }
+
+  static constexpr std::uint64_t noNode = ~std::uint64_t{ 0 };
 
   ShownVertices& View;
   const std::size_t Number;
   const Piece& P;
   SurfacePart Part;
-  std::vector<VertexId> PointOf; // of each vertex of the piece, or noVertex
-  std::map<PieceId, const Piece*> Lenders;
+  std::vector<VertexId> PointOf;   // of each vertex of the piece, or noVertex
+  std::vector<std::uint64_t> Lent; // of each borrowed point, what NodeOf tells
 };
 
 Result<std::vector<const Piece*>> FindPieces(const Cut& cut, const PieceLookup& lookup)
@@ -217,30 +274,36 @@ Result<std::vector<const Piece*>> FindPieces(const Cut& cut, const PieceLookup& 
   return pieces;
 }
 
+// The part of a piece, or the end. O(log parts).
+SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece)
+{
+  const auto place = std::partition_point(
+    parts.begin(), parts.end(), [piece](const auto& part) { return part->piece < piece; });
+  return place != parts.end() && (*place)->piece == piece ? place : parts.end();
+}
+
 // The numbers of parts' points in the whole surface.
 class PointNumbers
 {
 public:
   explicit PointNumbers(const SurfacePartList& parts)
+    : Parts(parts)
   {
     VertexId first = 0;
     for (const auto& part : parts)
     {
-      this->Parts[part->piece] = { part.get(), first };
+      this->First.push_back(first);
       first += static_cast<VertexId>(part->own.size());
     }
   }
 
   // Of each point of a part; noVertex where its owner does not show it, which is so only where
   // pieces contradict each other.
-  std::vector<VertexId> Of(const SurfacePart& part) const
+  std::vector<VertexId> Of(std::size_t number) const
   {
-    const VertexId first = this->Parts.at(part.piece).first;
+    const SurfacePart& part = *this->Parts[number];
     std::vector<VertexId> numbers(part.own.size());
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-    {
-      numbers[i] = first + static_cast<VertexId>(i);
-    }
+    std::iota(numbers.begin(), numbers.end(), this->First[number]);
     for (const auto& [piece, vertex] : part.borrowed)
     {
       numbers.push_back(this->Find(piece, vertex));
@@ -249,27 +312,23 @@ public:
   }
 
 private:
-  struct Numbered
-  {
-    const SurfacePart* part = nullptr;
-    VertexId first = 0;
-  };
-
   VertexId Find(PieceId piece, std::uint32_t vertex) const
   {
-    const auto owner = this->Parts.find(piece);
+    const auto owner = FindPart(this->Parts, piece);
     if (owner == this->Parts.end())
     {
       return noVertex;
     }
-    const auto& own = owner->second.part->own;
+    const auto& own = (*owner)->own;
     const auto place = std::lower_bound(own.begin(), own.end(), vertex);
     return place != own.end() && *place == vertex
-             ? owner->second.first + static_cast<VertexId>(place - own.begin())
+             ? this->First[static_cast<std::size_t>(owner - this->Parts.begin())] +
+                 static_cast<VertexId>(place - own.begin())
              : noVertex;
   }
 
-  std::map<PieceId, Numbered> Parts;
+  const SurfacePartList& Parts;
+  std::vector<VertexId> First; // point of each
 };
 
 // The arrays that all parts have, tuples of own points.
@@ -301,14 +360,8 @@ std::vector<Attribute> MergeAttributes(const SurfacePartList& parts)
 
 }
 
-struct SurfaceParts::State
-{
-  ShownVertices view;
-  std::map<PieceId, std::shared_ptr<const SurfacePart>> parts; // null: shows nothing
-};
-
 SurfaceParts::SurfaceParts()
-  : Known(std::make_unique<State>())
+  : View(std::make_unique<ShownVertices>())
 {
 }
 
@@ -320,15 +373,13 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
 {
   auto pieces = FindPieces(cut, lookup);
   KDSTREAM_TRY(pieces);
-  ShownVertices& view = this->Known->view;
+  ShownVertices& view = *this->View;
   view.GoTo(cut, std::move(*pieces));
-  auto before = std::exchange(this->Known->parts, {});
-  this->All.clear();
+  const SurfacePartList before = std::exchange(this->All, {});
   this->Drawn = 0;
   for (std::size_t i = 0; i < view.Pieces().size(); ++i)
   {
-    const PieceId id = view.Pieces()[i]->id;
-    auto& part = this->Known->parts[id];
+    std::shared_ptr<const SurfacePart> part;
     if (view.HasChanged(i))
     {
       part = PartDrawer(view, i).Draw();
@@ -336,11 +387,12 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
     }
     else
     {
-      part = std::move(before[id]);
+      const auto place = FindPart(before, view.Pieces()[i]->id);
+      part = place == before.end() ? nullptr : *place;
     }
     if (part)
     {
-      this->All.push_back(part);
+      this->All.push_back(std::move(part));
     }
   }
   return {};
@@ -354,24 +406,24 @@ Surface MergeParts(const SurfacePartList& parts)
     return whole;
   }
   const PointNumbers numbers(parts);
-  for (const auto& part : parts)
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i < parts.size(); ++i)
   {
-    const auto count = static_cast<std::ptrdiff_t>(part->own.size());
-    const Surface& surface = part->surface;
-    whole.points.insert(whole.points.end(), surface.points.begin(), surface.points.begin() + count);
-    whole.sources.insert(
-      whole.sources.end(), surface.sources.begin(), surface.sources.begin() + count);
-    const std::vector<VertexId> of = numbers.Of(*part);
-    for (const Triangle& t : surface.triangles)
+    const auto count = static_cast<std::ptrdiff_t>(parts[i]->own.size());
+    const Surface& part = parts[i]->surface;
+    whole.points.insert(whole.points.end(), part.points.begin(), part.points.begin() + count);
+    whole.sources.insert(whole.sources.end(), part.sources.begin(), part.sources.begin() + count);
+    const std::vector<VertexId> of = numbers.Of(i);
+    for (const Triangle& t : part.triangles)
     {
       const Triangle moved{ of[t[0]], of[t[1]], of[t[2]] };
       if (moved[0] != noVertex && moved[1] != noVertex && moved[2] != noVertex)
       {
-        whole.triangles.push_back(RotateLowestFirst(moved));
+        triangles.push_back(RotateLowestFirst(moved));
       }
     }
   }
-  SortTriangles(whole.triangles, whole.points.size(), true);
+  whole.triangles = SortedWithoutRepeats(triangles, whole.points.size());
   whole.attributes = MergeAttributes(parts);
   return whole;
 }

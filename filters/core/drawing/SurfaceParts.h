@@ -39,6 +39,8 @@ struct SurfacePart
 // In the order of pieces; those that show nothing are left out.
 using SurfacePartList = std::vector<std::shared_ptr<const SurfacePart>>;
 
+class ShownVertices;
+
 // Draws one cut after the other. A part that is the same in both stays the same object, so whoever
 // keeps what was made of a part (a buffer of the graphics memory) need only compare pointers.
 class SurfaceParts
@@ -60,8 +62,7 @@ public:
   std::size_t DrawnAnew() const { return this->Drawn; }
 
 private:
-  struct State;
-  std::unique_ptr<State> Known;
+  std::unique_ptr<ShownVertices> View;
   SurfacePartList All;
   std::size_t Drawn = 0;
 };

@@ -20,7 +20,9 @@ namespace
 std::vector<SurfaceChunk> AllChunks(const Surface& surface, SurfaceColoring coloring,
   const Vec3& center = { 0, 0, 0 }, double scale = 1.0)
 {
-  ChunkCutter cutter(surface, NormalsOf(surface), depths, coloring, center, scale);
+  const std::vector<float> radii =
+    surface.triangles.empty() ? SplatRadii(surface) : std::vector<float>();
+  ChunkCutter cutter(surface, NormalsOf(surface), radii, depths, coloring, center, scale);
   std::vector<SurfaceChunk> chunks;
   for (SurfaceChunk chunk; cutter.Next(chunk);)
   {

@@ -158,6 +158,26 @@ TEST(SplatRadii, ShortRunsAreDrawnAsTheirNeighbours)
   EXPECT_LT(LargestToMiddle(SplatRadii(cloud)), 1.5F);
 }
 
+TEST(SplatRadii, OfPartsAreThoseOfTheWhole)
+{
+  const Surface ball = BallInTreeOrder(5'000);
+  SurfacePartList parts;
+  std::vector<PartNormals::Normals> normals;
+  for (std::size_t begin = 0; begin < ball.points.size(); begin += 700)
+  {
+    const std::size_t count = std::min<std::size_t>(700, ball.points.size() - begin);
+    const auto first = static_cast<std::ptrdiff_t>(begin), last = first + std::ptrdiff_t(count);
+    SurfacePart part;
+    part.piece.node = static_cast<NodeId>(begin);
+    part.surface.points.assign(ball.points.begin() + first, ball.points.begin() + last);
+    part.surface.sources.assign(ball.sources.begin() + first, ball.sources.begin() + last);
+    part.own.resize(count);
+    parts.push_back(std::make_shared<const SurfacePart>(std::move(part)));
+    normals.push_back(std::make_shared<const std::vector<Vec3>>(count));
+  }
+  EXPECT_EQ(SplatRadii(DrawnSurface(parts, normals)), SplatRadii(ball));
+}
+
 TEST(SplatRadii, AreFiniteForAnyCloud)
 {
   EXPECT_TRUE(SplatRadii(Surface{}).empty());

@@ -85,6 +85,23 @@ std::uint64_t DigestOfNumbers(const std::vector<float>& numbers)
   return digest.Sum();
 }
 
+// Those that renderers light by.
+std::uint64_t DigestOfNormals(const DrawnSurface& surface)
+{
+  Digest digest;
+  for (const DrawnSurface::Part& part : surface.Parts())
+  {
+    for (const Vec3& normal : *part.normals)
+    {
+      for (const double component : normal)
+      {
+        digest.Add(component);
+      }
+    }
+  }
+  return digest.Sum();
+}
+
 void PutSurface(JsonWriter& json, const Surface& surface)
 {
   Digest triangles;
@@ -264,6 +281,7 @@ void TracedSession::Draw()
   {
     line.Key("drawn");
     PutSurface(line, scene.surface->Whole());
+    line.Member("normals_of_parts", DigestOfNormals(*scene.surface));
   }
   line.EndObject();
   this->Trace(line.Text());
