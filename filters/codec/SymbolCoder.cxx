@@ -183,20 +183,16 @@ void SymbolWriter::FewRawBits(std::uint64_t value, unsigned count)
 // All of them, low byte first.
 std::vector<std::uint8_t> SymbolWriter::RawBytes() const
 {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(4 * this->RawWords.size() + 4);
-  const auto add = [&](std::uint64_t value, unsigned bits)
+  const std::size_t inWords = 4 * this->RawWords.size();
+  std::vector<std::uint8_t> bytes(inWords + (this->PendingBits + 7) / 8);
+  for (std::size_t i = 0; i < inWords; ++i)
   {
-    for (unsigned from = 0; from < bits; from += 8)
-    {
-      bytes.push_back(static_cast<std::uint8_t>(value >> from));
-    }
-  };
-  for (const std::uint32_t word : this->RawWords)
-  {
-    add(word, 32);
+    bytes[i] = static_cast<std::uint8_t>(this->RawWords[i / 4] >> (8 * (i % 4)));
   }
-  add(this->Pending, this->PendingBits);
+  for (std::size_t i = inWords; i < bytes.size(); ++i)
+  {
+    bytes[i] = static_cast<std::uint8_t>(this->Pending >> (8 * (i - inWords)));
+  }
   return bytes;
 }
 
