@@ -384,12 +384,6 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
   return true;
 }
 
-// Where a triangle around u should face: the sum of what is known of its corners.
-Vec3 EdgeCollapse::ReferenceOf(VertexId u, const StarSide& side) const
-{
-  return Plus(Plus(this->Facing[u], this->Facing[side.first]), this->Facing[side.second]);
-}
-
 // Whether no triangle turns its normal, but for those that faced the wrong way before, and none
 // faces the wrong way that did not before.
 bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
@@ -410,7 +404,9 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     {
       continue;
     }
-    const Vec3 reference = this->ReferenceOf(end, side);
+    // Where the triangle should face: the sum of what is known of its corners.
+    const Vec3 reference =
+      Plus(Plus(this->Facing[end], this->Facing[side.first]), this->Facing[side.second]);
     const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
     if (keeps && rightAfter)
     {

@@ -57,11 +57,12 @@ public:
 
   std::vector<MovedCluster> Run()
   {
-    this->Facing.reserve(this->End - this->Begin);
+    this->Facing.reserve(this->End - this->Begin + 1);
     for (VertexId c = this->Begin; c < this->End; ++c)
     {
       this->Facing.push_back(this->SumOf(c).Facing());
     }
+    this->Facing.push_back({});
     const std::vector<std::uint32_t> opposed = this->FindOpposed();
     if (opposed.empty())
     {
@@ -94,10 +95,10 @@ private:
     return this->IsOwn(c) ? this->Places[c - this->Begin] : this->Block.level.positions[c];
   }
 
+  // 0 for clusters of other parts: below the first own one the difference is huge.
   const Vec3& FacingOf(VertexId c) const
   {
-    static constexpr Vec3 unknown{};
-    return this->IsOwn(c) ? this->Facing[c - this->Begin] : unknown;
+    return this->Facing[std::min<VertexId>(c - this->Begin, this->End - this->Begin)];
   }
 
   // The sum of the directions in which the part's own corners face.
@@ -289,20 +290,18 @@ private:
     for (unsigned step = 0; step < mostSteps; ++step)
     {
       double farthest = 0;
-      Vec3 to = place;
+      const Side* beyond = nullptr;
       for (const Side& side : this->Sides)
       {
         const double missing = margin * side.length - Dot(side.inward, Minus(place, side.first));
-        if (missing > farthest)
-        {
-          farthest = missing;
-          to = Plus(place, Times(side.inward, missing));
-        }
+        beyond = missing > farthest ? &side : beyond;
+        farthest = missing > farthest ? missing : farthest;
       }
-      if (farthest == 0)
+      if (!beyond)
       {
         break;
       }
+      const Vec3 to = Plus(place, Times(beyond->inward, farthest));
       place = this->Space.Absolute(quadric.Minimum(this->Space.Relative(to), towardsPlanes));
     }
     return place;
@@ -330,7 +329,7 @@ private:
   VertexId Begin, End;
   // Of the own clusters:
   std::vector<Vec3> Places;
-  std::vector<Vec3> Facing;        // where their triangles do, as long as their area
+  std::vector<Vec3> Facing;        // where their triangles do, as long as their area; behind them 0
   std::vector<std::uint8_t> Waits; // to be looked at
   std::vector<double> Needs; // the limit below which no place is better; until a neighbour moves
   std::vector<std::uint32_t> First;  // in Around
