@@ -91,6 +91,7 @@ private:
     facts.box = tree.boxes[1];
     facts.depths = tree.depths;
     facts.scalarType = this->Input.scalarType;
+    this->PlacesDiffer = this->AllPlacesDiffer();
     KDSTREAM_TRY(this->CountMerged());
     this->Clock.Finish("tree");
     KDSTREAM_TRY(this->Exec.Report("faces", 0));
@@ -135,7 +136,7 @@ private:
     const TriangleBuckets buckets = std::move(this->Buckets);
     const std::vector<VertexId> ids = std::move(this->Ids);
     LevelOptions options = this->Options.levels;
-    options.mayCoincide = !this->AllPlacesDiffer();
+    options.mayCoincide = !this->PlacesDiffer;
     options.ids = ids;
     options.mostClusters = MostClusters(
       SizeOf(this->Input), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
@@ -170,7 +171,7 @@ private:
         this->Exec);
     };
     return Take(CountMergedByGrid(GridOf(this->Options, this->Facts.box, this->Facts.scalarType),
-                  points.size(), !this->AllPlacesDiffer(), count),
+                  points.size(), !this->PlacesDiffer, count),
       this->MergedByGrid);
   }
 
@@ -217,6 +218,7 @@ private:
   const Execution& Exec;
   StepClock Clock;
   ModelFacts Facts;
+  bool PlacesDiffer = false; // AllPlacesDiffer
   TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
   std::vector<VertexId> Ids; // of each vertex, where it has another number since
   std::vector<Box> Boxes;

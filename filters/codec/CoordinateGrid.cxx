@@ -2,7 +2,7 @@
 #include "filters/codec/CoordinateGrid.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 namespace kdstream
 {
@@ -57,8 +57,8 @@ std::array<std::uint32_t, 3> CoordinateGrid::Quantize(const Vec3& point) const
   std::array<std::uint32_t, 3> q{};
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const double cell = std::floor((point[k] - this->origin[k]) / width + 0.5);
-    q[k] = static_cast<std::uint32_t>(std::clamp(cell, 0.0, most));
+    const double cell = (point[k] - this->origin[k]) / width + 0.5;
+    q[k] = static_cast<std::uint32_t>(std::clamp(cell, 0.0, most)); // rounded down
   }
   return q;
 }

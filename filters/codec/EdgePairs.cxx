@@ -4,6 +4,7 @@
 #include "filters/codec/TriangleWalk.h"
 
 #include <algorithm>
+#include <memory>
 
 namespace kdstream
 {
@@ -43,7 +44,8 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
     VertexId higher;
     bool upward;
   };
-  std::vector<HalfEdge> sorted(begin.back());
+  const std::size_t count = begin.back();
+  const auto sorted = std::make_unique_for_overwrite<HalfEdge[]>(count);
   forEachHalfEdge(
     [&](std::uint32_t number, VertexId from, VertexId to) {
       sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };
@@ -51,25 +53,30 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
 
   // For each higher vertex, the list of those that wait, in the order of their numbers. All of a
   // list run in one direction.
-  std::vector<std::uint32_t> first(vertices, none), last(vertices), next(sorted.size());
+  std::vector<std::uint32_t> first(vertices, none);
+  const auto last = std::make_unique_for_overwrite<std::uint32_t[]>(vertices);
+  const auto next = std::make_unique_for_overwrite<std::uint32_t[]>(count);
   for (std::size_t v = 0; v < vertices; ++v)
   {
+    std::uint32_t waitingHere = 0;
     for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
     {
-      const HalfEdge& edge = sorted[i];
+      const HalfEdge edge = sorted[i];
       std::uint32_t& waiting = first[edge.higher];
       if (waiting != none && sorted[waiting].upward != edge.upward)
       {
         opposite[edge.number] = sorted[waiting].number;
         opposite[sorted[waiting].number] = edge.number;
         waiting = next[waiting];
+        --waitingHere;
         continue;
       }
       next[i] = none;
       (waiting == none ? waiting : next[last[edge.higher]]) = i;
       last[edge.higher] = i;
+      ++waitingHere;
     }
-    for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
+    for (std::uint32_t i = begin[v]; waitingHere > 0 && i < begin[v + 1]; ++i)
     {
       first[sorted[i].higher] = none;
     }

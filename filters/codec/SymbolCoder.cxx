@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace kdstream
 {
@@ -87,10 +88,10 @@ struct CodedSymbol
 {
   std::uint32_t count = 0, frequency = 0, start = 0;
 };
-using CodedSymbols = std::array<CodedSymbol, symbolCount>;
+using CodedSymbols = std::span<CodedSymbol, symbolCount>;
 
 // Chooses the frequencies of a context's symbols and writes its table.
-void WriteTable(BitPacker& tables, CodedSymbols& symbols, unsigned bits)
+void WriteTable(BitPacker& tables, CodedSymbols symbols, unsigned bits)
 {
   std::size_t first = symbolCount, last = 0;
   std::uint32_t most = 0;
@@ -130,7 +131,7 @@ void WriteTable(BitPacker& tables, CodedSymbols& symbols, unsigned bits)
   }
 }
 
-double BitsOf(const CodedSymbols& symbols, unsigned bits)
+double BitsOf(CodedSymbols symbols, unsigned bits)
 {
   double sum = 0;
   for (const CodedSymbol& symbol : symbols)
@@ -157,72 +158,99 @@ void SymbolWriter::Number(std::size_t context, std::uint64_t value)
 void SymbolWriter::RawBits(std::size_t context, std::uint64_t value, unsigned count)
 {
   this->Raws[context] += count;
-  while (count > 0)
+  if (count > 32)
   {
-    const unsigned now = std::min(count, 32U);
-    this->Pending |= (value & 0xFFFFFFFFU) << this->PendingBits;
-    this->PendingBits += now;
-    value >>= now;
-    count -= now;
-    for (; this->PendingBits >= 8; this->PendingBits -= 8, this->Pending >>= 8)
-    {
-      this->RawBytes.push_back(static_cast<std::uint8_t>(this->Pending));
-    }
+    this->FewRawBits(value & 0xFFFFFFFFU, 32);
+    value >>= 32;
+    count -= 32;
   }
+  this->FewRawBits(value, count);
+}
+
+// REQUIRES: count <= 32, value < 2^count.
+void SymbolWriter::FewRawBits(std::uint64_t value, unsigned count)
+{
+  this->Pending |= value << this->PendingBits;
+  this->PendingBits += count;
+  if (this->PendingBits >= 32)
+  {
+    this->RawWords.push_back(static_cast<std::uint32_t>(this->Pending));
+    this->Pending >>= 32;
+    this->PendingBits -= 32;
+  }
+}
+
+// All of them, low byte first.
+std::vector<std::uint8_t> SymbolWriter::RawBytes() const
+{
+  const std::size_t inWords = 4 * this->RawWords.size();
+  std::vector<std::uint8_t> bytes(inWords + (this->PendingBits + 7) / 8);
+  for (std::size_t i = 0; i < inWords; ++i)
+  {
+    bytes[i] = static_cast<std::uint8_t>(this->RawWords[i / 4] >> (8 * (i % 4)));
+  }
+  for (std::size_t i = inWords; i < bytes.size(); ++i)
+  {
+    bytes[i] = static_cast<std::uint8_t>(this->Pending >> (8 * (i - inWords)));
+  }
+  return bytes;
 }
 
 void SymbolWriter::Finish(
   ByteWriter& writer, std::size_t fewestBytes, std::vector<double>* bitsOfContexts)
 {
-  this->Symbols.insert(this->Symbols.begin(), this->Pairs.begin(), this->Pairs.end());
-  if (this->PendingBits > 0)
-  {
-    this->RawBytes.push_back(static_cast<std::uint8_t>(this->Pending));
-  }
   const auto bitsOf = [this](std::size_t context)
   { return context < this->Contexts.choices ? choiceBits : numberBits; };
-  std::vector<CodedSymbols> coded(this->Contexts.all);
-  for (const std::uint32_t symbol : this->Symbols)
+  std::vector<CodedSymbol> coded(this->Contexts.all * symbolCount);
+  for (const std::vector<std::uint32_t>* symbols : { &this->Pairs, &this->Symbols })
   {
-    ++coded[symbol >> 8][symbol & 0xFF].count;
+    for (const std::uint32_t entry : *symbols)
+    {
+      ++coded[entry].count;
+    }
   }
   BitPacker tables;
-  for (std::size_t c = 0; c < coded.size(); ++c)
+  for (std::size_t c = 0; c < this->Contexts.all; ++c)
   {
     const std::size_t before = tables.Count;
-    WriteTable(tables, coded[c], bitsOf(c));
+    const CodedSymbols symbols(coded.data() + c * symbolCount, symbolCount);
+    WriteTable(tables, symbols, bitsOf(c));
     if (bitsOfContexts)
     {
       bitsOfContexts->push_back(
-        double(tables.Count - before) + double(this->Raws[c]) + BitsOf(coded[c], bitsOf(c)));
+        double(tables.Count - before) + double(this->Raws[c]) + BitsOf(symbols, bitsOf(c)));
     }
   }
 
-  // Backwards, so that a reader goes forwards.
+  // Backwards, so that a reader goes forwards. The two states take turns.
   std::vector<std::uint16_t> words;
-  words.reserve(this->Symbols.size() / 2 + 4);
-  std::array<std::uint32_t, 2> states{ lowestState, lowestState };
-  for (std::size_t i = this->Symbols.size(); i-- > 0;)
+  words.reserve((this->Pairs.size() + this->Symbols.size()) / 2 + 4);
+  std::uint32_t now = lowestState, later = lowestState;
+  for (const std::vector<std::uint32_t>* symbols : { &this->Symbols, &this->Pairs })
   {
-    const std::uint32_t context = this->Symbols[i] >> 8;
-    const CodedSymbol& symbol = coded[context][this->Symbols[i] & 0xFF];
-    const unsigned bits = bitsOf(context);
-    std::uint32_t state = states[i % 2];
-    if (state >= std::uint64_t{ symbol.frequency } << (32 - bits))
+    for (std::size_t i = symbols->size(); i-- > 0;)
     {
-      words.push_back(static_cast<std::uint16_t>(state));
-      state >>= 16;
+      const std::uint32_t entry = (*symbols)[i];
+      const CodedSymbol& symbol = coded[entry];
+      const unsigned bits = bitsOf(entry / symbolCount);
+      std::swap(now, later);
+      if (now >= std::uint64_t{ symbol.frequency } << (32 - bits))
+      {
+        words.push_back(static_cast<std::uint16_t>(now));
+        now >>= 16;
+      }
+      now = (now / symbol.frequency << bits) + now % symbol.frequency + symbol.start;
     }
-    states[i % 2] = (state / symbol.frequency << bits) + state % symbol.frequency + symbol.start;
   }
-  for (const unsigned i : { 1U, 0U })
+  for (const std::uint32_t state : { later, now }) // that of the first symbol last
   {
-    words.push_back(static_cast<std::uint16_t>(states[i] >> 16));
-    words.push_back(static_cast<std::uint16_t>(states[i]));
+    words.push_back(static_cast<std::uint16_t>(state >> 16));
+    words.push_back(static_cast<std::uint16_t>(state));
   }
 
   std::vector<std::uint8_t> bits = std::move(tables.Bytes);
-  bits.insert(bits.end(), this->RawBytes.begin(), this->RawBytes.end());
+  const std::vector<std::uint8_t> raw = this->RawBytes();
+  bits.insert(bits.end(), raw.begin(), raw.end());
   bits.resize(std::max(bits.size(), fewestBytes - std::min(fewestBytes, 2 * words.size())), 0);
   writer.Varint(bits.size());
   writer.Raw(bits);

@@ -59,7 +59,7 @@ public:
   // The same under a context of numbers. These come before all else, whenever they are told.
   void Pair(std::size_t context, unsigned symbol)
   {
-    this->Pairs.push_back(static_cast<std::uint32_t>(context << 8 | symbol));
+    this->Pairs.push_back(EntryOf(context, symbol));
   }
   // Any number: smaller ones take fewer bits. REQUIRES: choices <= context < all.
   void Number(std::size_t context, std::uint64_t value);
@@ -75,14 +75,21 @@ public:
 private:
   void Symbol(std::size_t context, unsigned symbol)
   {
-    this->Symbols.push_back(static_cast<std::uint32_t>(context << 8 | symbol));
+    this->Symbols.push_back(EntryOf(context, symbol));
+  }
+  // Where a symbol stands in a list of the symbols of all contexts.
+  static std::uint32_t EntryOf(std::size_t context, unsigned symbol)
+  {
+    return static_cast<std::uint32_t>(context * symbolCount + symbol);
   }
   void RawBits(std::size_t context, std::uint64_t value, unsigned count);
+  void FewRawBits(std::uint64_t value, unsigned count);
+  std::vector<std::uint8_t> RawBytes() const;
 
   SymbolContexts Contexts;
-  std::vector<std::uint32_t> Pairs, Symbols;
-  std::vector<std::uint8_t> RawBytes;
-  std::uint64_t Pending = 0;
+  std::vector<std::uint32_t> Pairs, Symbols; // EntryOf
+  std::vector<std::uint32_t> RawWords;
+  std::uint64_t Pending = 0; // raw bits that do not fill a word
   unsigned PendingBits = 0;
   std::vector<std::uint64_t> Raws;
 };

@@ -6,6 +6,7 @@
 #include "filters/core/TriangleBuckets.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <vector>
 
@@ -44,12 +45,17 @@ void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std:
   for (const std::uint32_t t : touching)
   {
     const Triangle& triangle = triangles[t];
-    for (std::size_t k = 0; k < 3 && !IsDegenerate(triangle); ++k)
+    if (IsDegenerate(triangle))
+    {
+      continue;
+    }
+    const std::array<std::uint64_t, 3> scattered{ Scatter(triangle[0]), Scatter(triangle[1]),
+      Scatter(triangle[2]) };
+    for (std::size_t k = 0; k < 3; ++k)
     {
       if (isOwn(triangle[k]))
       {
-        sums[triangle[k] - first] +=
-          Scatter(triangle[(k + 1) % 3]) - Scatter(triangle[(k + 2) % 3]);
+        sums[triangle[k] - first] += scattered[(k + 1) % 3] - scattered[(k + 2) % 3];
       }
     }
   }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -26,7 +27,7 @@ bool HaveEqualBits(const Vec3& p, const Vec3& q)
   return BitCast<std::array<std::uint64_t, 3>>(p) == BitCast<std::array<std::uint64_t, 3>>(q);
 }
 
-// A thing, and the half of its hash that did not choose its block.
+// A thing, and its hash: the upper bits have chosen its block.
 struct Hashed
 {
   std::uint32_t hash;
@@ -45,8 +46,8 @@ struct HashBlocks
   {
     constexpr std::size_t chunk = std::size_t{ 1 } << 16, mostBlocks = 1 << 12;
     const std::size_t blocks = std::min(mostBlocks, std::bit_ceil(count >> 12 | 1));
-    const auto shift = 64 - std::countr_zero(blocks);
-    const auto blockOf = [&](std::uint64_t hash) { return blocks == 1 ? 0 : hash >> shift; };
+    const auto shift = 32 - std::countr_zero(blocks);
+    const auto blockOf = [&](std::uint32_t hash) { return blocks == 1 ? 0 : hash >> shift; };
     // Each chunk counts for itself; where it puts its own follows from those before it.
     const std::size_t chunks = (count + chunk - 1) / chunk;
     std::vector<std::uint32_t> counts(chunks * blocks, 0);
@@ -59,14 +60,18 @@ struct HashBlocks
           {
             for (std::size_t i = c * chunk; i < std::min(count, (c + 1) * chunk); ++i)
             {
-              const std::uint64_t hash = hashOf(static_cast<VertexId>(i));
-              visit(static_cast<VertexId>(i), hash,
-                counts[c * blocks + static_cast<std::size_t>(blockOf(hash))]);
+              visit(static_cast<VertexId>(i), &counts[c * blocks]);
             }
           }
         });
     };
-    forEach([](VertexId, std::uint64_t, std::uint32_t& counter) { ++counter; });
+    const auto hashes = std::make_unique_for_overwrite<std::uint32_t[]>(count);
+    forEach(
+      [&](VertexId id, std::uint32_t* counters)
+      {
+        hashes[id] = static_cast<std::uint32_t>(hashOf(id));
+        ++counters[blockOf(hashes[id])];
+      });
     this->begin.assign(blocks + 1, 0);
     for (std::size_t b = 0; b < blocks; ++b)
     {
@@ -79,11 +84,10 @@ struct HashBlocks
     }
     this->things.resize(count);
     forEach(
-      [&](VertexId id, std::uint64_t hash, std::uint32_t& next)
+      [&](VertexId id, std::uint32_t* next)
       {
-        this->things[this->begin[static_cast<std::size_t>(blockOf(hash))] + next++] = {
-          static_cast<std::uint32_t>(hash), id
-        };
+        const std::uint32_t block = blockOf(hashes[id]);
+        this->things[this->begin[block] + next[block]++] = { hashes[id], id };
       });
   }
 };

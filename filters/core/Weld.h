@@ -24,7 +24,7 @@ std::vector<VertexId> FirstCoincident(
   std::span<const Vec3> points, Coincidence coincidence, const Execution& execution = {});
 
 // In how many different places points are; placeOf(v) is that of point v < count, and may be called
-// by several threads. As ValueEqual. Expected O(count); memory 8 bytes a point.
+// by several threads. As ValueEqual. Expected O(count); memory 12 bytes a point.
 std::size_t CountPlaces(
   std::size_t count, const std::function<Vec3(VertexId)>& placeOf, const Execution& execution = {});
 

@@ -48,8 +48,9 @@ public:
   {
   }
 
-  // Memory for so many at once.
-  void Reserve(std::size_t candidates) { this->Slots.reserve(candidates); }
+  // Memory for so many at first, and for those that come before many of them are out of date: as
+  // much as MakeRoom would add.
+  void Reserve(std::size_t candidates) { this->Slots.reserve(RoomFor(candidates)); }
   void Push(const EdgeCandidate& candidate);
   // For how many there is memory.
   std::size_t Capacity() const { return this->Slots.capacity(); }
@@ -78,11 +79,16 @@ private:
     std::uint32_t next; // in the same bucket, or of those that are free
   };
 
+  static std::size_t RoomFor(std::size_t candidates)
+  {
+    return candidates + candidates / 2 + leastRoom;
+  }
   static std::size_t BucketOf(double cost)
   {
     return cost > 0 ? static_cast<std::size_t>(BitCast<std::uint64_t>(cost) >> shift) : 0;
   }
   static bool IsLater(const EdgeCandidate& a, const EdgeCandidate& b) { return b < a; }
+  void PushNear(const EdgeCandidate& candidate);
   template <class IsCurrent>
   void Fill(std::size_t list, const IsCurrent& isCurrent);
   template <class IsCurrent>
@@ -96,13 +102,13 @@ private:
   std::uint32_t Free = none;
 };
 
-inline void EdgeCandidates::Push(const EdgeCandidate& candidate)
+// Inlined wherever it is called: edge collapse pushes ten candidates for each merge.
+[[gnu::always_inline]] inline void EdgeCandidates::Push(const EdgeCandidate& candidate)
 {
   const std::size_t bucket = BucketOf(candidate.cost);
   if (bucket < this->Begin)
   {
-    this->Near.push_back(candidate);
-    std::push_heap(this->Near.begin(), this->Near.end(), IsLater);
+    this->PushNear(candidate);
     return;
   }
   this->Lowest = std::min(this->Lowest, bucket);
@@ -117,6 +123,12 @@ inline void EdgeCandidates::Push(const EdgeCandidate& candidate)
   first = this->Free;
   this->Free = this->Slots[first].next;
   this->Slots[first] = waiting;
+}
+
+inline void EdgeCandidates::PushNear(const EdgeCandidate& candidate)
+{
+  this->Near.push_back(candidate);
+  std::push_heap(this->Near.begin(), this->Near.end(), IsLater);
 }
 
 template <class IsCurrent>
@@ -141,7 +153,7 @@ void EdgeCandidates::MakeRoom(const IsCurrent& isCurrent)
   }
   if (dropped < this->Slots.size() / 3)
   {
-    this->Slots.reserve(this->Slots.size() + this->Slots.size() / 2 + leastRoom);
+    this->Slots.reserve(RoomFor(this->Slots.size()));
   }
 }
 

@@ -384,17 +384,6 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
   return true;
 }
 
-// Where a triangle around u should face: the sum of what is known of its corners.
-Vec3 EdgeCollapse::ReferenceOf(VertexId u, const StarSide& side) const
-{
-  Vec3 sum{};
-  for (const VertexId w : { u, side.first, side.second })
-  {
-    sum = Plus(sum, this->Facing[w]);
-  }
-  return sum;
-}
-
 // Whether no triangle turns its normal, but for those that faced the wrong way before, and none
 // faces the wrong way that did not before.
 bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
@@ -415,11 +404,17 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     {
       continue;
     }
-    const Vec3 reference = this->ReferenceOf(end, side);
+    // Where the triangle should face: the sum of what is known of its corners.
+    const Vec3 reference =
+      Plus(Plus(this->Facing[end], this->Facing[side.first]), this->Facing[side.second]);
     const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
-    const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;
+    if (keeps && rightAfter)
+    {
+      continue; // as nearly all do
+    }
     this->FoldsAfter |= !rightAfter;
-    if (keeps ? !rightAfter && !wrongBefore : !wrongBefore || !rightAfter)
+    const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;
+    if (!wrongBefore || (!keeps && !rightAfter))
     {
       return false;
     }

@@ -130,7 +130,6 @@ private:
   void PushAt(const Edge& edge, double cost);
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool IsHopeless() const;
-  Vec3 ReferenceOf(VertexId u, const StarSide& side) const;
   bool IsFolded(VertexId u, VertexId v) const;
   bool KeepsFacing(VertexId u, VertexId v, const Vec3& position);
   bool TurnsAny(VertexId u, VertexId v, const Vec3& position);

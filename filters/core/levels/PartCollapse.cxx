@@ -33,7 +33,10 @@ PartTriangles::PartTriangles(
   this->buckets = BucketTriangles(
     block.level.triangles, parts.count + 1,
     [&](VertexId c)
-    { return block.IsOwn(c) ? parts.Of(block.cellOf[c - block.ownBegin]) : ghosts; },
+    {
+      const VertexId own = c - block.ownBegin; // huge below the first own one
+      return own < block.OwnCount() ? parts.Of(block.cellOf[own]) : ghosts;
+    },
     execution);
 }
 

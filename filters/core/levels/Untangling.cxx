@@ -57,22 +57,29 @@ public:
 
   std::vector<MovedCluster> Run()
   {
-    const auto at = this->Block.level.positions.begin();
-    this->Places.assign(at + this->Begin, at + this->End);
-    this->Facing.reserve(this->Places.size());
+    this->Facing.reserve(this->End - this->Begin + 1);
     for (VertexId c = this->Begin; c < this->End; ++c)
     {
       this->Facing.push_back(this->SumOf(c).Facing());
     }
+    this->Facing.push_back({});
+    const std::vector<std::uint32_t> opposed = this->FindOpposed();
+    if (opposed.empty())
+    {
+      return {};
+    }
+    const auto at = this->Block.level.positions.begin();
+    this->Places.assign(at + this->Begin, at + this->End);
     this->Waits.assign(this->Places.size(), 0);
     this->Needs.assign(this->Places.size(), 0);
-    if (this->FindOpposed())
+    for (const std::uint32_t number : opposed)
     {
-      this->ListSides();
-      for (const double limit : limits)
-      {
-        this->Mend(limit);
-      }
+      this->Mark(this->Block.level.triangles[number]);
+    }
+    this->ListSides();
+    for (const double limit : limits)
+    {
+      this->Mend(limit);
     }
     return this->Moved();
   }
@@ -88,33 +95,33 @@ private:
     return this->IsOwn(c) ? this->Places[c - this->Begin] : this->Block.level.positions[c];
   }
 
+  // 0 for clusters of other parts: below the first own one the difference is huge.
+  const Vec3& FacingOf(VertexId c) const
+  {
+    return this->Facing[std::min<VertexId>(c - this->Begin, this->End - this->Begin)];
+  }
+
   // The sum of the directions in which the part's own corners face.
   Vec3 ReferenceOf(const Triangle& t) const
   {
-    Vec3 sum{};
-    for (const VertexId c : t)
-    {
-      sum = this->IsOwn(c) ? Plus(sum, this->Facing[c - this->Begin]) : sum;
-    }
-    return sum;
+    return Plus(Plus(this->FacingOf(t[0]), this->FacingOf(t[1])), this->FacingOf(t[2]));
   }
 
-  // Whether there are any; marks their clusters.
-  bool FindOpposed()
+  // The numbers of the triangles that face the wrong way at first.
+  std::vector<std::uint32_t> FindOpposed() const
   {
-    bool any = false;
+    const std::vector<Vec3>& at = this->Block.level.positions;
+    std::vector<std::uint32_t> opposed;
     for (const std::uint32_t number : this->Numbers)
     {
       const Triangle& t = this->Block.level.triangles[number];
-      const Vec3& a = this->PlaceOf(t[0]);
-      const Vec3 normal = Cross(Minus(this->PlaceOf(t[1]), a), Minus(this->PlaceOf(t[2]), a));
+      const Vec3 normal = Cross(Minus(at[t[1]], at[t[0]]), Minus(at[t[2]], at[t[0]]));
       if (Dot(normal, this->ReferenceOf(t)) < 0)
       {
-        any = true;
-        this->Mark(t);
+        opposed.push_back(number);
       }
     }
-    return any;
+    return opposed;
   }
 
   void Mark(const Triangle& t)
@@ -283,20 +290,18 @@ private:
     for (unsigned step = 0; step < mostSteps; ++step)
     {
       double farthest = 0;
-      Vec3 to = place;
+      const Side* beyond = nullptr;
       for (const Side& side : this->Sides)
       {
         const double missing = margin * side.length - Dot(side.inward, Minus(place, side.first));
-        if (missing > farthest)
-        {
-          farthest = missing;
-          to = Plus(place, Times(side.inward, missing));
-        }
+        beyond = missing > farthest ? &side : beyond;
+        farthest = missing > farthest ? missing : farthest;
       }
-      if (farthest == 0)
+      if (!beyond)
       {
         break;
       }
+      const Vec3 to = Plus(place, Times(beyond->inward, farthest));
       place = this->Space.Absolute(quadric.Minimum(this->Space.Relative(to), towardsPlanes));
     }
     return place;
@@ -324,7 +329,7 @@ private:
   VertexId Begin, End;
   // Of the own clusters:
   std::vector<Vec3> Places;
-  std::vector<Vec3> Facing;        // where their triangles do, as long as their area
+  std::vector<Vec3> Facing;        // where their triangles do, as long as their area; behind them 0
   std::vector<std::uint8_t> Waits; // to be looked at
   std::vector<double> Needs; // the limit below which no place is better; until a neighbour moves
   std::vector<std::uint32_t> First;  // in Around

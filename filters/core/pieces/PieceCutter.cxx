@@ -107,15 +107,16 @@ VertexId PieceCutter::NumberedAt(VertexId place) const
                                   : this->Tree.levels[this->Which.Depth()].first[place];
 }
 
-VertexKey PieceCutter::KeyOf(VertexId place) const
+// near: the key of a vertex that is probably of the same partition, or 0.
+VertexKey PieceCutter::KeyOf(VertexId place, VertexKey near) const
 {
   return this->IsBelowStitch() ? this->Tree.levels[this->Which.Depth()].RankOf(place)
-                               : this->Tree.KeyOf(this->NumberedAt(place));
+                               : this->Tree.KeyOf(this->NumberedAt(place), PartitionOfKey(near));
 }
 
 void PieceCutter::AppendVertex(VertexId place, Piece& piece) const
 {
-  piece.keys.push_back(this->KeyOf(place));
+  piece.keys.push_back(this->KeyOf(place, piece.keys.empty() ? 0 : piece.keys.back()));
   piece.positions.push_back(this->Which.IsOriginal()
                               ? this->Input.points[this->Tree.original[place]]
                               : this->Tree.levels[this->Which.Depth()].positions[place]);
@@ -186,6 +187,8 @@ Piece PieceCutter::Cut(std::size_t i) const
   std::sort(ghosts.begin(), ghosts.end());
   ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
 
+  piece.keys.reserve(piece.ownVertices + ghosts.size());
+  piece.positions.reserve(piece.ownVertices + ghosts.size());
   const bool carries = AncestorLevelsOf(this->Which, this->Tree.depths).own;
   for (VertexId v = begin; v < end; ++v)
   {

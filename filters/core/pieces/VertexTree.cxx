@@ -55,16 +55,20 @@ std::vector<std::vector<VertexId>> FirstVertices(
 
 }
 
-std::uint32_t VertexTree::PartitionOf(VertexId numbered) const
+std::uint32_t VertexTree::PartitionOf(VertexId numbered, std::uint32_t guess) const
 {
+  if (numbered >= this->partitionBegin[guess] && numbered < this->partitionBegin[guess + 1])
+  {
+    return guess;
+  }
   const auto above =
     std::upper_bound(this->partitionBegin.begin(), this->partitionBegin.end(), numbered);
   return static_cast<std::uint32_t>(above - this->partitionBegin.begin()) - 1;
 }
 
-VertexKey VertexTree::KeyOf(VertexId numbered) const
+VertexKey VertexTree::KeyOf(VertexId numbered, std::uint32_t guess) const
 {
-  const std::uint32_t partition = this->PartitionOf(numbered);
+  const std::uint32_t partition = this->PartitionOf(numbered, guess);
   return MakeKey(partition, numbered - this->partitionBegin[partition]);
 }
 

@@ -64,8 +64,9 @@ struct VertexTree
   {
     return this->numbers.empty() ? place : this->numbers[place];
   }
-  std::uint32_t PartitionOf(VertexId numbered) const;
-  VertexKey KeyOf(VertexId numbered) const;
+  // guess: a partition that is looked at first.
+  std::uint32_t PartitionOf(VertexId numbered, std::uint32_t guess = 0) const;
+  VertexKey KeyOf(VertexId numbered, std::uint32_t guess = 0) const;
   // The place of the cluster of level `depth` >= S that holds a numbered vertex. O(log). REQUIRES:
   // it is at hand.
   VertexId ClusterAt(unsigned depth, VertexId numbered) const;
@@ -134,7 +135,7 @@ private:
   void PlaceMesh(const Execution& execution);
   void FindTriangles(const Execution& execution);
   VertexId NumberedAt(VertexId place) const;
-  VertexKey KeyOf(VertexId place) const;
+  VertexKey KeyOf(VertexId place, VertexKey near) const;
   void AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const;
   void AppendVertex(VertexId place, Piece& piece) const;
   void AddReach(Piece& piece, VertexId begin, VertexId end) const;

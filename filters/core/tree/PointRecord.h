@@ -6,7 +6,9 @@
 #include "filters/core/Types.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 namespace kdstream
@@ -38,6 +40,55 @@ inline std::size_t LongestAxis(const Box& box)
   return side[0] >= side[1] && side[0] >= side[2] ? 0 : (side[1] >= side[2] ? 1 : 2);
 }
 
+// The lowest and the highest of some records' coordinates. A record is looked at whole, so that one
+// instruction compares all its axes: the lanes beside them, where its id is, hold anything.
+template <class Scalar>
+class RecordBox
+{
+public:
+  explicit RecordBox(const PointRecord<Scalar>& first)
+  {
+    std::memcpy(this->Lowest, &first, sizeof(first));
+    std::memcpy(this->Highest, &first, sizeof(first));
+  }
+  void Add(const PointRecord<Scalar>& record)
+  {
+    Vector lanes[vectors];
+    std::memcpy(lanes, &record, sizeof(record));
+    this->Add(lanes, lanes);
+  }
+  void Add(const RecordBox& other) { this->Add(other.Lowest, other.Highest); }
+  // -0.0 becomes 0.0: which of the two zeros is met first depends on the order of the records.
+  Box Corners() const
+  {
+    PointRecord<Scalar> lowest, highest;
+    std::memcpy(&lowest, this->Lowest, sizeof(lowest));
+    std::memcpy(&highest, this->Highest, sizeof(highest));
+    Box box;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      box.lo[k] = double(lowest.p[k]) + 0.0;
+      box.hi[k] = double(highest.p[k]) + 0.0;
+    }
+    return box;
+  }
+
+private:
+  typedef Scalar Vector __attribute__((vector_size(16)));
+  static constexpr std::size_t vectors = sizeof(PointRecord<Scalar>) / sizeof(Vector);
+
+  void Add(const Vector* low, const Vector* high)
+  {
+    for (std::size_t i = 0; i < vectors; ++i)
+    {
+      this->Lowest[i] = low[i] < this->Lowest[i] ? low[i] : this->Lowest[i];
+      this->Highest[i] = high[i] > this->Highest[i] ? high[i] : this->Highest[i];
+    }
+  }
+
+  Vector Lowest[vectors], Highest[vectors];
+};
+
 // The box of the records' points; -0.0 counts as 0.0. O(n). REQUIRES: finite coordinates.
 template <class Scalar>
 Box BoxOfRecords(std::span<const PointRecord<Scalar>> records)
@@ -46,42 +97,20 @@ Box BoxOfRecords(std::span<const PointRecord<Scalar>> records)
   {
     return {};
   }
-  // Four records at a time: one minimum alone would wait for the one before.
-  constexpr std::size_t lanes = 4;
-  std::array<std::array<Scalar, 3>, lanes> lo, hi;
-  lo.fill(records[0].p);
-  hi.fill(records[0].p);
-  const auto add = [&](std::size_t lane, const std::array<Scalar, 3>& p)
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      lo[lane][k] = p[k] < lo[lane][k] ? p[k] : lo[lane][k];
-      hi[lane][k] = p[k] > hi[lane][k] ? p[k] : hi[lane][k];
-    }
-  };
+  // Two at a time: one minimum alone would wait for the one before.
+  RecordBox<Scalar> even(records[0]), odd(records[0]);
   std::size_t i = 0;
-  for (; i + lanes <= records.size(); i += lanes)
+  for (; i + 2 <= records.size(); i += 2)
   {
-    for (std::size_t lane = 0; lane < lanes; ++lane)
-    {
-      add(lane, records[i + lane].p);
-    }
+    even.Add(records[i]);
+    odd.Add(records[i + 1]);
   }
-  for (; i < records.size(); ++i)
+  if (i < records.size())
   {
-    add(0, records[i].p);
+    even.Add(records[i]);
   }
-  Box box;
-  for (std::size_t lane = 0; lane < lanes; ++lane)
-  {
-    // + 0.0 makes -0.0 positive: which of the two zeros is met first depends on the order of the
-    // records.
-    box.Add(
-      Vec3{ double(lo[lane][0]) + 0.0, double(lo[lane][1]) + 0.0, double(lo[lane][2]) + 0.0 });
-    box.Add(
-      Vec3{ double(hi[lane][0]) + 0.0, double(hi[lane][1]) + 0.0, double(hi[lane][2]) + 0.0 });
-  }
-  return box;
+  even.Add(odd);
+  return even.Corners();
 }
 
 }
