@@ -45,7 +45,7 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
     bool upward;
   };
   const std::size_t count = begin.back();
-  const auto sorted = std::make_unique_for_overwrite<HalfEdge[]>(count);
+  const std::unique_ptr<HalfEdge[]> sorted(new HalfEdge[count]); // not set yet, as those below
   forEachHalfEdge(
     [&](std::uint32_t number, VertexId from, VertexId to) {
       sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };
@@ -54,8 +54,8 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
   // For each higher vertex, the list of those that wait, in the order of their numbers. All of a
   // list run in one direction.
   std::vector<std::uint32_t> first(vertices, none);
-  const auto last = std::make_unique_for_overwrite<std::uint32_t[]>(vertices);
-  const auto next = std::make_unique_for_overwrite<std::uint32_t[]>(count);
+  const std::unique_ptr<std::uint32_t[]> last(new std::uint32_t[vertices]);
+  const std::unique_ptr<std::uint32_t[]> next(new std::uint32_t[count]);
   for (std::size_t v = 0; v < vertices; ++v)
   {
     std::uint32_t waitingHere = 0;

@@ -43,7 +43,7 @@ ChunkCutter::ChunkCutter(const Surface& surface, UnitNormals normals, std::span<
   this->OwnColoring = coloring == SurfaceColoring::Own ? OwnColors(surface) : nullptr;
   this->ColoredBySource =
     coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
-  if (!surface.triangles.empty())
+  if (!surface.triangles.empty() && surface.points.size() > SurfaceChunk::mostVertices)
   {
     this->IndexInChunk.assign(surface.points.size(), absent);
   }
@@ -82,6 +82,30 @@ bool ChunkCutter::NextOfCloud(SurfaceChunk& chunk)
   return !chunk.vertices.empty();
 }
 
+// All of a surface that fits into one chunk, which every part of an ordinary model does.
+bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
+{
+  if (this->Done > 0)
+  {
+    return false;
+  }
+  chunk.vertices.reserve(this->Drawn.points.size());
+  for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
+  {
+    this->Append(chunk, v);
+  }
+  chunk.indices.reserve(3 * this->Drawn.triangles.size());
+  for (const Triangle& t : this->Drawn.triangles)
+  {
+    for (const VertexId corner : this->ColoredBySource ? this->WithColorLast(t) : t)
+    {
+      chunk.indices.push_back(static_cast<std::uint16_t>(corner));
+    }
+  }
+  this->Done = this->Drawn.triangles.size();
+  return true;
+}
+
 // Turned, not mirrored: the orientation stays.
 Triangle ChunkCutter::WithColorLast(const Triangle& t) const
 {
@@ -110,6 +134,10 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   if (this->Drawn.triangles.empty())
   {
     return this->NextOfCloud(chunk);
+  }
+  if (this->Drawn.points.size() <= SurfaceChunk::mostVertices)
+  {
+    return this->NextOfFew(chunk);
   }
   std::vector<VertexId> taken;
   for (; this->Done < this->Drawn.triangles.size(); ++this->Done)

@@ -140,13 +140,21 @@ TEST(SurfaceChunks, RepeatFewVerticesOfADrawnSurface)
   }
 }
 
+// Where there are several chunks. What fits into one goes into it as it stands.
 TEST(SurfaceChunks, LeaveOutVerticesWithoutTriangles)
 {
-  Surface sphere = BumpySphere(10);
-  const std::size_t used = sphere.points.size();
-  sphere.points.push_back({ 9, 9, 9 });
-  sphere.sources.emplace_back();
-  EXPECT_EQ(VerticesOf(AllChunks(sphere, SurfaceColoring::Stone)), used);
+  for (const std::uint32_t rows : { 10U, 201U })
+  {
+    Surface sphere = BumpySphere(rows);
+    const std::size_t whole = VerticesOf(AllChunks(sphere, SurfaceColoring::Stone));
+    for (int i = 0; i < 1000; ++i)
+    {
+      sphere.points.push_back({ 9, 9, 9 });
+      sphere.sources.emplace_back();
+    }
+    const auto chunks = AllChunks(sphere, SurfaceColoring::Stone);
+    EXPECT_EQ(VerticesOf(chunks), chunks.size() == 1 ? whole + 1000 : whole) << rows;
+  }
 }
 
 TEST(SurfaceChunks, HoldEveryPointOfACloudOnce)
