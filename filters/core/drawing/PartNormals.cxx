@@ -80,8 +80,14 @@ void PartNormals::GoTo(const SurfacePartList& parts)
   this->All.clear();
   for (const auto& known : this->Numbered)
   {
-    this->Spread(*known);
-    this->All.push_back(known->normals);
+    this->All.push_back(this->Spread(*known));
+  }
+  for (std::size_t i = 0; i < this->Numbered.size(); ++i)
+  {
+    Known& known = *this->Numbered[i];
+    known.normals = this->All[i];
+    known.own = {};
+    known.due = false;
   }
 }
 
@@ -162,12 +168,12 @@ void PartNormals::SumUp(Known& known)
       static_cast<std::size_t>(last - borrowed.begin()),
       [&](std::size_t to, std::size_t from) { own[to] = Plus(own[to], borrower->given[from]); });
   }
-  known.ownChanged |= own != known.own;
+  known.ownChanged = known.isNew || !std::equal(own.begin(), own.end(), known.normals->begin());
   known.own = std::move(own);
 }
 
-// Makes the normals of all points of a part, where own or borrowed ones have changed.
-void PartNormals::Spread(Known& known) const
+// The normals of all points of a part: those of before where neither own nor borrowed ones differ.
+PartNormals::Normals PartNormals::Spread(const Known& known) const
 {
   const SurfacePart& part = *known.part;
   bool changed = known.ownChanged;
@@ -179,23 +185,25 @@ void PartNormals::Spread(Known& known) const
     });
   if (!changed)
   {
-    return;
+    return known.normals;
   }
-  std::vector<Vec3> normals = known.own;
-  normals.resize(part.surface.points.size(), Vec3{});
+  std::vector<Vec3> normals(part.surface.points.size(), Vec3{});
+  for (std::size_t i = 0; i < part.own.size(); ++i)
+  {
+    normals[i] = known.SumOf(i);
+  }
   ForEachLender(part,
     [&](PieceId piece, std::size_t begin, std::size_t end)
     {
       if (const Known* owner = this->Find(piece))
       {
         ForEachLent(*owner->part, part, begin, end,
-          [&](std::size_t from, std::size_t to) { normals[to] = owner->own[from]; });
+          [&](std::size_t from, std::size_t to) { normals[to] = owner->SumOf(from); });
       }
     });
-  if (!known.normals || *known.normals != normals)
-  {
-    known.normals = std::make_shared<const std::vector<Vec3>>(std::move(normals));
-  }
+  return known.normals && *known.normals == normals
+           ? known.normals
+           : std::make_shared<const std::vector<Vec3>>(std::move(normals));
 }
 
 PartNormals::Known* PartNormals::Find(PieceId piece) const

@@ -31,17 +31,22 @@ private:
     std::shared_ptr<const SurfacePart> part;
     std::vector<Vec3> given;             // to each of its points, by its own triangles
     std::vector<const Known*> borrowers; // of its points, in the order of the parts
-    std::vector<Vec3> own;               // the whole sums of the own points
+    std::vector<Vec3> own;               // the new sums of the own points, until all are spread
     bool isNew = true;
-    bool due = true;        // the sums may be others than before,
-    bool ownChanged = true; // they are, or are of other points
+    bool due = true;         // the sums may be others than before,
+    bool ownChanged = false; // they are, or are of other points
     Normals normals;
+
+    Vec3 SumOf(std::size_t ownPoint) const
+    {
+      return this->due ? this->own[ownPoint] : (*this->normals)[ownPoint];
+    }
   };
 
   void TakeParts(const SurfacePartList& parts);
   void AskLendersOf(const SurfacePart& part);
   static void SumUp(Known& known);
-  void Spread(Known& known) const;
+  Normals Spread(const Known& known) const;
   Known* Find(PieceId piece) const;
 
   std::vector<std::unique_ptr<Known>> Numbered; // one a part
