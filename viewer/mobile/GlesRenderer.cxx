@@ -113,6 +113,23 @@ GLuint MakeBuffer(GLenum target, const std::vector<T>& content)
   return buffer;
 }
 
+// Whether all that was uploaded since ClearErrors is there.
+Status CheckUpload(const DrawnSurface& surface)
+{
+  const GLenum code = glGetError();
+  if (code == GL_NO_ERROR)
+  {
+    return {};
+  }
+  const std::string size = std::to_string(surface.PointCount()) + " points and " +
+                           std::to_string(surface.TriangleCount()) + " triangles";
+  return code == GL_OUT_OF_MEMORY
+           ? Error{ ErrorCode::LimitExceeded,
+               "the graphics memory does not hold a surface of " + size }
+           : Error{ ErrorCode::Unsupported,
+               "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
+}
+
 template <class Part>
 void FreeChunks(const Part& part)
 {
@@ -259,13 +276,25 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
   this->Parts = std::move(parts);
   ClearErrors();
+  std::size_t unchecked = 0; // points
   for (Part& part : this->Parts)
   {
-    Status status = part.chunks.empty() ? this->UploadPart(scene, part) : Status();
-    if (!status)
+    if (part.chunks.empty())
     {
-      this->Free();
-      return status;
+      this->UploadPart(part);
+      unchecked += part.surface->points.size();
+    }
+    part.surface = nullptr;
+    part.radii = {};
+    // Not after each part, since in a browser asking for errors waits for the graphics process.
+    if (unchecked >= SurfaceChunk::mostVertices || &part == &this->Parts.back())
+    {
+      unchecked = 0;
+      if (Status status = CheckUpload(*scene.surface); !status)
+      {
+        this->Free();
+        return status;
+      }
     }
   }
   this->Bounds = {};
@@ -323,7 +352,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   return {};
 }
 
-Status GlesRenderer::UploadPart(const ViewerScene& scene, Part& part)
+void GlesRenderer::UploadPart(Part& part)
 {
   ChunkCutter cutter(*part.surface,
     part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
@@ -364,18 +393,6 @@ Status GlesRenderer::UploadPart(const ViewerScene& scene, Part& part)
     }
     glBindVertexArray(0);
   }
-  // Once a part: so the first that does not fit is the last.
-  if (const GLenum code = glGetError(); code != GL_NO_ERROR)
-  {
-    const std::string size = std::to_string(scene.surface->PointCount()) + " points and " +
-                             std::to_string(scene.surface->TriangleCount()) + " triangles";
-    return code == GL_OUT_OF_MEMORY
-             ? Error{ ErrorCode::LimitExceeded,
-                 "the graphics memory does not hold a surface of " + size }
-             : Error{ ErrorCode::Unsupported,
-                 "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
-  }
-  return {};
 }
 
 void GlesRenderer::DrawBackground()

@@ -60,7 +60,7 @@ private:
   Status Compile();
   Status Upload(const ViewerScene& scene);
   Status Place(const ViewerScene& scene, std::vector<Part>& parts);
-  Status UploadPart(const ViewerScene& scene, Part& part);
+  void UploadPart(Part& part);
   void Free();
   void DrawBackground();
   void DrawChunks(const SceneCamera& camera, const Viewport& viewport);
