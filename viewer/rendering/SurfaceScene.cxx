@@ -12,6 +12,7 @@
 #include <vtkLight.h>
 #include <vtkRenderer.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -110,19 +111,32 @@ Status SurfaceScene::Update(
   }
   this->Depths = depths;
   this->Center = center;
-  std::vector<Entry> entries;
-  for (const DrawnSurface::Part& part : parts)
+  std::vector<Entry> entries(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
   {
-    const auto known = before.find(part.part.get());
-    const bool isSame = known != before.end() && known->second->drawn == part;
-    Entry& entry = entries.emplace_back();
-    entry.scene =
-      known != before.end() ? std::move(known->second->scene) : std::make_unique<ScenePart>();
-    entry.drawn = part;
-    if (!isSame)
+    entries[i].drawn = parts[i];
+    const auto known = before.find(parts[i].part.get());
+    if (known != before.end())
     {
-      entry.scene->Show(
-        part.part->surface, UnitNormalsOf(*part.normals), depths, center, this->Style);
+      entries[i].scene = std::move(known->second->scene);
+      entries[i].isShown = known->second->drawn == parts[i];
+    }
+  }
+  // What is not needed any more makes room for what is new.
+  auto spare = this->Entries.begin();
+  for (Entry& entry : entries)
+  {
+    if (!entry.scene)
+    {
+      spare = std::find_if(
+        spare, this->Entries.end(), [](const Entry& each) { return each.scene != nullptr; });
+      entry.scene =
+        spare == this->Entries.end() ? std::make_unique<ScenePart>() : std::move(spare->scene);
+    }
+    if (!std::exchange(entry.isShown, true))
+    {
+      entry.scene->Show(entry.drawn.part->surface, UnitNormalsOf(*entry.drawn.normals), depths,
+        center, this->Style);
     }
   }
   this->Take(std::move(entries));

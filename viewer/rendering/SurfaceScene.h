@@ -63,6 +63,7 @@ private:
   {
     std::unique_ptr<ScenePart> scene;
     DrawnSurface::Part drawn; // nothing where it is a whole surface
+    bool isShown = false;     // by `scene`
   };
 
   void Take(std::vector<Entry> entries);
