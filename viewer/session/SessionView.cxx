@@ -4,6 +4,7 @@
 //   2. the shown cut: all that is loaded of these and of what they need,
 //   3. what is missing, in one order: most urgent first; what nobody wants any more is cancelled,
 //   4. requests for as much of it as fills the line (LineMeter), and more as it comes.
+//   5. when all of it is there, what would be wanted next.
 // 2 and 3 look at every vertex of the wanted pieces, so they are done once a frame, and where
 // nothing is under way that one could wait for.
 #include "viewer/session/ViewerSession.h"
@@ -21,6 +22,7 @@ constexpr std::size_t mostRequests = 8;
 constexpr std::size_t bytesOfTreeBlob = 1500; // about
 // A window as of 4 MB/s: what is on the way to a fine piece would be seen for some frames only.
 constexpr std::size_t fastLine = std::size_t{ 1 } << 20;
+constexpr double nearerNext = 1.5; // the view that is fetched ahead
 }
 
 using protocol::BlobId;
@@ -116,7 +118,20 @@ void ViewerSession::ChooseByView()
     return;
   }
   const std::vector<BlobId> missing = this->InOrder(needs.missing);
-  this->Book.CancelUseless({ missing.begin(), missing.end() });
+  std::set<BlobId> useful(missing.begin(), missing.end());
+  if (missing.empty())
+  {
+    useful.merge(this->Ahead);
+  }
+  this->Ahead.clear();
+  this->Book.CancelUseless(useful);
+  for (const auto& [blob, request] : this->Book.AllOwed())
+  {
+    if (missing.empty() && useful.count(blob) > 0)
+    {
+      this->Ahead.insert(blob);
+    }
+  }
   this->Queue.clear();
   std::copy_if(missing.begin(), missing.end(), std::back_inserter(this->Queue),
     [this](const BlobId& blob) { return !this->Book.IsOwed(blob); });
@@ -234,12 +249,96 @@ void ViewerSession::AskMore()
     this->LastError = "What is around the tap cannot be told: too much of the tree is there.";
     this->DropPick();
   }
+  this->AskAhead();
   this->CountProgress();
+}
+
+// Asks for what would be wanted next, while nothing is wanted. As far as it goes at a time: more
+// when that has come.
+void ViewerSession::AskAhead()
+{
+  const bool mayAsk = this->ByView() && this->Mode == ViewerMode::FullScreen &&
+                      !this->IsPicking() && this->Queue.empty() && this->Book.Empty() &&
+                      !this->ChoiceIsDue;
+  if (this->Options.aheadBytes == 0 || !mayAsk)
+  {
+    return;
+  }
+  if (this->AheadOf != this->Current->refinement.Pieces())
+  {
+    this->AheadOf = this->Current->refinement.Pieces();
+    this->AheadSpent = 0;
+  }
+  if (this->AheadSpent >= this->Options.aheadBytes)
+  {
+    return;
+  }
+  SessionRequest request;
+  request.kind = SessionRequest::Kind::Blobs;
+  std::size_t bytes = 0;
+  for (const BlobId& blob : this->WantedNext())
+  {
+    bytes += this->BytesOf(blob);
+    if (bytes > this->Meter.Window() || this->AheadSpent + bytes > this->Options.aheadBytes)
+    {
+      break;
+    }
+    request.blobs.push_back(blob);
+  }
+  this->AheadSpent = request.blobs.empty() ? this->Options.aheadBytes : this->AheadSpent + bytes;
+  this->Ahead = { request.blobs.begin(), request.blobs.end() };
+  if (!request.blobs.empty())
+  {
+    this->Book.Send(std::move(request));
+  }
+}
+
+// What is missing for a view that is nearer, the tree first, then the most urgent.
+std::vector<BlobId> ViewerSession::WantedNext()
+{
+  Model& model = *this->Current;
+  Camera nearer = this->Eye;
+  const Viewport& screen = nearer.GetViewport();
+  nearer.Zoom(nearerNext, 0.5 * screen.width, 0.5 * screen.height);
+  model.next.Follow({ nearer, model.tree, this->Pieces, &model.seen, false }, this->TappedPieces(),
+    this->FailedPieces);
+  std::vector<BlobId> order;
+  for (const BlobId& blob : model.tree.TakeMissing())
+  {
+    if (this->FailedTree.count(blob) == 0)
+    {
+      order.push_back(blob);
+    }
+  }
+  std::vector<std::pair<double, PieceId>> pieces;
+  const Closure closure = MakeClosure(model.codec.depths, this->Wish().base, model.next.Pieces(),
+    [this](PieceId id) { return this->Pieces.Peek(id); });
+  for (const PieceId piece : closure.missing)
+  {
+    if (this->FailedPieces.count(piece) == 0)
+    {
+      pieces.emplace_back(-model.next.UrgencyOf(piece, nearer, model.tree), piece);
+    }
+  }
+  std::sort(pieces.begin(), pieces.end());
+  for (const auto& [urgency, piece] : pieces)
+  {
+    order.push_back(BlobOfPiece(piece, model.codec.depths));
+  }
+  return order;
+}
+
+bool ViewerSession::IsOnlyAhead() const
+{
+  const auto& owed = this->Book.AllOwed();
+  return this->Book.Empty() || (!owed.empty() && std::all_of(owed.begin(), owed.end(),
+                                                   [this](const auto& each)
+                                                   { return this->Ahead.count(each.first) > 0; }));
 }
 
 void ViewerSession::CountProgress()
 {
-  if (this->Queue.empty() && this->Book.Empty())
+  if (this->Queue.empty() && this->IsOnlyAhead())
   {
     this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
     return;

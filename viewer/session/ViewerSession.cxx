@@ -109,6 +109,8 @@ void ViewerSession::CloseModel()
   this->DropPick();
   this->MissingTree.clear();
   this->Queue.clear();
+  this->Ahead.clear();
+  this->AheadOf.clear();
   this->ChoiceIsDue = false;
   this->LastSituation.reset();
   this->History.CloseModel();
@@ -237,6 +239,16 @@ void ViewerSession::SetRings(unsigned rings)
   this->Trace("rings");
 }
 
+void ViewerSession::SetAhead(std::size_t bytes)
+{
+  this->Options.aheadBytes = bytes;
+  this->AheadSpent = 0;
+  if (bytes == 0 && this->IsOnlyAhead())
+  {
+    this->Book.CancelUnwanted({});
+  }
+}
+
 void ViewerSession::SetDetail(DetailMode detail)
 {
   if (this->Options.detail != detail)
@@ -304,6 +316,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   this->Current.emplace(
     Model{ model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), model.box,
       KnownTree(model.depths, model.HasLevels(), model.box, this->Options.treeBytes),
+      ViewRefinement(model, this->Options.refinement),
       ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
   this->Eye.FitTo(this->Current->box);

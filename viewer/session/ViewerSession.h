@@ -44,6 +44,10 @@ struct SessionOptions
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
   // What is kept of the model's tree, bytes.
   std::size_t treeBytes = std::size_t{ 16 } << 20;
+  // By the view, when all that is wanted is there: what one would want next, nearer by half in the
+  // middle of the screen, is fetched until about so many bytes were asked for, once for each view.
+  // 0: nothing is fetched ahead.
+  std::size_t aheadBytes = 0;
   // A pick may ask for so many pages and boxes of the tree.
   std::size_t mostBlobsOfPick = 1000;
   // A point of a cloud is picked by a finger that is so many points of the screen away, or less.
@@ -115,6 +119,8 @@ public:
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
+  // As SessionOptions::aheadBytes.
+  void SetAhead(std::size_t bytes);
 
   // ---- what the server sends. Answers to requests that were cancelled are ignored.
   void SetModels(std::vector<ModelSummary> models);
@@ -146,10 +152,10 @@ public:
   const std::vector<ModelSummary>& Models() const { return this->ModelList; }
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const { return this->History.Entries(); }
-  // Whether nothing is outstanding and all that came has been drawn.
+  // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
   bool IsIdle() const
   {
-    return this->Book.Empty() && this->Queue.empty() && !this->ChoiceIsDue &&
+    return this->IsOnlyAhead() && this->Queue.empty() && !this->ChoiceIsDue &&
            !this->Shown.NeedsDrawing();
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
@@ -171,7 +177,7 @@ private:
     LevelPolicy policy;
     Box box;
     KnownTree tree;
-    ViewRefinement refinement;
+    ViewRefinement refinement, next; // for the view, and for one that is nearer
     SeenPartitions seen;
     bool isClosed = false; // nearly: its back is hidden
   };
@@ -222,6 +228,9 @@ private:
   std::vector<protocol::BlobId> InOrder(const std::vector<PieceId>& missing);
   std::size_t BytesOf(const protocol::BlobId& blob);
   void AskMore();
+  void AskAhead();
+  std::vector<protocol::BlobId> WantedNext();
+  bool IsOnlyAhead() const;
   void CountProgress();
   unsigned EffectiveLevel() const;
   unsigned LevelFor(Resolution resolution) const;
@@ -265,6 +274,9 @@ private:
   // By the view: what is wanted and has not been asked for, most urgent first.
   std::deque<protocol::BlobId> Queue;
   bool ChoiceIsDue = false;               // something is wanted, or has come, since the last one
+  std::set<protocol::BlobId> Ahead;       // asked for though not wanted yet
+  std::vector<PieceId> AheadOf;           // the wanted pieces beyond which that was,
+  std::size_t AheadSpent = 0;             // and the bytes that were asked for since
   std::vector<std::uint32_t> EarlierTaps; // partitions of regions before, newest first
   std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;

@@ -225,6 +225,10 @@ extern "C"
       detail == 1 ? kdstream::DetailMode::Level : kdstream::DetailMode::View);
   }
 
+  EMSCRIPTEN_KEEPALIVE void ViewerSetAhead(WebViewer* viewer, unsigned bytes)
+  {
+    viewer->page.Session().SetAhead(bytes);
+  }
   EMSCRIPTEN_KEEPALIVE void ViewerSetRings(WebViewer* viewer, unsigned rings)
   {
     viewer->page.Session().SetRings(rings);

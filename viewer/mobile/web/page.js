@@ -347,6 +347,13 @@ function tryNow() {
   wake();
 }
 
+// Whoever has told the browser to save data gets nothing ahead.
+function saveDataIfAsked() {
+  const menu = find("menu").elements;
+  menu.ahead.value = navigator.connection?.saveData ? "0" : menu.ahead.value;
+  viewer.setAhead(Number(menu.ahead.value));
+}
+
 function listenToButtons() {
   find("back").addEventListener("click", goBack);
   find("open").addEventListener("click", () => {
@@ -358,11 +365,14 @@ function listenToButtons() {
   find("menu").addEventListener("change", ({ target }) => {
     if (target.name === "detail") {
       viewer.setDetail(Number(target.value));
+    } else if (target.name === "ahead") {
+      viewer.setAhead(Number(target.value));
     } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
     } else {
       viewer.setColoring(Number(target.value));
     }
+    line.exchange();
     wake();
   });
   canvas.addEventListener("pointerdown", () => openMenu(false));
@@ -437,6 +447,7 @@ async function start() {
   window.kdstream = { status: () => (viewer.failure ? lastStatus : viewer.status()) };
   watchSize();
   listenToButtons();
+  saveDataIfAsked();
   listenToBrowser();
   line.exchange();
   refreshList();

@@ -97,6 +97,11 @@ class Viewer {
     this.#call("SetDetail", detail);
   }
 
+  // Bytes that are fetched ahead of what is wanted.
+  setAhead(bytes) {
+    this.#call("SetAhead", bytes);
+  }
+
   setRings(rings) {
     this.#call("SetRings", rings);
   }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 
 using namespace kdstream;
 using kdstream::testing::CountBoundaryEdges;
@@ -116,6 +117,77 @@ TEST(TestViewDetail, AStillCameraComesToRest)
   EXPECT_TRUE(server.log.empty());
   EXPECT_EQ(session.Scene().surfaceVersion, version);
   EXPECT_EQ(session.Choices(), choices);
+}
+
+// What comes for a pinch to 1.4 times the size in the middle of the screen, after all was served.
+std::size_t BytesOfAPinch(std::size_t aheadBytes, std::uint64_t& before, Surface& shown)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.aheadBytes = aheadBytes;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  EXPECT_TRUE(session.IsIdle());
+  before = session.GetTraffic().bytes;
+  session.Zoom(1.4, width / 2.0, height / 2.0);
+  std::uint64_t bytes = before;
+  for (session.BeginFrame(); server.Take(session), !session.IsIdle(); session.BeginFrame())
+  {
+    EXPECT_TRUE(server.Answer(session));
+    bytes = session.GetTraffic().bytes;
+  }
+  shown = session.Scene().surface->Whole();
+  EXPECT_EQ(session.GetStatus().blobsWanted, 0u) << "what is fetched ahead is no progress";
+  return bytes - before;
+}
+
+TEST(TestViewDetail, WhatIsWantedNextIsFetchedAhead)
+{
+  std::uint64_t without = 0, with = 0;
+  Surface plain, ahead;
+  const std::size_t fetched = BytesOfAPinch(0, without, plain);
+  EXPECT_GT(fetched, 5'000u);
+  EXPECT_LT(BytesOfAPinch(std::size_t{ 4 } << 20, with, ahead), fetched / 10);
+  EXPECT_GT(with, without);
+  EXPECT_EQ(ahead.sources, plain.sources) << "what is shown is the same";
+  EXPECT_EQ(ahead.triangles, plain.triangles);
+
+  std::uint64_t little = 0;
+  BytesOfAPinch(8'000, little, ahead);
+  EXPECT_GT(little, without);
+  EXPECT_LT(little, without + 12'000) << "about as many bytes as are allowed";
+  EXPECT_EQ(ahead.sources, plain.sources);
+}
+
+TEST(TestViewDetail, WhatIsFetchedAheadMakesWay)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.aheadBytes = std::size_t{ 4 } << 20;
+  ViewerSession session(options);
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  for (server.Take(session); !session.IsIdle(); server.Take(session))
+  {
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+  }
+  const std::vector<BlobId> ahead = server.Outstanding();
+  ASSERT_GT(ahead.size(), 2u);
+  // Something else is wanted.
+  session.Zoom(40, onRingX, onRingY);
+  session.BeginFrame();
+  EXPECT_FALSE(session.IsIdle());
+  server.Take(session);
+  const std::vector<BlobId> now = server.Outstanding();
+  const std::set<BlobId> still(now.begin(), now.end());
+  EXPECT_LT(std::count_if(ahead.begin(), ahead.end(),
+              [&still](const BlobId& blob) { return still.count(blob) > 0; }),
+    static_cast<std::ptrdiff_t>(ahead.size() / 2));
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+  ExpectClosed(session);
 }
 
 // Steps never show holes, whatever comes in whatever order, while the view moves on.
