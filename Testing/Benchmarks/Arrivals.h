@@ -6,6 +6,7 @@
 #include "filters/model/ModelJson.h"
 #include "viewer/session/ViewerSession.h"
 
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <deque>
@@ -19,6 +20,13 @@ namespace kdstream::bench
 {
 
 using Bytes = std::vector<std::uint8_t>;
+
+inline double SecondsOf(const std::function<void()>& work)
+{
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
 
 struct Arrivals
 {

@@ -11,20 +11,12 @@
 #include "viewer/mobile/SurfaceChunks.h"
 
 #include <algorithm>
-#include <chrono>
 
 using namespace kdstream;
 using namespace kdstream::bench;
 
 namespace
 {
-
-double SecondsOf(const std::function<void()>& work)
-{
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 std::size_t CutIntoChunks(const DrawnSurface::Part& part, const ViewerScene& scene)
 {

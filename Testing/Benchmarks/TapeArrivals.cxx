@@ -7,7 +7,6 @@
 #include "server/session/StoreCatalog.h"
 #include "viewer/rendering/SurfaceScene.h"
 
-#include <chrono>
 #include <cstdlib>
 #include <numeric>
 #include <optional>
@@ -17,13 +16,6 @@ using namespace kdstream::bench;
 
 namespace
 {
-
-double SecondsOf(const std::function<void()>& work)
-{
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 struct VtkTimes
 {

@@ -3,6 +3,7 @@
 #include "viewer/session/VertexNormals.h"
 
 #include "filters/core/VectorMath.h"
+#include "filters/core/drawing/PartNormals.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,22 +35,7 @@ UnitNormals UnitNormalsOf(std::span<const Vec3> vectors)
 
 UnitNormals ComputeVertexNormals(std::span<const Vec3> points, std::span<const Triangle> triangles)
 {
-  std::vector<Vec3> sums(points.size(), Vec3{ 0.0, 0.0, 0.0 });
-  for (const Triangle& triangle : triangles)
-  {
-    const Vec3& origin = points[triangle[0]];
-    // Twice the area long, so that summing it weights by area.
-    const Vec3 normal =
-      Cross(Minus(points[triangle[1]], origin), Minus(points[triangle[2]], origin));
-    for (const VertexId v : triangle)
-    {
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        sums[v][k] += normal[k];
-      }
-    }
-  }
-  return UnitNormalsOf(sums);
+  return UnitNormalsOf(SumOfNormals(points, triangles));
 }
 
 }

@@ -15,22 +15,6 @@ namespace kdstream
 namespace
 {
 
-std::vector<Vec3> GivenBy(const Surface& surface)
-{
-  std::vector<Vec3> sums(surface.points.size(), Vec3{});
-  for (const Triangle& t : surface.triangles)
-  {
-    const Vec3& origin = surface.points[t[0]];
-    const Vec3 normal =
-      Cross(Minus(surface.points[t[1]], origin), Minus(surface.points[t[2]], origin));
-    for (const VertexId corner : t)
-    {
-      sums[corner] = Plus(sums[corner], normal);
-    }
-  }
-  return sums;
-}
-
 // Calls visit(piece, begin, end) for each piece that lends a part points: these borrowed ones.
 template <class Visit>
 void ForEachLender(const SurfacePart& part, const Visit& visit)
@@ -65,6 +49,21 @@ void ForEachLent(const SurfacePart& owner, const SurfacePart& part, std::size_t 
   }
 }
 
+}
+
+std::vector<Vec3> SumOfNormals(std::span<const Vec3> points, std::span<const Triangle> triangles)
+{
+  std::vector<Vec3> sums(points.size(), Vec3{});
+  for (const Triangle& t : triangles)
+  {
+    const Vec3& origin = points[t[0]];
+    const Vec3 normal = Cross(Minus(points[t[1]], origin), Minus(points[t[2]], origin));
+    for (const VertexId corner : t)
+    {
+      sums[corner] = Plus(sums[corner], normal);
+    }
+  }
+  return sums;
 }
 
 void PartNormals::GoTo(const SurfacePartList& parts)
@@ -114,7 +113,7 @@ void PartNormals::TakeParts(const SurfacePartList& parts)
     }
     this->Numbered.push_back(std::make_unique<Known>());
     this->Numbered.back()->part = part;
-    this->Numbered.back()->given = GivenBy(part->surface);
+    this->Numbered.back()->given = SumOfNormals(part->surface.points, part->surface.triangles);
   }
   for (; next != before.end(); ++next)
   {

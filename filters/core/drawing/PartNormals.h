@@ -5,10 +5,15 @@
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace kdstream
 {
+
+// Of each point the sum of the area vectors (times two) of its triangles; 0 for a point without.
+// O(points + triangles). REQUIRES: indices below the number of points.
+std::vector<Vec3> SumOfNormals(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 // Of each point of each part the sum of the area vectors (times two) of all triangles around it in
 // the whole surface; 0 for points without triangles. Follows the parts from one cut to the next.
