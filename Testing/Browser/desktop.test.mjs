@@ -110,3 +110,38 @@ test("a coloured model", async () => {
   visit.assertClean(server.url);
   await visit.close();
 });
+
+// New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.
+test("new vertices glide", async () => {
+  const glidesSeen = async (reducedMotion) => {
+    const visit = await Visit.desktop(browser, { reducedMotion });
+    const { page } = visit;
+    await visit.open(server.url);
+    await visit.untilIdle();
+    await page.evaluate(() => {
+      window.glidesSeen = 0;
+      const look = () => {
+        window.glidesSeen += window.kdstream.status().gliding;
+        requestAnimationFrame(look);
+      };
+      look();
+    });
+    const middle = await visit.centre();
+    await page.mouse.click(middle.x, middle.y);
+    await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+    for (let i = 0; i < 8; ++i) {
+      await page.mouse.wheel(0, -100);
+      const { gliding } = await visit.untilIdle();
+      assert.equal(gliding, false);
+    }
+    const seen = await page.evaluate(() => window.glidesSeen);
+    const picture = await visit.around(middle);
+    visit.assertClean(server.url);
+    await visit.close();
+    return { seen, picture };
+  };
+  const gliding = await glidesSeen("no-preference"), still = await glidesSeen("reduce");
+  assert.ok(gliding.seen > 0, "frames on the way were drawn");
+  assert.equal(still.seen, 0);
+  assert.ok(await pixels.difference(gliding.picture, still.picture) < 0.01, "the same in the end");
+});

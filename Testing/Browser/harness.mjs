@@ -187,8 +187,8 @@ export class Visit {
     return Visit.#make(await browser.newContext({ viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true }));
   }
 
-  static async desktop(browser) {
-    return Visit.#make(await browser.newContext({ viewport: { width: 1280, height: 800 } }));
+  static async desktop(browser, options = {}) {
+    return Visit.#make(await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options }));
   }
 
   static async #make(context) {

@@ -25,8 +25,8 @@ namespace kdstream
 struct GlesRenderer::Chunk
 {
   GLuint vertexArray = 0;
-  // Of vertices, colours (0 without), and indices, or radii of a cloud.
-  std::array<GLuint, 3> buffers{};
+  // Of vertices, colours (0 without), indices or radii of a cloud, and glides (0 without).
+  std::array<GLuint, 4> buffers{};
   GLsizei count = 0; // of indices, or points of a cloud
 };
 
@@ -53,7 +53,9 @@ enum AttributePlace : GLuint // as `location` in GlesShaders.h
   position = 0,
   normal = 1,
   color = 2,
-  radius = 3
+  radius = 3,
+  away = 4,
+  formerNormal = 5
 };
 
 bool HasContext()
@@ -237,11 +239,37 @@ void GlesRenderer::Forget()
   this->Compiled.reset();
   this->Parts.clear();
   this->Tried.reset();
+  this->LongestWay.reset();
 }
 
 void GlesRenderer::SetColoring(SurfaceColoring coloring)
 {
   this->Coloring = coloring;
+}
+
+void GlesRenderer::SetGlided(double share)
+{
+  this->Glided = share;
+}
+
+// What has arrived needs its former places no more.
+void GlesRenderer::StopGliding()
+{
+  for (Part& part : this->Parts)
+  {
+    for (Chunk& chunk : part.chunks)
+    {
+      if (chunk.buffers[3] != 0)
+      {
+        glBindVertexArray(chunk.vertexArray);
+        glDisableVertexAttribArray(AttributePlace::away);
+        glDisableVertexAttribArray(AttributePlace::formerNormal);
+        glDeleteBuffers(1, &chunk.buffers[3]);
+        chunk.buffers[3] = 0;
+      }
+    }
+  }
+  this->LongestWay.reset();
 }
 
 void GlesRenderer::SetBackground(const Vec3& bottom, const Vec3& top)
@@ -272,6 +300,7 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
       parts.push_back({ drawn, &surface, {}, {}, {} });
     }
   }
+  this->StopGliding();
   KDSTREAM_TRY(this->Place(scene, parts));
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
   this->Parts = std::move(parts);
@@ -286,6 +315,7 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
     }
     part.surface = nullptr;
     part.radii = {};
+    part.drawn.glide = nullptr;
     // Not after each part, since in a browser asking for errors waits for the graphics process.
     if (unchecked >= SurfaceChunk::mostVertices || &part == &this->Parts.back())
     {
@@ -338,7 +368,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   for (Part& part : parts)
   {
     Part* const before = findBefore(part);
-    if (before && before->drawn == part.drawn && scale == this->Scale &&
+    if (before && before->drawn.LooksLike(part.drawn) && scale == this->Scale &&
         this->Coloring == this->Colored)
     {
       std::swap(part.chunks, before->chunks);
@@ -358,6 +388,16 @@ void GlesRenderer::UploadPart(Part& part)
     part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
     this->Depths, this->Coloring, this->Center, this->Scale);
   part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
+  if (part.drawn.glide && this->Glided < 1)
+  {
+    cutter.SetGlide(*part.drawn.glide);
+    double longest = this->LongestWay.value_or(0);
+    for (std::size_t i = 0; i < part.surface->points.size(); ++i)
+    {
+      longest = std::max(longest, Length(part.drawn.glide->points[i] - part.surface->points[i]));
+    }
+    this->LongestWay = longest;
+  }
   SurfaceChunk content;
   while (cutter.Next(content))
   {
@@ -386,6 +426,18 @@ void GlesRenderer::UploadPart(Part& part)
       glVertexAttribPointer(AttributePlace::radius, 1, GL_FLOAT, GL_FALSE, 0, nullptr);
       glEnableVertexAttribArray(AttributePlace::radius);
     }
+    if (!content.glides.empty())
+    {
+      chunk.buffers[3] = MakeBuffer(GL_ARRAY_BUFFER, content.glides);
+      glVertexAttribPointer(
+        AttributePlace::away, 3, GL_FLOAT, GL_FALSE, sizeof(GlideVertex), nullptr);
+      // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
+      const auto* former = reinterpret_cast<const void*>(offsetof(GlideVertex, normal));
+      glVertexAttribPointer(AttributePlace::formerNormal, 4, GL_INT_2_10_10_10_REV, GL_TRUE,
+        sizeof(GlideVertex), former);
+      glEnableVertexAttribArray(AttributePlace::away);
+      glEnableVertexAttribArray(AttributePlace::formerNormal);
+    }
     if (!content.indices.empty())
     {
       chunk.buffers[2] = MakeBuffer(GL_ELEMENT_ARRAY_BUFFER, content.indices);
@@ -410,7 +462,8 @@ void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewpor
 {
   // The camera's axes, and the projection.
   const Vec3 eye = camera.eye - this->Center;
-  const ClippingPlanes planes = PlanesAround(this->Bounds, eye, camera.focal - this->Center);
+  const ClippingPlanes planes = PlanesAround(
+    Enlarged(this->Bounds, this->LongestWay.value_or(0)), eye, camera.focal - this->Center);
   const Vec3 back = Normalized(camera.eye - camera.focal);
   const Vec3 right = Normalized(Cross(camera.up, back));
   const Vec3 up = Cross(back, right);
@@ -443,7 +496,10 @@ void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewpor
 
   glUniform1f(glGetUniformLocation(program, "smoothness"),
     this->Coloring == SurfaceColoring::Own ? 1.0f : 0.0f);
+  glUniform1f(glGetUniformLocation(program, "toGo"), static_cast<float>(1.0 - this->Glided));
   glEnable(GL_DEPTH_TEST);
+  glVertexAttrib4f(AttributePlace::away, 0.0f, 0.0f, 0.0f, 0.0f);
+  glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);
   for (const Part& part : this->Parts)
@@ -482,6 +538,11 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   {
     this->Outcome = this->Upload(scene);
     this->Tried = wanted;
+  }
+
+  if (this->LongestWay && this->Glided >= 1)
+  {
+    this->StopGliding();
   }
 
   glViewport(0, 0, viewport.width, viewport.height);

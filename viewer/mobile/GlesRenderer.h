@@ -39,11 +39,16 @@ public:
   // Red, green, blue (0-1) of the gradient behind the model.
   void SetBackground(const Vec3& bottom, const Vec3& top);
 
+  // How far what glides (DrawnSurface::Part) has come from where it stood in the surface before, in
+  // the next Draw: from 0, to 1, which it is at first. At 0 a new surface looks as the one before
+  // it.
+  void SetGlided(double share);
+
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
   // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
   // surfaceVersion is another one than last time, or the coloring is, and then only its parts that
-  // differ: 16 bytes a vertex (4 more with colours, and in a cloud), 6 a triangle; what is not
-  // drawn any more is freed first. viewport: as that of the session.
+  // differ: 16 bytes a vertex (4 more with colours, and in a cloud; 16 more while it glides),
+  // 6 a triangle; what is not drawn any more is freed first. viewport: as that of the session.
   //
   // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
   // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
@@ -62,6 +67,7 @@ private:
   Status Place(const ViewerScene& scene, std::vector<Part>& parts);
   void UploadPart(Part& part);
   void Free();
+  void StopGliding();
   void DrawBackground();
   void DrawChunks(const SceneCamera& camera, const Viewport& viewport);
 
@@ -85,6 +91,8 @@ private:
   std::size_t Points = 0; // of a cloud; 0 if it has triangles
 
   SurfaceColoring Coloring = SurfaceColoring::Own;
+  double Glided = 1;
+  std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does
   Vec3 Bottom;
   Vec3 Top;
 };

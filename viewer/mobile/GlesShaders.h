@@ -37,6 +37,9 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in float radius; // of a cloud's splat
+layout(location = 4) in vec3 away;    // from where the vertex glides to its place
+layout(location = 5) in vec4 formerNormal; // that it had there; the last is 0 where it does not glide
+uniform float toGo; // of the way: from 1 to 0
 uniform vec3 eye;
 uniform mat3 turn;
 uniform vec4 projection;
@@ -48,8 +51,8 @@ flat out vec3 flatColor;
 flat out vec2 splat; // pixels across, radius
 void main()
 {
-  viewPosition = turn * (position - eye);
-  viewNormal = turn * normal.xyz;
+  viewPosition = turn * (position + toGo * away - eye);
+  viewNormal = turn * mix(normal.xyz, formerNormal.xyz, toGo * formerNormal.w);
   smoothColor = flatColor = color.rgb;
   gl_Position = vec4(projection.xy * viewPosition.xy,
     projection.z * viewPosition.z + projection.w, -viewPosition.z);

@@ -102,8 +102,25 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
       chunk.indices.push_back(static_cast<std::uint16_t>(corner));
     }
   }
+  this->AppendGlides(chunk);
   this->Done = this->Drawn.triangles.size();
   return true;
+}
+
+void ChunkCutter::AppendGlides(SurfaceChunk& chunk) const
+{
+  if (!this->Glide)
+  {
+    return;
+  }
+  const UnitNormals normals = UnitNormalsOf(this->Glide->normals);
+  for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
+  {
+    const Vec3 away = (this->Glide->points[v] - this->Drawn.points[v]) * this->Scale;
+    chunk.glides.push_back(
+      { { static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]) },
+        PackNormal(normals[v]) | 1U << 30 });
+  }
 }
 
 // Turned, not mirrored: the orientation stays.
@@ -131,6 +148,7 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   chunk.colors.clear();
   chunk.indices.clear();
   chunk.radii.clear();
+  chunk.glides.clear();
   if (this->Drawn.triangles.empty())
   {
     return this->NextOfCloud(chunk);

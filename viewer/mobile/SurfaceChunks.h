@@ -3,7 +3,7 @@
 // the README's picture. No OpenGL here.
 #pragma once
 
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/session/Palette.h"
 #include "viewer/session/VertexNormals.h"
@@ -24,6 +24,13 @@ struct ChunkVertex
   std::uint32_t normal; // x, y, z as signed numbers of 10 bits, from the lowest; 511 is 1
 };
 
+// Where a vertex glides from; 16 bytes.
+struct GlideVertex
+{
+  std::array<float, 3> away; // from its place there, scaled
+  std::uint32_t normal;      // that it had, as in ChunkVertex; the uppermost number is 1
+};
+
 struct SurfaceChunk
 {
   // The index 65,535 is left out: in WebGL 2 it always means that a strip starts anew.
@@ -36,6 +43,7 @@ struct SurfaceChunk
   std::vector<std::array<std::uint8_t, 4>> colors;
   std::vector<std::uint16_t> indices; // 3 a triangle; none for a cloud
   std::vector<float> radii;           // of a cloud's splats, scaled: one a vertex
+  std::vector<GlideVertex> glides;    // one a vertex; none where nothing glides
 };
 
 // Hands out the chunks of a surface one after the other, so that never more than one is held.
@@ -65,6 +73,10 @@ public:
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
 
+  // From where the points glide: one a point, kept as long as the surface. A surface that does not
+  // become one chunk as it stands does not glide.
+  void SetGlide(const PartGlide& glide) { this->Glide = &glide; }
+
   // Replaces `chunk` with the next one; false when there is none.
   bool Next(SurfaceChunk& chunk);
 
@@ -72,6 +84,7 @@ private:
   void Append(SurfaceChunk& chunk, VertexId vertex) const;
   bool NextOfCloud(SurfaceChunk& chunk);
   bool NextOfFew(SurfaceChunk& chunk);
+  void AppendGlides(SurfaceChunk& chunk) const;
   Triangle WithColorLast(const Triangle& triangle) const;
 
   const Surface& Drawn;
@@ -83,6 +96,7 @@ private:
   bool ColoredBySource = false;           // or those of partitions or resolutions
   UnitNormals Normals;
   std::span<const float> Radii;
+  const PartGlide* Glide = nullptr;
   std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet
   std::size_t Done = 0;                    // triangles, or points of a cloud
 };

@@ -119,7 +119,7 @@ Status SurfaceScene::Update(
     if (known != before.end())
     {
       entries[i].scene = std::move(known->second->scene);
-      entries[i].isShown = known->second->drawn == parts[i];
+      entries[i].isShown = known->second->drawn.LooksLike(parts[i]);
     }
   }
   // What is not needed any more makes room for what is new.

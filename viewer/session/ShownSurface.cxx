@@ -35,6 +35,7 @@ void ShownSurface::Reset(const TreeDepths& depths)
   this->Dirty = false;
   this->Closing = {};
   this->Parts = {};
+  this->Parts.Follow(this->Glides);
   this->Normals = {};
   this->Drawn = std::make_shared<DrawnSurface>();
   ++this->DrawnVersion;
@@ -138,7 +139,8 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
   this->Dirty = false;
   KDSTREAM_TRY(this->Parts.GoTo(*this->Shown, [&pieces](PieceId id) { return pieces.Find(id); }));
   this->Normals.GoTo(this->Parts.Parts());
-  this->Drawn = std::make_shared<DrawnSurface>(this->Parts.Parts(), this->Normals.Of());
+  this->Drawn = std::make_shared<DrawnSurface>(
+    this->Parts.Parts(), this->Normals.Of(), *this->Drawn, this->Parts.Former());
   ++this->DrawnVersion;
   this->NoteWhatIsDrawn(pieces);
   return true;

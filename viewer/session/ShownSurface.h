@@ -71,6 +71,12 @@ public:
   // Errors: those of SurfaceParts, where pieces were evicted: pin Pieces().
   Result<bool> Draw(PieceCache& pieces);
   bool NeedsDrawing() const { return this->Dirty; }
+  // Whether the parts of the next surfaces glide from the one before.
+  void SetGlides(bool glides)
+  {
+    this->Glides = glides;
+    this->Parts.Follow(glides);
+  }
   const std::shared_ptr<const DrawnSurface>& GetSurface() const { return this->Drawn; }
   std::uint64_t Version() const { return this->DrawnVersion; }
 
@@ -89,6 +95,7 @@ private:
   std::uint64_t ShownVersion = 0;
   std::set<PieceId> Used;
   bool Dirty = false;
+  bool Glides = false;
   Closures Closing;
   SurfaceParts Parts;
   PartNormals Normals;

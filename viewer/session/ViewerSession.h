@@ -121,6 +121,9 @@ public:
   void SetDetail(DetailMode detail);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);
+  // Whether the parts of the next surfaces tell where they glide from (DrawnSurface::Part); at
+  // first they do not. No trace tells of it.
+  void SetGlides(bool glides) { this->Shown.SetGlides(glides); }
 
   // ---- what the server sends. Answers to requests that were cancelled are ignored.
   void SetModels(std::vector<ModelSummary> models);

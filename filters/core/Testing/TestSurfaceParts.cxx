@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <utility>
@@ -40,6 +41,23 @@ void ExpectSame(const SurfacePartList& parts, const SurfacePartList& fresh)
   }
 }
 
+// Of each node of a cut: the node at or above it that stood for it in the cut before.
+std::map<Surface::Source, std::optional<Surface::Source>> NodesBefore(
+  const Model& model, const Cut& before, const Cut& now)
+{
+  const auto old = CutOfVertices(model, before), fresh = CutOfVertices(model, now);
+  std::map<Surface::Source, std::optional<Surface::Source>> nodes;
+  for (std::size_t v = 0; v < fresh.size(); ++v)
+  {
+    const auto [node, isNew] = nodes.try_emplace(fresh[v], old[v]);
+    if (old[v].resolution > fresh[v].resolution || (!isNew && node->second != old[v]))
+    {
+      node->second.reset();
+    }
+  }
+  return nodes;
+}
+
 }
 
 TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
@@ -68,6 +86,65 @@ TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
       }
     }
   }
+}
+
+// What stood for each point is found in the whole vertex tree too.
+TEST(SurfaceParts, TellWhatShowedTheirPointsBefore)
+{
+  const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 11 }, { { 40, {}, 8 }, 2 },
+    { { 500, {}, 8 }, 1 } };
+  std::size_t found = 0, missed = 0;
+  for (const NamedMesh& named : AllMeshes())
+  {
+    for (const auto& [options, onePiece] : trees)
+    {
+      const auto model = MakeModel(named.mesh, options, {}, {}, onePiece);
+      CutWalk walk(*model, 43);
+      SurfaceParts parts;
+      parts.Follow(true);
+      ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+      for (unsigned step = 0; step < 60; ++step)
+      {
+        SCOPED_TRACE(named.name + ", step " + std::to_string(step));
+        const SurfacePartList before = parts.Parts();
+        const Cut cutBefore = walk.Now();
+        walk.Step();
+        ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+        const auto expected = NodesBefore(*model, cutBefore, walk.Now());
+        ASSERT_EQ(parts.Former().size(), parts.Parts().size());
+        for (std::size_t i = 0; i < parts.Parts().size(); ++i)
+        {
+          const FormerPoints& former = parts.Former()[i];
+          const SurfacePart& part = *parts.Parts()[i];
+          if (former.empty())
+          {
+            ASSERT_EQ(std::count(before.begin(), before.end(), parts.Parts()[i]), 1);
+            continue;
+          }
+          ASSERT_EQ(former.size(), part.surface.points.size());
+          for (std::size_t k = 0; k < former.size(); ++k)
+          {
+            const auto& node = expected.at(part.surface.sources[k]);
+            if (former[k])
+            {
+              ASSERT_LT(former[k]->part, before.size());
+              ASSERT_LT(former[k]->point, before[former[k]->part]->own.size());
+              ASSERT_EQ(before[former[k]->part]->surface.sources[former[k]->point], node)
+                << "point " << k << " of part " << i;
+            }
+            else if (node)
+            {
+              // What a base showed that is gone may not be told of by what is there now.
+              ASSERT_NE(BaseOf(walk.Now()), BaseOf(cutBefore)) << "point " << k << " of part " << i;
+              ++missed;
+            }
+            found += former[k].has_value();
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(found, 5 * missed);
 }
 
 // A sphere in many partitions: one of them becomes the original, and only its neighbours with it.

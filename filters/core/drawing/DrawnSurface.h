@@ -14,6 +14,13 @@
 namespace kdstream
 {
 
+// How a part stood in the surface before, for renderers that let it glide: of each of its points
+// the place and the normal, of any length, of what showed it there (SurfaceParts::Former).
+struct PartGlide
+{
+  std::vector<Vec3> points, normals;
+};
+
 // Does not change. Parts and normals that are the same objects as in another surface need not be
 // drawn anew.
 class DrawnSurface
@@ -23,12 +30,20 @@ public:
   {
     std::shared_ptr<const SurfacePart> part;
     PartNormals::Normals normals;
-    bool operator==(const Part&) const = default;
+    std::shared_ptr<const PartGlide> glide; // null where nothing moves
+    bool LooksLike(const Part& other) const
+    {
+      return this->part == other.part && this->normals == other.normals;
+    }
   };
 
   DrawnSurface() = default;
   // normals: as PartNormals tells, one for each part.
   DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals);
+  // The same; its parts glide from how they stood in the surface before. former: as SurfaceParts
+  // tells. O(points) of the parts that differ.
+  DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals,
+    const DrawnSurface& before, const std::vector<FormerPoints>& former);
   // Any surface, as one part of its own. Where its triangles name points that it does not have, it
   // has no normals.
   explicit DrawnSurface(Surface whole);
@@ -36,6 +51,7 @@ public:
   const std::vector<Part>& Parts() const { return this->All; }
   std::size_t PointCount() const { return this->Points; }
   std::size_t TriangleCount() const { return this->Triangles; }
+  bool HasGlides() const;
 
   // All parts in one (MergeParts), made when it is asked for first. Threads: one at a time.
   const Surface& Whole() const;

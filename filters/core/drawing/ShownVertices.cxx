@@ -351,15 +351,28 @@ std::optional<ShownVertices::Place> ShownVertices::NodeAbove(std::size_t i, std:
   {
     return this->Owners.Find(shown.Depth(), piece.keys[v]);
   }
-  auto row = piece.AncestorsOf(v, this->C.depths);
-  if (row.empty())
-  {
-    // Of own vertices finer than S their cluster of level S knows.
-    const auto cluster = this->StitchClusterOf(piece.keys[v]);
-    row = cluster ? this->All[cluster->piece]->AncestorsOf(cluster->vertex, this->C.depths) : row;
-  }
+  const auto row = this->LineageOf(i, v).ranks;
   const std::size_t place = shown.Depth() - PreviewLevel(this->C.depths);
   return place < row.size() ? this->Owners.Find(shown.Depth(), row[place]) : std::nullopt;
+}
+
+// Of own vertices finer than S their cluster of level S knows what is above it.
+Lineage ShownVertices::LineageOf(std::size_t i, std::uint32_t v)
+{
+  const Piece& piece = *this->All[i];
+  Lineage lineage;
+  lineage.ranks = piece.AncestorsOf(v, this->C.depths);
+  if (piece.id.resolution >= this->Stitch && v < piece.ownVertices)
+  {
+    const auto cluster = this->StitchClusterOf(piece.keys[v]);
+    if (cluster)
+    {
+      const Piece& its = *this->All[cluster->piece];
+      lineage.stitch = its.keys[cluster->vertex];
+      lineage.ranks = its.AncestorsOf(cluster->vertex, this->C.depths);
+    }
+  }
+  return lineage;
 }
 
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/core/drawing/Cut.h"
+#include "filters/core/drawing/FormerSurface.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -52,6 +53,9 @@ public:
   // nothing, or where pieces contradict each other.
   using Place = ClusterOwners::Place;
   std::optional<Place> NodeAbove(std::size_t i, std::uint32_t v);
+
+  // The nodes above an own vertex of the i-th piece, as far as the pieces tell of them.
+  Lineage LineageOf(std::size_t i, std::uint32_t v);
 
 private:
   // In lists of resolutions, for vertices above the cut: finer than every level.

@@ -7,6 +7,7 @@
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include "filters/core/SortTriangles.h"
+#include "filters/core/drawing/FormerSurface.h"
 #include "filters/core/drawing/ShownVertices.h"
 
 #include <algorithm>
@@ -18,6 +19,8 @@ namespace kdstream
 {
 namespace
 {
+
+constexpr auto stayed = static_cast<std::size_t>(-1);
 
 // The triangles in ascending order, each once. The lowest index of a triangle comes first, and few
 // triangles share it: so they go into a bucket for each lowest index, and two or three are left to
@@ -274,14 +277,6 @@ Result<std::vector<const Piece*>> FindPieces(const Cut& cut, const PieceLookup& 
   return pieces;
 }
 
-// The part of a piece, or the end. O(log parts).
-SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece)
-{
-  const auto place = std::partition_point(
-    parts.begin(), parts.end(), [piece](const auto& part) { return part->piece < piece; });
-  return place != parts.end() && (*place)->piece == piece ? place : parts.end();
-}
-
 // The numbers of parts' points in the whole surface.
 class PointNumbers
 {
@@ -360,6 +355,13 @@ std::vector<Attribute> MergeAttributes(const SurfacePartList& parts)
 
 }
 
+SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece)
+{
+  const auto place = std::partition_point(
+    parts.begin(), parts.end(), [piece](const auto& part) { return part->piece < piece; });
+  return place != parts.end() && (*place)->piece == piece ? place : parts.end();
+}
+
 SurfaceParts::SurfaceParts()
   : View(std::make_unique<ShownVertices>())
 {
@@ -377,6 +379,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
   view.GoTo(cut, std::move(*pieces));
   const SurfacePartList before = std::exchange(this->All, {});
   this->Drawn = 0;
+  std::vector<std::size_t> numbers; // of the piece of each part; those that have stayed: none
   for (std::size_t i = 0; i < view.Pieces().size(); ++i)
   {
     std::shared_ptr<const SurfacePart> part;
@@ -393,9 +396,54 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
     if (part)
     {
       this->All.push_back(std::move(part));
+      numbers.push_back(view.HasChanged(i) ? i : stayed);
     }
   }
+  this->Came.clear();
+  if (this->Follows)
+  {
+    this->FindFormer(before, cut.depths, numbers);
+  }
   return {};
+}
+
+// pieces: the number of each part's piece, or `stayed`.
+void SurfaceParts::FindFormer(
+  const SurfacePartList& before, const TreeDepths& depths, const std::vector<std::size_t>& pieces)
+{
+  const FormerSurface former(before, depths);
+  this->Came.resize(this->All.size());
+  for (std::size_t i = 0; i < this->All.size(); ++i)
+  {
+    const SurfacePart& part = *this->All[i];
+    for (std::size_t k = 0; pieces[i] != stayed && k < part.own.size(); ++k)
+    {
+      this->Came[i].push_back(
+        former.FindAbove(part.surface.sources[k], this->View->LineageOf(pieces[i], part.own[k])));
+    }
+  }
+  for (std::size_t i = 0; i < this->All.size(); ++i)
+  {
+    for (const auto& [piece, vertex] : this->All[i]->borrowed)
+    {
+      if (pieces[i] == stayed)
+      {
+        break;
+      }
+      const auto owner = FindPart(this->All, piece);
+      const auto number = static_cast<std::size_t>(owner - this->All.begin());
+      if (owner == this->All.end() || pieces[number] == stayed)
+      {
+        this->Came[i].push_back(former.Find(piece, vertex));
+        continue;
+      }
+      const auto& own = (*owner)->own;
+      const auto place = std::lower_bound(own.begin(), own.end(), vertex);
+      this->Came[i].push_back(place != own.end() && *place == vertex
+                                ? this->Came[number][static_cast<std::size_t>(place - own.begin())]
+                                : std::nullopt);
+    }
+  }
 }
 
 Surface MergeParts(const SurfacePartList& parts)

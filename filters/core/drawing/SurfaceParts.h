@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,19 @@ struct SurfacePart
 // In the order of pieces; those that show nothing are left out.
 using SurfacePartList = std::vector<std::shared_ptr<const SurfacePart>>;
 
+// The part of a piece, or the end. O(log parts).
+SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece);
+
+// A point of the parts before: the number of the part, and of its point.
+struct FormerPoint
+{
+  std::uint32_t part = 0, point = 0;
+  bool operator==(const FormerPoint&) const = default;
+};
+// Of each point of a part what showed it before: the same vertex, or the node above it that stood
+// for it. Nothing where only what is finer was shown, or nothing is known.
+using FormerPoints = std::vector<std::optional<FormerPoint>>;
+
 class ShownVertices;
 
 // Draws one cut after the other. A part that is the same in both stays the same object, so whoever
@@ -61,9 +75,20 @@ public:
   // How many pieces' parts the last GoTo has drawn anew.
   std::size_t DrawnAnew() const { return this->Drawn; }
 
+  // Whether each GoTo also finds what showed the points before: O(log points) for each point of the
+  // parts that it draws anew.
+  void Follow(bool follows) { this->Follows = follows; }
+  // Of each part, in their order; empty where it has stayed, or nothing is followed.
+  const std::vector<FormerPoints>& Former() const { return this->Came; }
+
 private:
+  void FindFormer(const SurfacePartList& before, const TreeDepths& depths,
+    const std::vector<std::size_t>& pieces);
+
   std::unique_ptr<ShownVertices> View;
   SurfacePartList All;
+  bool Follows = false;
+  std::vector<FormerPoints> Came;
   std::size_t Drawn = 0;
 };
 

@@ -72,6 +72,57 @@ TEST(GlesRenderer, NeedsAContext)
   EXPECT_EQ(renderer.GetError().message, "no context of OpenGL ES 3.0 or WebGL 2 is current");
 }
 
+// What a session lets glide: at first the picture is that of the surface before, in the end that of
+// the new one, and between neither; then nothing of it is left.
+TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
+{
+  const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
+  const TreeDepths& depths = model->tree.depths;
+  Cut cut{ depths, Resolution::Level(depths.finest - 1) };
+  SurfaceParts parts;
+  parts.Follow(true);
+  PartNormals normals;
+  Easel easel(side, side);
+  ViewerScene scene = SceneOf(Surface{}, 1);
+  scene.box = model->tree.boxes[1];
+  scene.depths = depths;
+  const auto show = [&](double glided)
+  {
+    easel.renderer->SetGlided(glided);
+    return easel.Draw(scene);
+  };
+  const auto goOn = [&]
+  {
+    const auto before = scene.surface;
+    ASSERT_TRUE(parts.GoTo(cut, model->Lookup()));
+    normals.GoTo(parts.Parts());
+    ++scene.surfaceVersion;
+    scene.surface =
+      std::make_shared<const DrawnSurface>(parts.Parts(), normals.Of(), *before, parts.Former());
+  };
+  goOn();
+  EXPECT_FALSE(scene.surface->HasGlides()); // from nothing
+  const Image before = show(1);
+  const std::size_t partitions = std::size_t{ 1 } << depths.partition;
+  for (std::uint32_t partition = 0; partition < partitions; partition += 2)
+  {
+    cut.active.push_back(PieceOfPartition(Resolution::Original(), partition, depths));
+  }
+  goOn();
+  ASSERT_TRUE(scene.surface->HasGlides());
+  const Image first = show(0), middle = show(0.5);
+  const int gliding = CountBuffers();
+  const Image last = show(1);
+  const int arrived = CountBuffers();
+  EXPECT_GT(Compare(last, before).mean, 20 * Compare(first, before).mean);
+  EXPECT_GT(Compare(middle, before).mean, 5 * Compare(first, before).mean);
+  EXPECT_GT(Compare(middle, last).mean, 5 * Compare(first, before).mean);
+  Easel fresh(side, side);
+  EXPECT_EQ(Compare(fresh.Draw(scene), last).pixels, 0u);
+  EXPECT_GT(gliding, arrived);
+  EXPECT_EQ(CountBuffers(), arrived);
+}
+
 // Cut after cut, of which only what differs goes to the graphics memory: the picture is that of a
 // renderer that has drawn nothing else, and nothing is left of what was drawn before.
 TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)

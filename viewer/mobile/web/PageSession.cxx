@@ -144,7 +144,7 @@ std::string PageSession::ModelsJson() const
   return json.Text();
 }
 
-void PageSession::Describe(JsonWriter& json) const
+void PageSession::Describe(JsonWriter& json, bool gliding) const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
   const ViewerScene scene = this->Viewer.Scene();
@@ -162,7 +162,7 @@ void PageSession::Describe(JsonWriter& json) const
     .Member("blobsWanted", status.blobsWanted)
     .Member("bytesLoaded", status.bytesLoaded)
     .Member("error", status.error.empty() ? this->Refusal : status.error)
-    .Member("idle", this->Viewer.IsIdle())
+    .Member("idle", this->Viewer.IsIdle() && !gliding)
     .Member("surface", scene.surfaceVersion)
     .Member("colored", HasOwnColors(*scene.surface))
     .Member("connection", NameOf(this->Talk.GetState()))

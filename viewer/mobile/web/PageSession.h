@@ -36,8 +36,9 @@ public:
 
   // [{"id","title","vertices","triangles"}], the models of the list.
   std::string ModelsJson() const;
-  // What to tell the person, into an object; page.js tells the members.
-  void Describe(JsonWriter& json) const;
+  // What to tell the person, into an object; page.js tells the members. gliding: whether what is
+  // drawn still moves to its place.
+  void Describe(JsonWriter& json, bool gliding) const;
 
 private:
   void Send(double now);

@@ -9,6 +9,7 @@
 //
 // No input traps but for a lack of memory; page.js tells the person of that.
 #include "viewer/mobile/GlesRenderer.h"
+#include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/web/PageSession.h"
 
 #include <emscripten/emscripten.h>
@@ -44,6 +45,7 @@ struct PictureState
   Vec3 eye{}, focal{}, up{};
   Viewport viewport;
   SurfaceColoring coloring = SurfaceColoring::Own;
+  double glided = 1;
   bool operator==(const PictureState&) const = default;
 };
 
@@ -58,6 +60,8 @@ struct WebViewer
   SurfaceColoring coloring = SurfaceColoring::Own;
   std::optional<PictureState> drawn;
   double nextSurface = 0; // time of the next one, while parts keep coming
+  bool mayGlide = false;
+  GlideClock glide;
   std::uint64_t frames = 0;
   std::string drawingError;
 
@@ -85,7 +89,7 @@ void MakeRenderer(WebViewer& viewer)
 }
 
 // Where much is shown, a phone takes long for the surface of every part that comes: no more than a
-// third of the time, so that fingers are followed between.
+// third of the time, so that fingers are followed between. What glides arrives first.
 bool MayDrawSurface(const WebViewer& viewer, double now)
 {
   const bool coming = viewer.page.Session().GetStatus().blobsWanted > 0;
@@ -97,24 +101,30 @@ double TimeOfNextSurface(double begin, double end)
   return end + std::min(2 * (end - begin), 1.0);
 }
 
-// Draws if anything has changed; whether it did.
+// Draws if anything has changed; whether it did. A new surface that glides looks at first as the
+// one before it, and counts its time from there.
 bool Draw(WebViewer& viewer)
 {
   const double begin = Now();
   ViewerSession& session = viewer.page.Session();
   session.FollowView();
-  if (MayDrawSurface(viewer, begin))
+  double glided = viewer.glide.Share(begin);
+  if (glided >= 1 && MayDrawSurface(viewer, begin))
   {
+    session.SetGlides(viewer.mayGlide && viewer.glide.MayBegin(begin));
     session.BeginFrame();
   }
   const ViewerScene scene = session.Scene();
+  const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != scene.surfaceVersion;
+  const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
+  glided = begins ? 0 : glided;
   const PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    viewer.coloring };
+    viewer.coloring, glided };
   if (viewer.drawn == state)
   {
     return false;
   }
-  const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != state.surfaceVersion;
+  viewer.renderer->SetGlided(glided);
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
   viewer.drawingError = drawn ? "" : drawn.GetError().message;
   viewer.drawn = state;
@@ -124,6 +134,10 @@ bool Draw(WebViewer& viewer)
   if (fresh)
   {
     viewer.nextSurface = TimeOfNextSurface(begin, end);
+  }
+  if (begins)
+  {
+    viewer.glide.Begin(end);
   }
   return true;
 }
@@ -225,6 +239,11 @@ extern "C"
       detail == 1 ? kdstream::DetailMode::Level : kdstream::DetailMode::View);
   }
 
+  // Whether new vertices glide to their places.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetGlides(WebViewer* viewer, bool glides)
+  {
+    viewer->mayGlide = glides;
+  }
   EMSCRIPTEN_KEEPALIVE void ViewerSetAhead(WebViewer* viewer, unsigned bytes)
   {
     viewer->page.Session().SetAhead(bytes);
@@ -379,8 +398,12 @@ extern "C"
   {
     kdstream::JsonWriter json;
     json.BeginObject();
-    viewer->page.Describe(json);
-    json.Member("frames", viewer->frames).Member("drawingError", viewer->drawingError).EndObject();
+    const bool gliding = viewer->drawn && viewer->drawn->glided < 1;
+    viewer->page.Describe(json, gliding);
+    json.Member("gliding", gliding)
+      .Member("frames", viewer->frames)
+      .Member("drawingError", viewer->drawingError)
+      .EndObject();
     viewer->outbox = json.Text();
   }
 }

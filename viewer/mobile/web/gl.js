@@ -100,7 +100,7 @@ const functions = {
 
 // All others are as in WebGL; beside them the places of their arguments that are objects.
 const alike = [
-  ["", "clear colorMask depthFunc depthMask disable drawArrays drawElements enable enableVertexAttribArray getError vertexAttrib4f vertexAttribPointer viewport"],
+  ["", "clear colorMask depthFunc depthMask disable disableVertexAttribArray drawArrays drawElements enable enableVertexAttribArray getError vertexAttrib4f vertexAttribPointer viewport"],
   ["0", "bindVertexArray compileShader linkProgram uniform1f uniform3f uniform4f useProgram"],
   ["1", "bindBuffer"],
   ["01", "attachShader"],

@@ -23,6 +23,7 @@
 //     connection    "connecting", "streaming", "lost" (is tried again) or "getting" (no stream: blob by blob)
 //     trouble       why nothing comes, or ""
 //     stale         what the list says of the selected model: "removed", "replaced" or ""
+//     gliding       whether new vertices are on the way to their places
 //     frames        pictures drawn so far; drawingError: why the last one could not be
 
 import { Fingers } from "./fingers.js";
@@ -254,6 +255,9 @@ function show() {
   if (viewer.failure) {
     return;
   }
+  if (before.gliding || lastStatus.gliding) {
+    wake();
+  }
   showStatus(lastStatus);
   showHint(lastStatus, wrong);
   followMode(before.mode, lastStatus);
@@ -345,6 +349,14 @@ function tryNow() {
   line.hurry();
   refreshList();
   wake();
+}
+
+// New vertices glide to their places but for people who want nothing to move by itself.
+function glideIfLiked() {
+  const still = matchMedia("(prefers-reduced-motion: reduce)");
+  const follow = () => viewer.setGlides(!still.matches);
+  still.addEventListener("change", follow);
+  follow();
 }
 
 // Whoever has told the browser to save data gets nothing ahead.
@@ -447,6 +459,7 @@ async function start() {
   window.kdstream = { status: () => (viewer.failure ? lastStatus : viewer.status()) };
   watchSize();
   listenToButtons();
+  glideIfLiked();
   saveDataIfAsked();
   listenToBrowser();
   line.exchange();

@@ -102,6 +102,10 @@ class Viewer {
     this.#call("SetAhead", bytes);
   }
 
+  setGlides(glides) {
+    this.#call("SetGlides", glides);
+  }
+
   setRings(rings) {
     this.#call("SetRings", rings);
   }
