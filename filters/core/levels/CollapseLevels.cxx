@@ -205,7 +205,7 @@ private:
   void Mend(CollapseState& state, unsigned depth) const
   {
     const BlockParts parts = PartsOfLevel(this->Depths, depth, 0, 0);
-    for (const MovedCluster& moved : Untangle(state, this->Space, parts, this->Exec))
+    for (const MovedCluster& moved : Untangle(state, this->Space, depth, parts, this->Exec))
     {
       state.clusters[moved.cluster].deviation = moved.deviation;
       state.level.positions[moved.cluster] = moved.position;

@@ -30,7 +30,11 @@ constexpr std::size_t mostSides = 256; // of a cluster that is moved
 
 // Largest deviations from a cluster's planes that a place is tried at, one after the other: what is
 // near is found first, whichever of a triangle's clusters it is of. In lengths of its longest edge.
-constexpr std::array<double, 5> limits = { 0.005, 0.01, 0.02, 0.04, 0.07 };
+// Those beyond `mostOfCoarse` only in levels of 2^fineLevel clusters and more: in coarser ones a
+// spike is seen more than a fold.
+constexpr double mostOfCoarse = 0.07;
+constexpr unsigned fineLevel = 11;
+constexpr std::array<double, 7> limits = { 0.005, 0.01, 0.02, 0.04, 0.07, 0.15, 0.3 };
 
 // A triangle around a cluster.
 struct Side
@@ -45,10 +49,11 @@ struct Side
 class PartUntangling
 {
 public:
-  PartUntangling(const CollapseState& block, const CollapseSpace& space,
+  PartUntangling(const CollapseState& block, const CollapseSpace& space, unsigned level,
     std::span<const std::uint32_t> triangles, VertexId begin, VertexId end)
     : Block(block)
     , Space(space)
+    , Level(level)
     , Numbers(triangles)
     , Begin(begin)
     , End(end)
@@ -79,7 +84,10 @@ public:
     this->ListSides();
     for (const double limit : limits)
     {
-      this->Mend(limit);
+      if (limit <= mostOfCoarse || this->Level >= fineLevel)
+      {
+        this->Mend(limit);
+      }
     }
     return this->Moved();
   }
@@ -325,6 +333,7 @@ private:
 
   const CollapseState& Block;
   const CollapseSpace& Space;
+  unsigned Level;
   std::span<const std::uint32_t> Numbers;
   VertexId Begin, End;
   // Of the own clusters:
@@ -348,7 +357,7 @@ BlockParts PartsOfLevel(
 }
 
 std::vector<MovedCluster> Untangle(const CollapseState& block, const CollapseSpace& space,
-  const BlockParts& parts, const Execution& execution)
+  unsigned level, const BlockParts& parts, const Execution& execution)
 {
   const PartTriangles of(block, parts, execution);
   std::vector<std::vector<MovedCluster>> moved(parts.count);
@@ -358,7 +367,7 @@ std::vector<MovedCluster> Untangle(const CollapseState& block, const CollapseSpa
       for (std::size_t p = begin; p < end; ++p)
       {
         moved[p] =
-          PartUntangling(block, space, of.buckets.Of(p), of.begin[p], of.begin[p + 1]).Run();
+          PartUntangling(block, space, level, of.buckets.Of(p), of.begin[p], of.begin[p + 1]).Run();
       }
     });
   std::vector<MovedCluster> all;

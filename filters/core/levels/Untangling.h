@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Moves representatives of the finest level where triangles face the wrong way. For the makers of
+// Moves representatives of a level where triangles face the wrong way. For the makers of
 // levels alone.
 //
 // A triangle should face where its clusters do: where the area vectors of their triangles, added
@@ -41,6 +41,6 @@ BlockParts PartsOfLevel(
 // triangles. Source: the half spaces around a star's kernel by relaxation, Agmon 1954, Motzkin and
 // Schoenberg 1954; the rest is ours.
 std::vector<MovedCluster> Untangle(const CollapseState& block, const CollapseSpace& space,
-  const BlockParts& parts, const Execution& execution = {});
+  unsigned level, const BlockParts& parts, const Execution& execution = {});
 
 }

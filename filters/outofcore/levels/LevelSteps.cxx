@@ -194,7 +194,8 @@ Status LevelSteps::Untangle(
     const Result<CollapseState> state = LoadState(level, states, this->LevelsArrays, *loaded);
     KDSTREAM_TRY(state);
     const BlockParts parts = PartsOfLevel(this->Mesh.depths, level.depth, level.blockDepth, block);
-    for (MovedCluster& moved : kdstream::Untangle(*state, this->Space, parts, this->Exec))
+    for (MovedCluster& moved :
+      kdstream::Untangle(*state, this->Space, level.depth, parts, this->Exec))
     {
       moved.cluster = loaded->clusters[moved.cluster];
       writer.Append(moved);
