@@ -204,6 +204,7 @@ public:
     panels[1].title = this->Name + ": Hausdorff distance";
     for (ErrorPanel& panel : panels)
     {
+      panel.xTitle = "triangles";
       panel.yTitle = "% of the diagonal";
       for (const Figure& f : this->Figures)
       {
@@ -216,7 +217,7 @@ public:
         }
         if (error > 0)
         {
-          curve->triangles.push_back(double(f.triangles));
+          curve->costs.push_back(double(f.triangles));
           curve->errors.push_back(error);
         }
       }

@@ -8,11 +8,12 @@
 // level for all, an oracle that fetches just the pieces of the final cut, and the whole file. A
 // pixel is wrong if a channel is off by more than 8 of 255 from the picture of the original; only
 // pixels of the object count; pictures are drawn 4 x 4 times as fine (2 x 2, each of 4 samples).
-// Writes OUT/view-MODEL.tsv with every picture, prints medians, and whether the bars are met; exit
-// code 1 where one is missed. The dragon's flank is held against what Nexus's viewer fetched. Of
-// models of 10 million triangles and more: what approaching costs, and whether it grows with the
-// model.
+// Writes OUT/view-MODEL.tsv with every picture and view-MODEL.png, prints medians, and whether the
+// bars are met; exit code 1 where one is missed. The dragon's flank is held against what Nexus's
+// viewer fetched. Of models of 10 million triangles and more: what approaching costs, and whether
+// it grows with the model.
 #include "Testing/Benchmarks/ComparedPictures.h"
+#include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/SimulatedLine.h"
 #include "server/session/StoreCatalog.h"
 
@@ -198,10 +199,12 @@ std::string Text(double value, double unit)
 // All looks of a kind.
 struct Column
 {
+  std::vector<std::vector<Sample>> samples;
   std::vector<double> t0, b0, b95, b99, t95, t99, settled, triangles, bytes, overOracle;
 
   void Add(const Look& look)
   {
+    this->samples.push_back(look.samples);
     const Sample at95 = Reached(look, 0.05), at99 = Reached(look, 0.01);
     this->b0.push_back(look.firstBytes);
     this->t0.push_back(look.firstSeconds);
@@ -225,6 +228,26 @@ struct Column
       Median(this->overOracle));
   }
 };
+
+// Of a column's looks the median of what is wrong, over bytes.
+ErrorCurve CurveOf(const std::string& name, const Column& column)
+{
+  constexpr double step = 1.1;
+  ErrorCurve curve{ name, {}, {} };
+  for (double bytes = 5e3; bytes < step * Median(column.bytes); bytes *= step)
+  {
+    std::vector<double> wrong;
+    for (const std::vector<Sample>& samples : column.samples)
+    {
+      const auto behind = std::partition_point(samples.begin(), samples.end(),
+        [bytes](const Sample& sample) { return sample.bytes <= bytes; });
+      wrong.push_back(behind == samples.begin() ? 1 : (behind - 1)->wrong);
+    }
+    curve.costs.push_back(bytes / 1e3);
+    curve.errors.push_back(std::max(100 * Median(wrong), 0.01)); // an axis of logarithms
+  }
+  return curve;
+}
 
 int misses = 0;
 
@@ -259,6 +282,7 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
   std::ofstream table(out + "/view-" + id + ".tsv");
   table << "direction\tzoom\tdetail\tMbit/s\tbytes\tseconds\twrong\n";
   Painter painter;
+  std::vector<ErrorPanel> panels;
   for (const double zoom : { 1.0, 4.0, 16.0 })
   {
     std::map<double, Column> byView;
@@ -284,6 +308,12 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
       column.Print("zoom " + Text(zoom, 1) + ", " + Text(megabits, 1) + " Mbit/s");
     }
     byLevel.Print("  one level, 10 Mbit/s");
+    panels.push_back({ id + ", zoom " + Text(zoom, 1), "kB", "wrong pixels, %", {} });
+    for (const auto& [megabits, column] : byView)
+    {
+      panels.back().curves.push_back(CurveOf("by view, " + Text(megabits, 1) + " Mbit/s", column));
+    }
+    panels.back().curves.push_back(CurveOf("one level", byLevel));
     const Column& view = byView.at(10);
     Bar(id + ", zoom " + Text(zoom, 1) + ": kB before the first picture", Median(view.b0) / 1e3,
       id == "dragon" ? 20 : 30);
@@ -296,6 +326,10 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
       Bar(id + ", zoom " + Text(zoom, 1) + ": bytes over those of one level",
         Median(view.bytes) / Median(byLevel.bytes), 1.0 / 8);
     }
+  }
+  if (const Status drawn = WriteErrorCharts({ panels }, out + "/view-" + id + ".png"); !drawn)
+  {
+    Fail(drawn.GetError().message);
   }
 }
 

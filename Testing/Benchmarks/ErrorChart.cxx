@@ -42,11 +42,11 @@ vtkSmartPointer<vtkTable> TableOf(const ErrorCurve& curve)
 {
   auto table = vtkSmartPointer<vtkTable>::New();
   vtkNew<vtkDoubleArray> x, y;
-  x->SetName("triangles");
+  x->SetName("cost");
   y->SetName(curve.name.c_str());
-  for (std::size_t i = 0; i < curve.triangles.size(); ++i)
+  for (std::size_t i = 0; i < curve.costs.size(); ++i)
   {
-    x->InsertNextValue(curve.triangles[i]);
+    x->InsertNextValue(curve.costs[i]);
     y->InsertNextValue(curve.errors[i]);
   }
   table->AddColumn(x);
@@ -71,7 +71,7 @@ vtkSmartPointer<vtkChartXY> MakeChart(
   chart->SetSize(vtkRectf(0, 0, panelWidth, panelHeight));
   chart->SetTitle(panel.title);
   chart->GetTitleProperties()->SetFontSize(18);
-  StyleAxis(chart->GetAxis(vtkAxis::BOTTOM), "triangles");
+  StyleAxis(chart->GetAxis(vtkAxis::BOTTOM), panel.xTitle);
   StyleAxis(chart->GetAxis(vtkAxis::LEFT), panel.yTitle);
   for (const ErrorCurve& curve : panel.curves)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Curves of errors against triangles as a PNG: the picture of BenchLevels.
+// Curves of errors against what they cost as a PNG: the pictures of BenchLevels and BenchView.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,14 +13,14 @@ namespace kdstream::bench
 struct ErrorCurve
 {
   std::string name;
-  std::vector<double> triangles; // x
-  std::vector<double> errors;    // y, one an x; none of them 0
+  std::vector<double> costs;  // x
+  std::vector<double> errors; // y, one an x; none of either 0
 };
 
 struct ErrorPanel
 {
   std::string title;
-  std::string yTitle;
+  std::string xTitle, yTitle;
   std::vector<ErrorCurve> curves;
 };
 
