@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether levels that carry the original's normals look more like it than what the same bytes buy
-// in vertices (doc/decisions/0017-no-normals-in-levels.md).
+// in vertices (doc/decisions/0014-refine-by-the-view.md).
 //
 //   BenchNormals MESH.ply...
 //

@@ -406,19 +406,22 @@ void BenchApproach(const ServedModel& model, bool stays)
 
 // What a view costs of models of any size: that is the promise, cost by the screen and not by the
 // model. All but the smallest are held against the smallest.
-void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models)
+void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models, double megabits)
 {
   Painter painter;
+  std::printf("\nmodels of any size, %.0f Mbit/s\n", megabits);
   for (const double zoom : { 1.0, 4.0, 16.0, 64.0 })
   {
     std::optional<Look> smallest;
     for (const auto& model : models)
     {
       const ModelDescription& description = model->Description();
-      const Look look = LookAt(*model, { 0, zoom }, {}, 10e6 / 8, nullptr, painter);
-      std::printf("zoom %4.1f, %-12s %10llu triangles: %8.1f kB, %7llu shown\n", zoom,
+      const Look look = LookAt(*model, { 0, zoom }, {}, megabits * 1e6 / 8, nullptr, painter);
+      std::printf(
+        "zoom %4.1f, %-12s %10llu triangles: %8.1f kB, %.2f of the oracle's, %7llu shown\n", zoom,
         description.id.c_str(), static_cast<unsigned long long>(description.triangles),
-        look.bytes / 1e3, static_cast<unsigned long long>(look.triangles));
+        look.bytes / 1e3, look.bytes / look.oracleBytes,
+        static_cast<unsigned long long>(look.triangles));
       if (smallest)
       {
         Bar("bytes over the smallest model's", look.bytes / smallest->bytes, 1.3);
@@ -473,6 +476,7 @@ int main(int count, char** arguments)
     BenchApproach(*model, true);
     BenchApproach(*model, false);
   }
-  BenchSizes(large);
+  BenchSizes(large, 10);
+  BenchSizes(large, 100);
   return misses > 0 ? 1 : 0;
 }
