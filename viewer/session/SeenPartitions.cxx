@@ -13,9 +13,27 @@ namespace kdstream
 {
 namespace
 {
-// 30 MB at most are kept; a view of many more begins anew.
+// 14 MB at most are kept; a view of many more begins anew.
 constexpr std::size_t mostFaces = 500'000;
 constexpr double margin = 0.17; // the sine of 10 degrees
+
+// The nodes of pieces of the next level that hold children of a triangle's own corners, each once.
+std::vector<NodeId> NodesBelow(const Piece& piece, const Triangle& t)
+{
+  std::vector<NodeId> nodes;
+  for (const std::uint32_t v : t)
+  {
+    for (std::uint32_t i = v < piece.ownVertices ? piece.reachBegin[v] : 0;
+         v < piece.ownVertices && i < piece.reachBegin[v + 1]; ++i)
+    {
+      if (std::find(nodes.begin(), nodes.end(), piece.reachNodes[i]) == nodes.end())
+      {
+        nodes.push_back(piece.reachNodes[i]);
+      }
+    }
+  }
+  return nodes;
+}
 }
 
 // What a camera sees of faces.
@@ -31,15 +49,24 @@ public:
 
   bool operator==(const Sight&) const = default;
 
-  bool MaySee(const Face& face) const
+  bool MaySee(const FaceList& list) const
   {
-    const Vec3 sight = face.centre - this->Eye;
-    return (!this->Closed || Dot(sight, face.normal) <= margin * Length(sight)) &&
+    const Vec3 toOrigin = list.origin - this->Eye;
+    return std::any_of(list.faces.begin(), list.faces.end(),
+      [&](const Face& face) { return this->MaySee(face, toOrigin); });
+  }
+
+private:
+  static Vec3 Wide(const std::array<float, 3>& v) { return { v[0], v[1], v[2] }; }
+
+  bool MaySee(const Face& face, const Vec3& toOrigin) const
+  {
+    const Vec3 sight = toOrigin + Wide(face.centre);
+    return (!this->Closed || Dot(sight, Wide(face.normal)) <= margin * Length(sight)) &&
            std::all_of(this->Planes.begin(), this->Planes.end(),
              [&](const Vec3& inward) { return Dot(sight, inward) >= -face.radius; });
   }
 
-private:
   Vec3 Eye;
   std::array<Vec3, 5> Planes;
   bool Closed;
@@ -78,15 +105,26 @@ void SeenPartitions::MakeRoom()
   }
 }
 
-SeenPartitions::Face SeenPartitions::FaceOf(const Piece& piece, const Triangle& t)
+SeenPartitions::Face SeenPartitions::FaceOf(
+  const Piece& piece, const Triangle& t, const Vec3& origin)
 {
-  const Vec3 &a = piece.positions[t[0]], &b = piece.positions[t[1]], &c = piece.positions[t[2]];
-  Face face;
-  face.centre = (a + b + c) * (1.0 / 3);
-  face.normal = Normalized(Cross(b - a, c - a));
-  face.radius =
-    1.5 * std::max({ Length(a - face.centre), Length(b - face.centre), Length(c - face.centre) });
-  return face;
+  const auto narrow = [](const Vec3& v)
+  {
+    return std::array<float, 3>{ static_cast<float>(v[0]), static_cast<float>(v[1]),
+      static_cast<float>(v[2]) };
+  };
+  const Vec3 a = piece.positions[t[0]] - origin, b = piece.positions[t[1]] - origin,
+             c = piece.positions[t[2]] - origin;
+  const Vec3 centre = (a + b + c) * (1.0 / 3);
+  const double radius =
+    1.5 * std::max({ Length(a - centre), Length(b - centre), Length(c - centre) });
+  return { narrow(centre), narrow(Normalized(Cross(b - a, c - a))), static_cast<float>(radius) };
+}
+
+void SeenPartitions::AddTo(FaceList& list, const Face& face)
+{
+  list.faces.push_back(face);
+  ++this->Faces;
 }
 
 void SeenPartitions::AddFaces(const Piece& piece)
@@ -95,11 +133,12 @@ void SeenPartitions::AddFaces(const Piece& piece)
   const std::uint32_t first = (piece.id.node << below) - (NodeId{ 1 } << this->Depths.partition);
   for (std::uint32_t i = 0; i < std::uint32_t{ 1 } << below; ++i)
   {
-    this->Faces -= std::exchange(this->Partitions[first + i], {}).faces.size();
+    this->Faces -= std::exchange(this->Partitions[first + i], {}).list.faces.size();
   }
+  const Vec3 origin = piece.positions.empty() ? Vec3{} : piece.positions.front();
   for (const Triangle& t : piece.triangles)
   {
-    const Face face = FaceOf(piece, t);
+    const Face face = FaceOf(piece, t, origin);
     std::optional<std::uint32_t> last[2];
     for (std::size_t k = 0; k < 3; ++k)
     {
@@ -107,38 +146,39 @@ void SeenPartitions::AddFaces(const Piece& piece)
       const auto partition = own ? std::optional(PartitionOfKey(piece.keys[t[k]])) : std::nullopt;
       if (partition && partition != last[0] && partition != last[1]) // each once
       {
-        this->Partitions[*partition].faces.push_back(face);
-        ++this->Faces;
+        FaceList& list = this->Partitions[*partition].list;
+        list.origin = origin;
+        this->AddTo(list, face);
       }
       last[k % 2] = partition;
     }
   }
 }
 
-// For each triangle the pieces below its own corners.
+// Each triangle tells of the pieces below its own corners.
 void SeenPartitions::AddFacesAbove(const Piece& piece)
 {
-  std::vector<FaceAbove>& faces = this->Above[piece.id];
-  this->Faces -= faces.size();
-  faces.clear();
+  std::vector<Below>& all = this->Above[piece.id];
+  for (const Below& below : std::exchange(all, {}))
+  {
+    this->Faces -= below.list.faces.size();
+  }
+  const Vec3 origin = piece.positions.empty() ? Vec3{} : piece.positions.front();
   for (const Triangle& t : piece.triangles)
   {
-    FaceAbove above{ FaceOf(piece, t), {} };
-    for (const std::uint32_t v : t)
+    const Face face = FaceOf(piece, t, origin);
+    const std::vector<NodeId> nodes = NodesBelow(piece, t);
+    for (const NodeId node : nodes)
     {
-      for (std::uint32_t i = v < piece.ownVertices ? piece.reachBegin[v] : 0;
-           v < piece.ownVertices && i < piece.reachBegin[v + 1]; ++i)
+      auto below = std::find_if(
+        all.begin(), all.end(), [node](const Below& each) { return each.node == node; });
+      if (below == all.end())
       {
-        if (std::find(above.nodes.begin(), above.nodes.end(), piece.reachNodes[i]) ==
-            above.nodes.end())
-        {
-          above.nodes.push_back(piece.reachNodes[i]);
-        }
+        below = all.insert(all.end(), { node, { origin, {} } });
       }
+      this->AddTo(below->list, face);
     }
-    faces.push_back(std::move(above));
   }
-  this->Faces += faces.size();
 }
 
 bool SeenPartitions::Knows(PieceId piece) const
@@ -183,19 +223,17 @@ void SeenPartitions::LookThrough(const Camera& camera, bool closed)
   this->Last = std::make_shared<Sight>(sight);
   for (auto& [number, partition] : this->Partitions)
   {
-    partition.seen =
-      partition.faces.empty() || std::any_of(partition.faces.begin(), partition.faces.end(),
-                                   [&sight](const Face& face) { return sight.MaySee(face); });
+    partition.seen = partition.list.faces.empty() || sight.MaySee(partition.list);
   }
   this->Seen.clear();
-  for (const auto& [piece, faces] : this->Above)
+  for (const auto& [piece, all] : this->Above)
   {
     const Resolution next = Resolution::Level(piece.resolution.Depth() + 1);
-    for (const FaceAbove& above : faces)
+    for (const Below& below : all)
     {
-      for (const NodeId node : sight.MaySee(above.face) ? above.nodes : std::vector<NodeId>())
+      if (sight.MaySee(below.list))
       {
-        this->Seen.insert({ next, node });
+        this->Seen.insert({ next, below.node });
       }
     }
   }

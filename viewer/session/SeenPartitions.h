@@ -6,6 +6,7 @@
 #include "filters/core/pieces/Piece.h"
 #include "viewer/session/Camera.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -49,30 +50,36 @@ public:
   bool MayBeSeen(NodeId node) const;
 
 private:
-  struct Face // a triangle
+  struct Face // a triangle, relative to an origin near it
   {
-    Vec3 centre, normal; // of length 1
-    double radius = 0;   // of a sphere around it
+    std::array<float, 3> centre, normal; // of length 1
+    float radius = 0;                    // of a sphere around it
+  };
+  struct FaceList
+  {
+    Vec3 origin;
+    std::vector<Face> faces;
   };
   struct Partition
   {
-    std::vector<Face> faces;
+    FaceList list;
     bool seen = true;
   };
-  struct FaceAbove // of a level below S
+  struct Below // what a level below S tells of a piece of the next level
   {
-    Face face;
-    std::vector<NodeId> nodes; // of pieces of the next level
+    NodeId node;
+    FaceList list;
   };
   class Sight;
-  static Face FaceOf(const Piece& piece, const Triangle& t);
+  static Face FaceOf(const Piece& piece, const Triangle& t, const Vec3& origin);
+  void AddTo(FaceList& list, const Face& face);
   void AddFaces(const Piece& piece);
   void AddFacesAbove(const Piece& piece);
   void MakeRoom();
 
   TreeDepths Depths;
   std::map<std::uint32_t, Partition> Partitions;
-  std::map<PieceId, std::vector<FaceAbove>> Above;
+  std::map<PieceId, std::vector<Below>> Above;
   std::set<PieceId> Seen;
   std::size_t Faces = 0;
   std::shared_ptr<const Sight> Last; // that Seen is of; null where there are new faces
