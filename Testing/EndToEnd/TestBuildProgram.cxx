@@ -344,9 +344,9 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
     return this->Build({ "in.ply", "-o", "m.kds", "--unit", "m", "--quiet" }).err;
   };
   EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
-    "kdstream-build: warning: in.ply: its float coordinates are so far from 0 that they can only "
-    "be multiples of 0.5 m, which shows as stairs; subtract an offset before they are written as "
-    "floats, or write doubles\n");
+    "kdstream-build: warning: in.ply: its coordinates are no finer than floats are so far from 0, "
+    "multiples of 0.5 m: where that is rounding, it shows as stairs; subtract an offset before they "
+    "are written as floats, or write doubles\n");
   EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
   EXPECT_EQ(warning(ScalarType::Float32, 0), "") << "0.03 m at 430 km, a thirtieth of the spacing";
 }

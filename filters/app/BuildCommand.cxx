@@ -402,10 +402,10 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
     return {};
   }
   std::ostringstream text;
-  text << "its float coordinates are so far from 0 that they can only be multiples of " << step
+  text << "its coordinates are no finer than floats are so far from 0, multiples of " << step
        << (unit.empty() ? "" : " " + unit)
-       << ", which shows as stairs; subtract an offset before they are written as floats, or write "
-          "doubles";
+       << ": where that is rounding, it shows as stairs; subtract an offset before they are written "
+          "as floats, or write doubles";
   return text.str();
 }
 
