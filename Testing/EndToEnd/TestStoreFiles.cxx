@@ -210,6 +210,39 @@ TEST_F(StoreFiles, TextsAreChangedWithoutABuild)
   EXPECT_EQ(this->Files(), (Names{ "in.ply", "link.kds", "m.kds" }));
 }
 
+TEST_F(StoreFiles, UpAndFirstViewAreToldGivenAndChanged)
+{
+  const auto infoText = [&] { return this->Store({ "info", "m.kds" }).out; };
+  const auto build = [&](std::vector<std::string> arguments)
+  {
+    arguments.insert(arguments.begin(), { "in.ply", "-o", "m.kds" });
+    return RunTool(this->Folder, "build", arguments);
+  };
+  const Outcome built = build({});
+  ASSERT_EQ(built.exitCode, 0) << built.err;
+  EXPECT_NE(built.err.find("m.kds: guessed that +z is up and the front is to "), std::string::npos)
+    << built.err;
+  EXPECT_NE(infoText().find("up                   +z (guessed)\n"), std::string::npos);
+  EXPECT_EQ(this->Info("m.kds")["pose"]["guessed"], true);
+  const Outcome given = build({ "--up", "0,2,0", "--view=-1,0,0" });
+  ASSERT_EQ(given.exitCode, 0) << given.err;
+  EXPECT_EQ(given.err.find("guessed"), std::string::npos) << given.err;
+  EXPECT_EQ(this->Info("m.kds")["pose"],
+    (Json{ { "up", { 0.0, 1.0, 0.0 } }, { "view", { -1.0, 0.0, 0.0 } }, { "guessed", false } }));
+  EXPECT_NE(infoText().find("first view from      -x\n"), std::string::npos) << infoText();
+  const Outcome edited = this->Store({ "edit", "m.kds", "--view", "0,3,4" });
+  ASSERT_EQ(edited.exitCode, 0) << edited.err;
+  EXPECT_NE(edited.err.find("m.kds: another view, "), std::string::npos) << edited.err;
+  EXPECT_NE(infoText().find("first view from      0,0.6,0.8\n"), std::string::npos) << infoText();
+  for (const char* wrong : { "0,0,0", "1,2", "1,2,3,4", "a,b,c", "1;2;3", "1,2,inf", "", "0,0,1 " })
+  {
+    EXPECT_EQ(this->Build({ "-o", "n.kds", "--up", wrong }).exitCode, 2) << wrong;
+    const Outcome refused = this->Store({ "edit", "m.kds", "--view", wrong });
+    EXPECT_EQ(refused.exitCode, 2) << wrong;
+    EXPECT_EQ(refused.err.rfind("kdstream-store: error: ", 0), 0U) << refused.err;
+  }
+}
+
 TEST_F(StoreFiles, EditRefusesWhatItCannotDo)
 {
   ASSERT_EQ(this->Build({ "-o", "m.kds" }).exitCode, 0);

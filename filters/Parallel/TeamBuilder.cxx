@@ -13,6 +13,7 @@
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuilder.h"
+#include "filters/build/GuessPose.h"
 #include "filters/build/HubCheck.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
@@ -241,6 +242,7 @@ private:
     if (this->Team.IsFirst())
     {
       KDSTREAM_TRY(WriteTreePages(this->Boxes, this->Mesh.depths, *writer));
+      KDSTREAM_TRY(TellPose(this->Options, description, *writer));
     }
     this->Report.info = description;
     KDSTREAM_TRY(this->Exec.Report("write", 0));

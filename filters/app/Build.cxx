@@ -130,7 +130,7 @@ int Build(const CLI::App& app, BuildCommand& line)
   if (!line.quiet)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, "", seconds.count());
+    PrintWritten(program, line.output, GuessedPose(*report), seconds.count());
   }
   return WriteStats(program, line, *report);
 }

@@ -2,6 +2,7 @@
 #include "filters/app/BuildCommand.h"
 
 #include "filters/app/ConvertedInput.h"
+#include "filters/app/DirectionText.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
@@ -130,6 +131,17 @@ void AddTextOptions(CLI::App& app, BuildCommand& line)
     ->group(group);
 }
 
+void AddPoseOptions(CLI::App& app, BuildCommand& line)
+{
+  const char* const group = "How viewers show it first";
+  AddDirectionOption(app, "--up", line.build.up, "what is up")
+    ->default_str("guessed")
+    ->group(group);
+  AddDirectionOption(app, "--view", line.build.view, "from the model's middle towards the eye")
+    ->default_str("guessed")
+    ->group(group);
+}
+
 }
 
 void AddBuildOptions(CLI::App& app, BuildCommand& line)
@@ -164,6 +176,7 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
   AddLevelOptions(app, line);
   AddMemoryOptions(app, line);
   AddTextOptions(app, line);
+  AddPoseOptions(app, line);
 }
 
 namespace
@@ -437,6 +450,15 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
               << report.info.vertices << " vertices fall together with others on a grid of "
               << line.precision << " bits; more bits or --precision lossless keep them apart\n";
   }
+}
+
+std::string GuessedPose(const BuildReport& report)
+{
+  const std::optional<ModelPose>& pose = report.info.pose;
+  return pose && pose->guessed
+           ? "guessed that " + DirectionText(pose->up) + " is up and the front is to " +
+               DirectionText(pose->view) + " (--up, --view)"
+           : std::string();
 }
 
 int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report)

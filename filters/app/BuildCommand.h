@@ -48,6 +48,9 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line);
 // What a build says on stderr beside errors.
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
 
+// What the last line of a build says of how the model stands: empty unless it was guessed.
+std::string GuessedPose(const BuildReport& report);
+
 // Writes the file of statistics that was asked for; returns the exit code.
 int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report);
 

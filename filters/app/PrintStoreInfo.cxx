@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/app/PrintStoreInfo.h"
 
+#include "filters/app/DirectionText.h"
+
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -45,6 +47,12 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
     {
       line(name, value);
     }
+  }
+  if (info.pose)
+  {
+    const char* const guessed = info.pose->guessed ? " (guessed)" : "";
+    line("up                   ", DirectionText(info.pose->up) + guessed);
+    line("first view from      ", DirectionText(info.pose->view) + guessed);
   }
   line("vertices             ", info.vertices);
   line("triangles            ", info.triangles);

@@ -2,6 +2,7 @@
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
+#include "filters/app/DirectionText.h"
 #include "filters/app/ExtractMesh.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
@@ -52,7 +53,8 @@ std::string NamesOf(const StoreTexts& texts)
   std::vector<std::string> names;
   for (const auto& [name, given] :
     { std::pair{ "title", texts.title.has_value() }, { "credit", texts.credit.has_value() },
-      { "license", texts.license.has_value() }, { "unit", texts.unit.has_value() } })
+      { "license", texts.license.has_value() }, { "unit", texts.unit.has_value() },
+      { "up", texts.up.has_value() }, { "view", texts.view.has_value() } })
   {
     if (given)
     {
@@ -333,6 +335,9 @@ void AddEdit(CLI::App& edit, CommandLine& line)
   CheckText(texts->add_option("--license", line.texts.license, license));
   CheckText(texts->add_option("--licence", line.texts.license, license))->group(""); // as well
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
+  AddDirectionOption(*texts, "--up", line.texts.up, "what is up");
+  AddDirectionOption(
+    *texts, "--view", line.texts.view, "first view: from the model's middle towards the eye");
   texts->require_option(1, 0);
   edit.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
   edit.footer(std::string("Example:\n") + editExample);

@@ -6,6 +6,7 @@
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuilder.h"
+#include "filters/build/GuessPose.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
@@ -58,6 +59,7 @@ public:
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
+    KDSTREAM_TRY(TellPose(this->Options, description, **writer));
     Result<ModelDescription> info = (*writer)->Finish();
     KDSTREAM_TRY(info);
     this->Clock.Finish("write");

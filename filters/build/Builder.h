@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,6 +44,9 @@ struct BuildOptions
   std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
     [](std::uint64_t, std::uint64_t) {};
   std::string title, credit, license, unit;
+  // What is up, and from where the model is looked at first: towards the eye. Guessed where they
+  // are not given (GuessPose.h). REQUIRES: directions (DirectionOf).
+  std::optional<Vec3> up, view;
   std::string inputName; // stored as the input's name; empty: that of the file
   // Of an input that is made anew for each build from another file, that file, and all else that it
   // depends on: an interrupted build of the same is the same build. Empty: none.

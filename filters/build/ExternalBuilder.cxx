@@ -13,6 +13,7 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuildState.h"
 #include "filters/build/FacesPhase.h"
+#include "filters/build/GuessPose.h"
 #include "filters/build/MeshPhase.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PhaseValues.h"
@@ -261,6 +262,7 @@ private:
     KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
+    KDSTREAM_TRY(TellPose(this->Options, description, **writer));
     KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
     return {};

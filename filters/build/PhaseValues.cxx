@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/build/PhaseValues.h"
 
+#include "filters/model/JsonWriter.h"
+
 #include <array>
 #include <optional>
 #include <utility>
@@ -250,6 +252,12 @@ Result<ExternalNumbers> LoadExternalNumbers(
 std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOptions& options)
 {
   const auto onOff = [](bool on) { return std::string(on ? "on" : "off"); };
+  const auto direction = [](const std::optional<Vec3>& given)
+  {
+    JsonWriter text;
+    text.Put(given.value_or(Vec3{}));
+    return given ? text.Text() : std::string();
+  };
   const std::optional<std::uint32_t> partitions = options.tree.partitions;
   return { { "--vertices-per-partition", std::to_string(options.tree.verticesPerPartition) },
     { "--partitions", partitions ? std::to_string(*partitions) : "" },
@@ -261,7 +269,8 @@ std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOpti
     { "--sheets", onOff(options.levels.sheets) }, { "--weld", onOff(options.weld) },
     { "--precision", options.bits == 0 ? "lossless" : std::to_string(options.bits) },
     { "--title", options.title }, { "--credit", options.credit }, { "--license", options.license },
-    { "--unit", options.unit }, { "the name of the input", options.inputName },
+    { "--unit", options.unit }, { "--up", direction(options.up) },
+    { "--view", direction(options.view) }, { "the name of the input", options.inputName },
     { "kdstream-convert", options.convertedBy } };
 }
 

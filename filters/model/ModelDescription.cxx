@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/model/ModelDescription.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace kdstream
 {
@@ -46,6 +50,35 @@ CodecContext ModelDescription::Codec() const
 ModelSummary Summarize(const ModelDescription& model)
 {
   return { model.id, model.digest, model.title, model.vertices, model.triangles };
+}
+
+std::optional<Vec3> DirectionOf(const Vec3& vector)
+{
+  double largest = 0;
+  for (const double component : vector)
+  {
+    if (!std::isfinite(component))
+    {
+      return std::nullopt;
+    }
+    largest = std::max(largest, std::abs(component));
+  }
+  if (largest < std::numeric_limits<double>::min()) // whose inverse may be infinite
+  {
+    return std::nullopt;
+  }
+  const Vec3 scaled{ vector[0] / largest, vector[1] / largest, vector[2] / largest };
+  const double length = Length(scaled);
+  return Vec3{ scaled[0] / length + 0.0, scaled[1] / length + 0.0, scaled[2] / length + 0.0 };
+}
+
+Vec3 FrontOf(const Vec3& up)
+{
+  const bool zIsUp = std::abs(up[2]) > std::abs(up[1]);
+  const Vec3 front = zIsUp ? Vec3{ 0, -1, 0 } : Vec3{ 0, 0, 1 };
+  const double along = Dot(front, up);
+  const Vec3 level{ front[0] - along * up[0], front[1] - along * up[1], front[2] - along * up[2] };
+  return DirectionOf(level).value_or(front);
 }
 
 unsigned PreviewLevel(const ModelDescription& model)

@@ -14,6 +14,7 @@
 #include "filters/core/tree/KdTree.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,6 +44,22 @@ struct ResolutionDescription
   bool operator==(const ResolutionDescription&) const = default;
 };
 
+// How a model stands, and from where it is looked at first.
+struct ModelPose
+{
+  Vec3 up{ 0, 1, 0 };   // of length 1
+  Vec3 view{ 0, 0, 1 }; // from the model's middle towards the eye, of length 1
+  bool guessed = false; // one of the two at least, by the build
+  bool operator==(const ModelPose&) const = default;
+};
+
+// The direction as a pose has it. Nothing where its length is 0 or not finite.
+std::optional<Vec3> DirectionOf(const Vec3& vector);
+
+// From where a model is looked at if nothing else is known: +z where y is up, as glTF has it; -y
+// where z is, as CAD has it; of another direction, whichever of the two is nearer to level.
+Vec3 FrontOf(const Vec3& up);
+
 struct ModelDescription
 {
   std::string id;     // IsModelId: what a server calls it; empty in a store
@@ -60,6 +77,7 @@ struct ModelDescription
 
   std::string title, credit, license, unit; // UTF-8, shown by viewers; may be empty
   std::vector<AttributeInfo> attributes;    // point arrays first
+  std::optional<ModelPose> pose;            // none: viewers take one as it is by default
 
   // How it was built. Stores keep it and statistics tell it; servers do not.
   std::string input; // name of the file it was built from, without its folder

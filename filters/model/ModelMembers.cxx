@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/model/ModelMembers.h"
 
+#include "filters/core/VectorMath.h"
+
 namespace kdstream
 {
 namespace
@@ -69,6 +71,31 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
   }
 }
 
+// Of length 1, but for what rounding does.
+Vec3 ReadDirection(JsonReader& reader, const JsonValue& object, const char* key)
+{
+  const Vec3 direction = reader.Vector(object, key);
+  const double square = Dot(direction, direction);
+  if (!(square > 0.99) || !(square < 1.01))
+  {
+    reader.Fail('"' + std::string(key) + "\" is not of length 1");
+  }
+  return direction;
+}
+
+void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  const JsonValue* pose = reader.Find(object, "pose", false);
+  if (!pose)
+  {
+    return;
+  }
+  model.pose.emplace();
+  model.pose->guessed = reader.Boolean(*pose, "guessed");
+  model.pose->up = ReadDirection(reader, *pose, "up");
+  model.pose->view = ReadDirection(reader, *pose, "view");
+}
+
 }
 
 std::string_view NameOf(ScalarType type)
@@ -109,6 +136,19 @@ void PutTexts(JsonWriter& json, const ModelDescription& model)
     .Member("unit", model.unit);
 }
 
+void PutPose(JsonWriter& json, const ModelDescription& model)
+{
+  if (model.pose)
+  {
+    json.Key("pose")
+      .BeginObject()
+      .Member("guessed", model.pose->guessed)
+      .Member("up", model.pose->up)
+      .Member("view", model.pose->view)
+      .EndObject();
+  }
+}
+
 void PutBits(JsonWriter& json, const CoordinateGrid& grid)
 {
   if (grid.Lossless())
@@ -132,6 +172,7 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
   {
     model.original = ReadResolution(reader, *original);
   }
+  ReadPose(reader, object, model);
 }
 
 void ReadTexts(

@@ -24,10 +24,12 @@ std::string_view NameOf(AttributeAssociation association);
 void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attributes);
 // "title", "credit", "license", "unit".
 void PutTexts(JsonWriter& json, const ModelDescription& model);
+// "pose", if it has one.
+void PutPose(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 
-// Counts, depths, box, levels and original: whatever all forms that are read have alike.
+// Counts, depths, box, levels, original and pose: whatever all forms that are read have alike.
 void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
 void ReadTexts(
   JsonReader& reader, const JsonValue& object, std::size_t mostBytes, ModelDescription& model);

@@ -133,6 +133,7 @@ void PutModel(JsonWriter& json, const ModelDescription& model)
   PutResolution(json, model.original);
   json.EndObject();
   PutTexts(json, model);
+  PutPose(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
   json.EndObject();

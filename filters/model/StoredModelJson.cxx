@@ -160,8 +160,9 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
   PutResolution(json, model.original, nullptr);
   json.Member("partition_depth", model.depths.partition)
     .Member("partitioner", model.partitioner)
-    .Member("partitions", model.partitions)
-    .Member("primitive", static_cast<unsigned>(model.primitive))
+    .Member("partitions", model.partitions);
+  PutPose(json, model);
+  json.Member("primitive", static_cast<unsigned>(model.primitive))
     .Member("representative", model.representative)
     .Member("sheets", model.sheets)
     .Member("smallest_partition", model.smallestPartition)
@@ -251,6 +252,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
     .Member("sheets", model.sheets)
     .Member("weld", model.weld);
   PutTexts(json, model);
+  PutPose(json, model);
   json.Member("store_bytes", storeBytes).Member("digest", model.digest);
 }
 

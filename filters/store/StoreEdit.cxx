@@ -82,6 +82,19 @@ void Change(const std::optional<std::string>& to, std::string& text)
   text = to.value_or(text);
 }
 
+// What is not given stays; of a new up without a view the model is seen from in front of it.
+void ChangePose(const StoreTexts& texts, ModelDescription& info)
+{
+  if (!texts.up && !texts.view)
+  {
+    return;
+  }
+  const ModelPose before = info.pose.value_or(ModelPose{});
+  const Vec3 up = texts.up.value_or(before.up);
+  const bool turned = up != before.up;
+  info.pose = { up, texts.view.value_or(turned ? FrontOf(up) : before.view), false };
+}
+
 // The copy is thrown away unless all goes well: it needs no journal.
 Status ReplaceMetadata(const std::filesystem::path& file, const ModelDescription& info)
 {
@@ -133,6 +146,7 @@ Result<ModelDescription> EditStore(
   Change(texts.credit, info.credit);
   Change(texts.license, info.license);
   Change(texts.unit, info.unit);
+  ChangePose(texts, info);
   Result<UnfinishedStore> copy = UnfinishedStore::Create(store);
   KDSTREAM_TRY(copy);
   KDSTREAM_TRY(CopyFile(

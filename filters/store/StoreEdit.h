@@ -13,10 +13,12 @@
 namespace kdstream
 {
 
-// Each that is given takes the place of the store's; an empty one removes it.
+// Each that is given takes the place of the store's; an empty text removes it. What is up and the
+// first view are taken to be known then. REQUIRES: `up` and `view` are directions (DirectionOf).
 struct StoreTexts
 {
   std::optional<std::string> title, credit, license, unit;
+  std::optional<Vec3> up{}, view{};
 };
 
 // Tree, levels and partitions stay as they are, and so does the digest. The store is copied, the

@@ -42,6 +42,7 @@ struct StoreWriter::State
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
+  std::vector<std::uint8_t> preview{};
 
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
@@ -210,6 +211,10 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   }
   this->S->pieces.At(piece.id) = FactsOf(piece.deviations, data.size());
   this->S->digest->AddPiece(piece.id, data);
+  if (piece.id == PieceId{ Resolution::Level(PreviewLevel(info)), 1 })
+  {
+    this->S->preview.assign(data.begin(), data.end());
+  }
   const std::int64_t row = PieceRow(piece.id);
   Statement& insert = this->S->piece;
   insert.Bind(1, row);
@@ -223,6 +228,16 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   const Status status = done ? Status{} : Status{ this->S->Explain(done.GetError()) };
   insert.Reset();
   return status;
+}
+
+const std::vector<std::uint8_t>& StoreWriter::Preview() const
+{
+  return this->S->preview;
+}
+
+void StoreWriter::SetPose(const ModelPose& pose)
+{
+  this->S->info.pose = pose;
 }
 
 Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)

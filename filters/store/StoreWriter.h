@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace kdstream
 {
@@ -33,6 +34,11 @@ public:
 
   // What tree pages tell of the pieces that were added.
   const PieceTable& Pieces() const;
+
+  // The blob of the piece that viewers show first; empty before that was added.
+  const std::vector<std::uint8_t>& Preview() const;
+  // How the model stands; called before Finish, or not at all.
+  void SetPose(const ModelPose& pose);
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
   // once. Errors: InputOutput.

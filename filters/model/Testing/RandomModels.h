@@ -43,6 +43,17 @@ public:
     }
   }
 
+  Vec3 Direction()
+  {
+    for (;;)
+    {
+      if (const auto direction = DirectionOf({ this->Double(), this->Double(), this->Double() }))
+      {
+        return *direction;
+      }
+    }
+  }
+
   std::string Text(std::size_t most)
   {
     static const std::string pieces[] = { "a", "\"", "\\", "é", "\n", "中", "𝛼", " ", "</script>",
@@ -124,6 +135,10 @@ public:
     model.credit = this->Text(40);
     model.license = this->Text(40);
     model.unit = this->Text(4);
+    if (this->Integer(0, 1) == 1)
+    {
+      model.pose = { this->Direction(), this->Direction(), this->Integer(0, 1) == 1 };
+    }
     for (auto i = this->Integer(0, 3); i > 0; --i)
     {
       model.attributes.push_back({ this->Text(10), static_cast<AttributeType>(this->Integer(0, 9)),

@@ -7,6 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+#include <limits>
+
 using namespace kdstream;
 using Json = nlohmann::json;
 
@@ -21,6 +24,7 @@ ModelDescription Small()
   model.grid.bits = 20;
   model.levels.assign(8, ResolutionDescription{ 1, 2, 3, 4, 0.5 });
   model.attributes = { { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 } };
+  model.pose = { { 0, 0, 1 }, { 0, -1, 0 }, true };
   return model;
 }
 
@@ -53,10 +57,12 @@ TEST(TestModelDescription, UsesTheDocumentedKeys)
   const auto json = Json::parse(WriteModel(Small()));
   for (const char* key : { "id", "digest", "vertices", "triangles", "partitions", "box",
          "partition_depth", "stitch_depth", "finest_depth", "precision", "primitive", "levels",
-         "original", "title", "credit", "license", "unit", "attributes" })
+         "original", "title", "credit", "license", "unit", "pose", "attributes" })
   {
     EXPECT_TRUE(json.contains(key)) << key;
   }
+  EXPECT_EQ(
+    json["pose"], (Json{ { "up", { 0, 0, 1 } }, { "view", { 0, -1, 0 } }, { "guessed", true } }));
   EXPECT_EQ(json["levels"][7]["depth"], 7);
   EXPECT_EQ(json["precision"]["bits"], 20);
 }
@@ -114,6 +120,12 @@ TEST(TestModelDescription, EveryMemberIsChecked)
     { "/attributes/0/type", "complex" },
     { "/attributes/0/association", "edge" },
     { "/attributes/0/components", 0 },
+    { "/pose", 7 },
+    { "/pose/guessed", nullptr },
+    { "/pose/up", Json::array({ 0, 0, 0 }) },
+    { "/pose/up", Json::array({ 0, 2, 0 }) },
+    { "/pose/up", Json::array({ 1e200, 0, 0 }) },
+    { "/pose/view", Json::array({ 0, 1 }) },
   };
   for (const auto& [place, value] : wrong)
   {
@@ -125,7 +137,8 @@ TEST(TestModelDescription, EveryMemberIsChecked)
   {
     auto bad = good;
     bad.erase(key);
-    const bool optional = key == "title" || key == "credit" || key == "license" || key == "unit";
+    const bool optional =
+      key == "title" || key == "credit" || key == "license" || key == "unit" || key == "pose";
     EXPECT_EQ(Parses(bad), optional) << key;
   }
   auto short1 = good;
@@ -134,6 +147,21 @@ TEST(TestModelDescription, EveryMemberIsChecked)
   auto more = good;
   more["later"] = { { "deep", 1 } };
   EXPECT_TRUE(Parses(more)) << "unknown members are ignored";
+}
+
+TEST(TestModelDescription, ADirectionHasLengthOneWhateverTheVectorsIs)
+{
+  EXPECT_EQ(DirectionOf({ 0, 0, 7 }), (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(DirectionOf({ 0, -1e-300, 0 }), (Vec3{ 0, -1, 0 }));
+  const auto huge = DirectionOf({ 1e308, 1e308, 0 });
+  ASSERT_TRUE(huge);
+  EXPECT_NEAR((*huge)[0], std::sqrt(0.5), 1e-15);
+  const double infinite = std::numeric_limits<double>::infinity();
+  const double smallest = std::numeric_limits<double>::denorm_min();
+  for (const Vec3& none : { Vec3{}, Vec3{ infinite, 0, 0 }, Vec3{ 0, smallest, 0 } })
+  {
+    EXPECT_FALSE(DirectionOf(none));
+  }
 }
 
 TEST(TestModelDescription, NumbersBeyondADoubleAreRefused)

@@ -49,6 +49,30 @@ TEST_F(StoreEditTest, TextsAreChangedAndTheContentStays)
   EXPECT_EQ(this->FilesInFolder(), 1U);
 }
 
+TEST_F(StoreEditTest, UpAndFirstViewAreChangedAndNoLongerGuessed)
+{
+  this->Build(Torus(96, 48), {});
+  const auto before = (*Store::Open(this->File()))->Info();
+  ASSERT_TRUE(before.pose && before.pose->guessed);
+  const auto edit = [&](const std::optional<Vec3>& up, const std::optional<Vec3>& view)
+  {
+    StoreTexts texts;
+    texts.up = up;
+    texts.view = view;
+    const auto edited = EditStore(this->File(), texts);
+    EXPECT_TRUE(edited);
+    EXPECT_EQ(edited->digest, before.digest);
+    EXPECT_EQ((*Store::Open(this->File()))->Info().pose, edited->pose);
+    return *edited->pose;
+  };
+  EXPECT_EQ(edit({}, Vec3{ 1, 0, 0 }), (ModelPose{ before.pose->up, { 1, 0, 0 }, false }));
+  EXPECT_EQ(edit(before.pose->up, {}).view, (Vec3{ 1, 0, 0 })) << "the same up: the view stays";
+  EXPECT_EQ(edit(Vec3{ 0, 1, 0 }, {}), (ModelPose{ { 0, 1, 0 }, { 0, 0, 1 }, false }));
+  EXPECT_EQ(edit(Vec3{ 0, 0, -1 }, {}), (ModelPose{ { 0, 0, -1 }, { 0, -1, 0 }, false }));
+  ASSERT_TRUE(EditStore(this->File(), { "only a title", {}, {}, {} }));
+  EXPECT_EQ((*Store::Open(this->File()))->Info().pose->up, (Vec3{ 0, 0, -1 }));
+}
+
 TEST_F(StoreEditTest, AnEditThatFailsChangesNothing)
 {
   this->Build(Torus(96, 48), {});

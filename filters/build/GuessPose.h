@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a model stands, where nobody says it: which direction is up, and from where it is looked at
+// first. For the builders: all of them guess by the preview as the store has it, so they agree.
+#pragma once
+
+#include "filters/build/Builder.h"
+#include "filters/core/Types.h"
+#include "filters/store/StoreWriter.h"
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace kdstream
+{
+
+// The pose of a surface or cloud whose input had this ending (".stl"). What is given stays.
+//
+// Up is one of the six axes.
+// 1. glTF says: y is up, +z in front. VRML says that y is up.
+// 2. What is flat (one side of the box below a fifth of the next, and along y or z) lies: it is
+//    looked at from above.
+// 3. Else it stands on the side where most of the box's floor is spanned by what touches it (the
+//    hull of the points within a fiftieth of the box's diagonal), less what is spanned at the
+//    opposite side, if the middle of the surface is above it. That is the static stability of Fu,
+//    Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), of the
+//    axes alone, where they learn from several features.
+// 4. Where no axis has 0.15 more than another: y for .obj, else z.
+//
+// The view is level, on the wider of the two sides; if that is none (within a fifth), in front
+// (FrontOf). Of front and back the one with more relief, where it has half as much again: edges by
+// their length and bend, of the triangles that face the eye. What is lower than half of its
+// narrower side is seen from 30 degrees above.
+//
+// O(n log n) for n points and triangles. REQUIRES: what is given are directions (DirectionOf).
+ModelPose GuessPose(std::span<const Vec3> points, std::span<const Triangle> triangles,
+  std::string_view ending, const std::optional<Vec3>& up, const std::optional<Vec3>& view);
+
+// Into the store that is being written: what the options say, and by its preview the rest; of a
+// store without levels only what they say. REQUIRES: all pieces are written. Errors: Damaged.
+Status TellPose(
+  const BuildOptions& options, const ModelDescription& description, StoreWriter& writer);
+
+}
