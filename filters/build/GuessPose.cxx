@@ -18,8 +18,9 @@ namespace
 
 constexpr double flatPart = 0.2;     // of the next longer side: this flat things lie
 constexpr double slabPart = 0.02;    // of the diagonal: as near to the floor touches it
-constexpr double leastLead = 0.15;   // of the best axis before the next that is not its opposite
-constexpr double unlikelyAxis = 0.1; // less for axes that few files have up
+constexpr double leastLead = 0.1;    // of the best axis before the next
+constexpr double unlikelyAxis = 0.1; // less for x, which few files have up
+constexpr double upsideDown = 0.3;   // more at the upper end, to be taken for the floor
 constexpr double widerSide = 1.2;    // of the box is looked at
 constexpr double moreRelief = 1.5;   // of the back, to be taken for the front
 constexpr double lowPart = 0.5;      // of the narrower side: seen from above
@@ -125,18 +126,15 @@ public:
     return isFlat && order[0] != 0 ? std::optional<Axis>({ order[0], 1 }) : std::nullopt;
   }
 
-  // How much of the floor is spanned where the shape would stand with this axis up, less the same
-  // of the ceiling: -1 … 1. 0 where it would fall.
+  // How much of the floor is spanned by what touches it, where the shape would stand with this axis
+  // up: 0-1. 0 where it would fall.
   double StandsWith(const Axis& up) const
   {
     const std::size_t a = (up.index + 1) % 3, b = (up.index + 2) % 3;
     const double floor = this->Sides[a] * this->Sides[b];
-    const std::vector<Point2> below = this->TouchedAt(up.index, up.sign > 0);
-    if (!(floor > 0) || !IsWithin(below, { this->Middle[a], this->Middle[b] }))
-    {
-      return 0;
-    }
-    return (AreaOf(below) - AreaOf(this->TouchedAt(up.index, up.sign < 0))) / floor;
+    const std::vector<Point2> touching = this->TouchedAt(up.index, up.sign > 0);
+    const bool stands = floor > 0 && IsWithin(touching, { this->Middle[a], this->Middle[b] });
+    return stands ? AreaOf(touching) / floor : 0;
   }
 
   // Of what faces an eye in that direction: the bends of its edges, by their length, for its area.
@@ -236,32 +234,29 @@ double Shape::ReliefTowards(const Vec3& direction) const
   return area > 0 ? bends * Length(this->Sides) / area : 0;
 }
 
-// Which axis is up by the shape alone, if one is.
+// Which axis is up by the shape alone, if one is. A vase may be wider at its rim than at its foot:
+// only what could hardly stand otherwise is taken to be upside down in its file.
 std::optional<Axis> UpByShape(const Shape& shape)
 {
   std::optional<Axis> best;
-  double score = 0, next = 0; // of another axis than the best one
+  double score = 0, next = 0;
   for (const std::size_t index : { std::size_t{ 1 }, std::size_t{ 2 }, std::size_t{ 0 } })
   {
-    Axis of{ index, 1 };
-    double most = shape.StandsWith(of) - (index == 0 ? unlikelyAxis : 0);
-    if (const double down = shape.StandsWith({ index, -1 }) - unlikelyAxis; down > most)
-    {
-      most = down;
-      of.sign = -1;
-    }
+    const double upwards = shape.StandsWith({ index, 1 });
+    const double downwards = shape.StandsWith({ index, -1 });
+    const double most = std::abs(upwards - downwards) - (index == 0 ? unlikelyAxis : 0);
     if (!best || most > score)
     {
-      next = best ? std::max(next, score) : next;
+      next = std::max(next, score);
       score = most;
-      best = of;
+      best = Axis{ index, downwards > upwards + upsideDown ? -1.0 : 1.0 };
     }
     else
     {
       next = std::max(next, most);
     }
   }
-  return score - std::max(0.0, next) >= leastLead ? best : std::nullopt;
+  return score >= next + leastLead ? best : std::nullopt;
 }
 
 Vec3 GuessUp(const Shape& shape, std::string_view ending)

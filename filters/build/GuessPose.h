@@ -20,12 +20,13 @@ namespace kdstream
 // 1. glTF says: y is up, +z in front. VRML says that y is up.
 // 2. What is flat (one side of the box below a fifth of the next, and along y or z) lies: it is
 //    looked at from above.
-// 3. Else it stands on the side where most of the box's floor is spanned by what touches it (the
-//    hull of the points within a fiftieth of the box's diagonal), less what is spanned at the
-//    opposite side, if the middle of the surface is above it. That is the static stability of Fu,
+// 3. Else the axis is up whose ends differ most in what they could stand on: how much of the box's
+//    face the points span that are within a fiftieth of the box's diagonal of it, if the middle of
+//    the surface is above that; x counts a tenth less. That is the static stability of Fu,
 //    Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), of the
-//    axes alone, where they learn from several features.
-// 4. Where no axis has 0.15 more than another: y for .obj, else z.
+//    axes alone, where they learn from several features. The end that spans more is below if it is
+//    the lower one, or spans 0.3 more.
+// 4. Where no axis has 0.1 more than another: y for .obj, else z.
 //
 // The view is level, on the wider of the two sides; if that is none (within a fifth), in front
 // (FrontOf). Of front and back the one with more relief, where it has half as much again: edges by

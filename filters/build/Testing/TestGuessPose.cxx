@@ -133,6 +133,13 @@ TEST(TestGuessPose, ABustStandsOnItsPlinthAndShowsItsFace)
   }
 }
 
+TEST(TestGuessPose, AVaseIsNoBustUpsideDown)
+{
+  const Mesh vase = Bag({}, 1.8, [](double h, double) { return 0.25 + 1.3 * h * (1.15 - h); });
+  EXPECT_EQ(Guess(vase).up, (Vec3{ 0, 1, 0 }));
+  EXPECT_EQ(Guess(Turned(vase, zUp)).up, (Vec3{ 0, 0, 1 }));
+}
+
 TEST(TestGuessPose, AHorseStandsOnItsFeetAndIsSeenFromItsSide)
 {
   for (const Turn& turn : { asItIs, zUp, lengthAlongZ })
@@ -145,7 +152,11 @@ TEST(TestGuessPose, AHorseStandsOnItsFeetAndIsSeenFromItsSide)
 
 TEST(TestGuessPose, WhatIsFlatLiesAndIsSeenFromAbove)
 {
-  const Mesh terrain = HeightField(40); // z over x and y
+  const Mesh terrain = // z over x and y
+    Turned(HeightField(40),
+      [](const Vec3& p) {
+        return Vec3{ p[0], p[1], 0.2 * p[2] };
+      });
   EXPECT_EQ(Guess(terrain).up, (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(Guess(ThinPlate(8)).view, Guess(ThinPlate(8)).up);
 }
