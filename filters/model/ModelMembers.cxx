@@ -3,6 +3,8 @@
 
 #include "filters/core/VectorMath.h"
 
+#include <cmath>
+
 namespace kdstream
 {
 namespace
@@ -71,18 +73,6 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
   }
 }
 
-// Of length 1, but for what rounding does.
-Vec3 ReadDirection(JsonReader& reader, const JsonValue& object, const char* key)
-{
-  const Vec3 direction = reader.Vector(object, key);
-  const double square = Dot(direction, direction);
-  if (!(square > 0.99) || !(square < 1.01))
-  {
-    reader.Fail('"' + std::string(key) + "\" is not of length 1");
-  }
-  return direction;
-}
-
 void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& model)
 {
   const JsonValue* pose = reader.Find(object, "pose", false);
@@ -90,10 +80,14 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   {
     return;
   }
-  model.pose.emplace();
-  model.pose->guessed = reader.Boolean(*pose, "guessed");
-  model.pose->up = ReadDirection(reader, *pose, "up");
-  model.pose->view = ReadDirection(reader, *pose, "view");
+  const JsonValue* guessed = reader.Find(*pose, "guessed");
+  model.pose = { reader.Vector(*pose, "up"), reader.Vector(*pose, "view"),
+    guessed && guessed->IsTrue() };
+  const auto isLong = [](const Vec3& vector) { return std::abs(Dot(vector, vector) - 1) < 0.01; };
+  if (!(guessed && guessed->IsBool() && isLong(model.pose->up) && isLong(model.pose->view)))
+  {
+    reader.Fail("\"pose\" is none");
+  }
 }
 
 }

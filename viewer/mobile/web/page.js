@@ -438,7 +438,7 @@ function listenToBrowser() {
 
 async function start() {
   if (typeof WebAssembly !== "object") {
-    showEnd("This browser has no WebAssembly, or it is switched off. Any browser of the last few years shows the models.");
+    showEnd("This browser has no WebAssembly, or it is switched off.");
     return;
   }
   let Line;
@@ -451,7 +451,7 @@ async function start() {
     return;
   }
   if (!viewer.gainCanvas(canvas)) {
-    showEnd("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off. An up-to-date browser with hardware acceleration switched on shows the models.");
+    showEnd("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.");
     return;
   }
   line = new Line(viewer, wake);
