@@ -71,6 +71,116 @@ test("mouse, wheel, double click and keys", async () => {
   await visit.close();
 });
 
+// The first view, by button, key and double click beside the model, and the view before that.
+test("home and back", async () => {
+  const visit = await Visit.desktop(browser);
+  const { page } = visit;
+  await visit.open(server.url);
+  await page.mouse.click(...Object.values(await visit.centre()));
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  const middle = await visit.centre();
+  const seen = async () => {
+    await visit.untilIdle();
+    await visit.untilQuiet();
+    return visit.around(middle, 400);
+  };
+  const same = async (one, other) => await pixels.difference(one, other) < 0.01;
+  const first = await seen();
+  assert.ok(await page.locator("#undo").isDisabled(), "there is nothing to take back");
+
+  await page.focus("#view");
+  for (const key of ["ArrowLeft", "ArrowUp", "ArrowUp", "+", "+"]) {
+    await page.keyboard.press(key);
+  }
+  const moved = await seen();
+  assert.ok(!await same(first, moved));
+  await visit.picture("desktop-6-moved");
+  const beside = { x: middle.x - 600, y: middle.y + 300 };
+  const ways = {
+    button: [() => page.click("#home"), () => page.click("#undo")],
+    key: [() => page.keyboard.press("h"), () => page.keyboard.press("u")],
+    "other key": [() => page.keyboard.press("Home"), () => page.keyboard.press("Backspace")],
+    "double click": [() => page.mouse.dblclick(beside.x, beside.y), () => page.click("#undo")],
+  };
+  for (const [name, [home, undo]] of Object.entries(ways)) {
+    if (name.endsWith("key")) {
+      await page.focus("#view");
+    }
+    await home();
+    assert.ok(await same(first, await seen()), `home by ${name}`);
+    assert.ok((await visit.status()).canUndo);
+    await undo();
+    assert.ok(await same(moved, await seen()), `and back, after ${name}`);
+    assert.ok(await page.locator("#undo").isDisabled());
+  }
+  await page.click("#home");
+  await visit.picture("desktop-7-home");
+  assert.deepEqual(await visit.messages(), []);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+// What is let go turns on and comes to rest; where the system asks for stillness it does not.
+test("turning on", async () => {
+  for (const motion of ["no-preference", "reduce"]) {
+    const visit = await Visit.desktop(browser, { reducedMotion: motion });
+    const { page } = visit;
+    await visit.open(server.url);
+    await visit.untilIdle();
+    const middle = await visit.centre();
+    await page.mouse.move(middle.x, middle.y);
+    await page.mouse.down();
+    for (let i = 1; i <= 8; ++i) {
+      await page.mouse.move(middle.x + 10 * i, middle.y);
+    }
+    await page.mouse.up();
+    const { frames, turnsOn } = await visit.status();
+    assert.equal(turnsOn, motion === "no-preference");
+    const later = await visit.until("rest", (status) => status.idle && !status.turnsOn);
+    assert.ok(!turnsOn || later.frames > frames + 5, "it was seen to turn on");
+    visit.assertClean(server.url);
+    await visit.close();
+  }
+});
+
+// Free turning, by the menu, leans the horizon; upright levels it again.
+test("turning freely", async () => {
+  const visit = await Visit.desktop(browser);
+  const { page } = visit;
+  await visit.open(server.url);
+  await page.mouse.click(...Object.values(await visit.centre()));
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  const choose = async (label) => {
+    await page.click("#menu-button");
+    await page.getByText(label, { exact: true }).filter({ visible: true }).click();
+    await page.keyboard.press("Escape");
+    await visit.untilIdle();
+    await visit.untilQuiet();
+  };
+  const middle = await visit.centre();
+  const level = await visit.around(middle, 400);
+  // Around the edge of the ball: a roll, where turning is free.
+  const aroundTheEdge = async () => {
+    await page.mouse.move(middle.x + 350, middle.y);
+    await page.mouse.down();
+    for (let i = 1; i <= 8; ++i) {
+      await page.mouse.move(middle.x + 350 * Math.cos(0.1 * i), middle.y + 350 * Math.sin(0.1 * i));
+    }
+    await page.mouse.up();
+    await visit.untilIdle();
+  };
+  await choose("Free");
+  await aroundTheEdge();
+  await visit.picture("desktop-8-free");
+  const leaning = await visit.around(middle, 400);
+  assert.ok(await pixels.difference(level, leaning) > 0.05);
+  await choose("Upright");
+  await visit.picture("desktop-9-upright");
+  assert.ok(await pixels.difference(leaning, await visit.around(middle, 400)) > 0.05, "it is level again");
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
 // The colours that a model came with, stone, and the colours of partitions: the menu offers what there is.
 test("a coloured model", async () => {
   const visit = await Visit.desktop(browser);

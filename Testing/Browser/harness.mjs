@@ -183,12 +183,15 @@ export class Visit {
   requests = []; // addresses of all requests and streams
   errors = []; // what a developer would see in red
 
+  // Nothing moves by itself, so that the same gestures give the same picture.
   static async phone(browser, viewport = portrait) {
-    return Visit.#make(await browser.newContext({ viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true }));
+    return Visit.#make(await browser.newContext(
+      { viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true, reducedMotion: "reduce" }));
   }
 
   static async desktop(browser, options = {}) {
-    return Visit.#make(await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options }));
+    return Visit.#make(await browser.newContext(
+      { viewport: { width: 1280, height: 800 }, reducedMotion: "reduce", ...options }));
   }
 
   static async #make(context) {

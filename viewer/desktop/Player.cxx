@@ -34,6 +34,9 @@ Status Player::Play(const SessionStep& step)
     case SessionStep::Kind::Touches:
       this->Session.HandleTouches(step.frame);
       break;
+    case SessionStep::Kind::Turning:
+      this->Session.SetTurning(step.name == "free" ? Turning::Free : Turning::Upright);
+      break;
     case SessionStep::Kind::WaitForIdle:
       return this->WaitForIdle();
     case SessionStep::Kind::Screenshot:

@@ -344,6 +344,7 @@ SessionOptions OptionsOf(const CommandLine& line)
 {
   SessionOptions options;
   options.rings = line.rings;
+  options.turning = Turning::Free; // until a session file says otherwise
   options.detail = line.detail;
   options.refinement.triangles = options.policy.triangleBudget = line.triangles;
   options.refinement.bytes = line.memory;

@@ -10,9 +10,42 @@ namespace kdstream
 {
 namespace
 {
-constexpr double nearestInRadii = 1e-4, farthestInRadii = 20, focalInRadii = 1.5;
+constexpr double nearestInRadii = 1e-4, farthestInRadii = 20;
 // The fitted box takes 1 / fitMargin of the window.
 constexpr double fitMargin = 1.08;
+constexpr double partOnScreen = 0.8; // of the way from the middle to an edge
+constexpr double mostElevation = 3;  // radians at a time: less than half a turn
+
+// An angle as the point of the unit circle, by arithmetic that every platform rounds alike: that of
+// a small part of it, squared over and over. Wrong by less than 1e-9 up to half a turn.
+struct Direction2
+{
+  double cosine = 1, sine = 0;
+};
+Direction2 PointOfAngle(double radians)
+{
+  constexpr int squarings = 8;
+  const double half = radians / (2 << squarings);
+  const double t = half + half * half * half / 3; // its tangent
+  const double scale = 1 / (1 + t * t);
+  Direction2 point{ (1 - t * t) * scale, 2 * t * scale };
+  for (int i = 0; i < squarings; ++i)
+  {
+    point = { point.cosine * point.cosine - point.sine * point.sine,
+      2 * point.sine * point.cosine };
+  }
+  return point;
+}
+
+Vec3 NearestIn(const Box& box, const Vec3& point)
+{
+  Vec3 nearest{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    nearest[k] = std::clamp(point[k], box.lo[k], box.hi[k]);
+  }
+  return nearest;
+}
 }
 
 void Camera::SetViewport(const Viewport& viewport)
@@ -20,6 +53,18 @@ void Camera::SetViewport(const Viewport& viewport)
   this->View.width = std::max(1, viewport.width);
   this->View.height = std::max(1, viewport.height);
   this->View.pixelRatio = viewport.pixelRatio > 0 ? viewport.pixelRatio : 1;
+  this->FocalPoint = this->Confined(this->FocalPoint);
+}
+
+void Camera::SetTurning(Turning turning)
+{
+  this->Turns = turning;
+  const bool isLevel =
+    std::abs(Dot(this->Right(), this->UpAxis)) <= 1e-12 && Dot(this->Up(), this->UpAxis) >= -1e-12;
+  if (turning == Turning::Upright && !isLevel)
+  {
+    this->Turn = LookingFrom(this->Forward() * -1, this->UpAxis);
+  }
 }
 
 void Camera::FitTo(const Box& box, const Quaternion& orientation)
@@ -30,10 +75,10 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
     fitted.Add(Vec3{ -0.5, -0.5, -0.5 });
     fitted.Add(Vec3{ 0.5, 0.5, 0.5 });
   }
-  this->Centre = fitted.lo * 0.5 + fitted.hi * 0.5;
+  this->Fitted = fitted;
   const double radius = Length(fitted.hi * 0.5 - fitted.lo * 0.5);
   this->Radius = radius > 0 && std::isfinite(radius) ? radius : 1;
-  this->FocalPoint = this->Centre;
+  this->FocalPoint = fitted.lo * 0.5 + fitted.hi * 0.5;
   this->Turn = orientation;
   // Half the box's extents along the camera's axes.
   const Vec3 sides = fitted.hi * 0.5 - fitted.lo * 0.5;
@@ -66,22 +111,89 @@ Vec3 Camera::OnBall(double x, double y) const
 
 void Camera::Rotate(double fromX, double fromY, double toX, double toY)
 {
+  if (this->Turns == Turning::Upright)
+  {
+    this->RotateUpright(toX - fromX, toY - fromY);
+    return;
+  }
   const Quaternion ball = Quaternion::Between(this->OnBall(fromX, fromY), this->OnBall(toX, toY));
   // The model turns with the finger, so the camera turns the other way, in its own frame.
   this->Turn = this->Turn.After(ball.Inverse());
 }
 
+// The orientation is made anew from where it looks: right, which is level, and the height of the
+// view. So rounding never adds up to a horizon that leans.
+void Camera::RotateUpright(double dx, double dy)
+{
+  const double radians = 2.0 / std::min(this->View.width, this->View.height); // of a pixel
+  const Vec3& up = this->UpAxis;
+  const Vec3 before = Normalized(this->Right() - up * Dot(this->Right(), up));
+  const Direction2 heading = PointOfAngle(std::clamp(-dx * radians, -100.0, 100.0));
+  const Vec3 right =
+    Normalized(before * heading.cosine + Cross(up, before) * heading.sine); // about up
+  const double turn = std::clamp(dy * radians, -mostElevation, mostElevation);
+  const Direction2 by = PointOfAngle(turn);
+  const double level = Dot(this->Up(), up), height = -Dot(this->Forward(), up);
+  double cosine = level * by.cosine - height * by.sine;
+  double sine = level * by.sine + height * by.cosine;
+  if (cosine < 0) // beyond straight above or below
+  {
+    cosine = 0;
+    sine = turn > 0 ? 1 : -1;
+  }
+  const Vec3 ahead = Cross(right, up); // level, towards the eye
+  const Vec3 back = Normalized(ahead * cosine + up * sine);
+  this->Turn = Quaternion::OfAxes(right, Cross(back, right), back);
+}
+
+void Camera::Roll(double cosine, double sine, double x, double y)
+{
+  if (this->Turns == Turning::Upright)
+  {
+    return;
+  }
+  const double unit = 1 / this->PixelsPerUnit();
+  const double right = (x - this->View.width * 0.5) * unit;
+  const double up = (this->View.height * 0.5 - y) * unit;
+  const Vec3 pivot = this->FocalPoint + this->Right() * right + this->Up() * up;
+  const Quaternion turned = Quaternion::Between({ 1, 0, 0 }, { cosine, -sine, 0 });
+  this->Turn = this->Turn.After(turned.Inverse());
+  this->FocalPoint = this->Confined(pivot - this->Right() * right - this->Up() * up);
+}
+
+// How far the focal point may be from the box: a sphere of that size about it is within what is
+// seen, with room left (partOnScreen), so the nearest point of the box is.
+double Camera::Reach(double distance) const
+{
+  const double aspect = double(this->View.width) / this->View.height;
+  return partOnScreen * tangentOfHalfAngle * std::min(1.0, aspect) * distance;
+}
+
+Vec3 Camera::Confined(const Vec3& focal) const
+{
+  const Vec3 nearest = NearestIn(this->Fitted, focal);
+  const double away = Length(focal - nearest), most = this->Reach(this->EyeDistance);
+  return away > most ? nearest + (focal - nearest) * (most / away) : focal;
+}
+
 void Camera::Pan(double dx, double dy)
 {
   const double unit = 1 / this->PixelsPerUnit();
-  Vec3 focal = this->FocalPoint + this->Right() * (-dx * unit) + this->Up() * (dy * unit);
-  const Vec3 away = focal - this->Centre;
-  const double length = Length(away), limit = focalInRadii * this->Radius;
-  if (length > limit)
-  {
-    focal = this->Centre + away * (limit / length);
-  }
-  this->FocalPoint = focal;
+  this->FocalPoint =
+    this->Confined(this->FocalPoint + this->Right() * (-dx * unit) + this->Up() * (dy * unit));
+}
+
+void Camera::StepBack(double length)
+{
+  this->EyeDistance = std::min(this->EyeDistance + length, farthestInRadii * this->Radius);
+}
+
+Camera Camera::PartOfTheWayTo(const Camera& moved, double part) const
+{
+  Camera camera = *this;
+  camera.FocalPoint = this->FocalPoint + (moved.FocalPoint - this->FocalPoint) * part;
+  camera.EyeDistance = this->EyeDistance + (moved.EyeDistance - this->EyeDistance) * part;
+  return camera;
 }
 
 void Camera::Zoom(double factor, double x, double y)
@@ -108,7 +220,7 @@ void Camera::FocusAtDepthOf(const Vec3& point)
     return;
   }
   const Vec3 focal = eye + this->Forward() * depth;
-  if (Length(focal - this->Centre) <= focalInRadii * this->Radius)
+  if (Length(focal - NearestIn(this->Fitted, focal)) <= this->Reach(depth))
   {
     this->FocalPoint = focal;
     this->EyeDistance = depth;

@@ -25,6 +25,14 @@ struct Ray
   Vec3 direction; // of length 1
 };
 
+// How a finger turns the model.
+enum class Turning
+{
+  Upright, // a turntable: about the model's up, and towards its top and bottom; the horizon is
+           // level
+  Free     // as a ball under the finger, and two fingers roll it
+};
+
 // A perspective camera that turns about a focal point.
 //
 // The state is the focal point, the distance to it, and an orientation; eye, up and rays follow
@@ -40,24 +48,41 @@ public:
   void SetViewport(const Viewport& viewport);
   const Viewport& GetViewport() const { return this->View; }
 
+  // The axis of the turntable, of length 1: y until it is set.
+  void SetUp(const Vec3& up) { this->UpAxis = up; }
+  // Free until it is set. Upright levels the horizon, with eye and line of sight unchanged.
+  void SetTurning(Turning turning);
+  Turning GetTurning() const { return this->Turns; }
+
   // Looks along -z of the model, y up, unless told otherwise, so that all of `box` just fits into
   // the window, portrait and landscape alike. Sets the limits of panning and zooming, in radii of
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
-  // A finger went from one pixel to the other: turns about the focal point as if a ball under the
-  // window followed it (Bell's trackball: a sphere in the middle, a hyperbola around it, so it
-  // never jumps).
+  // A finger went from one pixel to the other: turns about the focal point. Free: as if a ball
+  // under the window followed it (Bell's trackball: a sphere in the middle, a hyperbola around it,
+  // so it never jumps). Upright: across about the up axis, up and down about the screen's
+  // horizontal as far as straight above and below; in the middle as fast as the ball.
   void Rotate(double fromX, double fromY, double toX, double toY);
-  // What lies in the focal plane follows a finger that moved by (dx, dy) pixels. The focal point
-  // stays within 1.5 radii of the fitted box's sphere.
+  // The picture turns clockwise about pixel (x, y), by an angle with this cosine and sine; where
+  // turning is upright nothing does.
+  void Roll(double cosine, double sine, double x, double y);
+  // What lies in the focal plane follows a finger that moved by (dx, dy) pixels, as far as some of
+  // the fitted box stays on the screen: a point of it within 0.8 of the way from the middle to the
+  // nearest edge. That holds then however one turns.
   void Pan(double dx, double dy);
   // Enlarges by `factor` > 0 (below 1: makes smaller) so that the point of the focal plane under
-  // pixel (x, y) stays there. The distance stays between 1e-4 and 20 radii.
+  // pixel (x, y) stays there, as far as Pan goes. The distance stays between 1e-4 and 20 radii.
   void Zoom(double factor, double x, double y);
   // Moves the focal point along the view's axis to the depth of `point`, with eye and picture
-  // unchanged. Points behind the eye or outside the limits of the distance change nothing.
+  // unchanged. Points behind the eye, outside the limits of the distance, or where the box could
+  // be turned off the screen then, change nothing.
   void FocusAtDepthOf(const Vec3& point);
+  // Away from the focal point, which stays, by a length of 0 or more; no farther than 20 radii.
+  void StepBack(double length);
+  // Between this camera (0) and one that only panned and zoomed away from it (1): eye, focal point
+  // and distance on straight lines.
+  Camera PartOfTheWayTo(const Camera& moved, double part) const;
 
   Ray RayOf(double x, double y) const;
   // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
@@ -84,15 +109,21 @@ public:
   Vec3 Up() const { return this->Turn.Rotate({ 0, 1, 0 }); }
   Vec3 Right() const { return this->Turn.Rotate({ 1, 0, 0 }); }
   Vec3 Forward() const { return this->Turn.Rotate({ 0, 0, -1 }); }
+  bool operator==(const Camera&) const = default;
 
 private:
   Vec3 OnBall(double x, double y) const;
+  void RotateUpright(double dx, double dy);
+  double Reach(double distance) const;
+  Vec3 Confined(const Vec3& focal) const;
 
   Viewport View;
   Vec3 FocalPoint{};
   double EyeDistance = 1;
   Quaternion Turn;
-  Vec3 Centre{};     // of the fitted box
+  Turning Turns = Turning::Free;
+  Vec3 UpAxis{ 0, 1, 0 };
+  Box Fitted{ { -0.5, -0.5, -0.5 }, { 0.5, 0.5, 0.5 } };
   double Radius = 1; // of the sphere around it
 };
 

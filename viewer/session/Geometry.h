@@ -68,6 +68,52 @@ struct Quaternion
     const Vec3 t = Cross(axis, v) * 2;
     return v + t * w + Cross(axis, t);
   }
+
+  // The rotation that takes x, y and z to these. REQUIRES: of length 1, each at right angles to the
+  // others, right-handed.
+  static Quaternion OfAxes(const Vec3& x, const Vec3& y, const Vec3& z)
+  {
+    // The largest of the four components first: what the others are divided by.
+    const double w = 1 + x[0] + y[1] + z[2], i = 1 + x[0] - y[1] - z[2], j = 1 - x[0] + y[1] - z[2],
+                 k = 1 - x[0] - y[1] + z[2];
+    Quaternion q;
+    if (w >= i && w >= j && w >= k)
+    {
+      q = { w, y[2] - z[1], z[0] - x[2], x[1] - y[0] };
+    }
+    else if (i >= j && i >= k)
+    {
+      q = { y[2] - z[1], i, x[1] + y[0], z[0] + x[2] };
+    }
+    else if (j >= k)
+    {
+      q = { z[0] - x[2], x[1] + y[0], j, y[2] + z[1] };
+    }
+    else
+    {
+      q = { x[1] - y[0], z[0] + x[2], y[2] + z[1], k };
+    }
+    return q.After({}); // of length 1
+  }
 };
+
+// Any direction at right angles to `axis`, of length 1: x, where that is possible.
+inline Vec3 Across(const Vec3& axis)
+{
+  const bool alongX = axis[0] * axis[0] > 0.9;
+  const Vec3 other = alongX ? Vec3{ 0, 0, 1 } : Vec3{ 1, 0, 0 };
+  return Normalized(other - axis * Dot(other, axis));
+}
+
+// The orientation of a camera (x right, y up, view along -z) that looks from `view`, with `up`
+// upward on the screen as far as it goes; where it looks along `up`, x to the right. REQUIRES: both
+// of length 1.
+inline Quaternion LookingFrom(const Vec3& view, const Vec3& up)
+{
+  const Vec3 across = Cross(up, view);
+  const Vec3 right = Length(across) > 1e-6 ? Normalized(across) : Across(up);
+  const Vec3 back = Normalized(view - right * Dot(view, right));
+  return Quaternion::OfAxes(right, Cross(back, right), back);
+}
 
 }

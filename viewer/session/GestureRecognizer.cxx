@@ -114,6 +114,10 @@ void GestureRecognizer::EndSequence(double time, std::vector<Gesture>& gestures)
   {
     gestures.push_back({ Gesture::Kind::PinchEnd });
   }
+  if (this->Rotating)
+  {
+    gestures.push_back({ Gesture::Kind::RotateEnd, this->Fingers[0].x, this->Fingers[0].y });
+  }
   const bool tap = this->MayBeTap && time - this->SequenceBegin <= this->Thresholds.tapSeconds;
   if (tap)
   {
@@ -185,6 +189,9 @@ void GestureRecognizer::MoveTwo(
       gestures.push_back({ Gesture::Kind::PinchEnd });
     }
     this->Pinching = true;
+    this->Twisting = false;
+    this->PairX = second.x - first.x;
+    this->PairY = second.y - first.y;
     gestures.push_back({ Gesture::Kind::PinchBegin, x, y });
     return;
   }
@@ -193,10 +200,39 @@ void GestureRecognizer::MoveTwo(
   const double before = std::max(smallest, Distance(a.x, a.y, b.x, b.y));
   const double after = std::max(smallest, Distance(first.x, first.y, second.x, second.y));
   const double dx = x - (a.x + b.x) / 2, dy = y - (a.y + b.y) / 2;
-  if (dx != 0 || dy != 0 || after != before)
+  Gesture pinch{ Gesture::Kind::Pinch, x, y, dx, dy, after / before };
+  this->Twist(b.x - a.x, b.y - a.y, second.x - first.x, second.y - first.y, pinch);
+  if (dx != 0 || dy != 0 || after != before || pinch.twistSine != 0)
   {
-    gestures.push_back({ Gesture::Kind::Pinch, x, y, dx, dy, after / before });
+    gestures.push_back(pinch);
   }
+}
+
+// How far two fingers turned that lay so to each other and lie so now. Fingers that are close tell
+// no angle.
+void GestureRecognizer::Twist(double fromX, double fromY, double toX, double toY, Gesture& pinch)
+{
+  struct Angle
+  {
+    double cosine = 1, sine = 0;
+  };
+  const double smallest = this->Thresholds.smallestGap * this->PixelRatio;
+  const auto between = [&](double ax, double ay, double bx, double by)
+  {
+    const double a = std::sqrt(ax * ax + ay * ay), b = std::sqrt(bx * bx + by * by);
+    return a > smallest && b > smallest
+             ? Angle{ (ax * bx + ay * by) / (a * b), (ax * by - ay * bx) / (a * b) }
+             : Angle{};
+  };
+  if (this->Twisting)
+  {
+    const Angle turned = between(fromX, fromY, toX, toY);
+    pinch.twistCosine = turned.cosine;
+    pinch.twistSine = turned.sine;
+    return;
+  }
+  const Angle sinceBegin = between(this->PairX, this->PairY, toX, toY);
+  this->Twisting = sinceBegin.cosine < 0 || std::abs(sinceBegin.sine) > this->Thresholds.twistSlop;
 }
 
 }

@@ -33,8 +33,10 @@ struct Gesture
   enum class Kind
   {
     Rotate,     // one finger moved from (x, y) - (dx, dy) to (x, y)
+    RotateEnd,  // that finger was lifted at (x, y)
     PinchBegin, // two fingers are down, their middle at (x, y)
-    Pinch,      // the middle of two fingers moved by (dx, dy) to (x, y), their gap grew by `scale`
+    Pinch,      // the middle of two fingers moved by (dx, dy) to (x, y), their gap grew by `scale`,
+                // and they turned clockwise by the angle of (twistCosine, twistSine)
     PinchEnd,   // fewer than two fingers are left
     Tap, // a finger was put down and lifted at (x, y); also sent before a DoubleTap's second tap
     DoubleTap // twice, there
@@ -43,6 +45,7 @@ struct Gesture
   double x = 0, y = 0;
   double dx = 0, dy = 0;
   double scale = 1;
+  double twistCosine = 1, twistSine = 0;
   bool operator==(const Gesture&) const = default;
 };
 
@@ -56,6 +59,7 @@ struct GestureThresholds
     0.35; // longest time between a tap's end and the next one's beginning, for a double tap
   double betweenPoints = 40; // and the longest way between the two
   double smallestGap = 16;   // two fingers never count as closer: their scale stays bounded
+  double twistSlop = 0.17;   // sine of the angle by which two fingers turn before they twist
 };
 
 // What the touches of one frame mean. Rules:
@@ -99,6 +103,7 @@ private:
   void Move(const std::vector<Touch>& fingers, std::vector<Gesture>& gestures);
   void MoveOne(const Touch& finger, std::vector<Gesture>& gestures);
   void MoveTwo(const Touch& first, const Touch& second, std::vector<Gesture>& gestures);
+  void Twist(double fromX, double fromY, double toX, double toY, Gesture& pinch);
 
   GestureThresholds Thresholds;
   double PixelRatio = 1;
@@ -108,6 +113,8 @@ private:
   bool MayBeTap = false;           // the sequence has had one finger, within the slop
   bool Rotating = false;           // the one finger has left the slop
   bool Pinching = false;           // PinchBegin was sent, PinchEnd was not
+  bool Twisting = false;           // two fingers have left the slop of turning,
+  double PairX = 0, PairY = 0;     // from how they lay at PinchBegin
   double AnchorX = 0, AnchorY = 0; // where the one finger was when it became the one
   std::optional<LastTap> Previous;
 };

@@ -95,4 +95,26 @@ std::optional<SurfaceHit> PickSurface(const DrawnSurface& surface, const Ray& ra
   return best;
 }
 
+bool IsAround(const DrawnSurface& surface, const Vec3& point)
+{
+  const auto isOdd = [&](const Vec3& direction)
+  {
+    bool odd = false;
+    for (const DrawnSurface::Part& each : surface.Parts())
+    {
+      const Surface& part = each.part->surface;
+      for (const Triangle& t : part.triangles)
+      {
+        odd =
+          odd != Meet({ point, direction }, part.points[t[0]], part.points[t[1]], part.points[t[2]])
+                   .has_value();
+      }
+    }
+    return odd;
+  };
+  // Of no common direction of edges.
+  const bool first = isOdd({ 0.6, 0.64, 0.48 }), second = isOdd({ -0.48, 0.36, 0.8 });
+  return first == second ? first : isOdd({ 0.36, -0.8, 0.48 });
+}
+
 }

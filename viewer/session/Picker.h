@@ -30,4 +30,8 @@ std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, do
 std::optional<SurfaceHit> PickSurface(
   const DrawnSurface& surface, const Ray& ray, double slack = 0);
 
+// Whether a closed surface is around a point: rays from there cross it an odd number of times. What
+// two of three say, since one may go through an edge or a small hole. O(triangles), no memory.
+bool IsAround(const DrawnSurface& surface, const Vec3& point);
+
 }

@@ -117,6 +117,15 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
   {
     return ParseNamed(object, line, "select", SessionStep::Kind::Select);
   }
+  if (FindMember(object, "turning"))
+  {
+    auto step = ParseNamed(object, line, "turning", SessionStep::Kind::Turning);
+    if (step && step->name != "upright" && step->name != "free")
+    {
+      return Wrong(line, "one can turn 'upright' or 'free' only");
+    }
+    return step;
+  }
   if (FindMember(object, "wait"))
   {
     auto step = ParseNamed(object, line, "wait", SessionStep::Kind::WaitForIdle);
@@ -130,7 +139,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
     }
     return step;
   }
-  return Wrong(line, "none of 'touches', 'wait', 'screenshot', 'select'");
+  return Wrong(line, "none of 'touches', 'wait', 'screenshot', 'select', 'turning'");
 }
 
 }
@@ -184,6 +193,9 @@ std::string FormatSessionStep(const SessionStep& step)
       break;
     case SessionStep::Kind::Select:
       json.Member("select", step.name);
+      break;
+    case SessionStep::Kind::Turning:
+      json.Member("turning", step.name);
       break;
     case SessionStep::Kind::WaitForIdle:
       json.Member("wait", "idle");

@@ -8,6 +8,8 @@
 //   {"screenshot":"NAME.png"}                         the picture as it is now
 //   {"select":"MODEL"}                                choose a model; the one that is chosen
 //   already: full screen
+//   {"turning":"upright"}                             how fingers turn the model from here on:
+//   upright or free, which it is before
 #pragma once
 
 #include "filters/core/Result.h"
@@ -28,11 +30,12 @@ struct SessionStep
     Touches,
     WaitForIdle,
     Screenshot,
-    Select
+    Select,
+    Turning
   };
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
-  std::string name; // file of Screenshot, model of Select
+  std::string name; // file of Screenshot, model of Select, "upright" or "free" of Turning
   bool operator==(const SessionStep&) const = default;
 };
 

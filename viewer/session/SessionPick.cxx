@@ -31,6 +31,8 @@ void ViewerSession::DoubleTap(double x, double y)
   {
     this->Region.reset();
     this->EarlierTaps.clear();
+    this->JumpHome();
+    this->FollowZoom();
   }
 }
 

@@ -51,13 +51,14 @@ ViewerSession::ViewerSession(SessionOptions options)
   , History(this->Options.mostStatistics)
 {
   this->Options.rings = std::clamp(this->Options.rings, 1u, 3u);
+  this->Eye.SetTurning(this->Options.turning);
 }
 
 // ---- what the person does
 
 void ViewerSession::Resize(const Viewport& viewport)
 {
-  this->Eye.SetViewport(viewport);
+  this->TakeView(Camera(this->Eye), viewport);
   this->Gestures.SetPixelRatio(this->Eye.GetViewport().pixelRatio);
   if (!this->EyeMoved && this->Current)
   {
@@ -116,6 +117,9 @@ void ViewerSession::CloseModel()
   this->History.CloseModel();
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
   this->EyeMoved = false;
+  this->EarlierViews.clear();
+  this->LastSteps.clear();
+  this->Gliding.reset();
 }
 
 void ViewerSession::EnterFullScreen()
@@ -137,94 +141,14 @@ void ViewerSession::LeaveFullScreen()
     this->Region.reset();
     this->EarlierTaps.clear();
     this->DropPick();
-    this->EyeMoved = false;
     if (this->Current)
     {
-      this->Eye.FitTo(this->Current->box);
+      this->JumpHome();
       this->Target = this->Current->policy.PreviewLevel();
     }
   }
   this->Update();
   this->Trace("browse");
-}
-
-void ViewerSession::CancelTouches()
-{
-  this->Gestures.Reset();
-  this->Trace("cancel touches");
-}
-
-void ViewerSession::Zoom(double factor, double x, double y)
-{
-  if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
-  {
-    this->FocusUnder(x, y);
-    this->ZoomBy(factor, x, y);
-  }
-  this->Update();
-  this->Trace("zoom");
-}
-
-// When zooming, the point of the surface under the pixel stays there; if there is none, the point
-// at the depth of the focal point.
-void ViewerSession::FocusUnder(double x, double y)
-{
-  this->Retry();
-  if (const auto hit = this->PickUnder(x, y))
-  {
-    this->Eye.FocusAtDepthOf(hit->point);
-  }
-}
-
-void ViewerSession::ZoomBy(double factor, double x, double y)
-{
-  this->EyeMoved = true;
-  this->Mode = ViewerMode::FullScreen;
-  this->Eye.Zoom(factor, x, y);
-  this->FollowZoom();
-}
-
-void ViewerSession::HandleTouches(const TouchFrame& frame)
-{
-  for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
-  {
-    this->Handle(gesture);
-  }
-  this->Update();
-  this->Trace("touches");
-}
-
-void ViewerSession::Handle(const Gesture& gesture)
-{
-  if (!this->Current)
-  {
-    return;
-  }
-  switch (gesture.kind)
-  {
-    case Gesture::Kind::Rotate:
-      this->Eye.Rotate(gesture.x - gesture.dx, gesture.y - gesture.dy, gesture.x, gesture.y);
-      break;
-    case Gesture::Kind::PinchBegin:
-      this->FocusUnder(gesture.x, gesture.y);
-      break;
-    case Gesture::Kind::Pinch:
-      this->Eye.Pan(gesture.dx, gesture.dy);
-      this->ZoomBy(gesture.scale, gesture.x, gesture.y);
-      break;
-    case Gesture::Kind::PinchEnd:
-      break;
-    case Gesture::Kind::Tap:
-      if (this->Mode == ViewerMode::Browsing)
-      {
-        this->Mode = ViewerMode::FullScreen;
-        this->FollowZoom();
-      }
-      break;
-    case Gesture::Kind::DoubleTap:
-      this->DoubleTap(gesture.x, gesture.y);
-      break;
-  }
 }
 
 void ViewerSession::SetRings(unsigned rings)
@@ -319,7 +243,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
       ViewRefinement(model, this->Options.refinement),
       ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
-  this->Eye.FitTo(this->Current->box);
+  this->FitModel();
   this->Target = this->Current->policy.PreviewLevel();
   this->FollowZoom(); // full screen may have been asked for already
   this->Update();
@@ -383,9 +307,10 @@ Status ViewerSession::Decode(
   if (this->ByView())
   {
     model.seen.Add(*piece);
-    model.isClosed = piece->id.resolution == Resolution::Level(model.policy.PreviewLevel())
-                       ? SeenPartitions::IsNearlyClosed(*piece)
-                       : model.isClosed;
+  }
+  if (piece->id.resolution == Resolution::Level(model.policy.PreviewLevel()))
+  {
+    model.isClosed = SeenPartitions::IsNearlyClosed(*piece);
   }
   this->Pieces.Add(std::move(*piece));
   return {};
@@ -469,6 +394,7 @@ void ViewerSession::BeginFrame()
   {
     this->History.BeginFrame(this->Shown.Pieces());
     this->NoteWhatIsShown();
+    this->StepOutside();
     this->Trace("frame");
   }
 }
@@ -531,6 +457,8 @@ ViewerStatus ViewerSession::GetStatus() const
     status.shownLevel = this->LevelFor(this->Shown.GetCut()->base);
   }
   status.picking = this->IsPicking();
+  status.canUndo = !this->EarlierViews.empty();
+  status.gliding = this->Gliding.has_value();
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

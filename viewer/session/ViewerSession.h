@@ -36,6 +36,8 @@ class ViewerSession;
 struct SessionOptions
 {
   unsigned rings = 1; // around a picked cell, 1-3
+  Turning turning = Turning::Upright;
+  bool glide = false; // the model turns on for a moment when it is let go (Advance)
   DetailMode detail = DetailMode::View;
   RefinementOptions refinement; // by the view
   LevelPolicyOptions policy;    // by one level for all
@@ -81,7 +83,12 @@ private:
 // screen* pinching zooms about the surface under the fingers, and what is seen becomes as fine as
 // the screen shows it (ViewRefinement); a double tap on the surface picks the partition nearest to
 // the hit and streams the region around it as the original, whatever the zoom; a double tap beside
-// the model lets the region go. Selecting another model browses that one.
+// the model lets the region go, and goes home. Selecting another model browses that one.
+//
+// The first view of a model is that of its description (ModelPose). Nobody gets lost: some of the
+// model's box stays on the screen (Camera::Pan), and the eye never goes through the shown surface,
+// nor, while nothing is shown, into the box. A motion ends before them. Where a surface that has
+// changed is around the eye, that steps back.
 //
 // A region stays while one turns, pans and pinches, until it has become too small to be seen. The
 // next one adds to it, as far as the budget goes; what leaves the view then is let go.
@@ -116,6 +123,15 @@ public:
   // A wheel or trackpad enlarges by `factor` > 0 about pixel (x, y), as a pinch there would. Other
   // factors change nothing.
   void Zoom(double factor, double x, double y);
+  // The first view again, of this window.
+  void GoHome();
+  // The view before the last jump (home, back to browsing) again, however one has moved since; one
+  // jump after the other. Nothing where there is none.
+  void UndoView();
+  void SetTurning(Turning turning);
+  void SetGlide(bool glide);
+  // It is `time` by the clock of HandleTouches: what was let go turns on. Call before each frame.
+  void Advance(double time);
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
@@ -159,7 +175,7 @@ public:
   bool IsIdle() const
   {
     return this->IsOnlyAhead() && this->Queue.empty() && !this->ChoiceIsDue &&
-           !this->Shown.NeedsDrawing();
+           !this->Shown.NeedsDrawing() && !this->Gliding;
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
@@ -193,6 +209,22 @@ private:
     Box box;
   };
 
+  struct EarlierView
+  {
+    Camera eye;
+    bool moved = false;
+  };
+  // A finger's way while it turns the model.
+  struct TurningStep
+  {
+    double time = 0, dx = 0, dy = 0;
+  };
+  // The model turns on by itself: pixels a second that a finger at (x, y) would go.
+  struct Glide
+  {
+    double time = 0, x = 0, y = 0, speedX = 0, speedY = 0;
+  };
+
   // All that Update goes by.
   struct Situation
   {
@@ -207,7 +239,16 @@ private:
   };
 
   void CloseModel();
-  void Handle(const Gesture& gesture);
+  void Handle(const Gesture& gesture, double time);
+  void FitModel();
+  double FreePart(const Camera& from, const Camera& to) const;
+  void Move(const Camera& moved);
+  void StepOutside();
+  void TakeView(const Camera& view, const Viewport& viewport);
+  void Turn(double x, double y, double dx, double dy);
+  double DistanceToObstacle(const Ray& ray) const;
+  void JumpHome();
+  void LetGo(double x, double y, double time);
   void FocusUnder(double x, double y);
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
@@ -254,7 +295,10 @@ private:
   SessionOptions Options;
   GestureRecognizer Gestures;
   Camera Eye;
-  bool EyeMoved = false; // by a pinch or a wheel since it was fitted
+  bool EyeMoved = false;                // by a pinch or a wheel since it was fitted
+  std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
+  std::deque<TurningStep> LastSteps;    // of a finger that turns
+  std::optional<Glide> Gliding;
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
 

@@ -163,6 +163,8 @@ void PageSession::Describe(JsonWriter& json, bool gliding) const
     .Member("bytesLoaded", status.bytesLoaded)
     .Member("error", status.error.empty() ? this->Refusal : status.error)
     .Member("idle", this->Viewer.IsIdle() && !gliding)
+    .Member("canUndo", status.canUndo)
+    .Member("turnsOn", status.gliding)
     .Member("surface", scene.surfaceVersion)
     .Member("colored", HasOwnColors(*scene.surface))
     .Member("connection", NameOf(this->Talk.GetState()))

@@ -107,6 +107,7 @@ bool Draw(WebViewer& viewer)
 {
   const double begin = Now();
   ViewerSession& session = viewer.page.Session();
+  session.Advance(begin);
   session.FollowView();
   double glided = viewer.glide.Share(begin);
   if (glided >= 1 && MayDrawSurface(viewer, begin))
@@ -231,6 +232,24 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE void ViewerZoom(WebViewer* viewer, double factor, double x, double y)
   {
     viewer->page.Session().Zoom(factor, x, y);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerGoHome(WebViewer* viewer)
+  {
+    viewer->page.Session().GoHome();
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerUndoView(WebViewer* viewer)
+  {
+    viewer->page.Session().UndoView();
+  }
+  // 0 upright, 1 free.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetTurning(WebViewer* viewer, unsigned turning)
+  {
+    viewer->page.Session().SetTurning(
+      turning == 1 ? kdstream::Turning::Free : kdstream::Turning::Upright);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSetTurnsOn(WebViewer* viewer, bool turnsOn)
+  {
+    viewer->page.Session().SetGlide(turnsOn);
   }
   // 0 by the view, 1 one level for the whole model.
   EMSCRIPTEN_KEEPALIVE void ViewerSetDetail(WebViewer* viewer, unsigned detail)

@@ -124,11 +124,14 @@ export class Fingers {
   #key(event) {
     const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const zooms = { "+": keyZoom, "=": keyZoom, "-": 1 / keyZoom };
-    if (event.ctrlKey || event.metaKey || event.altKey || !(event.key in turns || event.key in zooms)) {
+    const jumps = { Home: "goHome", h: "goHome", u: "undoView", Backspace: "undoView" };
+    if (event.ctrlKey || event.metaKey || event.altKey || ![turns, zooms, jumps].some((keys) => event.key in keys)) {
       return;
     }
     event.preventDefault();
-    if (event.key in turns) {
+    if (event.key in jumps) {
+      this.#viewer[jumps[event.key]]();
+    } else if (event.key in turns) {
       this.#drag(...turns[event.key], event.timeStamp / 1000);
     } else {
       this.#viewer.zoom(zooms[event.key], this.#canvas.width / 2, this.#canvas.height / 2);

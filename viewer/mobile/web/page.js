@@ -18,7 +18,8 @@
 //                   of the drawn surface; `surface` is its version, `colored` whether it came with colours
 //     blobsLoaded, blobsWanted, bytesLoaded
 //                   since nothing was outstanding last
-//     idle          whether all that is wanted has come and is drawn
+//     idle          whether all that is wanted has come and is drawn, and nothing moves
+//     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns by itself
 //     error         what failed last, or ""
 //     connection    "connecting", "streaming", "lost" (is tried again) or "getting" (no stream: blob by blob)
 //     trouble       why nothing comes, or ""
@@ -221,6 +222,7 @@ function showStatus(status) {
   say(find("credit"), [status.credit, status.license].filter(Boolean).join(" · "));
   say(find("natural"), status.colored ? "Colours" : "Stone");
   find("stone").hidden = !status.colored;
+  find("undo").disabled = !status.canUndo;
   canvas.setAttribute("aria-label", `${name} in 3D`);
   say(find("status"), [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · "));
   const busy = status.blobsWanted > 0;
@@ -246,6 +248,9 @@ function drawFrame() {
   viewer.frame();
   line.exchange();
   show();
+  if (lastStatus.turnsOn) {
+    wake();
+  }
 }
 
 function show() {
@@ -366,6 +371,14 @@ function saveDataIfAsked() {
   viewer.setAhead(Number(menu.ahead.value));
 }
 
+// What is let go turns on for a moment, but for those who want nothing to move by itself.
+function glideUnlessUnwanted() {
+  const still = matchMedia("(prefers-reduced-motion: reduce)");
+  const follow = () => viewer.setTurnsOn(!still.matches);
+  still.addEventListener("change", follow);
+  follow();
+}
+
 function listenToButtons() {
   find("back").addEventListener("click", goBack);
   find("open").addEventListener("click", () => {
@@ -373,10 +386,19 @@ function listenToButtons() {
     line.exchange();
     wake();
   });
+  const jump = (button, go) => find(button).addEventListener("click", () => {
+    go();
+    line.exchange();
+    wake();
+  });
+  jump("home", () => viewer.goHome());
+  jump("undo", () => viewer.undoView());
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
   find("menu").addEventListener("change", ({ target }) => {
     if (target.name === "detail") {
       viewer.setDetail(Number(target.value));
+    } else if (target.name === "turning") {
+      viewer.setTurning(Number(target.value));
     } else if (target.name === "ahead") {
       viewer.setAhead(Number(target.value));
     } else if (target.name === "rings") {
@@ -461,6 +483,7 @@ async function start() {
   listenToButtons();
   glideIfLiked();
   saveDataIfAsked();
+  glideUnlessUnwanted();
   listenToBrowser();
   line.exchange();
   refreshList();

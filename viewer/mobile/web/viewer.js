@@ -92,6 +92,23 @@ class Viewer {
     this.#call("Zoom", factor, x, y);
   }
 
+  goHome() {
+    this.#call("GoHome");
+  }
+
+  undoView() {
+    this.#call("UndoView");
+  }
+
+  // 0 upright, 1 free.
+  setTurning(turning) {
+    this.#call("SetTurning", turning);
+  }
+
+  setTurnsOn(turnsOn) {
+    this.#call("SetTurnsOn", turnsOn ? 1 : 0);
+  }
+
   // 0 by the view, 1 one level for the whole model.
   setDetail(detail) {
     this.#call("SetDetail", detail);

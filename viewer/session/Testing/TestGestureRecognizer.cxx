@@ -271,8 +271,10 @@ TEST(TestGestureRecognizer, InvariantsHoldForRandomFingers)
           case Kind::Pinch:
             EXPECT_TRUE(pinching);
             EXPECT_TRUE(std::isfinite(gesture.scale) && gesture.scale > 0);
+            EXPECT_NEAR(std::hypot(gesture.twistCosine, gesture.twistSine), 1, 1e-12);
             break;
           case Kind::Rotate:
+          case Kind::RotateEnd:
             EXPECT_FALSE(pinching);
             break;
           case Kind::Tap:

@@ -112,4 +112,25 @@ TEST(TestPicker, FindsTheNearestPointOfACloudThatAFingerCovers)
   EXPECT_FALSE(PickSurface(cloud, { { -0.1, 0, 0 }, { 0, 0, -1 } }, 0.5));
 }
 
+TEST(TestPicker, TellsWhetherAClosedSurfaceIsAroundAPoint)
+{
+  Surface octahedron;
+  octahedron.points = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { -1, 0, 0 }, { 0, -1, 0 },
+    { 0, 0, -1 } };
+  octahedron.triangles = { { 0, 1, 2 }, { 1, 3, 2 }, { 3, 4, 2 }, { 4, 0, 2 }, { 1, 0, 5 },
+    { 3, 1, 5 }, { 4, 3, 5 }, { 0, 4, 5 } };
+  octahedron.sources.resize(6);
+  const DrawnSurface surface(octahedron);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int i = 0; i < 2000; ++i)
+  {
+    const Vec3 point{ any(random), any(random), any(random) };
+    const double away = std::abs(point[0]) + std::abs(point[1]) + std::abs(point[2]);
+    EXPECT_EQ(IsAround(surface, point), away < 1);
+  }
+  EXPECT_TRUE(IsAround(surface, {})) << "rays through edges and corners";
+  EXPECT_FALSE(IsAround(DrawnSurface(), {}));
+}
+
 }

@@ -12,18 +12,20 @@ using Kind = SessionStep::Kind;
 namespace
 {
 
-TEST(TestSessionFile, ReadsTheFourKindsOfLines)
+TEST(TestSessionFile, ReadsTheFiveKindsOfLines)
 {
   const auto steps = ParseSession("{\"select\":\"dragon\"}\n\n{\"wait\":\"idle\"}\r\n"
                                   "{\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360.5}]}\n"
-                                  "{\"t\":0.3,\"touches\":[]}\n{\"screenshot\":\"a b.png\"}");
+                                  "{\"t\":0.3,\"touches\":[]}\n{\"screenshot\":\"a b.png\"}\n"
+                                  "{\"turning\":\"upright\"}");
   ASSERT_TRUE(steps) << steps.GetError().message;
-  ASSERT_EQ(steps->size(), 5u);
+  ASSERT_EQ(steps->size(), 6u);
   EXPECT_EQ((*steps)[0], (SessionStep{ Kind::Select, {}, "dragon" }));
   EXPECT_EQ((*steps)[1], (SessionStep{ Kind::WaitForIdle, {}, {} }));
   EXPECT_EQ((*steps)[2], (SessionStep{ Kind::Touches, { 0.25, { { 1, 640, 360.5 } } }, {} }));
   EXPECT_EQ((*steps)[3], (SessionStep{ Kind::Touches, { 0.3, {} }, {} }));
   EXPECT_EQ((*steps)[4], (SessionStep{ Kind::Screenshot, {}, "a b.png" }));
+  EXPECT_EQ((*steps)[5], (SessionStep{ Kind::Turning, {}, "upright" }));
   EXPECT_TRUE(ParseSession("")->empty());
 }
 
@@ -35,6 +37,7 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
     { "{}", "none of" },
     { R"({"wait":"long"})", "'idle'" },
     { R"({"wait":1})", "'wait'" },
+    { R"({"turning":"round"})", "'upright' or 'free'" },
     { R"({"select":""})", "'select'" },
     { R"({"screenshot":"a.png","quality":3})", "'quality'" },
     { R"({"touches":[]})", "'t'" },
@@ -61,7 +64,8 @@ TEST(TestSessionFile, WritesWhatItReads)
   std::uniform_real_distribution<double> any(-1e4, 1e4);
   std::string text;
   std::vector<SessionStep> steps = { { Kind::Select, {}, "a \"quoted\" \\ name\n\x01" },
-    { Kind::WaitForIdle, {}, {} }, { Kind::Screenshot, {}, "x.png" } };
+    { Kind::WaitForIdle, {}, {} }, { Kind::Screenshot, {}, "x.png" },
+    { Kind::Turning, {}, "free" } };
   for (int i = 0; i < 500; ++i)
   {
     SessionStep step{ Kind::Touches, { any(random) / 3, {} }, {} };

@@ -88,14 +88,15 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   }
   EXPECT_EQ(originals, region.size() * 125);
 
-  // A double tap beside the model lets the region go; nothing is asked for.
+  // A double tap beside the model lets the region go and goes home; nothing is asked for.
   server.log.clear();
   session.Resize({ width, height, 1 });
   DoubleTap(session, -1e6, -1e6);
   server.Serve(session);
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_TRUE(server.log.empty());
-  EXPECT_EQ(session.GetStatus().triangles, server.Description().levels[13].triangles);
+  EXPECT_LT(session.GetStatus().triangles, server.Description().levels[13].triangles)
+    << "it is home, where less is seen";
 }
 
 TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)

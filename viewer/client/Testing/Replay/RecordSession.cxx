@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Records one walk on a phone (Recorder.h): list, preview, full screen, pinches through the levels,
-// regions, damage, outages, turning the phone, and back.
+// regions, damage, outages, turning the phone, home and undone, turning freely, and back.
 //
 //   RecordSession view|level torus FILE            a bumpy torus, over the stream
 //   RecordSession view|level plate FILE            a plate, over GET
@@ -15,6 +15,7 @@
 #include "viewer/session/Testing/MemoryServer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <set>
@@ -135,6 +136,8 @@ private:
   void PickRegions();
   void LoseTheServer();
   void TurnThePhone();
+  void GoHome();
+  void TurnFreely();
   void GoBack();
 
   void Expect(bool condition, const std::string& what);
@@ -180,6 +183,10 @@ void Walk::PickSomething(double x, double y)
     if (status.picking || (status.region && (!before || status.region->cell != before->cell)))
     {
       return;
+    }
+    if (status.canUndo)
+    {
+      this->Phone.Do(Kind::Undo); // it was beside the model, and went home
     }
   }
   this->Expect(false, "no double tap hit the surface");
@@ -295,6 +302,43 @@ void Walk::TurnThePhone()
   this->Expect(this->RegionIsShown(), "a region in landscape");
 }
 
+void Walk::GoHome()
+{
+  const Vec3 eye = this->Phone.Traced().Session().Scene().eye;
+  this->Phone.Do(Kind::Home);
+  this->Phone.Settle();
+  this->Expect(this->Phone.Traced().Session().Scene().eye != eye, "home is elsewhere");
+  this->Phone.Do(Kind::Undo);
+  this->Phone.Settle();
+  this->Expect(this->Phone.Traced().Session().Scene().eye == eye, "and undone");
+}
+
+void Walk::TurnFreely()
+{
+  this->Phone.Do(Kind::Turning, { 1 });
+  for (int i = 0; i <= 12; ++i)
+  {
+    const double x = 300 * std::cos(0.1 * i), y = 300 * std::sin(0.1 * i);
+    this->Phone.Do(Kind::Touches, { 1, 1266 - x, 585 - y, 2, 1266 + x, 585 + y });
+    this->Phone.Do(Kind::Draw);
+    this->Phone.Wait(1.0 / 60);
+  }
+  this->Phone.Do(Kind::Touches);
+  this->Phone.Drag(1266, 585, 90, -140);
+  this->Phone.Do(Kind::Turning, { 0 });
+  this->Phone.Do(Kind::Glide, { 1 });
+  this->Phone.Drag(1266, 585, -160, 60);
+  this->Expect(this->Phone.Status().gliding, "what is let go turns on");
+  for (int i = 0; i < 90; ++i)
+  {
+    this->Phone.Wait(1.0 / 60);
+    this->Phone.Do(Kind::Draw);
+  }
+  this->Expect(!this->Phone.Status().gliding, "for a moment");
+  this->Phone.Do(Kind::Glide, { 0 });
+  this->Phone.Settle();
+}
+
 void Walk::GoBack()
 {
   this->Phone.Do(Kind::Back);
@@ -314,6 +358,8 @@ bool Walk::Run()
   this->PickRegions();
   this->LoseTheServer();
   this->TurnThePhone();
+  this->GoHome();
+  this->TurnFreely();
   this->GoBack();
   const bool streams = this->Phone.Traced().Line().GetState() == ServerLine::State::Streaming;
   this->Expect(streams == this->Stream, "the line is the one meant");

@@ -19,6 +19,10 @@
 //   wheel          factor, x, y
 //   rings          1-3
 //   detail         0 by the view, 1 one level, 2 the original
+//   turning        0 upright, 1 free
+//   glide          1 what is let go turns on, 0 it does not
+//   home
+//   undo
 //   select                               the model
 //   back
 //   models                               the answer to GET /api/models
@@ -52,6 +56,10 @@ struct RecordedInput
     Wheel,
     Rings,
     Detail,
+    Turning,
+    Glide,
+    Home,
+    Undo,
     Select,
     Back,
     Models,

@@ -224,6 +224,14 @@ void TracedSession::Dispatch(const RecordedInput& input)
       return this->Viewer.SetDetail(numbers[0] == 0   ? DetailMode::View
                                     : numbers[0] == 1 ? DetailMode::Level
                                                       : DetailMode::Full);
+    case Kind::Turning:
+      return this->Viewer.SetTurning(numbers[0] == 0 ? Turning::Upright : Turning::Free);
+    case Kind::Glide:
+      return this->Viewer.SetGlide(numbers[0] != 0);
+    case Kind::Home:
+      return this->Viewer.GoHome();
+    case Kind::Undo:
+      return this->Viewer.UndoView();
     case Kind::Select:
       if (const Status status = this->Viewer.SelectModel(input.payload); !status)
       {
@@ -258,6 +266,7 @@ void TracedSession::Dispatch(const RecordedInput& input)
     case Kind::Hurry:
       return this->Server.Hurry();
     case Kind::Draw:
+      this->Viewer.Advance(input.time);
       return this->Draw();
   }
 }

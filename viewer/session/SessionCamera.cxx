@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What fingers, wheel and keys do to the camera of a session, and what keeps a person from getting
+// lost: step "look" of the README's picture.
+//
+// Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
+// outside the model's box it is outside the surface; from there each way is straight and crosses no
+// triangle. So the eye stays outside, whatever the motions are.
+#include "viewer/session/ViewerSession.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace kdstream
+{
+namespace
+{
+constexpr double mostOfTheWay = 0.9;      // to what is ahead,
+constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
+constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
+constexpr std::size_t mostEarlierViews = 32;
+
+// Turning on: in steps of a fixed time, each slower than the one before, for about as far as a
+// finger goes in a fifth of a second.
+constexpr double glideStep = 1.0 / 120, glideSlowing = 0.96;
+constexpr double slowestGlide = 6;    // points a second
+constexpr double fastestGlide = 4000; // points a second
+constexpr double speedSeconds = 0.1;  // the last part of a finger's way that tells its speed
+constexpr std::size_t mostSteps = 64;
+constexpr double restSeconds = 0.05; // a finger that stood so long is at rest
+}
+
+// The first view.
+void ViewerSession::FitModel()
+{
+  const ModelPose pose = this->Current->description.pose.value_or(ModelPose{});
+  this->Eye.SetUp(pose.up);
+  this->Eye.FitTo(this->Current->box, LookingFrom(pose.view, pose.up));
+  this->EyeMoved = false;
+  this->Gliding.reset();
+}
+
+// To the surface or, where none is shown, the box; infinite where neither is ahead.
+double ViewerSession::DistanceToObstacle(const Ray& ray) const
+{
+  constexpr double none = std::numeric_limits<double>::infinity();
+  if (!this->Shown.IsEmpty())
+  {
+    const double slack = pointOfCloud * this->Eye.GetViewport().pixelRatio /
+                         (this->Eye.PixelsPerUnit() * this->Eye.Distance());
+    const auto hit = PickSurface(*this->Shown.GetSurface(), ray, slack);
+    return hit ? hit->distance : none;
+  }
+  const Box& box = this->Current->box;
+  double enters = 0, leaves = none;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double a = (box.lo[k] - ray.origin[k]) / ray.direction[k];
+    const double b = (box.hi[k] - ray.origin[k]) / ray.direction[k];
+    if (ray.direction[k] != 0)
+    {
+      enters = std::max(enters, std::min(a, b));
+      leaves = std::min(leaves, std::max(a, b));
+    }
+    else if (ray.origin[k] < box.lo[k] || ray.origin[k] > box.hi[k])
+    {
+      return none;
+    }
+  }
+  return enters <= leaves ? enters : none;
+}
+
+// How much of the straight way between the two eyes may be gone: 0-1.
+double ViewerSession::FreePart(const Camera& from, const Camera& to) const
+{
+  const Vec3 way = to.Eye() - from.Eye();
+  const double length = Length(way);
+  if (length == 0 || to.DistanceTo(this->Current->box) > 0)
+  {
+    return 1;
+  }
+  const double ahead = this->DistanceToObstacle({ from.Eye(), way * (1 / length) });
+  const Box& box = this->Current->box;
+  const double least = leastInDiagonals * Length(box.hi - box.lo);
+  const double most = std::max(0.0, std::min(mostOfTheWay * ahead, ahead - least));
+  return std::min(1.0, most / length);
+}
+
+// As far as the eye may go. What turns goes all the way or not at all.
+void ViewerSession::Move(const Camera& moved)
+{
+  const double part = this->FreePart(this->Eye, moved);
+  if (part == 1)
+  {
+    this->Eye = moved;
+  }
+  else if (moved.Orientation() == this->Eye.Orientation())
+  {
+    this->Eye = this->Eye.PartOfTheWayTo(moved, part);
+  }
+}
+
+// A finer surface may lie before the coarser one by which the eye was stopped.
+void ViewerSession::StepOutside()
+{
+  constexpr int mostWalls = 8;
+  constexpr double beyond = 1.1;
+  const auto isInside = [this]
+  {
+    return this->Eye.DistanceTo(this->Current->box) == 0 &&
+           IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
+  };
+  for (int i = 0; i < mostWalls && this->Current && this->Current->isClosed && isInside(); ++i)
+  {
+    const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };
+    const auto wall = PickSurface(*this->Shown.GetSurface(), back);
+    if (!wall || i + 1 == mostWalls)
+    {
+      this->FitModel();
+      return;
+    }
+    this->Eye.StepBack(beyond * wall->distance);
+  }
+}
+
+// The same view in another window. If the model would be lost in it, and only a way through the
+// surface led back, the first one.
+void ViewerSession::TakeView(const Camera& view, const Viewport& viewport)
+{
+  this->Eye = view;
+  this->Eye.SetViewport(viewport);
+  if (this->Current && this->FreePart(view, this->Eye) < 1)
+  {
+    this->FitModel();
+  }
+}
+
+void ViewerSession::Turn(double x, double y, double dx, double dy)
+{
+  Camera moved = this->Eye;
+  moved.Rotate(x - dx, y - dy, x, y);
+  this->Move(moved);
+}
+
+// ---- jumps
+
+// Can be undone, unless it leads nowhere.
+void ViewerSession::JumpHome()
+{
+  const EarlierView before{ this->Eye, this->EyeMoved };
+  this->FitModel();
+  if (before.eye != this->Eye)
+  {
+    this->EarlierViews.push_back(before);
+  }
+  if (this->EarlierViews.size() > mostEarlierViews)
+  {
+    this->EarlierViews.pop_front();
+  }
+}
+
+void ViewerSession::GoHome()
+{
+  if (this->Current)
+  {
+    this->JumpHome();
+    this->FollowZoom();
+  }
+  this->Update();
+  this->Trace("home");
+}
+
+void ViewerSession::UndoView()
+{
+  this->Gliding.reset();
+  if (this->Current && !this->EarlierViews.empty())
+  {
+    const EarlierView view = this->EarlierViews.back();
+    this->EarlierViews.pop_back();
+    this->EyeMoved = view.moved;
+    this->TakeView(view.eye, this->Eye.GetViewport());
+    this->Eye.SetTurning(this->Options.turning);
+    this->StepOutside();
+    this->Mode = this->EyeMoved ? ViewerMode::FullScreen : this->Mode;
+    this->FollowZoom();
+  }
+  this->Update();
+  this->Trace("undo");
+}
+
+void ViewerSession::SetTurning(Turning turning)
+{
+  this->Options.turning = turning;
+  this->Eye.SetTurning(turning);
+  this->Update();
+  this->Trace("turning");
+}
+
+// ---- motions
+
+void ViewerSession::CancelTouches()
+{
+  this->Gestures.Reset();
+  this->LastSteps.clear();
+  this->Trace("cancel touches");
+}
+
+void ViewerSession::Zoom(double factor, double x, double y)
+{
+  if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
+  {
+    this->Gliding.reset();
+    this->FocusUnder(x, y);
+    this->ZoomBy(factor, x, y);
+  }
+  this->Update();
+  this->Trace("zoom");
+}
+
+// When zooming, the point of the surface under the pixel stays there; if there is none, the point
+// at the depth of the focal point.
+void ViewerSession::FocusUnder(double x, double y)
+{
+  this->Retry();
+  if (const auto hit = this->PickUnder(x, y))
+  {
+    this->Eye.FocusAtDepthOf(hit->point);
+  }
+}
+
+void ViewerSession::ZoomBy(double factor, double x, double y)
+{
+  this->EyeMoved = true;
+  this->Mode = ViewerMode::FullScreen;
+  Camera moved = this->Eye;
+  moved.Zoom(factor, x, y);
+  this->Move(moved);
+  this->FollowZoom();
+}
+
+void ViewerSession::HandleTouches(const TouchFrame& frame)
+{
+  if (!frame.touches.empty())
+  {
+    this->Gliding.reset();
+  }
+  for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
+  {
+    this->Handle(gesture, frame.time);
+  }
+  this->Update();
+  this->Trace("touches");
+}
+
+void ViewerSession::Handle(const Gesture& gesture, double time)
+{
+  if (!this->Current)
+  {
+    return;
+  }
+  switch (gesture.kind)
+  {
+    case Gesture::Kind::Rotate:
+      this->Turn(gesture.x, gesture.y, gesture.dx, gesture.dy);
+      this->LastSteps.push_back({ time, gesture.dx, gesture.dy });
+      if (this->LastSteps.size() > mostSteps)
+      {
+        this->LastSteps.pop_front();
+      }
+      break;
+    case Gesture::Kind::RotateEnd:
+      this->LetGo(gesture.x, gesture.y, time);
+      break;
+    case Gesture::Kind::PinchBegin:
+      this->LastSteps.clear();
+      this->FocusUnder(gesture.x, gesture.y);
+      break;
+    case Gesture::Kind::Pinch:
+    {
+      Camera moved = this->Eye;
+      moved.Pan(gesture.dx, gesture.dy);
+      this->Move(moved);
+      moved = this->Eye;
+      moved.Roll(gesture.twistCosine, gesture.twistSine, gesture.x, gesture.y);
+      this->Move(moved);
+      this->ZoomBy(gesture.scale, gesture.x, gesture.y);
+      break;
+    }
+    case Gesture::Kind::PinchEnd:
+      break;
+    case Gesture::Kind::Tap:
+      if (this->Mode == ViewerMode::Browsing)
+      {
+        this->Mode = ViewerMode::FullScreen;
+        this->FollowZoom();
+      }
+      break;
+    case Gesture::Kind::DoubleTap:
+      this->DoubleTap(gesture.x, gesture.y);
+      break;
+  }
+}
+
+// ---- what is let go turns on
+
+void ViewerSession::SetGlide(bool glide)
+{
+  this->Options.glide = glide;
+  if (!glide)
+  {
+    this->Gliding.reset();
+  }
+}
+
+void ViewerSession::LetGo(double x, double y, double time)
+{
+  std::deque<TurningStep> steps;
+  std::swap(steps, this->LastSteps);
+  while (!steps.empty() && !(steps.front().time >= time - speedSeconds))
+  {
+    steps.pop_front();
+  }
+  if (!this->Options.glide || steps.empty() || time - steps.back().time > restSeconds)
+  {
+    return;
+  }
+  const double seconds = time - steps.front().time;
+  if (!(seconds > glideStep))
+  {
+    return; // keys, whose drags take no time
+  }
+  Glide glide{ time, x, y, 0, 0 };
+  for (const TurningStep& step : steps)
+  {
+    glide.speedX += step.dx / seconds;
+    glide.speedY += step.dy / seconds;
+  }
+  const double ratio = this->Eye.GetViewport().pixelRatio;
+  const double speed = std::sqrt(glide.speedX * glide.speedX + glide.speedY * glide.speedY) / ratio;
+  const double slower = speed > fastestGlide ? fastestGlide / speed : 1;
+  glide.speedX *= slower;
+  glide.speedY *= slower;
+  this->Gliding = glide;
+}
+
+void ViewerSession::Advance(double time)
+{
+  if (this->Gliding && !(time >= this->Gliding->time - 1))
+  {
+    this->Gliding.reset(); // by another clock
+  }
+  if (!this->Gliding || !(time >= this->Gliding->time + glideStep))
+  {
+    return;
+  }
+  const double slowest = slowestGlide * this->Eye.GetViewport().pixelRatio;
+  while (this->Gliding && this->Gliding->time + glideStep <= time)
+  {
+    Glide& glide = *this->Gliding;
+    glide.time += glideStep;
+    this->Turn(glide.x, glide.y, glide.speedX * glideStep, glide.speedY * glideStep);
+    glide.speedX *= glideSlowing;
+    glide.speedY *= glideSlowing;
+    if (glide.speedX * glide.speedX + glide.speedY * glide.speedY < slowest * slowest)
+    {
+      this->Gliding.reset();
+    }
+  }
+  this->Update();
+  this->Trace("advance");
+}
+
+}

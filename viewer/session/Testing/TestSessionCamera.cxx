@@ -1,0 +1,455 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A camera that nobody gets lost with: home, undo, level horizon, and whatever the fingers do the
+// model is on the screen and the eye outside of it.
+#include "viewer/session/Testing/SessionsByLevel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::testing;
+
+namespace
+{
+
+const ModelPose leaningBack{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false };
+
+struct View
+{
+  Vec3 eye, focal, up;
+  Quaternion orientation;
+  bool operator==(const View&) const = default;
+};
+
+View ViewOf(const ViewerSession& session)
+{
+  const ViewerScene scene = session.Scene();
+  return { scene.eye, scene.focal, scene.up, scene.orientation };
+}
+
+// How far along the ray the box begins; nothing where it is missed.
+bool Meets(const Ray& ray, const Box& box)
+{
+  double from = 0, to = 1e300;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double a = (box.lo[k] - ray.origin[k]) / ray.direction[k];
+    const double b = (box.hi[k] - ray.origin[k]) / ray.direction[k];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  return from <= to;
+}
+
+// Whether a pixel of a grid over the window shows the model's box.
+bool ShowsTheBox(const ViewerScene& scene, const Viewport& window)
+{
+  constexpr int steps = 48;
+  const double tangent = Camera::tangentOfHalfAngle;
+  for (int i = 0; i <= steps; ++i)
+  {
+    for (int j = 0; j <= steps; ++j)
+    {
+      const double y = tangent * (2.0 * j / steps - 1);
+      const double x = tangent * window.width / window.height * (2.0 * i / steps - 1);
+      if (Meets({ scene.eye, Normalized(scene.orientation.Rotate({ x, y, -1 })) }, scene.box))
+      {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool IsIn(const Box& box, const Vec3& point)
+{
+  bool in = !box.Empty();
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    in = in && point[k] > box.lo[k] && point[k] < box.hi[k];
+  }
+  return in;
+}
+
+// Whether a closed surface is around a point: how often it winds about that, by the solid angles of
+// its triangles (van Oosterom and Strackee, 1983).
+bool IsInside(const Surface& surface, const Vec3& point)
+{
+  double angle = 0;
+  for (const Triangle& t : surface.triangles)
+  {
+    const Vec3 a = surface.points[t[0]] - point, b = surface.points[t[1]] - point,
+               c = surface.points[t[2]] - point;
+    const double la = Length(a), lb = Length(b), lc = Length(c);
+    angle += 2 * std::atan2(Dot(a, Cross(b, c)),
+                   la * lb * lc + Dot(a, b) * lc + Dot(b, c) * la + Dot(c, a) * lb);
+  }
+  return std::abs(angle) > 2 * std::acos(-1.0);
+}
+
+// Someone who does anything, quickly.
+class Person
+{
+public:
+  Person(unsigned seed, MemoryServer& server, ViewerSession& session)
+    : Random(seed)
+    , Server(server)
+    , Session(session)
+  {
+    this->Session.Resize(this->Window);
+  }
+
+  // Says what, for messages.
+  std::string DoSomething();
+  double Time() const { return this->Now; }
+  Viewport Window{ 600, 800, 2 };
+  Turning turning = Turning::Upright;
+
+private:
+  double Any(double from, double to)
+  {
+    return std::uniform_real_distribution<double>(from, to)(this->Random);
+  }
+  void Touch(std::vector<kdstream::Touch> touches)
+  {
+    this->Session.HandleTouches({ this->Now += this->Any(0.005, 0.05), std::move(touches) });
+  }
+  void Drag();
+  void Pinch();
+  void Wheel();
+  void Answer();
+
+  std::mt19937 Random;
+  MemoryServer& Server;
+  ViewerSession& Session;
+  double Now = 0;
+};
+
+void Person::Drag()
+{
+  double x = this->Any(0, this->Window.width), y = this->Any(0, this->Window.height);
+  const double dx = this->Any(-120, 120), dy = this->Any(-120, 120);
+  for (int i = 0; i < 6; ++i)
+  {
+    this->Touch({ { 1, x += dx, y += dy } });
+  }
+  this->Touch({});
+}
+
+void Person::Pinch()
+{
+  const double x = this->Any(0, this->Window.width), y = this->Any(0, this->Window.height);
+  const double dx = this->Any(-90, 90), dy = this->Any(-90, 90), grow = this->Any(0.75, 1.5);
+  const double twist = this->Any(-0.3, 0.3);
+  double gap = 100;
+  for (int i = 0; i < 7; ++i)
+  {
+    const double a = gap * std::cos(twist * i), b = gap * std::sin(twist * i);
+    this->Touch({ { 1, x + dx * i - a, y + dy * i - b }, { 2, x + dx * i + a, y + dy * i + b } });
+    gap *= grow;
+  }
+  this->Touch({});
+}
+
+void Person::Wheel()
+{
+  const double x = this->Any(0, this->Window.width), y = this->Any(0, this->Window.height);
+  const double factor = this->Any(0.6, 2.5);
+  for (int i = 0; i < 4; ++i)
+  {
+    this->Session.Zoom(factor, x, y);
+  }
+}
+
+void Person::Answer()
+{
+  for (int i = 0; i < 3; ++i)
+  {
+    (void)this->Server.Answer(this->Session, &this->Random);
+  }
+  this->Session.Advance(this->Now += 0.1);
+  this->Session.BeginFrame();
+}
+
+std::string Person::DoSomething()
+{
+  switch (this->Random() % 16)
+  {
+    case 0:
+      this->turning = this->Random() % 2 == 0 ? Turning::Upright : Turning::Free;
+      this->Session.SetTurning(this->turning);
+      return "turning";
+    case 1:
+      this->Window = { 200 + static_cast<int>(this->Random() % 1000),
+        200 + static_cast<int>(this->Random() % 1000), 1 };
+      this->Session.Resize(this->Window);
+      return "resize";
+    case 2:
+      this->Session.UndoView();
+      return "undo";
+    case 3:
+      this->Session.SetGlide(this->Random() % 2 == 0);
+      return "glide";
+    case 4:
+    case 5:
+    case 6:
+      this->Answer();
+      return "answers";
+    case 7:
+    case 8:
+    case 9:
+      this->Drag();
+      return "drag";
+    case 10:
+    case 11:
+    case 12:
+      this->Wheel();
+      return "wheel";
+    default:
+      this->Pinch();
+      return "pinch";
+  }
+}
+
+// A session that has seen nothing but the window.
+View FirstViewIn(const Viewport& window, MemoryServer server)
+{
+  ViewerSession session;
+  session.Resize(window);
+  EXPECT_TRUE(session.SelectModel("torus"));
+  while (!session.GetStatus().targetLevel && server.Answer(session))
+  {
+    // until the model is open
+  }
+  return ViewOf(session);
+}
+
+}
+
+TEST(TestSessionCamera, TheFirstViewIsTheModels)
+{
+  MemoryServer server = Torus();
+  const Vec3 middle = FirstViewIn({ 800, 600, 1 }, server).focal;
+  for (const ModelPose& pose : { ModelPose{}, leaningBack, { { 1, 0, 0 }, { 0, 0, -1 }, true } })
+  {
+    server.SetPose(pose);
+    const View view = FirstViewIn({ 800, 600, 1 }, server);
+    EXPECT_LT(Length(Normalized(view.eye - middle) - pose.view), 1e-12);
+    EXPECT_NEAR(Dot(view.orientation.Rotate({ 1, 0, 0 }), pose.up), 0, 1e-12);
+    EXPECT_GT(Dot(view.up, pose.up), 0.5);
+  }
+}
+
+TEST(TestSessionCamera, NobodyGetsLost)
+{
+  std::size_t within = 0, gestures = 0;
+  for (unsigned seed = 0; seed < 10; ++seed)
+  {
+    MemoryServer server = Torus();
+    server.SetPose(leaningBack);
+    SessionOptions options;
+    options.detail = seed % 2 == 0 ? DetailMode::View : DetailMode::Level;
+    ViewerSession session(options);
+    Person person(seed, server, session);
+    ASSERT_TRUE(session.SelectModel("torus"));
+    server.Serve(session);
+    for (int i = 0; i < 250; ++i)
+    {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", gesture " + std::to_string(i));
+      SCOPED_TRACE(person.DoSomething());
+      ++gestures;
+      const ViewerScene scene = session.Scene();
+      ASSERT_TRUE(ShowsTheBox(scene, person.Window));
+      if (person.turning == Turning::Upright)
+      {
+        ASSERT_NEAR(Dot(scene.orientation.Rotate({ 1, 0, 0 }), leaningBack.up), 0, 1e-12);
+        ASSERT_GE(Dot(scene.up, leaningBack.up), -1e-12);
+      }
+      if (IsIn(scene.box, scene.eye))
+      {
+        ++within;
+        ASSERT_FALSE(IsInside(scene.surface->Whole(), scene.eye));
+      }
+    }
+  }
+  std::printf("%zu gestures, after %zu of them the eye was within the box\n", gestures, within);
+  EXPECT_GT(within, gestures / 50) << "the hard case comes";
+}
+
+TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
+{
+  MemoryServer server = Torus();
+  server.SetPose(leaningBack);
+  ViewerSession session;
+  Person person(99, server, session);
+  ASSERT_TRUE(session.SelectModel("torus"));
+  server.Serve(session);
+  for (int i = 0; i < 150; ++i)
+  {
+    SCOPED_TRACE(std::to_string(i) + " " + person.DoSomething());
+    session.SetGlide(false);
+    const View before = ViewOf(session);
+    session.GoHome();
+    const View home = ViewOf(session);
+    ASSERT_EQ(home, FirstViewIn(person.Window, server));
+    session.GoHome(); // which is no jump
+    if (before != home)
+    {
+      person.turning = i % 2 == 0 ? Turning::Upright : person.turning;
+      session.UndoView();
+      ASSERT_EQ(ViewOf(session), before);
+    }
+  }
+}
+
+TEST(TestSessionCamera, ADoubleTapBesideTheModelGoesHome)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const View home = ViewOf(session);
+  EXPECT_FALSE(session.GetStatus().canUndo);
+  Pinch(session, 420, 320, 1.3);
+  const View near = ViewOf(session);
+  EXPECT_NE(near, home);
+  DoubleTap(session, 3, 3);
+  EXPECT_EQ(ViewOf(session), home);
+  EXPECT_TRUE(session.GetStatus().canUndo);
+  session.UndoView();
+  EXPECT_EQ(ViewOf(session), near);
+  EXPECT_FALSE(session.GetStatus().canUndo);
+  session.UndoView();
+  EXPECT_EQ(ViewOf(session), near);
+  // On the model it does not.
+  const auto [x, y] = OnModel(session);
+  DoubleTap(session, x, y);
+  EXPECT_EQ(ViewOf(session), near);
+  session.LeaveFullScreen();
+  EXPECT_EQ(ViewOf(session), home);
+  session.UndoView();
+  EXPECT_EQ(ViewOf(session), near);
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
+}
+
+TEST(TestSessionCamera, AnotherModelHasNoJumpsToTakeBack)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  session.Zoom(2, 400, 300);
+  session.GoHome();
+  EXPECT_TRUE(session.GetStatus().canUndo);
+  ASSERT_TRUE(session.SelectModel("other"));
+  EXPECT_FALSE(session.GetStatus().canUndo);
+  session.UndoView();
+  session.GoHome();
+}
+
+TEST(TestSessionCamera, ATwistRollsOnlyWhereTurningIsFree)
+{
+  for (const Turning turning : { Turning::Upright, Turning::Free })
+  {
+    MemoryServer server = Torus();
+    ViewerSession session;
+    Open(session);
+    server.Serve(session);
+    session.SetTurning(turning);
+    const View before = ViewOf(session);
+    double time = 1;
+    const auto twist = [&](double most)
+    {
+      for (double angle = 0; angle < most; angle += 0.05)
+      {
+        const double a = 100 * std::cos(angle), b = 100 * std::sin(angle);
+        session.HandleTouches(
+          { time += 0.02, { { 1, 400 - a, 300 - b }, { 2, 400 + a, 300 + b } } });
+      }
+      session.HandleTouches({ time += 0.02, {} });
+    };
+    twist(0.15);
+    EXPECT_LT(Length(ViewOf(session).up - before.up), 1e-12) << "a little is none";
+    twist(1);
+    const double turned = Length(ViewOf(session).up - before.up);
+    EXPECT_TRUE(turning == Turning::Free ? turned > 0.5 : turned < 1e-12) << turned;
+    session.SetTurning(Turning::Upright);
+    EXPECT_LT(Length(ViewOf(session).up - before.up), 1e-9);
+  }
+}
+
+TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
+{
+  const auto afterADrag = [](bool glide, double rest, const std::vector<double>& frames)
+  {
+    MemoryServer server = Torus();
+    SessionOptions options;
+    options.glide = glide;
+    ViewerSession session(options);
+    Open(session);
+    server.Serve(session);
+    double time = 10;
+    for (int i = 0; i < 10; ++i)
+    {
+      session.HandleTouches({ time += 0.016, { { 1, 300.0 + 12 * i, 300 } } });
+    }
+    session.HandleTouches({ time += rest, {} });
+    const View letGo = ViewOf(session);
+    EXPECT_EQ(session.IsIdle(), !(glide && rest < 0.05));
+    for (const double frame : frames)
+    {
+      session.Advance(time += frame);
+    }
+    EXPECT_TRUE(session.IsIdle()) << "it comes to rest";
+    return std::pair(letGo, ViewOf(session));
+  };
+  const std::vector<double> smooth(400, 1.0 / 60), rough{ 0.3, 0.1, 5, 1 };
+  const auto [letGo, later] = afterADrag(true, 0.016, smooth);
+  EXPECT_GT(Length(later.eye - letGo.eye), 0.1 * Length(letGo.eye - letGo.focal));
+  const auto atOnce = afterADrag(true, 0.016, rough).second;
+  EXPECT_LT(Length(later.eye - atOnce.eye), 1e-9) << "however often frames come";
+  for (const auto& [glide, rest] : { std::pair{ false, 0.016 }, { true, 0.2 } })
+  {
+    const auto [before, after] = afterADrag(glide, rest, smooth);
+    EXPECT_EQ(before, after);
+  }
+}
+
+TEST(TestSessionCamera, AFingerHoldsWhatTurns)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.glide = true;
+  ViewerSession session(options);
+  Open(session);
+  server.Serve(session);
+  double time = 1;
+  const auto throwIt = [&]
+  {
+    for (int i = 0; i < 10; ++i)
+    {
+      session.HandleTouches({ time += 0.016, { { 1, 300.0 + 12 * i, 300 } } });
+    }
+    session.HandleTouches({ time += 0.016, {} });
+    ASSERT_TRUE(session.GetStatus().gliding);
+  };
+  const std::vector<std::function<void()>> stops{ [&]
+    {
+      session.HandleTouches({ time += 0.016, { { 1, 5, 5 } } });
+    },
+    [&] { session.Zoom(1.1, 400, 300); }, [&] { session.GoHome(); }, [&] { session.UndoView(); },
+    [&] { session.SetGlide(false); } };
+  for (const auto& stop : stops)
+  {
+    session.HandleTouches({ time += 1, {} });
+    throwIt();
+    stop();
+    EXPECT_FALSE(session.GetStatus().gliding);
+    const View before = ViewOf(session);
+    session.Advance(time += 1);
+    EXPECT_EQ(ViewOf(session), before);
+  }
+}
