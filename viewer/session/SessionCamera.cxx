@@ -22,9 +22,9 @@ constexpr std::size_t mostEarlierViews = 32;
 
 // Turning on: in steps of a fixed time, each slower than the one before, for about as far as a
 // finger goes in a fifth of a second.
-constexpr double glideStep = 1.0 / 120, glideSlowing = 0.96;
-constexpr double slowestGlide = 6;    // points a second
-constexpr double fastestGlide = 4000; // points a second
+constexpr double coastStep = 1.0 / 120, coastSlowing = 0.96;
+constexpr double slowestCoast = 6;    // points a second
+constexpr double fastestCoast = 4000; // points a second
 constexpr double speedSeconds = 0.1;  // the last part of a finger's way that tells its speed
 constexpr std::size_t mostSteps = 64;
 constexpr double restSeconds = 0.05; // a finger that stood so long is at rest
@@ -37,7 +37,7 @@ void ViewerSession::FitModel()
   this->Eye.SetUp(pose.up);
   this->Eye.FitTo(this->Current->box, LookingFrom(pose.view, pose.up));
   this->EyeMoved = false;
-  this->Gliding.reset();
+  this->Coasting.reset();
 }
 
 // To the surface or, where none is shown, the box; infinite where neither is ahead.
@@ -172,7 +172,7 @@ void ViewerSession::GoHome()
 
 void ViewerSession::UndoView()
 {
-  this->Gliding.reset();
+  this->Coasting.reset();
   if (this->Current && !this->EarlierViews.empty())
   {
     const EarlierView view = this->EarlierViews.back();
@@ -209,7 +209,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
 {
   if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
   {
-    this->Gliding.reset();
+    this->Coasting.reset();
     this->FocusUnder(x, y);
     this->ZoomBy(factor, x, y);
   }
@@ -242,7 +242,7 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
 {
   if (!frame.touches.empty())
   {
-    this->Gliding.reset();
+    this->Coasting.reset();
   }
   for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
   {
@@ -303,12 +303,12 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
 
 // ---- what is let go turns on
 
-void ViewerSession::SetGlide(bool glide)
+void ViewerSession::SetCoasting(bool coasts)
 {
-  this->Options.glide = glide;
-  if (!glide)
+  this->Options.coasts = coasts;
+  if (!coasts)
   {
-    this->Gliding.reset();
+    this->Coasting.reset();
   }
 }
 
@@ -320,50 +320,50 @@ void ViewerSession::LetGo(double x, double y, double time)
   {
     steps.pop_front();
   }
-  if (!this->Options.glide || steps.empty() || time - steps.back().time > restSeconds)
+  if (!this->Options.coasts || steps.empty() || time - steps.back().time > restSeconds)
   {
     return;
   }
   const double seconds = time - steps.front().time;
-  if (!(seconds > glideStep))
+  if (!(seconds > coastStep))
   {
     return; // keys, whose drags take no time
   }
-  Glide glide{ time, x, y, 0, 0 };
+  Coast coast{ time, x, y, 0, 0 };
   for (const TurningStep& step : steps)
   {
-    glide.speedX += step.dx / seconds;
-    glide.speedY += step.dy / seconds;
+    coast.speedX += step.dx / seconds;
+    coast.speedY += step.dy / seconds;
   }
   const double ratio = this->Eye.GetViewport().pixelRatio;
-  const double speed = std::sqrt(glide.speedX * glide.speedX + glide.speedY * glide.speedY) / ratio;
-  const double slower = speed > fastestGlide ? fastestGlide / speed : 1;
-  glide.speedX *= slower;
-  glide.speedY *= slower;
-  this->Gliding = glide;
+  const double speed = std::sqrt(coast.speedX * coast.speedX + coast.speedY * coast.speedY) / ratio;
+  const double slower = speed > fastestCoast ? fastestCoast / speed : 1;
+  coast.speedX *= slower;
+  coast.speedY *= slower;
+  this->Coasting = coast;
 }
 
 void ViewerSession::Advance(double time)
 {
-  if (this->Gliding && !(time >= this->Gliding->time - 1))
+  if (this->Coasting && !(time >= this->Coasting->time - 1))
   {
-    this->Gliding.reset(); // by another clock
+    this->Coasting.reset(); // by another clock
   }
-  if (!this->Gliding || !(time >= this->Gliding->time + glideStep))
+  if (!this->Coasting || !(time >= this->Coasting->time + coastStep))
   {
     return;
   }
-  const double slowest = slowestGlide * this->Eye.GetViewport().pixelRatio;
-  while (this->Gliding && this->Gliding->time + glideStep <= time)
+  const double slowest = slowestCoast * this->Eye.GetViewport().pixelRatio;
+  while (this->Coasting && this->Coasting->time + coastStep <= time)
   {
-    Glide& glide = *this->Gliding;
-    glide.time += glideStep;
-    this->Turn(glide.x, glide.y, glide.speedX * glideStep, glide.speedY * glideStep);
-    glide.speedX *= glideSlowing;
-    glide.speedY *= glideSlowing;
-    if (glide.speedX * glide.speedX + glide.speedY * glide.speedY < slowest * slowest)
+    Coast& coast = *this->Coasting;
+    coast.time += coastStep;
+    this->Turn(coast.x, coast.y, coast.speedX * coastStep, coast.speedY * coastStep);
+    coast.speedX *= coastSlowing;
+    coast.speedY *= coastSlowing;
+    if (coast.speedX * coast.speedX + coast.speedY * coast.speedY < slowest * slowest)
     {
-      this->Gliding.reset();
+      this->Coasting.reset();
     }
   }
   this->Update();

@@ -2,7 +2,8 @@
 // Which pieces a view needs: see ViewRefinement.h.
 #include "viewer/session/ViewRefinement.h"
 
-#include "viewer/session/LightError.h"
+#include "filters/core/Attribute.h"
+#include "viewer/session/Geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +20,20 @@ namespace
 // and uploaded of it, for each triangle; TestViewRefinement compares it with MemoryOf(Piece).
 constexpr double bytesOfTriangle = 120;
 
+}
+
+double LightPartOf(const ModelDescription& model)
+{
+  const bool painted = std::any_of(model.attributes.begin(), model.attributes.end(),
+    [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
+  return painted ? 1.0 / 3 : 1.0 / 6;
+}
+
+double VertexSpacing(const Box& box, double vertices)
+{
+  const Vec3 s = box.hi - box.lo;
+  const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
+  return std::sqrt(area / std::max(vertices, 1.0));
 }
 
 // What has been found of a piece that is refined.

@@ -20,6 +20,16 @@
 namespace kdstream
 {
 
+// Light and paint come from values at the vertices and are interpolated between these: what varies
+// from one to the next is lost, however near the surface is. So the deviation of a piece counts as
+// at least this part of the distance between its vertices (decision 6): a sixth for the normals; a
+// third if the model is painted.
+double LightPartOf(const ModelDescription& model);
+
+// About how far apart the vertices of a surface in a box are, spread over half the box's surface.
+// Model units.
+double VertexSpacing(const Box& box, double vertices);
+
 struct RefinementOptions
 {
   // Points of the screen (pixels / pixel ratio): an error of so many is not seen. Above 0.

@@ -4,8 +4,6 @@
 // under way.
 #include "viewer/session/ViewerSession.h"
 
-#include "viewer/session/LightError.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -18,7 +16,7 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-// Light and paint suffer before the shape does (LightError.h). Of a whole level the vertices are
+// Light and paint suffer before the shape does (LightPartOf). Of a whole level the vertices are
 // taken to be spread over half the surface of the box.
 std::vector<LevelFacts> FactsOf(const ModelDescription& model)
 {
@@ -119,7 +117,7 @@ void ViewerSession::CloseModel()
   this->EyeMoved = false;
   this->EarlierViews.clear();
   this->LastSteps.clear();
-  this->Gliding.reset();
+  this->Coasting.reset();
 }
 
 void ViewerSession::EnterFullScreen()
@@ -458,7 +456,7 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   status.picking = this->IsPicking();
   status.canUndo = !this->EarlierViews.empty();
-  status.gliding = this->Gliding.has_value();
+  status.coasting = this->Coasting.has_value();
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

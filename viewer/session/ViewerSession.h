@@ -37,7 +37,7 @@ struct SessionOptions
 {
   unsigned rings = 1; // around a picked cell, 1-3
   Turning turning = Turning::Upright;
-  bool glide = false; // the model turns on for a moment when it is let go (Advance)
+  bool coasts = false; // the model turns on for a moment when it is let go (Advance)
   DetailMode detail = DetailMode::View;
   RefinementOptions refinement; // by the view
   LevelPolicyOptions policy;    // by one level for all
@@ -129,7 +129,7 @@ public:
   // jump after the other. Nothing where there is none.
   void UndoView();
   void SetTurning(Turning turning);
-  void SetGlide(bool glide);
+  void SetCoasting(bool coasts);
   // It is `time` by the clock of HandleTouches: what was let go turns on. Call before each frame.
   void Advance(double time);
   // For this region and the next ones. Clamped to 1-3.
@@ -175,7 +175,7 @@ public:
   bool IsIdle() const
   {
     return this->IsOnlyAhead() && this->Queue.empty() && !this->ChoiceIsDue &&
-           !this->Shown.NeedsDrawing() && !this->Gliding;
+           !this->Shown.NeedsDrawing() && !this->Coasting;
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
@@ -220,7 +220,7 @@ private:
     double time = 0, dx = 0, dy = 0;
   };
   // The model turns on by itself: pixels a second that a finger at (x, y) would go.
-  struct Glide
+  struct Coast
   {
     double time = 0, x = 0, y = 0, speedX = 0, speedY = 0;
   };
@@ -298,7 +298,7 @@ private:
   bool EyeMoved = false;                // by a pinch or a wheel since it was fitted
   std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
   std::deque<TurningStep> LastSteps;    // of a finger that turns
-  std::optional<Glide> Gliding;
+  std::optional<Coast> Coasting;
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
 

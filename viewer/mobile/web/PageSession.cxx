@@ -164,7 +164,7 @@ void PageSession::Describe(JsonWriter& json, bool gliding) const
     .Member("error", status.error.empty() ? this->Refusal : status.error)
     .Member("idle", this->Viewer.IsIdle() && !gliding)
     .Member("canUndo", status.canUndo)
-    .Member("turnsOn", status.gliding)
+    .Member("turnsOn", status.coasting)
     .Member("surface", scene.surfaceVersion)
     .Member("colored", HasOwnColors(*scene.surface))
     .Member("connection", NameOf(this->Talk.GetState()))

@@ -247,10 +247,6 @@ extern "C"
     viewer->page.Session().SetTurning(
       turning == 1 ? kdstream::Turning::Free : kdstream::Turning::Upright);
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerSetTurnsOn(WebViewer* viewer, bool turnsOn)
-  {
-    viewer->page.Session().SetGlide(turnsOn);
-  }
   // 0 by the view, 1 one level for the whole model.
   EMSCRIPTEN_KEEPALIVE void ViewerSetDetail(WebViewer* viewer, unsigned detail)
   {
@@ -258,10 +254,11 @@ extern "C"
       detail == 1 ? kdstream::DetailMode::Level : kdstream::DetailMode::View);
   }
 
-  // Whether new vertices glide to their places.
-  EMSCRIPTEN_KEEPALIVE void ViewerSetGlides(WebViewer* viewer, bool glides)
+  // Whether anything moves by itself: new vertices to their places, and what is let go.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetMotion(WebViewer* viewer, bool motion)
   {
-    viewer->mayGlide = glides;
+    viewer->mayGlide = motion;
+    viewer->page.Session().SetCoasting(motion);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerSetAhead(WebViewer* viewer, unsigned bytes)
   {

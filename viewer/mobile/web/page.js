@@ -356,10 +356,11 @@ function tryNow() {
   wake();
 }
 
-// New vertices glide to their places but for people who want nothing to move by itself.
-function glideIfLiked() {
+// New vertices glide to their places, and what is let go turns on for a moment, but for people who want nothing to move
+// by itself.
+function moveIfLiked() {
   const still = matchMedia("(prefers-reduced-motion: reduce)");
-  const follow = () => viewer.setGlides(!still.matches);
+  const follow = () => viewer.setMotion(!still.matches);
   still.addEventListener("change", follow);
   follow();
 }
@@ -369,14 +370,6 @@ function saveDataIfAsked() {
   const menu = find("menu").elements;
   menu.ahead.value = navigator.connection?.saveData ? "0" : menu.ahead.value;
   viewer.setAhead(Number(menu.ahead.value));
-}
-
-// What is let go turns on for a moment, but for those who want nothing to move by itself.
-function glideUnlessUnwanted() {
-  const still = matchMedia("(prefers-reduced-motion: reduce)");
-  const follow = () => viewer.setTurnsOn(!still.matches);
-  still.addEventListener("change", follow);
-  follow();
 }
 
 function listenToButtons() {
@@ -481,9 +474,8 @@ async function start() {
   window.kdstream = { status: () => (viewer.failure ? lastStatus : viewer.status()) };
   watchSize();
   listenToButtons();
-  glideIfLiked();
+  moveIfLiked();
   saveDataIfAsked();
-  glideUnlessUnwanted();
   listenToBrowser();
   line.exchange();
   refreshList();

@@ -105,10 +105,6 @@ class Viewer {
     this.#call("SetTurning", turning);
   }
 
-  setTurnsOn(turnsOn) {
-    this.#call("SetTurnsOn", turnsOn ? 1 : 0);
-  }
-
   // 0 by the view, 1 one level for the whole model.
   setDetail(detail) {
     this.#call("SetDetail", detail);
@@ -119,8 +115,9 @@ class Viewer {
     this.#call("SetAhead", bytes);
   }
 
-  setGlides(glides) {
-    this.#call("SetGlides", glides);
+  // Whether anything moves by itself.
+  setMotion(motion) {
+    this.#call("SetMotion", motion);
   }
 
   setRings(rings) {

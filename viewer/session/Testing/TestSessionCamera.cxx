@@ -191,8 +191,8 @@ std::string Person::DoSomething()
       this->Session.UndoView();
       return "undo";
     case 3:
-      this->Session.SetGlide(this->Random() % 2 == 0);
-      return "glide";
+      this->Session.SetCoasting(this->Random() % 2 == 0);
+      return "coast";
     case 4:
     case 5:
     case 6:
@@ -290,7 +290,7 @@ TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
   for (int i = 0; i < 150; ++i)
   {
     SCOPED_TRACE(std::to_string(i) + " " + person.DoSomething());
-    session.SetGlide(false);
+    session.SetCoasting(false);
     const View before = ViewOf(session);
     session.GoHome();
     const View home = ViewOf(session);
@@ -383,11 +383,11 @@ TEST(TestSessionCamera, ATwistRollsOnlyWhereTurningIsFree)
 
 TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
 {
-  const auto afterADrag = [](bool glide, double rest, const std::vector<double>& frames)
+  const auto afterADrag = [](bool coast, double rest, const std::vector<double>& frames)
   {
     MemoryServer server = Torus();
     SessionOptions options;
-    options.glide = glide;
+    options.coasts = coast;
     ViewerSession session(options);
     Open(session);
     server.Serve(session);
@@ -398,7 +398,7 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
     }
     session.HandleTouches({ time += rest, {} });
     const View letGo = ViewOf(session);
-    EXPECT_EQ(session.IsIdle(), !(glide && rest < 0.05));
+    EXPECT_EQ(session.IsIdle(), !(coast && rest < 0.05));
     for (const double frame : frames)
     {
       session.Advance(time += frame);
@@ -411,9 +411,9 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
   EXPECT_GT(Length(later.eye - letGo.eye), 0.1 * Length(letGo.eye - letGo.focal));
   const auto atOnce = afterADrag(true, 0.016, rough).second;
   EXPECT_LT(Length(later.eye - atOnce.eye), 1e-9) << "however often frames come";
-  for (const auto& [glide, rest] : { std::pair{ false, 0.016 }, { true, 0.2 } })
+  for (const auto& [coast, rest] : { std::pair{ false, 0.016 }, { true, 0.2 } })
   {
-    const auto [before, after] = afterADrag(glide, rest, smooth);
+    const auto [before, after] = afterADrag(coast, rest, smooth);
     EXPECT_EQ(before, after);
   }
 }
@@ -422,7 +422,7 @@ TEST(TestSessionCamera, AFingerHoldsWhatTurns)
 {
   MemoryServer server = Torus();
   SessionOptions options;
-  options.glide = true;
+  options.coasts = true;
   ViewerSession session(options);
   Open(session);
   server.Serve(session);
@@ -434,20 +434,20 @@ TEST(TestSessionCamera, AFingerHoldsWhatTurns)
       session.HandleTouches({ time += 0.016, { { 1, 300.0 + 12 * i, 300 } } });
     }
     session.HandleTouches({ time += 0.016, {} });
-    ASSERT_TRUE(session.GetStatus().gliding);
+    ASSERT_TRUE(session.GetStatus().coasting);
   };
   const std::vector<std::function<void()>> stops{ [&]
     {
       session.HandleTouches({ time += 0.016, { { 1, 5, 5 } } });
     },
     [&] { session.Zoom(1.1, 400, 300); }, [&] { session.GoHome(); }, [&] { session.UndoView(); },
-    [&] { session.SetGlide(false); } };
+    [&] { session.SetCoasting(false); } };
   for (const auto& stop : stops)
   {
     session.HandleTouches({ time += 1, {} });
     throwIt();
     stop();
-    EXPECT_FALSE(session.GetStatus().gliding);
+    EXPECT_FALSE(session.GetStatus().coasting);
     const View before = ViewOf(session);
     session.Advance(time += 1);
     EXPECT_EQ(ViewOf(session), before);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which pieces a view needs, against what the pages of a torus tell.
-#include "viewer/session/LightError.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewRefinement.h"

@@ -326,16 +326,16 @@ void Walk::TurnFreely()
   this->Phone.Do(Kind::Touches);
   this->Phone.Drag(1266, 585, 90, -140);
   this->Phone.Do(Kind::Turning, { 0 });
-  this->Phone.Do(Kind::Glide, { 1 });
+  this->Phone.Do(Kind::Coast, { 1 });
   this->Phone.Drag(1266, 585, -160, 60);
-  this->Expect(this->Phone.Status().gliding, "what is let go turns on");
+  this->Expect(this->Phone.Status().coasting, "what is let go turns on");
   for (int i = 0; i < 90; ++i)
   {
     this->Phone.Wait(1.0 / 60);
     this->Phone.Do(Kind::Draw);
   }
-  this->Expect(!this->Phone.Status().gliding, "for a moment");
-  this->Phone.Do(Kind::Glide, { 0 });
+  this->Expect(!this->Phone.Status().coasting, "for a moment");
+  this->Phone.Do(Kind::Coast, { 0 });
   this->Phone.Settle();
 }
 

@@ -20,7 +20,7 @@
 //   rings          1-3
 //   detail         0 by the view, 1 one level, 2 the original
 //   turning        0 upright, 1 free
-//   glide          1 what is let go turns on, 0 it does not
+//   coast          1 what is let go turns on, 0 it does not
 //   home
 //   undo
 //   select                               the model
@@ -57,7 +57,7 @@ struct RecordedInput
     Rings,
     Detail,
     Turning,
-    Glide,
+    Coast,
     Home,
     Undo,
     Select,

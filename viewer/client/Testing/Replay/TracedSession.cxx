@@ -226,8 +226,8 @@ void TracedSession::Dispatch(const RecordedInput& input)
                                                       : DetailMode::Full);
     case Kind::Turning:
       return this->Viewer.SetTurning(numbers[0] == 0 ? Turning::Upright : Turning::Free);
-    case Kind::Glide:
-      return this->Viewer.SetGlide(numbers[0] != 0);
+    case Kind::Coast:
+      return this->Viewer.SetCoasting(numbers[0] != 0);
     case Kind::Home:
       return this->Viewer.GoHome();
     case Kind::Undo:
