@@ -123,21 +123,33 @@ test("home and back", async () => {
 // What is let go turns on and comes to rest; where the system asks for stillness it does not.
 test("turning on", async () => {
   for (const motion of ["no-preference", "reduce"]) {
-    const visit = await Visit.desktop(browser, { reducedMotion: motion });
+    // Small, so that frames are quick: a finger that the page hears of late seems to rest.
+    const visit = await Visit.desktop(browser, { reducedMotion: motion, viewport: { width: 360, height: 300 } });
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();
+    await page.evaluate(() => {
+      window.framesTurning = 0;
+      const look = () => {
+        window.framesTurning += window.kdstream.status().turnsOn;
+        requestAnimationFrame(look);
+      };
+      look();
+    });
     const middle = await visit.centre();
-    await page.mouse.move(middle.x, middle.y);
-    await page.mouse.down();
-    for (let i = 1; i <= 8; ++i) {
-      await page.mouse.move(middle.x + 10 * i, middle.y);
+    let turning = 0;
+    for (let swipe = 0; swipe < 5 && turning === 0; ++swipe) {
+      await page.mouse.move(middle.x, middle.y);
+      await page.mouse.down();
+      for (let i = 1; i <= 8; ++i) {
+        await page.mouse.move(middle.x + 10 * i, middle.y);
+      }
+      await page.mouse.up();
+      await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+      await visit.until("rest", (status) => status.idle && !status.turnsOn);
+      turning = await page.evaluate(() => window.framesTurning);
     }
-    await page.mouse.up();
-    const { frames, turnsOn } = await visit.status();
-    assert.equal(turnsOn, motion === "no-preference");
-    const later = await visit.until("rest", (status) => status.idle && !status.turnsOn);
-    assert.ok(!turnsOn || later.frames > frames + 5, "it was seen to turn on");
+    assert.equal(turning > 0, motion === "no-preference", "whether it was seen to turn on");
     visit.assertClean(server.url);
     await visit.close();
   }

@@ -415,10 +415,11 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
     return {};
   }
   std::ostringstream text;
-  text << "its coordinates are no finer than floats are so far from 0, multiples of " << step
-       << (unit.empty() ? "" : " " + unit)
-       << ": where that is rounding, it shows as stairs; subtract an offset before they are written "
-          "as floats, or write doubles";
+  text
+    << "its coordinates are no finer than floats are so far from 0, multiples of " << step
+    << (unit.empty() ? "" : " " + unit)
+    << ": where that is rounding, it shows as stairs; subtract an offset before they are written "
+       "as floats, or write doubles";
   return text.str();
 }
 

@@ -244,9 +244,17 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
   {
     this->Coasting.reset();
   }
+  if (frame.touches.size() == 1 && this->LastSteps.empty())
+  {
+    this->LastSteps.push_back({ frame.time, 0, 0 }); // what comes next began here
+  }
   for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
   {
     this->Handle(gesture, frame.time);
+  }
+  if (frame.touches.empty())
+  {
+    this->LastSteps.clear();
   }
   this->Update();
   this->Trace("touches");
@@ -314,13 +322,13 @@ void ViewerSession::SetCoasting(bool coasts)
 
 void ViewerSession::LetGo(double x, double y, double time)
 {
-  std::deque<TurningStep> steps;
-  std::swap(steps, this->LastSteps);
-  while (!steps.empty() && !(steps.front().time >= time - speedSeconds))
+  // The first tells only when the second began: on a slow device one step may be all of the way.
+  std::deque<TurningStep>& steps = this->LastSteps;
+  while (steps.size() > 1 && !(steps[1].time >= time - speedSeconds))
   {
     steps.pop_front();
   }
-  if (!this->Options.coasts || steps.empty() || time - steps.back().time > restSeconds)
+  if (!this->Options.coasts || steps.size() < 2 || time - steps.back().time > restSeconds)
   {
     return;
   }
@@ -330,10 +338,10 @@ void ViewerSession::LetGo(double x, double y, double time)
     return; // keys, whose drags take no time
   }
   Coast coast{ time, x, y, 0, 0 };
-  for (const TurningStep& step : steps)
+  for (std::size_t i = 1; i < steps.size(); ++i)
   {
-    coast.speedX += step.dx / seconds;
-    coast.speedY += step.dy / seconds;
+    coast.speedX += steps[i].dx / seconds;
+    coast.speedY += steps[i].dy / seconds;
   }
   const double ratio = this->Eye.GetViewport().pixelRatio;
   const double speed = std::sqrt(coast.speedX * coast.speedX + coast.speedY * coast.speedY) / ratio;

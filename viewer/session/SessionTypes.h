@@ -105,9 +105,9 @@ struct ViewerStatus
     std::uint64_t shown = 0;      // are shown as the original
   };
   std::optional<Region> region;
-  bool canUndo = false; // a jump of the camera
+  bool canUndo = false;  // a jump of the camera
   bool coasting = false; // the model turns by itself
-  bool picking = false; // a double tap waits for the part of the tree that it needs
+  bool picking = false;  // a double tap waits for the part of the tree that it needs
   std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
   std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last
   std::uint64_t bytesLoaded = 0;                  // of these

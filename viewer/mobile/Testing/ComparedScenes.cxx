@@ -22,6 +22,7 @@ ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
 {
   kdstream::testing::MemoryServer server(torus, 128, 2);
   SessionOptions options;
+  options.turning = Turning::Free;
   options.detail = DetailMode::Level;
   options.policy.tolerance = 4;
   ViewerSession session(options);

@@ -66,7 +66,8 @@ TEST(TestGestureRecognizer, TapIsShortAndStill)
   const auto turn = Play({ { 0, { { 1, 10, 20 } } }, { 0.1, { { 1, 30, 20 } } },
     { 0.15, { { 1, 10, 20 } } }, { 0.2, {} } });
   EXPECT_EQ(Count(turn, Kind::Rotate), 2u);
-  EXPECT_EQ(turn.size(), 2u);
+  EXPECT_EQ(Count(turn, Kind::RotateEnd), 1u);
+  EXPECT_EQ(turn.size(), 3u);
 }
 
 TEST(TestGestureRecognizer, DoubleTapWithinTimeAndDistanceOnly)

@@ -418,6 +418,30 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
   }
 }
 
+// Where frames are slow, a flick is one step, just before the finger is lifted.
+TEST(TestSessionCamera, AFlickWithinAFrameTurnsOn)
+{
+  for (const bool flick : { true, false })
+  {
+    MemoryServer server = Torus();
+    SessionOptions options;
+    options.coasts = true;
+    ViewerSession session(options);
+    Open(session);
+    server.Serve(session);
+    session.HandleTouches({ 10, { { 1, 300, 300 } } });
+    session.HandleTouches({ 10.01, {} }); // a tap before it tells nothing
+    session.HandleTouches({ 11, { { 1, 300, 300 } } });
+    session.HandleTouches({ flick ? 11.08 : 16.08, { { 1, 420, 300 } } });
+    session.HandleTouches({ flick ? 11.081 : 16.081, {} });
+    EXPECT_TRUE(session.GetStatus().coasting);
+    const View before = ViewOf(session);
+    session.Advance(30);
+    const double turned = Length(ViewOf(session).eye - before.eye) / Length(before.eye);
+    EXPECT_TRUE(flick ? turned > 0.1 : turned < 0.1) << turned << ": as fast as the finger was";
+  }
+}
+
 TEST(TestSessionCamera, AFingerHoldsWhatTurns)
 {
   MemoryServer server = Torus();
