@@ -76,6 +76,7 @@ test("home and back", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;
   await visit.open(server.url);
+  await visit.untilIdle();
   await page.mouse.click(...Object.values(await visit.centre()));
   await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
   const middle = await visit.centre();
@@ -160,6 +161,7 @@ test("turning freely", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;
   await visit.open(server.url);
+  await visit.untilIdle();
   await page.mouse.click(...Object.values(await visit.centre()));
   await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
   const choose = async (label) => {
