@@ -2,45 +2,19 @@
 // How many triangles of each level face the wrong way (Testing/Fixtures/Folds.h), on made-up meshes
 // and on files:
 //   BenchFolds [MESH.ply …]
+#include "Testing/Benchmarks/WeldedMesh.h"
 #include "Testing/Fixtures/Folds.h"
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/core/Weld.h"
 #include "filters/core/levels/Levels.h"
-#include "filters/meshio/MeshReader.h"
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <iostream>
-#include <limits>
 
 namespace
 {
 
 using namespace kdstream;
-
-// A failed step ends the program: there is nothing to count then.
-template <class T>
-T Need(Result<T> result)
-{
-  if (!result)
-  {
-    std::cerr << "BenchFolds: error: " << result.GetError().message << "\n";
-    std::exit(2);
-  }
-  return std::move(*result);
-}
-
-Mesh ReadWelded(const std::string& file)
-{
-  Mesh mesh;
-  const std::unique_ptr<MeshReader> reader = Need(MeshReader::Open(file));
-  Need(reader->ReadVertices(mesh, std::numeric_limits<std::size_t>::max()));
-  Need(reader->ReadTriangles(mesh, std::numeric_limits<std::size_t>::max()));
-  mesh.attributes.clear();
-  WeldVertices(mesh);
-  return mesh;
-}
+using namespace kdstream::bench;
 
 void Print(const std::string& name, const Mesh& mesh)
 {

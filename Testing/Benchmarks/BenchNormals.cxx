@@ -9,20 +9,17 @@
 // bits, and prints the share of wrong pixels (ComparedPictures.h), medians. Beside them what such
 // normals cost: the entropy of their differences from the level's own, bits a vertex.
 #include "Testing/Benchmarks/ComparedPictures.h"
+#include "Testing/Benchmarks/WeldedMesh.h"
 #include "filters/core/VectorMath.h"
-#include "filters/core/Weld.h"
 #include "filters/core/drawing/PartNormals.h"
 #include "filters/core/levels/Levels.h"
-#include "filters/meshio/MeshReader.h"
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <string>
@@ -35,28 +32,6 @@ using namespace kdstream;
 using namespace kdstream::bench;
 
 constexpr int directions = 12;
-
-template <class T>
-T Need(Result<T> result)
-{
-  if (!result)
-  {
-    std::fprintf(stderr, "BenchNormals: error: %s\n", result.GetError().message.c_str());
-    std::exit(2);
-  }
-  return std::move(*result);
-}
-
-Mesh ReadWelded(const std::string& file)
-{
-  Mesh mesh;
-  const std::unique_ptr<MeshReader> reader = Need(MeshReader::Open(file));
-  Need(reader->ReadVertices(mesh, std::numeric_limits<std::size_t>::max()));
-  Need(reader->ReadTriangles(mesh, std::numeric_limits<std::size_t>::max()));
-  mesh.attributes.clear();
-  WeldVertices(mesh);
-  return mesh;
-}
 
 // ---- an octahedron's grid
 

@@ -129,14 +129,7 @@ test("turning on", async () => {
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();
-    await page.evaluate(() => {
-      window.framesTurning = 0;
-      const look = () => {
-        window.framesTurning += window.kdstream.status().turnsOn;
-        requestAnimationFrame(look);
-      };
-      look();
-    });
+    const framesTurning = await visit.countFrames("turnsOn");
     const middle = await visit.centre();
     let turning = 0;
     for (let swipe = 0; swipe < 5 && turning === 0; ++swipe) {
@@ -148,7 +141,7 @@ test("turning on", async () => {
       await page.mouse.up();
       await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
       await visit.until("rest", (status) => status.idle && !status.turnsOn);
-      turning = await page.evaluate(() => window.framesTurning);
+      turning = await framesTurning();
     }
     assert.equal(turning > 0, motion === "no-preference", "whether it was seen to turn on");
     visit.assertClean(server.url);
@@ -242,14 +235,7 @@ test("new vertices glide", async () => {
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();
-    await page.evaluate(() => {
-      window.glidesSeen = 0;
-      const look = () => {
-        window.glidesSeen += window.kdstream.status().gliding;
-        requestAnimationFrame(look);
-      };
-      look();
-    });
+    const framesGliding = await visit.countFrames("gliding");
     const middle = await visit.centre();
     await page.mouse.click(middle.x, middle.y);
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
@@ -258,7 +244,7 @@ test("new vertices glide", async () => {
       const { gliding } = await visit.untilIdle();
       assert.equal(gliding, false);
     }
-    const seen = await page.evaluate(() => window.glidesSeen);
+    const seen = await framesGliding();
     const picture = await visit.around(middle);
     visit.assertClean(server.url);
     await visit.close();

@@ -255,6 +255,19 @@ export class Visit {
     }), (status) => status.mode && condition(status));
   }
 
+  // Counts from now on the frames in whose status a member is true; gives what tells how many.
+  async countFrames(member) {
+    await this.page.evaluate((name) => {
+      window.framesCounted = 0;
+      const look = () => {
+        window.framesCounted += window.kdstream.status()[name];
+        requestAnimationFrame(look);
+      };
+      look();
+    }, member);
+    return () => this.page.evaluate(() => window.framesCounted);
+  }
+
   // All that is wanted is there and drawn.
   untilIdle() {
     return this.until("idle", (status) => status.idle && status.shownLevel !== null);
