@@ -5,41 +5,30 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/meshio/FileEnding.h"
+#include "filters/program/ChildProgram.h"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <optional>
-#include <thread>
 
 namespace kdstream
 {
 namespace
 {
 
-using namespace std::chrono_literals;
-
-constexpr auto patience = 2s;         // between asking the process to end and ending it
-constexpr int pollMilliseconds = 100; // between two looks for an interrupt
 constexpr std::size_t longestLine = 4096;
 const std::string programName = "kdstream-convert";
 
 // Without it the input cannot be read, or a cloud that the build reads itself gets no surface.
 Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
 {
-  std::error_code status;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", status);
-  const std::filesystem::path program = self.parent_path() / programName;
-  if (status || ::access(program.c_str(), X_OK) != 0)
+  const std::filesystem::path program = ChildProgram::Beside(programName);
+  if (::access(program.c_str(), X_OK) != 0)
   {
     const bool foreign = NeedsConversion(input);
     return Error{ ErrorCode::Unsupported,
@@ -49,54 +38,6 @@ Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
         (foreign ? "), or convert the file to .ply" : " and PCL)") };
   }
   return program;
-}
-
-// The process and the end of a pipe on which its stderr comes.
-struct Child
-{
-  pid_t process = -1;
-  int messages = -1;
-};
-
-Result<Child> Start(const std::filesystem::path& program, const std::vector<std::string>& arguments)
-{
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-  {
-    return Error{ ErrorCode::LimitExceeded,
-      "cannot start " + programName + ": " + SystemReason(errno) };
-  }
-  std::vector<char*> argv{ const_cast<char*>(program.c_str()) };
-  for (const std::string& argument : arguments)
-  {
-    argv.push_back(const_cast<char*>(argument.c_str()));
-  }
-  argv.push_back(nullptr);
-  const pid_t parent = ::getpid();
-  const pid_t process = ::fork();
-  if (process == 0)
-  {
-    // It does not outlive the build, however that ends.
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const int nothing = ::open("/dev/null", O_RDWR);
-    ::dup2(nothing, STDIN_FILENO);
-    ::dup2(nothing, STDOUT_FILENO);
-    ::dup2(ends[1], STDERR_FILENO);
-    if (::getppid() == parent)
-    {
-      ::execv(program.c_str(), argv.data());
-    }
-    ::_exit(127);
-  }
-  const Error failed{ ErrorCode::LimitExceeded,
-    "cannot start " + programName + ": " + SystemReason(errno) };
-  ::close(ends[1]);
-  if (process < 0)
-  {
-    ::close(ends[0]);
-    return failed;
-  }
-  return Child{ process, ends[0] };
 }
 
 // The process' lines as they come.
@@ -171,52 +112,18 @@ private:
 };
 
 // Reads the process' messages until it closes them. Errors: Cancelled.
-Status Listen(const Child& child, Messages& messages, const Execution& execution)
+Status Listen(ChildProgram& child, Messages& messages, const Execution& execution)
 {
-  for (;;)
+  std::string text;
+  for (bool more = true; more;)
   {
     KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
-    pollfd waiting{ child.messages, POLLIN, 0 };
-    if (::poll(&waiting, 1, pollMilliseconds) <= 0)
-    {
-      continue;
-    }
-    std::array<char, 4096> bytes;
-    const ssize_t got = ::read(child.messages, bytes.data(), bytes.size());
-    if (got > 0)
-    {
-      messages.Add({ bytes.data(), static_cast<std::size_t>(got) });
-    }
-    else if (got == 0 || errno != EINTR)
-    {
-      messages.Finish();
-      return {};
-    }
+    more = child.Read(text);
+    messages.Add(text);
+    text.clear();
   }
-}
-
-// Waits until the process is gone; ends it if it is to stop. Returns how it ended, as waitpid does.
-int Await(pid_t process, bool stop)
-{
-  int status = 0;
-  if (stop)
-  {
-    ::kill(process, SIGTERM);
-    const auto last = std::chrono::steady_clock::now() + patience;
-    while (::waitpid(process, &status, WNOHANG) == 0)
-    {
-      if (std::chrono::steady_clock::now() > last)
-      {
-        ::kill(process, SIGKILL);
-        break;
-      }
-      std::this_thread::sleep_for(5ms);
-    }
-  }
-  while (::waitpid(process, &status, 0) < 0 && errno == EINTR)
-  {
-  }
-  return status;
+  messages.Finish();
+  return {};
 }
 
 Status EndOf(int status, const Messages& messages)
@@ -261,13 +168,11 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   // In one word: a folder may begin with a hyphen.
   all.insert(
     all.end(), { "--progress-lines", "--output=" + converted.File().string(), "--", input });
-  const Result<Child> child = Start(*program, all);
+  Result<ChildProgram> child = ChildProgram::Start(*program, all);
   KDSTREAM_TRY(child);
   Messages messages(input);
-  const Status heard = Listen(*child, messages, execution);
-  ::close(child->messages);
-  const int ended = Await(child->process, !heard);
-  KDSTREAM_TRY(heard);
+  KDSTREAM_TRY(Listen(*child, messages, execution));
+  const int ended = child->Wait();
   // An interrupt at the terminal reaches both processes.
   KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
   KDSTREAM_TRY(EndOf(ended, messages));

@@ -92,6 +92,20 @@ bool IsModelId(std::string_view id)
          std::all_of(id.begin(), id.end(), IsIdCharacter);
 }
 
+std::string ModelIdLike(std::string_view name)
+{
+  std::string id(name.substr(0, 128));
+  for (char& c : id)
+  {
+    c = c == '.' || IsModelId({ &c, 1 }) ? c : '_';
+  }
+  if (!IsModelId(id))
+  {
+    id = "_" + id.substr(0, 127);
+  }
+  return id;
+}
+
 bool IsDigest(std::string_view digest)
 {
   return digest.size() == 32 && std::all_of(digest.begin(), digest.end(), IsHexDigit);

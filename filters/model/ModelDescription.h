@@ -116,6 +116,8 @@ unsigned PreviewLevel(const ModelDescription& model);
 inline constexpr std::string_view modelIdRule =
   "1 to 128 of the characters A-Z a-z 0-9 . _ -, and no dot as the first";
 bool IsModelId(std::string_view id);
+// The name where it is an id, else one that is like it: '_' for what no id has.
+std::string ModelIdLike(std::string_view name);
 
 // 32 hexadecimal digits in lower case.
 bool IsDigest(std::string_view digest);

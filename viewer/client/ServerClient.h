@@ -4,8 +4,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/model/ModelDescription.h"
-#include "viewer/client/ClientEvent.h"
+#include "viewer/client/ModelSource.h"
 
 #include <chrono>
 #include <memory>
@@ -19,10 +18,8 @@ namespace kdstream
 //
 // When the connection is lost, the client connects again at once, and asks again for what has not
 // arrived. If that fails too, every outstanding request fails with a sentence that says so, and the
-// next Send connects anew. So every request is answered: by all its blobs, or by failures.
-//
-// Threads: Send, Take and Wait may be called from any threads.
-class ServerClient
+// next Send connects anew.
+class ServerClient final : public ModelSource
 {
 public:
   // Gets the list of models. Blocks until it is there, at most about 40 s.
@@ -30,15 +27,12 @@ public:
   // where something else than a KdStream server answers.
   static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url);
   // Ends the connection and the thread.
-  ~ServerClient();
+  ~ServerClient() override;
 
-  const std::vector<ModelSummary>& Models() const { return this->ModelList; }
-
-  void Send(const SessionRequest& request);
-  // What has come since the last call, in order.
-  std::vector<ClientEvent> Take();
-  // Waits until there is something to take; false if nothing has come in that time.
-  bool Wait(std::chrono::milliseconds atMost);
+  const std::vector<ModelSummary>& Models() const override { return this->ModelList; }
+  void Send(const SessionRequest& request) override;
+  std::vector<ClientEvent> Take() override;
+  bool Wait(std::chrono::milliseconds atMost) override;
 
 private:
   class Line;

@@ -12,8 +12,8 @@ using Clock = std::chrono::steady_clock;
 }
 
 Player::Player(
-  ServerClient& client, ViewerSession& session, SessionWindow& window, PlayerOptions options)
-  : Client(client)
+  ModelSource& source, ViewerSession& session, SessionWindow& window, PlayerOptions options)
+  : Source(source)
   , Session(session)
   , Window(window)
   , Options(std::move(options))
@@ -28,15 +28,6 @@ Status Player::Play(const SessionStep& step)
   }
   switch (step.kind)
   {
-    case SessionStep::Kind::Select:
-      KDSTREAM_TRY(this->Session.SelectModel(step.name));
-      break;
-    case SessionStep::Kind::Touches:
-      this->Session.HandleTouches(step.frame);
-      break;
-    case SessionStep::Kind::Turning:
-      this->Session.SetTurning(step.name == "free" ? Turning::Free : Turning::Upright);
-      break;
     case SessionStep::Kind::WaitForIdle:
       return this->WaitForIdle();
     case SessionStep::Kind::Screenshot:
@@ -46,9 +37,14 @@ Status Player::Play(const SessionStep& step)
         return Error{ ErrorCode::NotFound, "is not written: nothing of the model could be shown" };
       }
       return this->Window.SavePicture(step.name);
+    case SessionStep::Kind::Window:
+      this->Window.Resize(step.window.width, step.window.height);
+      [[fallthrough]];
+    default:
+      KDSTREAM_TRY(Perform(step, this->Session));
+      this->SendRequests();
+      return {};
   }
-  this->SendRequests();
-  return {};
 }
 
 Status Player::WaitForIdle()
@@ -66,7 +62,7 @@ Status Player::WaitForIdle()
       return {};
     }
     const auto now = Clock::now();
-    if (this->Client.Wait(std::chrono::milliseconds(100)))
+    if (this->Source.Wait(std::chrono::milliseconds(100)))
     {
       lastNews = Clock::now();
     }
@@ -85,7 +81,7 @@ Status Player::WaitForIdle()
 
 void Player::DeliverEvents()
 {
-  for (const ClientEvent& event : this->Client.Take())
+  for (const ClientEvent& event : this->Source.Take())
   {
     Deliver(event, this->Session);
     this->Complain();
@@ -96,7 +92,7 @@ void Player::SendRequests()
 {
   for (const SessionRequest& request : this->Session.TakeRequests())
   {
-    this->Client.Send(request);
+    this->Source.Send(request);
   }
 }
 

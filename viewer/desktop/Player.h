@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Plays a session without a person: steps in, requests to the server, frames to a window. Step
+// Plays a session without a person: steps in, requests to the source, frames to a window. Step
 // "replay" of the README's picture.
 #pragma once
 
-#include "viewer/client/ServerClient.h"
+#include "viewer/client/ModelSource.h"
 #include "viewer/desktop/SessionWindow.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/ViewerSession.h"
@@ -37,8 +37,7 @@ class Player
 {
 public:
   // References are kept.
-  Player(
-    ServerClient& client, ViewerSession& session, SessionWindow& window, PlayerOptions options);
+  Player(ModelSource& source, ViewerSession& session, SessionWindow& window, PlayerOptions options);
 
   // Errors: those of the step, naming the model, the picture, or what is outstanding; NotFound for
   // a picture that would show nothing, which is not written.
@@ -51,7 +50,7 @@ private:
   void DeliverEvents();
   void Complain();
 
-  ServerClient& Client;
+  ModelSource& Source;
   ViewerSession& Session;
   SessionWindow& Window;
   PlayerOptions Options;

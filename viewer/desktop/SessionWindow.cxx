@@ -3,8 +3,11 @@
 #include "viewer/desktop/SessionWindow.h"
 
 #include "viewer/rendering/Picture.h"
+#include "viewer/rendering/ScreenWindow.h"
 
 #include <vtkRenderer.h>
+
+#include <utility>
 
 namespace kdstream
 {
@@ -14,23 +17,32 @@ Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOffscreen(
 {
   auto window = MakeOffscreenWindow(backend, width, height);
   KDSTREAM_TRY(window);
-  std::unique_ptr<SessionWindow> made(new SessionWindow);
-  made->Window = *window;
-  made->Scene = std::make_unique<SurfaceScene>();
-  made->Scene->SetStyle(style);
-  made->Window->AddRenderer(&made->Scene->Renderer());
-  return made;
+  return std::unique_ptr<SessionWindow>(new SessionWindow(std::move(*window), style));
+}
+
+Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOnScreen(
+  int width, int height, const SceneStyle& style)
+{
+  auto window = MakeScreenWindow(width, height, "KdStream");
+  KDSTREAM_TRY(window);
+  return std::unique_ptr<SessionWindow>(new SessionWindow(std::move(*window), style));
+}
+
+SessionWindow::SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneStyle& style)
+  : Window(std::move(window))
+{
+  this->Scene.SetStyle(style);
+  this->Window->AddRenderer(&this->Scene.Renderer());
+}
+
+void SessionWindow::Resize(int width, int height)
+{
+  this->Window->SetSize(width, height);
 }
 
 Status SessionWindow::Show(const ViewerScene& scene)
 {
-  if (this->ShownVersion != scene.surfaceVersion)
-  {
-    const Vec3 centre = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
-    KDSTREAM_TRY(this->Scene->Update(*scene.surface, scene.depths, centre));
-    this->ShownVersion = scene.surfaceVersion;
-  }
-  KDSTREAM_TRY(this->Scene->SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }));
+  KDSTREAM_TRY(this->Scene.Follow(scene));
   this->Window->Render();
   this->Window->WaitForCompletion();
   return {};

@@ -3,13 +3,10 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/desktop/SessionScene.h"
 #include "viewer/rendering/OffscreenWindow.h"
-#include "viewer/rendering/SurfaceScene.h"
-#include "viewer/session/SessionTypes.h"
 
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace kdstream
@@ -21,7 +18,11 @@ public:
   // Errors: those of MakeOffscreenWindow.
   static Result<std::unique_ptr<SessionWindow>> MakeOffscreen(
     WindowBackend backend, int width, int height, const SceneStyle& style);
+  // One that is shown on the screen. Errors: those of MakeScreenWindow.
+  static Result<std::unique_ptr<SessionWindow>> MakeOnScreen(
+    int width, int height, const SceneStyle& style);
 
+  void Resize(int width, int height);
   // Renders the scene. The surface is uploaded to the graphics memory only if it has changed since
   // the last time.
   Status Show(const ViewerScene& scene);
@@ -29,11 +30,10 @@ public:
   Status SavePicture(const std::string& file);
 
 private:
-  SessionWindow() = default;
+  SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneStyle& style);
 
   vtkSmartPointer<vtkRenderWindow> Window;
-  std::unique_ptr<SurfaceScene> Scene;
-  std::optional<std::uint64_t> ShownVersion;
+  SessionScene Scene;
 };
 
 }

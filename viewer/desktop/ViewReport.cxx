@@ -5,8 +5,10 @@
 #include "filters/model/JsonWriter.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 
 namespace kdstream
 {
@@ -21,6 +23,14 @@ std::uint64_t PeakMemory()
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
+}
+
+std::uint64_t ResidentMemory()
+{
+  std::uint64_t all = 0;
+  std::uint64_t resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
 ViewReport::ViewReport()

@@ -12,6 +12,9 @@
 namespace kdstream
 {
 
+// The resident memory of this process now, bytes; 0 where it cannot be told.
+std::uint64_t ResidentMemory();
+
 class ViewReport
 {
 public:

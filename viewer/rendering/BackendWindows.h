@@ -13,6 +13,7 @@
 #include <vtkSmartPointer.h>
 
 #include <memory>
+#include <string>
 
 struct _XDisplay; // NOLINT(bugprone-reserved-identifier): the name that X11 gives it
 
@@ -26,6 +27,8 @@ using WindowResult = Result<vtkSmartPointer<vtkRenderWindow>>;
 WindowResult MakeEglWindow(int width, int height);
 WindowResult MakeOsMesaWindow(int width, int height);
 WindowResult MakeX11Window(int width, int height);
+// One that is shown on the screen, ready for VTK's interactor.
+WindowResult MakeX11ScreenWindow(int width, int height, const std::string& title);
 
 // A connection to the X server, which ends with it.
 struct X11Disconnect

@@ -223,13 +223,11 @@ WindowResult MakeOsMesaWindow(int width, int height)
   return MakeContextWindow(&MakeOsMesaContext, width, height);
 }
 
-WindowResult MakeX11Window(int width, int height)
+namespace
 {
-  const Result<X11Connection> connection = ConnectToX11();
-  KDSTREAM_TRY(connection);
-  const vtkNew<X11RenderWindow> window;
-  window->SetOffScreenRendering(1);
-  window->SetSize(width, height);
+
+WindowResult Ready(X11RenderWindow* window)
+{
   window->Initialize();
   window->OpenGLInit();
   if (!window->IsReady())
@@ -237,6 +235,28 @@ WindowResult MakeX11Window(int width, int height)
     return Error{ ErrorCode::Unsupported, "X11: no OpenGL 3.2 on this display" };
   }
   return vtkSmartPointer<vtkRenderWindow>(window);
+}
+
+}
+
+WindowResult MakeX11Window(int width, int height)
+{
+  const Result<X11Connection> connection = ConnectToX11();
+  KDSTREAM_TRY(connection);
+  const vtkNew<X11RenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetSize(width, height);
+  return Ready(window);
+}
+
+WindowResult MakeX11ScreenWindow(int width, int height, const std::string& title)
+{
+  const Result<X11Connection> connection = ConnectToX11();
+  KDSTREAM_TRY(connection);
+  const vtkNew<X11RenderWindow> window;
+  window->SetSize(width, height);
+  window->SetWindowName(title.c_str());
+  return Ready(window);
 }
 
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chooses the backend of an off-screen window: see OffscreenWindow.h.
+// Chooses the backend of a window: see OffscreenWindow.h and ScreenWindow.h.
 #include "viewer/rendering/OffscreenWindow.h"
 
 #include "viewer/rendering/BackendWindows.h"
+#include "viewer/rendering/ScreenWindow.h"
 
 #include <array>
 #include <string>
@@ -38,6 +39,30 @@ WindowResult MakeWindow(WindowBackend backend, int width, int height)
   return Error{ ErrorCode::NotFound, "nothing can draw off screen here: " + reasons };
 }
 
+Status CheckSides(int width, int height)
+{
+  for (const int side : { width, height })
+  {
+    if (side < 1 || side > largestWindowSide)
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        "a window of " + std::to_string(width) + "x" + std::to_string(height) +
+          " pixels: sides are 1 to " + std::to_string(largestWindowSide) };
+    }
+  }
+  return {};
+}
+
+// Said once for all backends: their defaults differ.
+WindowResult Smoothed(WindowResult window)
+{
+  if (window)
+  {
+    (*window)->SetMultiSamples(4);
+  }
+  return window;
+}
+
 constexpr std::array<const char*, 4> backendNames{ "auto", "egl", "osmesa", "x11" };
 
 }
@@ -63,22 +88,15 @@ Result<WindowBackend> ParseWindowBackend(std::string_view name)
 Result<vtkSmartPointer<vtkRenderWindow>> MakeOffscreenWindow(
   WindowBackend backend, int width, int height)
 {
-  for (const int side : { width, height })
-  {
-    if (side < 1 || side > largestWindowSide)
-    {
-      return Error{ ErrorCode::InvalidArgument,
-        "a window of " + std::to_string(width) + "x" + std::to_string(height) +
-          " pixels: sides are 1 to " + std::to_string(largestWindowSide) };
-    }
-  }
-  WindowResult window = MakeWindow(backend, width, height);
-  if (window)
-  {
-    // Said once for all backends: their defaults differ.
-    (*window)->SetMultiSamples(4);
-  }
-  return window;
+  KDSTREAM_TRY(CheckSides(width, height));
+  return Smoothed(MakeWindow(backend, width, height));
+}
+
+Result<vtkSmartPointer<vtkRenderWindow>> MakeScreenWindow(
+  int width, int height, const std::string& title)
+{
+  KDSTREAM_TRY(CheckSides(width, height));
+  return Smoothed(MakeX11ScreenWindow(width, height, title));
 }
 
 }

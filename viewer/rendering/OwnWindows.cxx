@@ -78,4 +78,20 @@ WindowResult MakeX11Window([[maybe_unused]] int width, [[maybe_unused]] int heig
 #endif
 }
 
+WindowResult MakeX11ScreenWindow([[maybe_unused]] int width, [[maybe_unused]] int height,
+  [[maybe_unused]] const std::string& title)
+{
+#if defined(VTK_USE_X)
+  const Result<X11Connection> connection = ConnectToX11();
+  KDSTREAM_TRY(connection);
+  const vtkNew<vtkXOpenGLRenderWindow> window;
+  window->SetSize(width, height);
+  window->SetWindowName(title.c_str());
+  window->Initialize();
+  return vtkSmartPointer<vtkRenderWindow>(window);
+#else
+  return NotBuilt("X11");
+#endif
+}
+
 }

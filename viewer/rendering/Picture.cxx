@@ -35,6 +35,17 @@ Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
   return {};
 }
 
+// The rows of a picture of this size in the opposite order.
+void TurnRows(const Picture& size, const std::uint8_t* from, std::uint8_t* to)
+{
+  const std::size_t row = 3 * static_cast<std::size_t>(size.width);
+  const auto rows = static_cast<std::size_t>(size.height);
+  for (std::size_t y = 0; y < rows; ++y)
+  {
+    std::copy_n(from + y * row, row, to + (rows - 1 - y) * row);
+  }
+}
+
 Error FileError(const std::string& file, const char* what)
 {
   return SystemError(file + ": " + what, errno);
@@ -76,21 +87,29 @@ Result<Picture> Pixels(vtkRenderWindow& window)
   picture.width = window.GetSize()[0];
   picture.height = window.GetSize()[1];
   picture.rgb.resize(static_cast<std::size_t>(pixels->GetNumberOfValues()));
-  const std::size_t row = 3 * static_cast<std::size_t>(picture.width);
-  for (std::size_t y = 0, rows = static_cast<std::size_t>(picture.height); y < rows; ++y)
-  {
-    std::copy_n(pixels->GetPointer(0) + y * row, row, picture.rgb.data() + (rows - 1 - y) * row);
-  }
+  TurnRows(picture, pixels->GetPointer(0), picture.rgb.data());
   return picture;
 }
 
-Status WritePng(vtkRenderWindow& window, const std::string& file)
+Picture PartOf(const Picture& picture, int left, int top, int width, int height)
 {
-  const vtkNew<vtkUnsignedCharArray> pixels;
-  KDSTREAM_TRY(ReadBack(window, *pixels));
+  Picture part{ width, height, {} };
+  const std::size_t row = 3 * static_cast<std::size_t>(width);
+  part.rgb.reserve(row * static_cast<std::size_t>(height));
+  for (int y = top; y < top + height; ++y)
+  {
+    const auto begin = picture.rgb.begin() + 3 * (std::ptrdiff_t{ y } * picture.width + left);
+    part.rgb.insert(part.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+  }
+  return part;
+}
+
+Status WritePng(const Picture& picture, const std::string& file)
+{
   const vtkNew<vtkImageData> image;
-  image->SetDimensions(window.GetSize()[0], window.GetSize()[1], 1);
-  image->GetPointData()->SetScalars(pixels);
+  image->SetDimensions(picture.width, picture.height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  TurnRows(picture, picture.rgb.data(), static_cast<std::uint8_t*>(image->GetScalarPointer()));
   const vtkNew<vtkPNGWriter> writer;
   writer->WriteToMemoryOn();
   writer->SetInputData(image);
@@ -102,6 +121,13 @@ Status WritePng(vtkRenderWindow& window, const std::string& file)
   }
   return WriteFile(
     file, writer->GetResult()->GetPointer(0), static_cast<std::size_t>(bytes->GetNumberOfValues()));
+}
+
+Status WritePng(vtkRenderWindow& window, const std::string& file)
+{
+  const auto picture = Pixels(window);
+  KDSTREAM_TRY(picture);
+  return WritePng(*picture, file);
 }
 
 }

@@ -25,9 +25,14 @@ struct Picture
 // Errors: InputOutput if VTK gives back no pixels.
 Result<Picture> Pixels(vtkRenderWindow& window);
 
-// Draws the window into a PNG file, which is written whole or not at all.
-// Errors: those of Pixels; InputOutput, with the operating system's reason, if the file cannot be
-// written.
+// A part of it: its upper left corner and size, within the picture.
+Picture PartOf(const Picture& picture, int left, int top, int width, int height);
+
+// Writes a PNG file, whole or not at all.
+// Errors: InputOutput, with the operating system's reason, if the file cannot be written.
+Status WritePng(const Picture& picture, const std::string& file);
+
+// Draws the window into a PNG file. Errors: those of Pixels and WritePng.
 Status WritePng(vtkRenderWindow& window, const std::string& file);
 
 }

@@ -5,6 +5,7 @@
 
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
+#include "viewer/session/ViewerSession.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -97,6 +98,91 @@ Result<SessionStep> ParseNamed(
   return SessionStep{ kind, {}, std::string(TextOf(text)) };
 }
 
+// A text that is one of `words`.
+Result<SessionStep> ParseWord(const JsonValue& object, std::size_t line, const char* key,
+  SessionStep::Kind kind, std::initializer_list<std::string_view> words)
+{
+  auto step = ParseNamed(object, line, key, kind);
+  if (step && std::find(words.begin(), words.end(), step->name) == words.end())
+  {
+    std::string known;
+    for (const std::string_view word : words)
+    {
+      known += (known.empty() ? "'" : ", '") + std::string(word) + "'";
+    }
+    return Wrong(line, "'" + std::string(key) + "' is one of " + known);
+  }
+  return step;
+}
+
+Result<SessionStep> ParseZoom(const JsonValue& object, std::size_t line)
+{
+  if (const auto wrong = CheckKeys(object, { "zoom", "x", "y" }))
+  {
+    return Wrong(line, *wrong);
+  }
+  const JsonValue &factor = *FindMember(object, "zoom"), &x = *FindMember(object, "x"),
+                  &y = *FindMember(object, "y");
+  if (!factor.IsNumber() || !(factor.GetDouble() > 0) || !x.IsNumber() || !y.IsNumber())
+  {
+    return Wrong(line, "'zoom' is a number above 0, 'x' and 'y' are numbers");
+  }
+  SessionStep step{ SessionStep::Kind::Zoom, {} };
+  step.factor = factor.GetDouble();
+  step.x = x.GetDouble();
+  step.y = y.GetDouble();
+  return step;
+}
+
+Result<SessionStep> ParseRings(const JsonValue& object, std::size_t line)
+{
+  if (const auto wrong = CheckKeys(object, { "rings" }))
+  {
+    return Wrong(line, *wrong);
+  }
+  const JsonValue& rings = *FindMember(object, "rings");
+  if (!rings.IsUint() || rings.GetUint() < 1 || rings.GetUint() > 3)
+  {
+    return Wrong(line, "'rings' is 1, 2 or 3");
+  }
+  SessionStep step{ SessionStep::Kind::Rings, {} };
+  step.rings = rings.GetUint();
+  return step;
+}
+
+Result<SessionStep> ParseWindow(const JsonValue& object, std::size_t line)
+{
+  if (const auto wrong = CheckKeys(object, { "window", "ratio" }))
+  {
+    return Wrong(line, *wrong);
+  }
+  const JsonValue &sides = *FindMember(object, "window"), &ratio = *FindMember(object, "ratio");
+  const auto isSide = [](const JsonValue& side)
+  { return side.IsInt() && side.GetInt() >= 1 && side.GetInt() <= SessionStep::largestSide; };
+  if (!sides.IsArray() || sides.Size() != 2 || !isSide(sides[0]) || !isSide(sides[1]))
+  {
+    return Wrong(line, "'window' is a list of width and height, each 1 to " +
+                         std::to_string(SessionStep::largestSide) + " pixels");
+  }
+  if (!ratio.IsNumber() || !(ratio.GetDouble() >= 0.125 && ratio.GetDouble() <= 8))
+  {
+    return Wrong(line, "'ratio' is a number of pixels for a point, 0.125 to 8");
+  }
+  SessionStep step{ SessionStep::Kind::Window, {} };
+  step.window = { sides[0].GetInt(), sides[1].GetInt(), ratio.GetDouble() };
+  return step;
+}
+
+Result<SessionStep> ParseWait(const JsonValue& object, std::size_t line)
+{
+  auto step = ParseWord(object, line, "wait", SessionStep::Kind::WaitForIdle, { "idle" });
+  if (step)
+  {
+    step->name.clear();
+  }
+  return step;
+}
+
 Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
 {
   const auto parsed = ParseJson(text);
@@ -104,42 +190,22 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
   {
     return Wrong(line, "not a JSON object");
   }
+  using Kind = SessionStep::Kind;
   const JsonValue& object = *parsed;
-  if (FindMember(object, "touches"))
-  {
-    return ParseTouches(object, line);
-  }
-  if (FindMember(object, "screenshot"))
-  {
-    return ParseNamed(object, line, "screenshot", SessionStep::Kind::Screenshot);
-  }
-  if (FindMember(object, "select"))
-  {
-    return ParseNamed(object, line, "select", SessionStep::Kind::Select);
-  }
-  if (FindMember(object, "turning"))
-  {
-    auto step = ParseNamed(object, line, "turning", SessionStep::Kind::Turning);
-    if (step && step->name != "upright" && step->name != "free")
-    {
-      return Wrong(line, "one can turn 'upright' or 'free' only");
-    }
-    return step;
-  }
-  if (FindMember(object, "wait"))
-  {
-    auto step = ParseNamed(object, line, "wait", SessionStep::Kind::WaitForIdle);
-    if (step && step->name != "idle")
-    {
-      return Wrong(line, "one can wait for 'idle' only");
-    }
-    if (step)
-    {
-      step->name.clear();
-    }
-    return step;
-  }
-  return Wrong(line, "none of 'touches', 'wait', 'screenshot', 'select', 'turning'");
+  const auto has = [&object](const char* key) { return FindMember(object, key) != nullptr; };
+  return has("touches")      ? ParseTouches(object, line)
+         : has("zoom")       ? ParseZoom(object, line)
+         : has("wait")       ? ParseWait(object, line)
+         : has("rings")      ? ParseRings(object, line)
+         : has("window")     ? ParseWindow(object, line)
+         : has("select")     ? ParseNamed(object, line, "select", Kind::Select)
+         : has("screenshot") ? ParseNamed(object, line, "screenshot", Kind::Screenshot)
+         : has("go")         ? ParseWord(object, line, "go", Kind::Go, { "home", "undo", "back" })
+         : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
+         : has("detail")
+           ? ParseWord(object, line, "detail", Kind::Detail, { "view", "level", "full" })
+           : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', 'go', "
+                         "'turning', 'detail', 'rings', 'window'");
 }
 
 }
@@ -170,6 +236,44 @@ Result<std::vector<SessionStep>> ParseSession(
   return steps;
 }
 
+Status Perform(const SessionStep& step, ViewerSession& session)
+{
+  switch (step.kind)
+  {
+    case SessionStep::Kind::Select:
+      return session.SelectModel(step.name);
+    case SessionStep::Kind::Touches:
+      session.HandleTouches(step.frame);
+      break;
+    case SessionStep::Kind::Zoom:
+      session.Zoom(step.factor, step.x, step.y);
+      break;
+    case SessionStep::Kind::Go:
+      step.name == "home"   ? session.GoHome()
+      : step.name == "undo" ? session.UndoView()
+                            : session.LeaveFullScreen();
+      break;
+    case SessionStep::Kind::Turning:
+      session.SetTurning(step.name == "free" ? Turning::Free : Turning::Upright);
+      break;
+    case SessionStep::Kind::Detail:
+      session.SetDetail(step.name == "level"  ? DetailMode::Level
+                        : step.name == "full" ? DetailMode::Full
+                                              : DetailMode::View);
+      break;
+    case SessionStep::Kind::Rings:
+      session.SetRings(step.rings);
+      break;
+    case SessionStep::Kind::Window:
+      session.Resize(step.window);
+      break;
+    case SessionStep::Kind::WaitForIdle:
+    case SessionStep::Kind::Screenshot:
+      break;
+  }
+  return {};
+}
+
 std::string FormatSessionStep(const SessionStep& step)
 {
   JsonWriter json;
@@ -194,8 +298,24 @@ std::string FormatSessionStep(const SessionStep& step)
     case SessionStep::Kind::Select:
       json.Member("select", step.name);
       break;
+    case SessionStep::Kind::Zoom:
+      json.Member("zoom", step.factor).Member("x", step.x).Member("y", step.y);
+      break;
+    case SessionStep::Kind::Go:
+      json.Member("go", step.name);
+      break;
     case SessionStep::Kind::Turning:
       json.Member("turning", step.name);
+      break;
+    case SessionStep::Kind::Detail:
+      json.Member("detail", step.name);
+      break;
+    case SessionStep::Kind::Rings:
+      json.Member("rings", step.rings);
+      break;
+    case SessionStep::Kind::Window:
+      json.Key("window").BeginArray().Put(step.window.width).Put(step.window.height).EndArray();
+      json.Member("ratio", step.window.pixelRatio);
       break;
     case SessionStep::Kind::WaitForIdle:
       json.Member("wait", "idle");

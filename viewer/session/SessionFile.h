@@ -2,17 +2,25 @@
 // Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
 // README's picture.
 //
-//   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}   the fingers on the screen at that time, all
-//   of them
-//   {"wait":"idle"}                                   until everything that was asked for has come
-//   {"screenshot":"NAME.png"}                         the picture as it is now
-//   {"select":"MODEL"}                                choose a model; the one that is chosen
-//   already: full screen
-//   {"turning":"upright"}                             how fingers turn the model from here on:
-//   upright or free, which it is before
+//   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}
+//       the fingers on the screen at that time, all of them
+//   {"wait":"idle"}             until everything that was asked for has come
+//   {"screenshot":"NAME.png"}   the picture as it is now
+//   {"select":"MODEL"}          choose a model; the one that is chosen already: full screen
+//   {"zoom":1.25,"x":640,"y":360}
+//       a wheel enlarges so much about that pixel
+//   {"go":"home"}               the first view again; "undo": the one before the last jump; "back":
+//                               out of full screen
+//   {"turning":"upright"}       how fingers turn the model from here on: upright or free, which it
+//                               is before
+//   {"detail":"level"}          view, level or full from here on
+//   {"rings":2}                 of the next regions
+//   {"window":[1280,720],"ratio":1}
+//       how many pixels the window has from here on, and how many of them make a point
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/session/Camera.h"
 #include "viewer/session/GestureRecognizer.h"
 
 #include <functional>
@@ -23,6 +31,8 @@
 namespace kdstream
 {
 
+class ViewerSession;
+
 struct SessionStep
 {
   enum class Kind
@@ -31,11 +41,22 @@ struct SessionStep
     WaitForIdle,
     Screenshot,
     Select,
-    Turning
+    Zoom,
+    Go,
+    Turning,
+    Detail,
+    Rings,
+    Window
   };
   Kind kind = Kind::WaitForIdle;
-  TouchFrame frame; // of Touches
-  std::string name; // file of Screenshot, model of Select, "upright" or "free" of Turning
+  TouchFrame frame;   // of Touches
+  std::string name{}; // file of Screenshot, model of Select, word of Go, Turning and Detail
+  double factor = 1;  // of Zoom, above 0
+  double x = 0, y = 0;
+  unsigned rings = 1; // 1-3
+  Viewport window{};  // sides of 1 to largestSide pixels, ratio from 1/8 to 8
+
+  static constexpr int largestSide = 8192;
   bool operator==(const SessionStep&) const = default;
 };
 
@@ -45,6 +66,10 @@ struct SessionStep
 // `check` says.
 Result<std::vector<SessionStep>> ParseSession(
   std::string_view text, const std::function<Status(const SessionStep&)>& check = {});
+
+// Does to the session what a person did: nothing for WaitForIdle and Screenshot, which are the
+// player's. Errors: those of SelectModel.
+Status Perform(const SessionStep& step, ViewerSession& session);
 
 // The step as one line, without the line's end. Parsing it gives the same step again, bit for bit.
 std::string FormatSessionStep(const SessionStep& step);

@@ -113,7 +113,8 @@ bool ViewerSession::SetRegion(NodeId cell)
   }
   for (const std::uint32_t partition : region.partitions)
   {
-    region.box.Add(*model.tree.OfPartition(NodeOfPartition(partition, depths)));
+    region.boxes.push_back(*model.tree.OfPartition(NodeOfPartition(partition, depths)));
+    region.box.Add(region.boxes.back());
   }
   if (this->Region && this->ByView())
   {
@@ -121,6 +122,11 @@ bool ViewerSession::SetRegion(NodeId cell)
   }
   this->Region = std::move(region);
   return true;
+}
+
+std::vector<Box> ViewerSession::RegionBoxes() const
+{
+  return this->Region ? this->Region->boxes : std::vector<Box>();
 }
 
 }

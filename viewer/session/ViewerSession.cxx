@@ -161,6 +161,22 @@ void ViewerSession::SetRings(unsigned rings)
   this->Trace("rings");
 }
 
+void ViewerSession::SetBudgets(std::uint64_t triangles, std::uint64_t bytes)
+{
+  this->Options.refinement.triangles = this->Options.policy.triangleBudget = triangles;
+  this->Options.refinement.bytes = bytes;
+  if (this->Current)
+  {
+    Model& model = *this->Current;
+    model.policy = LevelPolicy(FactsOf(model.description), this->Options.policy);
+    model.refinement = model.next = ViewRefinement(model.description, this->Options.refinement);
+    this->LastSituation.reset();
+    this->FollowZoom();
+  }
+  this->Update();
+  this->Trace("budgets");
+}
+
 void ViewerSession::SetAhead(std::size_t bytes)
 {
   this->Options.aheadBytes = bytes;

@@ -135,6 +135,8 @@ public:
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
+  // From now on at most about so many triangles are shown, and so many bytes taken.
+  void SetBudgets(std::uint64_t triangles, std::uint64_t bytes);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);
   // Whether the parts of the next surfaces tell where they glide from (DrawnSurface::Part); at
@@ -179,6 +181,8 @@ public:
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
+  // The boxes of the region's partitions, that of the picked one first; none without a region.
+  std::vector<Box> RegionBoxes() const;
   // The pieces that the shown surface is drawn from.
   const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.
@@ -207,6 +211,7 @@ private:
     std::vector<std::uint32_t> partitions; // nearest first
     bool whole = true;                     // not cut off by mostRegionPartitions
     Box box;
+    std::vector<Box> boxes; // of these
   };
 
   struct EarlierView

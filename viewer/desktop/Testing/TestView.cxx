@@ -276,12 +276,14 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
       " error: folder.jsonl: line 1: no/w.png: cannot create a file in no: No such file" },
     { offscreen + "--replay empty.jsonl", 1, " error: empty.jsonl: is empty" },
     { offscreen + "--replay blank.jsonl", 1, " error: blank.jsonl: has no steps" },
-    { "", 2, "--offscreen" },
+    { "", 1,
+      " error: no window can be opened: X11: the environment variable DISPLAY is not set; "
+      "--offscreen auto draws without one" },
     { "--offscreen window", 2, "window" },
     { "--offscreen auto --size 0x5", 2, "0x5" },
     { "--offscreen auto --size 64x64x3", 2, "64x64x3" },
     { offscreen + "--rings 4", 2, "rings" },
-    { offscreen + "--cache here", 2, "--cache" },
+    { offscreen + "--cache-size lots", 2, "--cache-size" },
     { offscreen + "--colour-by height", 2, "colour-by" },
     { offscreen + "--model nobody", 1, "'nobody'" },
     { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
@@ -299,23 +301,84 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
   }
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "w.jpg"));
-  EXPECT_EQ(this->Run("nowhere " + offscreen), 2);
-  EXPECT_EQ(this->Err,
-    "kdstream-view: error: 'nowhere' is not a server's address: it must be http://HOST:PORT\n");
+  EXPECT_EQ(this->Run("nowhere " + offscreen), 1);
+  EXPECT_EQ(this->Err, "kdstream-view: error: nowhere: there is no such file, and the address of a "
+                       "server is http://HOST:PORT\n");
   EXPECT_EQ(this->Run("https://127.0.0.1 " + offscreen), 2);
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: 'https://127.0.0.1': https is not", 0), 0U)
     << this->Err;
-  EXPECT_EQ(this->Run(". " + offscreen), 2);
-  EXPECT_NE(this->Err.find(".: is a folder, and"), std::string::npos) << this->Err;
-  this->Write("m.kds", "");
-  EXPECT_EQ(this->Run("m.kds " + offscreen), 2);
-  EXPECT_EQ(this->Err,
-    "kdstream-view: error: m.kds: is a file, and this version looks at servers alone "
-    "(http://HOST:PORT): kdstream-serve serves the folder that it is in\n");
+  EXPECT_EQ(this->Run(". " + offscreen), 1);
+  EXPECT_EQ(this->Err, "kdstream-view: error: .: no stores (.kds) are in this folder\n");
+  this->Write("m.kds", "SQLite format 3");
+  EXPECT_EQ(this->Run("m.kds " + offscreen), 1);
+  EXPECT_EQ(this->Err.rfind("kdstream-view: error: m.kds: ", 0), 0U) << this->Err;
+  EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;
   const std::string url = this->Server->Url();
   this->Server.reset();
   EXPECT_EQ(this->Run(url + " " + offscreen), 1);
   EXPECT_NE(this->Err.find("cannot be reached"), std::string::npos) << this->Err;
+}
+
+std::string TetrahedronPly()
+{
+  return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+}
+
+TEST_F(TestView, AMeshIsBuiltOnceAndKeptInTheCache)
+{
+  this->Write("My solid.ply", TetrahedronPly());
+  const std::string look = "--offscreen auto --size 64x64 --screenshot p.png --cache kept";
+  ASSERT_EQ(this->Run("'My solid.ply' " + look), 0) << this->Err;
+  EXPECT_TRUE(this->IsPicture("p.png"));
+  const std::string picture = ReadText(this->Folder / "p.png");
+  std::vector<std::filesystem::path> stores;
+  const auto list = [&]
+  {
+    stores.clear();
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(this->Folder / "kept"))
+    {
+      if (entry.is_regular_file())
+      {
+        stores.push_back(entry.path());
+      }
+    }
+  };
+  list();
+  ASSERT_EQ(stores.size(), 1u);
+  EXPECT_EQ(stores[0].filename(), "My_solid.kds");
+  const auto built = std::filesystem::last_write_time(stores[0]);
+  const auto store = stores[0];
+  ASSERT_EQ(this->Run("'My solid.ply' " + look), 0) << this->Err;
+  EXPECT_EQ(std::filesystem::last_write_time(store), built) << "it was there";
+  EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
+  // The store itself, and the folder that it is in.
+  for (const auto& path : { store, store.parent_path() })
+  {
+    ASSERT_EQ(this->Run("'" + path.string() + "' " + look), 0) << this->Err;
+    EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
+  }
+  // Another mesh takes its place where the cache is full; what is shown stays.
+  this->Write("other.ply", TetrahedronPly() + "\n");
+  ASSERT_EQ(this->Run("other.ply " + look + " --cache-size 1"), 0) << this->Err;
+  list();
+  ASSERT_EQ(stores.size(), 1u);
+  EXPECT_EQ(stores[0].filename(), "other.kds");
+}
+
+TEST_F(TestView, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
+{
+  this->Write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n");
+  const std::string look = "--offscreen auto --size 64x64 --screenshot p.png --cache ";
+  EXPECT_EQ(this->Run("bad.ply " + look + "kept"), 1);
+  EXPECT_EQ(this->Err.rfind("kdstream-view: error: ", 0), 0u) << this->Err;
+  EXPECT_NE(this->Err.find("bad.ply: "), std::string::npos) << this->Err;
+  EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "kept" / "stores"));
+  this->Write("solid.ply", TetrahedronPly());
+  this->Write("file", "");
+  EXPECT_EQ(this->Run("solid.ply " + look + "file"), 1);
+  EXPECT_NE(this->Err.find("cannot be created"), std::string::npos) << this->Err;
 }
 
 TEST_F(TestView, TellsItsOptionsAndVersion)
@@ -336,5 +399,6 @@ int main(int argc, char** argv)
 {
   ::testing::InitGoogleTest(&argc, argv);
   program = argc > 1 ? argv[1] : "kdstream-view";
+  ::unsetenv("DISPLAY"); // a window would wait for somebody
   return RUN_ALL_TESTS();
 }

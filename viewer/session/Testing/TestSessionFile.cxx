@@ -12,20 +12,28 @@ using Kind = SessionStep::Kind;
 namespace
 {
 
-TEST(TestSessionFile, ReadsTheFiveKindsOfLines)
+TEST(TestSessionFile, ReadsEveryKindOfLine)
 {
   const auto steps = ParseSession("{\"select\":\"dragon\"}\n\n{\"wait\":\"idle\"}\r\n"
                                   "{\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360.5}]}\n"
                                   "{\"t\":0.3,\"touches\":[]}\n{\"screenshot\":\"a b.png\"}\n"
-                                  "{\"turning\":\"upright\"}");
+                                  "{\"turning\":\"upright\"}\n{\"detail\":\"level\"}\n"
+                                  "{\"go\":\"home\"}\n{\"rings\":3}\n"
+                                  "{\"zoom\":1.5,\"x\":-2,\"y\":7.5}\n"
+                                  "{\"window\":[640,480],\"ratio\":2}");
   ASSERT_TRUE(steps) << steps.GetError().message;
-  ASSERT_EQ(steps->size(), 6u);
+  ASSERT_EQ(steps->size(), 11u);
   EXPECT_EQ((*steps)[0], (SessionStep{ Kind::Select, {}, "dragon" }));
   EXPECT_EQ((*steps)[1], (SessionStep{ Kind::WaitForIdle, {}, {} }));
   EXPECT_EQ((*steps)[2], (SessionStep{ Kind::Touches, { 0.25, { { 1, 640, 360.5 } } }, {} }));
   EXPECT_EQ((*steps)[3], (SessionStep{ Kind::Touches, { 0.3, {} }, {} }));
   EXPECT_EQ((*steps)[4], (SessionStep{ Kind::Screenshot, {}, "a b.png" }));
   EXPECT_EQ((*steps)[5], (SessionStep{ Kind::Turning, {}, "upright" }));
+  EXPECT_EQ((*steps)[6], (SessionStep{ Kind::Detail, {}, "level" }));
+  EXPECT_EQ((*steps)[7], (SessionStep{ Kind::Go, {}, "home" }));
+  EXPECT_EQ((*steps)[8], (SessionStep{ Kind::Rings, {}, {}, 1, 0, 0, 3 }));
+  EXPECT_EQ((*steps)[9], (SessionStep{ Kind::Zoom, {}, {}, 1.5, -2, 7.5 }));
+  EXPECT_EQ((*steps)[10], (SessionStep{ Kind::Window, {}, {}, 1, 0, 0, 1, { 640, 480, 2 } }));
   EXPECT_TRUE(ParseSession("")->empty());
 }
 
@@ -37,7 +45,18 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
     { "{}", "none of" },
     { R"({"wait":"long"})", "'idle'" },
     { R"({"wait":1})", "'wait'" },
-    { R"({"turning":"round"})", "'upright' or 'free'" },
+    { R"({"turning":"round"})", "'upright', 'free'" },
+    { R"({"go":"away"})", "'home', 'undo', 'back'" },
+    { R"({"detail":"high"})", "'view', 'level', 'full'" },
+    { R"({"rings":4})", "'rings'" },
+    { R"({"rings":1.5})", "'rings'" },
+    { R"({"zoom":0,"x":1,"y":1})", "above 0" },
+    { R"({"zoom":2,"x":1})", "'y'" },
+    { R"({"window":[640],"ratio":1})", "'window'" },
+    { R"({"window":[640,0],"ratio":1})", "'window'" },
+    { R"({"window":[640,9000],"ratio":1})", "'window'" },
+    { R"({"window":[640,480],"ratio":0})", "'ratio'" },
+    { R"({"window":[640,480]})", "'ratio'" },
     { R"({"select":""})", "'select'" },
     { R"({"screenshot":"a.png","quality":3})", "'quality'" },
     { R"({"touches":[]})", "'t'" },
@@ -64,8 +83,10 @@ TEST(TestSessionFile, WritesWhatItReads)
   std::uniform_real_distribution<double> any(-1e4, 1e4);
   std::string text;
   std::vector<SessionStep> steps = { { Kind::Select, {}, "a \"quoted\" \\ name\n\x01" },
-    { Kind::WaitForIdle, {}, {} }, { Kind::Screenshot, {}, "x.png" },
-    { Kind::Turning, {}, "free" } };
+    { Kind::WaitForIdle, {}, {} }, { Kind::Screenshot, {}, "x.png" }, { Kind::Turning, {}, "free" },
+    { Kind::Detail, {}, "full" }, { Kind::Go, {}, "undo" }, { Kind::Rings, {}, {}, 1, 0, 0, 2 },
+    { Kind::Zoom, {}, {}, 1.0 / 3, 0.1, 1e-9 },
+    { Kind::Window, {}, {}, 1, 0, 0, 1, { 8192, 1, 1.5 } } };
   for (int i = 0; i < 500; ++i)
   {
     SessionStep step{ Kind::Touches, { any(random) / 3, {} }, {} };

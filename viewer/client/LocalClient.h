@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores of this machine as a session's source: what a server would send is read from the file, on
+// a thread of its own. Step "receive" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ModelSource.h"
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace kdstream
+{
+
+class ServedModel;
+
+class LocalClient final : public ModelSource
+{
+public:
+  // Models by id.
+  explicit LocalClient(std::vector<std::shared_ptr<const ServedModel>> models);
+  // A store, as the model of its name without the ending (ModelIdLike), or all stores of a folder. Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for
+  // a folder without a store that can be read, naming what is wrong with the first.
+  static Result<std::unique_ptr<LocalClient>> Open(const std::filesystem::path& storeOrFolder);
+  // Ends the thread.
+  ~LocalClient() override;
+
+  const std::vector<ModelSummary>& Models() const override { return this->ModelList; }
+  void Send(const SessionRequest& request) override;
+  std::vector<ClientEvent> Take() override;
+  bool Wait(std::chrono::milliseconds atMost) override;
+
+private:
+  class Reader;
+
+  std::vector<ModelSummary> ModelList;
+  std::unique_ptr<Reader> Kept;
+};
+
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a session's models come from: a server, or files of this machine. Step "receive" of the
+// README's picture.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "viewer/client/ClientEvent.h"
+
+#include <chrono>
+#include <vector>
+
+namespace kdstream
+{
+
+// Every request is answered: by all its blobs, or by failures.
+// Threads: Send, Take and Wait may be called from any threads.
+class ModelSource
+{
+public:
+  virtual ~ModelSource() = default;
+
+  virtual const std::vector<ModelSummary>& Models() const = 0;
+
+  virtual void Send(const SessionRequest& request) = 0;
+  // What has come since the last call, in order.
+  virtual std::vector<ClientEvent> Take() = 0;
+  // Waits until there is something to take; false if nothing has come in that time.
+  virtual bool Wait(std::chrono::milliseconds atMost) = 0;
+};
+
+}

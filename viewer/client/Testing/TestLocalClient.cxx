@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores of this machine as a session's source.
+#include "viewer/client/LocalClient.h"
+#include "viewer/client/Testing/TorusCatalog.h"
+#include "viewer/session/ViewerSession.h"
+
+#include "Testing/Fixtures/TemporaryFolder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+using namespace kdstream;
+using fixtures::TemporaryFolder;
+using kdstream::testing::TorusModel;
+
+namespace
+{
+
+std::shared_ptr<TorusModel> Named(const std::string& id)
+{
+  auto model = std::make_shared<TorusModel>();
+  model->described = kdstream::testing::Torus().Description();
+  model->described->id = id;
+  return model;
+}
+
+// Until nothing is outstanding; false where the source falls silent.
+bool Settle(ViewerSession& session, ModelSource& source)
+{
+  for (;;)
+  {
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      source.Send(request);
+    }
+    session.BeginFrame();
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      source.Send(request);
+    }
+    if (session.IsIdle())
+    {
+      return true;
+    }
+    if (!source.Wait(std::chrono::seconds(20)))
+    {
+      return false;
+    }
+    for (const ClientEvent& event : source.Take())
+    {
+      Deliver(event, session);
+    }
+  }
+}
+
+TEST(TestLocalClient, ShowsOneModelAfterTheOther)
+{
+  LocalClient source({ Named("a"), Named("b") });
+  ASSERT_EQ(source.Models().size(), 2u);
+  EXPECT_EQ(source.Models()[1].id, "b");
+  ViewerSession session;
+  session.Resize({ 800, 600, 1 });
+  session.SetModels(source.Models());
+  for (const std::string id : { "a", "b", "a" })
+  {
+    ASSERT_TRUE(session.SelectModel(id));
+    ASSERT_TRUE(Settle(session, source));
+    session.EnterFullScreen();
+    ASSERT_TRUE(Settle(session, source));
+    EXPECT_GT(session.GetStatus().triangles, 4000u);
+    EXPECT_EQ(session.GetStatus().error, "");
+    EXPECT_EQ(session.GetStatus().model, id);
+  }
+}
+
+TEST(TestLocalClient, WhatIsDamagedOrNotThereIsTold)
+{
+  const auto model = Named("a");
+  const TreeDepths depths = model->Description().depths;
+  model->damaged =
+    protocol::BlobId::LevelPiece(static_cast<std::uint8_t>(PreviewLevel(model->Description())), 1);
+  LocalClient source({ model });
+  ViewerSession session;
+  session.SetModels(source.Models());
+  ASSERT_TRUE(session.SelectModel("a"));
+  ASSERT_TRUE(Settle(session, source));
+  EXPECT_NE(session.GetStatus().error.find("its checksum is wrong"), std::string::npos)
+    << session.GetStatus().error << depths.finest;
+
+  ViewerSession unknowing; // of the list
+  ASSERT_TRUE(unknowing.SelectModel("nobody"));
+  ASSERT_TRUE(Settle(unknowing, source));
+  EXPECT_NE(unknowing.GetStatus().error.find("nobody"), std::string::npos);
+}
+
+TEST(TestLocalClient, WhatIsCalledBackDoesNotCome)
+{
+  const auto model = Named("a");
+  LocalClient source({ model });
+  SessionRequest open;
+  open.id = 1;
+  open.model = "a";
+  source.Send(open);
+  SessionRequest all;
+  all.kind = SessionRequest::Kind::Blobs;
+  all.id = 2;
+  for (std::uint32_t i = 0; i < 100'000; ++i)
+  {
+    all.blobs.push_back(protocol::BlobId::Partition(i));
+  }
+  source.Send(all);
+  SessionRequest cancel;
+  cancel.kind = SessionRequest::Kind::Cancel;
+  cancel.id = 2;
+  source.Send(cancel);
+  all.id = 3;
+  all.blobs.resize(1);
+  source.Send(all);
+  std::size_t cancelled = 0;
+  for (bool last = false; !last;)
+  {
+    ASSERT_TRUE(source.Wait(std::chrono::seconds(20)));
+    for (const ClientEvent& event : source.Take())
+    {
+      cancelled += event.request == 2 ? 1 : 0;
+      last |= event.request == 3;
+    }
+  }
+  EXPECT_LT(cancelled, 100'000u);
+}
+
+TEST(TestLocalClient, WhatIsNoStoreIsRefused)
+{
+  const TemporaryFolder folder;
+  const auto empty = LocalClient::Open(folder.Path);
+  ASSERT_FALSE(empty);
+  EXPECT_EQ(empty.GetError().code, ErrorCode::NotFound);
+  EXPECT_NE(empty.GetError().message.find("no stores (.kds)"), std::string::npos);
+  std::ofstream(folder / "m.kds") << "SQLite format 3";
+  for (const auto& path : { folder.Path, folder / "m.kds" })
+  {
+    const auto opened = LocalClient::Open(path);
+    ASSERT_FALSE(opened) << path;
+    EXPECT_FALSE(opened.GetError().message.empty());
+  }
+  EXPECT_NE(LocalClient::Open(folder.Path).GetError().message.find("m.kds: "), std::string::npos);
+}
+
+}

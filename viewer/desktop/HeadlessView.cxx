@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A look without a screen: see HeadlessView.h.
+#include "viewer/desktop/HeadlessView.h"
+
+#include "filters/core/SystemReason.h"
+#include "viewer/desktop/Player.h"
+#include "viewer/desktop/ViewReport.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <set>
+
+namespace kdstream
+{
+namespace
+{
+
+// Whether the picture of a step, if it is one, can be written beside `replay`, which names it.
+Status CheckStep(const SessionStep& step, const std::string& replay)
+{
+  if (step.kind != SessionStep::Kind::Screenshot)
+  {
+    return {};
+  }
+  if (const std::string wrong = CheckPicture(step.name); !wrong.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, wrong };
+  }
+  const auto place = At(step.name, CheckOutput(step.name, OutputKind::File, { replay }));
+  return place ? Status{} : place.GetError();
+}
+
+// The model to begin with: the one that is named, or the only one; empty if the replay selects one
+// itself.
+Result<std::string> FirstModel(const ViewOptions& line, const std::vector<SessionStep>& steps,
+  const std::vector<ModelSummary>& models)
+{
+  if (!line.model.empty())
+  {
+    return line.model;
+  }
+  for (const SessionStep& step : steps)
+  {
+    if (step.kind == SessionStep::Kind::Select)
+    {
+      return std::string();
+    }
+    if (step.kind == SessionStep::Kind::Touches)
+    {
+      break;
+    }
+  }
+  if (models.size() == 1)
+  {
+    return models[0].id;
+  }
+  if (models.empty())
+  {
+    return Error{ ErrorCode::NotFound, "there are no models" };
+  }
+  std::string names;
+  for (const ModelSummary& model : models)
+  {
+    names += (names.empty() ? "" : ", ") + model.id;
+  }
+  return Error{ ErrorCode::InvalidArgument,
+    "there are several models; choose one by --model: " + names };
+}
+
+// What is played: the session file, or one model in full screen.
+std::vector<SessionStep> Script(
+  const std::string& first, const std::vector<SessionStep>& replay, const ViewOptions& line)
+{
+  using Kind = SessionStep::Kind;
+  std::vector<SessionStep> steps;
+  if (!first.empty())
+  {
+    steps.push_back({ Kind::Select, {}, first });
+    steps.push_back({ Kind::WaitForIdle, {}, {} });
+  }
+  if (line.replay.empty())
+  {
+    steps.push_back({ Kind::Select, {}, first }); // again: full screen
+    steps.push_back({ Kind::WaitForIdle, {}, {} });
+  }
+  steps.insert(steps.end(), replay.begin(), replay.end());
+  if (!line.screenshot.empty())
+  {
+    steps.push_back({ Kind::Screenshot, {}, line.screenshot });
+  }
+  return steps;
+}
+
+// Of a look that leaves nothing behind, which would be silent, that it has worked.
+void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
+  const std::vector<SessionStep>& steps, const ViewerSession& session)
+{
+  const bool pictures = std::any_of(steps.begin(), steps.end(),
+    [](const SessionStep& step) { return step.kind == SessionStep::Kind::Screenshot; });
+  if (!pictures && line.record.empty() && line.statistics.empty() && line.report.empty())
+  {
+    std::cerr << program << ": showed " << session.Statistics().size() << " pieces of "
+              << line.source << ", and wrote nothing: --screenshot FILE writes a picture\n";
+  }
+}
+
+// What is told of pictures that show nothing, or less than they should.
+class ToldPictures
+{
+public:
+  ToldPictures(std::string program, const ViewerSession& session)
+    : Program(std::move(program))
+    , Session(session)
+  {
+  }
+
+  // A part of the model that is looked at could not be loaded.
+  void AddFailure() { this->Incomplete.insert(this->Session.GetStatus().model); }
+
+  // Of a step that was played: the exit code. Errors: those of the step, but a picture of nothing.
+  Result<int> Tell(const SessionStep& step, const Status& played) const
+  {
+    const bool picture = step.kind == SessionStep::Kind::Screenshot;
+    if (picture && !played && played.GetError().code == ErrorCode::NotFound)
+    {
+      return PrintError(this->Program, step.name, played.GetError()); // the others go on
+    }
+    KDSTREAM_TRY(played);
+    if (picture && this->Incomplete.count(this->Session.GetStatus().model) > 0)
+    {
+      std::cerr << this->Program << ": warning: " << step.name
+                << ": is incomplete: a part of the model could not be loaded\n";
+    }
+    return exitDone;
+  }
+
+private:
+  std::string Program;
+  const ViewerSession& Session;
+  std::set<std::string> Incomplete; // models
+};
+
+}
+
+Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
+{
+  if (file.empty())
+  {
+    return std::vector<SessionStep>();
+  }
+  std::ifstream input(file, std::ios::binary);
+  if (!input)
+  {
+    return Error{ ErrorCode::NotFound, "cannot be read: " + SystemReason(errno) };
+  }
+  const std::string text{ std::istreambuf_iterator<char>(input), {} };
+  auto steps =
+    ParseSession(text, [&file](const SessionStep& step) { return CheckStep(step, file); });
+  if (steps && steps->empty())
+  {
+    return Error{ ErrorCode::InvalidInput,
+      std::string(text.empty() ? "is empty" : "has no steps") +
+        ": a session file has a JSON object a line (--help tells which)" };
+  }
+  return steps;
+}
+
+Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
+  const std::vector<SessionStep>& replay, ModelSource& source)
+{
+  const auto first = At(line.source, FirstModel(line, replay, source.Models()));
+  KDSTREAM_TRY(first);
+  SceneStyle style;
+  style.coloring = line.coloring;
+  const auto window = line.OpensWindow()
+                        ? SessionWindow::MakeOnScreen(line.width, line.height, style)
+                        : SessionWindow::MakeOffscreen(
+                            *ParseWindowBackend(line.offscreen), line.width, line.height, style);
+  KDSTREAM_TRY(window);
+
+  ViewerSession session(SessionOptionsOf(line));
+  session.SetModels(source.Models());
+  session.Resize({ line.width, line.height, 1 });
+  int exitCode = exitDone;
+  ToldPictures pictures(program, session);
+  std::string record;
+  PlayerOptions options;
+  options.record = [&record](const SessionStep& step) { record += FormatSessionStep(step) + "\n"; };
+  options.complain = [&](const std::string& sentence)
+  {
+    exitCode = PrintError(program, line.source, { ErrorCode::NotFound, sentence });
+    pictures.AddFailure();
+  };
+  options.interrupted = Interrupted;
+  ViewReport report;
+  options.drawn = [&] { report.AddFrame(session.GetStatus()); };
+  Player player(source, session, **window, options);
+  const std::vector<SessionStep> steps = Script(*first, replay, line);
+  for (const SessionStep& step : steps)
+  {
+    const bool picture = step.kind == SessionStep::Kind::Screenshot;
+    const auto told = At(picture ? step.name : line.source, pictures.Tell(step, player.Play(step)));
+    KDSTREAM_TRY(told);
+    exitCode = std::max(exitCode, *told);
+  }
+
+  KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));
+  KDSTREAM_TRY(
+    At(line.statistics, WriteOutput(line.statistics, StatisticsJson(session.Statistics()))));
+  KDSTREAM_TRY(At(line.report, WriteOutput(line.report, report.Json(session.GetTraffic()))));
+  TellIfNothingIsWritten(program, line, steps, session);
+  return exitCode;
+}
+
+}

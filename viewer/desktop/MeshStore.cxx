@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores of meshes that somebody looks at: see MeshStore.h.
+//
+// A mesh's store is FOLDER/stores/KEY/NAME.kds, where KEY tells its path, size and time of change:
+// a mesh that is written again gets another one. The time of the folder KEY is that of its last
+// use.
+#include "viewer/desktop/MeshStore.h"
+
+#include "filters/core/SeededHash.h"
+#include "filters/core/SystemReason.h"
+#include "filters/model/ModelDescription.h"
+#include "filters/program/ChildProgram.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+const std::string buildProgram = "kdstream-build";
+
+Result<std::string> KeyOf(const fs::path& mesh)
+{
+  std::error_code failure;
+  const fs::path absolute = fs::canonical(mesh, failure);
+  const auto bytes = failure ? 0 : fs::file_size(absolute, failure);
+  const auto time = failure ? fs::file_time_type{} : fs::last_write_time(absolute, failure);
+  if (failure)
+  {
+    return Error{ ErrorCode::NotFound, "cannot be read: " + failure.message(), mesh.string() };
+  }
+  const std::string facts = absolute.string() + '\n' + std::to_string(bytes) + '\n' +
+                            std::to_string(time.time_since_epoch().count()) + '\n' +
+                            KDSTREAM_VERSION;
+  std::array<char, 17> key;
+  std::snprintf(key.data(), key.size(), "%016llx",
+    static_cast<unsigned long long>(HashOfBytes(std::as_bytes(std::span(facts)), agreedSeed)));
+  return std::string(key.data());
+}
+
+std::uint64_t BytesIn(const fs::path& folder)
+{
+  std::uint64_t sum = 0;
+  std::error_code ignored;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
+  {
+    const auto bytes = entry.is_regular_file(ignored) ? entry.file_size(ignored) : 0;
+    sum += ignored ? 0 : bytes;
+  }
+  return sum;
+}
+
+// Of the stores but `kept` as many are deleted as is needed.
+void MakeRoom(const fs::path& stores, const fs::path& kept, std::uint64_t mostBytes)
+{
+  std::multimap<fs::file_time_type, fs::path> byUse;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(stores, ignored))
+  {
+    if (entry.path() != kept)
+    {
+      byUse.emplace(entry.last_write_time(ignored), entry.path());
+    }
+  }
+  std::uint64_t sum = 0;
+  for (auto newest = byUse.rbegin(); newest != byUse.rend(); ++newest)
+  {
+    sum += BytesIn(newest->second);
+    if (sum > mostBytes)
+    {
+      fs::remove_all(newest->second, ignored);
+    }
+  }
+}
+
+// The build's messages: progress, warnings, and the error.
+class BuildMessages
+{
+public:
+  explicit BuildMessages(const std::function<void(std::string_view)>& warn)
+    : Warn(warn)
+  {
+  }
+
+  void Add(const std::string& text)
+  {
+    for (const char c : text)
+    {
+      if (c == '\n')
+      {
+        this->Understand(std::exchange(this->Line, {}));
+      }
+      else
+      {
+        this->Line += c;
+      }
+    }
+  }
+
+  std::string progress, error;
+
+private:
+  void Understand(std::string line)
+  {
+    static const std::string mark = buildProgram + ": ";
+    if (line.rfind(mark, 0) == 0)
+    {
+      line.erase(0, mark.size());
+    }
+    if (line.rfind("error: ", 0) == 0)
+    {
+      this->error = line.substr(7);
+    }
+    else if (line.rfind("warning: ", 0) == 0)
+    {
+      this->Warn(line.substr(9));
+    }
+    else
+    {
+      this->progress = line;
+    }
+  }
+
+  const std::function<void(std::string_view)>& Warn;
+  std::string Line;
+};
+
+Status Build(const fs::path& mesh, const fs::path& store,
+  const std::function<bool(std::string_view)>& report,
+  const std::function<void(std::string_view)>& warn)
+{
+  const fs::path program = ChildProgram::Beside(buildProgram);
+  if (::access(program.c_str(), X_OK) != 0)
+  {
+    return Error{ ErrorCode::NotFound,
+      "a store is made of it by " + buildProgram + ", which is not there (it was looked for at " +
+        program.string() + ")",
+      mesh.string() };
+  }
+  auto child = ChildProgram::Start(
+    program, { "--output=" + store.string(), "--title=" + mesh.stem().string(), "--", mesh.string() });
+  KDSTREAM_TRY(child);
+  BuildMessages messages(warn);
+  std::string text;
+  for (bool more = true; more;)
+  {
+    if (!report(messages.progress))
+    {
+      return Error{ ErrorCode::Cancelled, "interrupted" };
+    }
+    more = child->Read(text);
+    messages.Add(std::exchange(text, {}));
+  }
+  messages.Add("\n");
+  const int ended = child->Wait();
+  if (!report(""))
+  {
+    return Error{ ErrorCode::Cancelled, "interrupted" };
+  }
+  if (WIFEXITED(ended) && WEXITSTATUS(ended) == 0)
+  {
+    return {};
+  }
+  return Error{ ErrorCode::InvalidInput,
+    messages.error.empty() ? mesh.string() + ": " + buildProgram + " failed" : messages.error };
+}
+
+}
+
+Result<fs::path> UserCacheFolder()
+{
+  for (const auto& [name, below] : { std::pair{ "XDG_CACHE_HOME", "" }, { "HOME", ".cache" } })
+  {
+    const char* folder = std::getenv(name);
+    if (folder && *folder == '/')
+    {
+      return fs::path(folder) / below / "kdstream";
+    }
+  }
+  return Error{ ErrorCode::NotFound,
+    "there is no folder for what is kept: neither XDG_CACHE_HOME nor HOME is set; --cache names "
+    "one" };
+}
+
+bool IsStore(const fs::path& file)
+{
+  static constexpr std::string_view beginning = "SQLite format 3";
+  std::array<char, beginning.size()> bytes{};
+  std::ifstream(file, std::ios::binary).read(bytes.data(), bytes.size());
+  return std::string_view(bytes.data(), bytes.size()) == beginning;
+}
+
+Result<fs::path> StoreOfMesh(const fs::path& mesh, const MeshStores& stores,
+  const std::function<bool(std::string_view progress)>& report,
+  const std::function<void(std::string_view sentence)>& warn)
+{
+  const auto key = KeyOf(mesh);
+  KDSTREAM_TRY(key);
+  const fs::path all = stores.folder / "stores";
+  const fs::path folder = all / *key;
+  const fs::path store = folder / (ModelIdLike(mesh.stem().string()) + ".kds");
+  std::error_code failure;
+  if (!fs::exists(store, failure))
+  {
+    fs::create_directories(folder, failure);
+    if (failure)
+    {
+      return Error{ ErrorCode::InputOutput, "cannot be created: " + failure.message(),
+        folder.string() };
+    }
+    const Status built = Build(mesh, store, report, warn);
+    if (!built)
+    {
+      fs::remove_all(folder, failure);
+      return built.GetError();
+    }
+  }
+  fs::last_write_time(folder, fs::file_time_type::clock::now(), failure);
+  MakeRoom(all, folder, stores.mostBytes);
+  return store;
+}
+
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the command line names, as a source of models: a server, a store, a folder of stores, or a
+// mesh, of which a store is made first.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ModelSource.h"
+#include "viewer/desktop/ViewOptions.h"
+
+#include <functional>
+#include <memory>
+#include <string_view>
+
+namespace kdstream
+{
+
+// Whether it is a server that `source` names, and not a file.
+bool NamesServer(const std::string& source);
+
+// Blocks until the models are known. report, warn: those of StoreOfMesh. Errors: those of
+// ServerClient::Connect, LocalClient::Open and StoreOfMesh; NotFound for what is neither a file nor
+// an address.
+Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
+  const std::function<bool(std::string_view progress)>& report,
+  const std::function<void(std::string_view sentence)>& warn);
+
+}

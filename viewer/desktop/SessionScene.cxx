@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a session says is to be drawn: see SessionScene.h.
+#include "viewer/desktop/SessionScene.h"
+
+namespace kdstream
+{
+
+Status SessionScene::Follow(const ViewerScene& scene)
+{
+  if (this->ShownVersion != scene.surfaceVersion)
+  {
+    this->Middle = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
+    KDSTREAM_TRY(this->Scene.Update(*scene.surface, scene.depths, this->Middle));
+    this->ShownVersion = scene.surfaceVersion;
+  }
+  return this->Scene.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });
+}
+
+}

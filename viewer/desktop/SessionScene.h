@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a session says is to be drawn, in a VTK renderer. Step "render" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/rendering/SurfaceScene.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace kdstream
+{
+
+class SessionScene
+{
+public:
+  // For vtkRenderWindow::AddRenderer. It stays the same.
+  vtkRenderer& Renderer() { return this->Scene.Renderer(); }
+  void SetStyle(const SceneStyle& style) { this->Scene.SetStyle(style); }
+
+  // Takes surface and camera. Only a surface that has changed since the last time costs anything.
+  // Errors: those of SurfaceScene.
+  Status Follow(const ViewerScene& scene);
+
+  // What the surface's coordinates in the renderer are relative to.
+  const Vec3& Center() const { return this->Middle; }
+
+private:
+  SurfaceScene Scene;
+  Vec3 Middle{};
+  std::optional<std::uint64_t> ShownVersion;
+};
+
+}

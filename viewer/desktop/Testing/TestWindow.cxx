@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// kdstream-view's window as a person uses it: on an X server, with xdotool as hands. CMake runs
+// this under xvfb-run.
+#include "server/http/HttpServer.h"
+#include "viewer/client/Testing/TorusCatalog.h"
+#include "viewer/session/SessionFile.h"
+
+#include "Testing/Fixtures/TemporaryFolder.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <stdexcept>
+#include <thread>
+
+using namespace kdstream;
+using namespace std::chrono_literals;
+using fixtures::ReadWhole;
+using fixtures::TemporaryFolder;
+using kdstream::testing::TorusModel;
+
+namespace
+{
+
+std::string program; // kdstream-view
+constexpr int windowWidth = 800, windowHeight = 600;
+constexpr auto patience = 60s; // of each step, on a machine that does other things too
+
+// The same ring under several names.
+class Rings : public Catalog
+{
+public:
+  Rings()
+  {
+    for (const std::string id : { "first", "second", "third" })
+    {
+      auto model = std::make_shared<TorusModel>();
+      model->described = kdstream::testing::Torus().Description();
+      model->described->id = id;
+      model->described->title = "The " + id + " ring";
+      this->All.push_back(model);
+    }
+  }
+  std::vector<std::shared_ptr<const ServedModel>> Models() const override { return this->All; }
+  std::shared_ptr<const ServedModel> Find(std::string_view id) const override
+  {
+    const auto found = std::find_if(this->All.begin(), this->All.end(),
+      [&](const auto& model) { return model->Description().id == id; });
+    return found == this->All.end() ? nullptr : *found;
+  }
+
+private:
+  std::vector<std::shared_ptr<const ServedModel>> All;
+};
+
+// Of the pixels of two pictures those that differ by more than 8 of 255; 1 for other sizes.
+double ShareThatDiffers(const std::filesystem::path& a, const std::filesystem::path& b)
+{
+  const vtkNew<vtkPNGReader> first;
+  const vtkNew<vtkPNGReader> second;
+  first->SetFileName(a.c_str());
+  second->SetFileName(b.c_str());
+  first->Update();
+  second->Update();
+  const auto size = first->GetOutput()->GetNumberOfPoints();
+  if (size == 0 || size != second->GetOutput()->GetNumberOfPoints())
+  {
+    return 1;
+  }
+  const auto* p = static_cast<const unsigned char*>(first->GetOutput()->GetScalarPointer());
+  const auto* q = static_cast<const unsigned char*>(second->GetOutput()->GetScalarPointer());
+  vtkIdType different = 0;
+  for (vtkIdType i = 0; i < size; ++i)
+  {
+    int most = 0;
+    for (vtkIdType c = 3 * i; c < 3 * i + 3; ++c)
+    {
+      most = std::max(most, std::abs(p[c] - q[c]));
+    }
+    different += most > 8 ? 1 : 0;
+  }
+  return static_cast<double>(different) / static_cast<double>(size);
+}
+
+class TestWindow : public ::testing::Test
+{
+protected:
+  TestWindow() { this->Server = std::move(*HttpServer::Start(this->Models, {})); }
+  ~TestWindow() override
+  {
+    if (this->Process > 0)
+    {
+      ::kill(this->Process, SIGKILL);
+      ::waitpid(this->Process, nullptr, 0);
+    }
+  }
+
+  static void Do(const std::string& command)
+  {
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  }
+  static void Hands(const std::string& what) { Do("xdotool " + what + " >/dev/null"); }
+
+  // Opens the window and waits until it is there.
+  void Open(const std::string& arguments)
+  {
+    this->Process = ::fork();
+    if (this->Process == 0)
+    {
+      const std::string command = "cd '" + this->Folder.Path.string() + "' && exec '" + program +
+                                  "' " + arguments + " >out 2>err";
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      ::_exit(127);
+    }
+    Hands("search --sync --onlyvisible --class kdstream-view");
+  }
+
+  // Presses keys until the program has ended; its exit code.
+  int End()
+  {
+    int status = 0;
+    const auto last = std::chrono::steady_clock::now() + patience;
+    while (::waitpid(this->Process, &status, WNOHANG) == 0)
+    {
+      if (std::chrono::steady_clock::now() > last)
+      {
+        ADD_FAILURE() << "it does not end";
+        return -1;
+      }
+      std::system("xdotool key q >/dev/null 2>&1");
+      std::this_thread::sleep_for(200ms);
+    }
+    this->Process = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  std::string Err() { return ReadWhole(this->Folder / "err"); }
+
+  std::size_t Pictures(const std::string& model)
+  {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(this->Folder.Path))
+    {
+      const std::string name = entry.path().filename().string();
+      count += name.rfind(model, 0) == 0 && name.ends_with(".png") ? 1 : 0;
+    }
+    return count;
+  }
+
+  // Presses S until two pictures of the model are alike; the name of the last.
+  std::string SettledPicture(const std::string& model)
+  {
+    std::filesystem::path before;
+    const auto last = std::chrono::steady_clock::now() + patience;
+    while (std::chrono::steady_clock::now() < last)
+    {
+      const std::size_t count = this->Pictures(model) + 1;
+      const std::filesystem::path now =
+        this->Folder / (model + (count > 1 ? "-" + std::to_string(count) : "") + ".png");
+      while (!std::filesystem::exists(now) && std::chrono::steady_clock::now() < last)
+      {
+        Hands("key s"); // once more where nothing was shown yet
+        for (int i = 0; i < 20 && !std::filesystem::exists(now); ++i)
+        {
+          std::this_thread::sleep_for(50ms);
+        }
+      }
+      if (!before.empty() && ReadWhole(now) == ReadWhole(before))
+      {
+        return now.filename().string();
+      }
+      before = now;
+      std::this_thread::sleep_for(300ms);
+    }
+    throw std::runtime_error("the picture of " + model + " does not settle; " + this->Err());
+  }
+
+  Rings Models;
+  std::unique_ptr<HttpServer> Server;
+  TemporaryFolder Folder;
+  pid_t Process = -1;
+};
+
+// The middle of a preview in the strip of three.
+std::string Preview(int i)
+{
+  constexpr int step = 138;
+  constexpr int left = (windowWidth - 3 * step + 10) / 2;
+  return std::to_string(left + i * step + 64) + " " + std::to_string(windowHeight - 90);
+}
+
+std::string Size()
+{
+  return std::to_string(windowWidth) + "x" + std::to_string(windowHeight);
+}
+
+TEST_F(TestWindow, WhatAPersonDoesIsShownAndPlaysAgain)
+{
+  this->Open(this->Server->Url() + " --size " + Size() +
+             " --record r.jsonl --report report.json --stats stats.json");
+  // The first model's preview, above the strip.
+  const std::string preview = this->SettledPicture("first");
+  // A click on another preview: that model, in the whole window.
+  Hands("mousemove " + Preview(1) + " click 1");
+  const std::string opened = this->SettledPicture("second");
+  ASSERT_FALSE(opened.empty());
+  EXPECT_EQ(ShareThatDiffers(this->Folder / preview, this->Folder / opened), 1)
+    << "the strip has gone: the model has the whole window";
+  // The wheel, on the ring.
+  Hands("mousemove 400 420");
+  for (int i = 0; i < 4; ++i)
+  {
+    Hands("click 4");
+  }
+  const std::string near = this->SettledPicture("second");
+  EXPECT_GT(ShareThatDiffers(this->Folder / opened, this->Folder / near), 0.05);
+  // A drag turns it; a double click streams the original.
+  Hands("mousedown 1 mousemove_relative -- 30 0 mousemove_relative -- 60 10 mouseup 1");
+  const std::string turned = this->SettledPicture("second");
+  EXPECT_GT(ShareThatDiffers(this->Folder / near, this->Folder / turned), 0.02);
+  Hands("mousemove 400 330 click --repeat 2 --delay 60 1");
+  const std::string last = this->SettledPicture("second");
+  ASSERT_EQ(this->End(), 0) << this->Err();
+  EXPECT_EQ(this->Err(), "");
+
+  const auto report = nlohmann::json::parse(ReadWhole(this->Folder / "report.json"));
+  EXPECT_GT(report.at("blobs"), 5);
+  EXPECT_GT(nlohmann::json::parse(ReadWhole(this->Folder / "stats.json")).size(), 5u);
+
+  // The recording, without a window, elsewhere.
+  const TemporaryFolder again;
+  Do("cd '" + again.Path.string() + "' && '" + program + "' " + this->Server->Url() + " --size " +
+     Size() + " --offscreen x11 --replay '" + (this->Folder / "r.jsonl").string() + "'");
+  for (const std::string& picture : { preview, opened, near, turned, last })
+  {
+    EXPECT_LE(ShareThatDiffers(this->Folder / picture, again / picture), 0.002) << picture;
+  }
+}
+
+TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  const std::string third = this->SettledPicture("third");
+  for (const char* key : { "F1", "o", "d", "b", "m", "Escape", "Escape", "Escape", "Tab", "Tab" })
+  {
+    Hands("key " + std::string(key));
+  }
+  // Panels are in no picture.
+  Hands("key F1");
+  const std::string withHelp = this->SettledPicture("third");
+  EXPECT_EQ(ShareThatDiffers(this->Folder / third, this->Folder / withHelp), 0);
+  Hands("key Next");
+  EXPECT_FALSE(this->SettledPicture("first").empty());
+  Hands("key Prior");
+  this->SettledPicture("third");
+  Hands("key plus");
+  const std::string nearer = this->SettledPicture("third");
+  EXPECT_GT(ShareThatDiffers(this->Folder / third, this->Folder / nearer), 0.05);
+  Hands("key h");
+  const std::string home = this->SettledPicture("third");
+  EXPECT_LE(ShareThatDiffers(this->Folder / third, this->Folder / home), 0.002);
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
+TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
+{
+  this->Open(this->Server->Url() + " --model first --size " + Size());
+  this->SettledPicture("first");
+  this->Server.reset();
+  Hands("key Next");
+  const auto last = std::chrono::steady_clock::now() + patience;
+  while (this->Err().empty() && std::chrono::steady_clock::now() < last)
+  {
+    std::this_thread::sleep_for(100ms);
+  }
+  EXPECT_EQ(this->Err().rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err();
+  Hands("key F1");
+  EXPECT_EQ(this->End(), 0) << "it can still be closed";
+}
+
+TEST_F(TestWindow, WhatCannotBeOpenedIsToldAndCanBeTriedAgain)
+{
+  const std::string url = this->Server->Url();
+  this->Server.reset();
+  this->Open(url + " --size " + Size());
+  const auto last = std::chrono::steady_clock::now() + patience;
+  while (this->Err().empty() && std::chrono::steady_clock::now() < last)
+  {
+    std::this_thread::sleep_for(100ms);
+  }
+  EXPECT_NE(this->Err().find("cannot be reached"), std::string::npos) << this->Err();
+  EXPECT_EQ(this->End(), 0);
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  ::testing::InitGoogleTest(&argc, argv);
+  program = argc > 1 ? argv[1] : "kdstream-view";
+  return RUN_ALL_TESTS();
+}

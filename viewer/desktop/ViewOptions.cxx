@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The command line of kdstream-view: see ViewOptions.h.
+#include "viewer/desktop/ViewOptions.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t leastViewMemory = std::uint64_t{ 16 } << 20;
+
+// "1280x720"; an empty text, or why not.
+std::string ParseWindowSize(const std::string& text, int& width, int& height)
+{
+  char rest = 0;
+  const bool parsed = std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &rest) == 2;
+  const bool inRange =
+    width >= 1 && width <= largestWindowSide && height >= 1 && height <= largestWindowSide;
+  return parsed && inRange ? std::string()
+                           : "'" + text + "' is not a size: WxH, each 1 to " +
+                               std::to_string(largestWindowSide) + " pixels";
+}
+
+void AddPictureOptions(CLI::App& app, ViewOptions& line)
+{
+  const char* const group = "Picture";
+  app
+    .add_option("--offscreen", line.offscreen,
+      "open no window: show the model, or play a session file, write what is asked for, and end; "
+      "auto: the first that can draw")
+    ->check(CLI::IsMember({ "auto", "egl", "osmesa", "x11" }))
+    ->group(group);
+  app
+    .add_option_function<std::string>(
+      "--size",
+      [&line](const std::string& text)
+      {
+        const std::string wrong = ParseWindowSize(text, line.width, line.height);
+        if (!wrong.empty())
+        {
+          throw CLI::ValidationError("--size", wrong);
+        }
+      },
+      "its size in pixels")
+    ->type_name("WxH")
+    ->default_str("1280x720")
+    ->group(group);
+  const std::map<std::string, SurfaceColoring> colorings{ { "own", SurfaceColoring::Own },
+    { "none", SurfaceColoring::Stone }, { "partition", SurfaceColoring::Partition },
+    { "resolution", SurfaceColoring::Resolution } };
+  app
+    .add_option("--colour-by", line.coloring,
+      "colours of the surface: own (the model's, where it has some), none, or one for each "
+      "partition or resolution")
+    ->transform(CLI::CheckedTransformer(colorings).description(""))
+    ->type_name("own|none|partition|resolution")
+    ->default_str("own")
+    ->group(group);
+  app.add_option("--screenshot", line.screenshot, "write what is shown at the end (NAME.png)")
+    ->check(CLI::Validator(CheckPicture, ""))
+    ->type_name("FILE")
+    ->group(group);
+}
+
+void AddDetailOptions(CLI::App& app, ViewOptions& line)
+{
+  const char* const group = "Detail";
+  const std::map<std::string, DetailMode> modes{ { "view", DetailMode::View },
+    { "level", DetailMode::Level }, { "full", DetailMode::Full } };
+  app
+    .add_option("--detail", line.detail,
+      "view: what is seen, as fine as the window shows it; level: one level for the whole model, "
+      "by "
+      "the zoom; full: all of it as the original")
+    ->transform(CLI::CheckedTransformer(modes).description(""))
+    ->type_name("view|level|full")
+    ->default_str("view")
+    ->group(group);
+  app.add_option("--triangles", line.triangles, "show about so many triangles at most")
+    ->check(CLI::Range(std::uint64_t{ 1000 }, std::uint64_t{ 1'000'000'000 }))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(group);
+  app
+    .add_option_function<std::string>(
+      "--view-memory",
+      [&line](const std::string& text)
+      {
+        const auto size = ParseSize(text);
+        if (!size || *size < leastViewMemory)
+        {
+          throw CLI::ValidationError("--view-memory",
+            size ? "'" + text + "' is less than 16M, which the coarsest picture may take"
+                 : size.GetError().message);
+        }
+        line.memory = *size;
+      },
+      "decoded pieces and what is drawn of them take about so much at most")
+    ->type_name("SIZE")
+    ->default_str("1G")
+    ->group(group);
+}
+
+void AddSessionFiles(CLI::App& app, ViewOptions& line)
+{
+  const char* const session = "Session";
+  app.add_option("--replay", line.replay, "play this session file")
+    ->type_name("FILE")
+    ->group(session);
+  app.add_option("--record", line.record, "write a session file of what is done")
+    ->type_name("FILE")
+    ->group(session);
+  app
+    .add_option("--stats", line.statistics,
+      "write JSON at the end: vertices, triangles, bytes and seconds of every blob")
+    ->type_name("FILE")
+    ->group(session);
+  app
+    .add_option("--report", line.report,
+      "write JSON at the end: bytes, seconds, triangles and memory of all of it")
+    ->type_name("FILE")
+    ->group(session);
+}
+
+void AddCacheOptions(CLI::App& app, ViewOptions& line)
+{
+  const char* const group = "Cache";
+  app
+    .add_option("--cache", line.cache,
+      "where stores of meshes are kept [default: kdstream in XDG_CACHE_HOME or ~/.cache]")
+    ->type_name("DIR")
+    ->group(group);
+  AddSizeOption(app, "--cache-size", line.cacheBytes,
+    "what is kept there at most; what was used last stays longest")
+    ->default_str("20G")
+    ->group(group);
+}
+
+}
+
+void AddViewOptions(CLI::App& app, ViewOptions& line)
+{
+  app
+    .add_option("SOURCE", line.source,
+      "a server, http://HOST:PORT; or a store (.kds), a folder of stores, or a mesh, of which a "
+      "store is made first")
+    ->required();
+  const char* const model = "Model";
+  app.add_option("--model", line.model, "its name [default: the only one; a window shows all]")
+    ->type_name("ID")
+    ->group(model);
+  app
+    .add_option(
+      "--rings", line.rings, "how far around a double tap the original is streamed, in cells")
+    ->check(CLI::Range(1u, 3u))
+    ->capture_default_str()
+    ->group(model);
+  AddDetailOptions(app, line);
+  AddPictureOptions(app, line);
+  AddSessionFiles(app, line);
+  AddCacheOptions(app, line);
+}
+
+SessionOptions SessionOptionsOf(const ViewOptions& line)
+{
+  SessionOptions options;
+  options.rings = line.rings;
+  options.turning = Turning::Free; // until a session file says otherwise
+  options.detail = line.detail;
+  options.refinement.triangles = options.policy.triangleBudget = line.triangles;
+  options.refinement.bytes = line.memory;
+  options.cacheBytes = line.memory / 2; // the other half is what is drawn
+  options.clock = []
+  {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+  };
+  if (!line.statistics.empty())
+  {
+    options.mostStatistics = std::numeric_limits<std::size_t>::max(); // all, as it was asked for
+  }
+  return options;
+}
+
+std::string CheckPicture(const std::string& file)
+{
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".png" ? ""
+                          : "'" + file + "' does not end in .png, and pictures are written as PNG";
+}
+
+Status CheckOutputs(ViewOptions& line)
+{
+  const std::pair<std::string*, OutputKind> outputs[] = { { &line.record, OutputKind::Stream },
+    { &line.statistics, OutputKind::Stream }, { &line.report, OutputKind::Stream },
+    { &line.screenshot, OutputKind::File } };
+  for (const auto& [file, kind] : outputs)
+  {
+    if (file->empty())
+    {
+      continue;
+    }
+    const auto output = At(*file, CheckOutput(*file, kind, { line.replay }));
+    KDSTREAM_TRY(output);
+    *file = output->string();
+  }
+  return {};
+}
+
+Status WriteOutput(const std::string& file, const std::string& text)
+{
+  if (file.empty())
+  {
+    return {};
+  }
+  std::ofstream output(file, std::ios::binary | std::ios::trunc);
+  output << text;
+  output.close();
+  if (!output)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  return {};
+}
+
+}

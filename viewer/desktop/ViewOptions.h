@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The command line of kdstream-view. The contract is doc/cli.md#kdstream-view.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/program/Program.h"
+#include "viewer/rendering/SurfaceScene.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <cstdint>
+#include <string>
+
+namespace kdstream
+{
+
+struct ViewOptions
+{
+  std::string source; // a server's URL, or a file or folder
+  std::string model, offscreen, record, replay, screenshot, statistics, report;
+  std::string cache; // folder; empty: that of the user
+  std::uint64_t cacheBytes = std::uint64_t{ 20 } << 30;
+  unsigned rings = 1;
+  DetailMode detail = DetailMode::View;
+  std::uint64_t triangles = RefinementOptions().triangles;
+  std::uint64_t memory = std::uint64_t{ 1 } << 30;
+  SurfaceColoring coloring = SurfaceColoring::Own;
+  int width = 1280, height = 720;
+
+  bool OpensWindow() const { return this->offscreen.empty(); }
+};
+
+void AddViewOptions(CLI::App& app, ViewOptions& options);
+
+// What a session goes by that is looked at with these. Turning is free, until somebody says
+// otherwise.
+SessionOptions SessionOptionsOf(const ViewOptions& options);
+
+// The result, with the file or the server that is at fault before an error's message,
+// unless that begins with it.
+template <class T>
+Result<T> At(const std::string& place, Result<T> result)
+{
+  const std::string message = result ? "" : result.GetError().message;
+  const bool named = message.starts_with(place + ": ") || message.starts_with("'" + place + "'");
+  if (!result && !named)
+  {
+    return Error{ result.GetError().code, place + ": " + message };
+  }
+  return result;
+}
+
+// Why no picture can be written there; empty if it can.
+std::string CheckPicture(const std::string& file);
+
+// Before the work, so that nothing is done in vain. Outputs that are links become what they link
+// to.
+Status CheckOutputs(ViewOptions& options);
+
+// Nothing if no file is named.
+Status WriteOutput(const std::string& file, const std::string& text);
+
+}

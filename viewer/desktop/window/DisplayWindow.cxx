@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A window on an X server: see DisplayWindow.h.
+#include "viewer/desktop/window/DisplayWindow.h"
+
+#include "viewer/rendering/ScreenWindow.h"
+
+#include <vtkCommand.h>
+#include <vtkRenderWindowInteractor.h>
+
+#include <poll.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+// After ours: they define words such as Status as macros.
+#include <X11/Xatom.h>
+#include <X11/Xutil.h>
+#include <X11/extensions/XInput2.h>
+#undef None
+#undef Status
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double usualDpi = 96;
+
+double Seconds()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Display* DisplayOf(vtkRenderWindow& window)
+{
+  return static_cast<Display*>(window.GetGenericDisplayId());
+}
+
+::Window IdOf(vtkRenderWindow& window)
+{
+  return reinterpret_cast<::Window>(window.GetGenericWindowId());
+}
+
+// Of the desktop's settings; 1 where they say nothing.
+double RatioOf(Display* display)
+{
+  const char* dpi = XGetDefault(display, "Xft", "dpi");
+  const double value = dpi ? std::strtod(dpi, nullptr) : 0;
+  return value >= usualDpi / 2 && value <= usualDpi * 8 ? value / usualDpi : 1;
+}
+
+bool HasWindowManager(Display* display)
+{
+  const Atom check = XInternAtom(display, "_NET_SUPPORTING_WM_CHECK", True);
+  Atom type = 0;
+  int format = 0;
+  unsigned long items = 0;
+  unsigned long rest = 0;
+  unsigned char* value = nullptr;
+  if (check == 0 || XGetWindowProperty(display, DefaultRootWindow(display), check, 0, 1, False,
+                      XA_WINDOW, &type, &format, &items, &rest, &value) != Success)
+  {
+    return false;
+  }
+  if (value)
+  {
+    XFree(value);
+  }
+  return items == 1;
+}
+
+// Asks the window manager.
+void AskForFullScreen(Display* display, ::Window window, bool full)
+{
+  XEvent event{};
+  event.xclient.type = ClientMessage;
+  event.xclient.window = window;
+  event.xclient.message_type = XInternAtom(display, "_NET_WM_STATE", False);
+  event.xclient.format = 32;
+  event.xclient.data.l[0] = full ? 1 : 0;
+  event.xclient.data.l[1] =
+    static_cast<long>(XInternAtom(display, "_NET_WM_STATE_FULLSCREEN", False));
+  event.xclient.data.l[3] = 1; // an ordinary program
+  XSendEvent(display, DefaultRootWindow(display), False,
+    SubstructureNotifyMask | SubstructureRedirectMask, &event);
+}
+
+// By which desktops know that a window belongs to the program's entry in their menus.
+void SetWindowClass(Display* display, ::Window window)
+{
+  std::array<char, 14> name{ "kdstream-view" };
+  XClassHint hint{ name.data(), name.data() };
+  XSetClassHint(display, window, &hint);
+}
+
+}
+
+Result<std::unique_ptr<DisplayWindow>> DisplayWindow::Make(
+  int width, int height, const std::string& title)
+{
+  auto window = MakeScreenWindow(width, height, title);
+  KDSTREAM_TRY(window);
+  std::unique_ptr<DisplayWindow> made(new DisplayWindow);
+  made->Shown = *window;
+  made->Interactor = vtkSmartPointer<vtkRenderWindowInteractor>::New();
+  made->Interactor->SetInteractorStyle(nullptr);
+  made->Interactor->SetRenderWindow(made->Shown);
+  made->Interactor->EnableRenderOff(); // frames are drawn by whoever knows what is on them
+  made->Interactor->Initialize();
+  Display* display = DisplayOf(*made->Shown);
+  made->Ratio = RatioOf(display);
+  SetWindowClass(display, IdOf(*made->Shown));
+  made->Listen();
+  made->ListenToFingers();
+  return made;
+}
+
+DisplayWindow::~DisplayWindow()
+{
+  if (this->Interactor)
+  {
+    this->Interactor->RemoveAllObservers();
+  }
+}
+
+int DisplayWindow::Width() const
+{
+  return this->Shown->GetSize()[0];
+}
+
+int DisplayWindow::Height() const
+{
+  return this->Shown->GetSize()[1];
+}
+
+void DisplayWindow::Listen()
+{
+  for (const auto event : { vtkCommand::LeftButtonPressEvent, vtkCommand::LeftButtonReleaseEvent,
+         vtkCommand::MiddleButtonPressEvent, vtkCommand::MiddleButtonReleaseEvent,
+         vtkCommand::RightButtonPressEvent, vtkCommand::RightButtonReleaseEvent,
+         vtkCommand::MouseMoveEvent, vtkCommand::MouseWheelForwardEvent,
+         vtkCommand::MouseWheelBackwardEvent, vtkCommand::KeyPressEvent, vtkCommand::ConfigureEvent,
+         vtkCommand::RenderEvent, vtkCommand::ExposeEvent, vtkCommand::ExitEvent })
+  {
+    this->Interactor->AddObserver(event, this, &DisplayWindow::Note);
+  }
+}
+
+void DisplayWindow::Add(WindowEvent event)
+{
+  event.time = Seconds();
+  const int* position = this->Interactor->GetEventPosition(); // from the lower left corner
+  event.x = position[0];
+  event.y = this->Height() - 1 - position[1];
+  event.shift = this->Interactor->GetShiftKey() != 0;
+  event.control = this->Interactor->GetControlKey() != 0;
+  this->Events.push_back(std::move(event));
+}
+
+void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*data*/)
+{
+  using Kind = WindowEvent::Kind;
+  using Button = WindowEvent::Button;
+  const auto button = [this](Kind kind, Button which)
+  {
+    WindowEvent told;
+    told.kind = kind;
+    told.button = which;
+    this->Add(told);
+  };
+  const auto wheel = [this](double notches)
+  {
+    WindowEvent told;
+    told.kind = Kind::Wheel;
+    told.notches = notches;
+    this->Add(told);
+  };
+  switch (event)
+  {
+    case vtkCommand::LeftButtonPressEvent:
+      return button(Kind::Press, Button::Left);
+    case vtkCommand::LeftButtonReleaseEvent:
+      return button(Kind::Release, Button::Left);
+    case vtkCommand::MiddleButtonPressEvent:
+      return button(Kind::Press, Button::Middle);
+    case vtkCommand::MiddleButtonReleaseEvent:
+      return button(Kind::Release, Button::Middle);
+    case vtkCommand::RightButtonPressEvent:
+      return button(Kind::Press, Button::Right);
+    case vtkCommand::RightButtonReleaseEvent:
+      return button(Kind::Release, Button::Right);
+    case vtkCommand::MouseMoveEvent:
+      return button(Kind::Move, Button::Left);
+    case vtkCommand::MouseWheelForwardEvent:
+      return wheel(1);
+    case vtkCommand::MouseWheelBackwardEvent:
+      return wheel(-1);
+    case vtkCommand::KeyPressEvent:
+    {
+      WindowEvent told;
+      told.kind = Kind::Key;
+      const char* key = this->Interactor->GetKeySym();
+      told.key = key ? key : "";
+      return this->Add(told);
+    }
+    case vtkCommand::ExitEvent:
+      this->Closed = true;
+      return;
+    default:
+      this->Damaged = true;
+  }
+}
+
+// Which come to the window as a mouse's otherwise: one at a time.
+void DisplayWindow::ListenToFingers()
+{
+  Display* display = DisplayOf(*this->Shown);
+  int event = 0;
+  int error = 0;
+  int major = 2;
+  int minor = 2;
+  if (!XQueryExtension(display, "XInputExtension", &this->FingersOpcode, &event, &error) ||
+      XIQueryVersion(display, &major, &minor) != Success || major * 10 + minor < 22)
+  {
+    this->FingersOpcode = 0;
+    return;
+  }
+  std::array<unsigned char, XIMaskLen(XI_LASTEVENT)> bits{};
+  XISetMask(bits.data(), XI_TouchBegin);
+  XISetMask(bits.data(), XI_TouchUpdate);
+  XISetMask(bits.data(), XI_TouchEnd);
+  XIEventMask mask{ XIAllMasterDevices, static_cast<int>(bits.size()), bits.data() };
+  XISelectEvents(display, IdOf(*this->Shown), &mask, 1);
+}
+
+// VTK's interactor would throw them away.
+void DisplayWindow::TakeFingers()
+{
+  Display* display = DisplayOf(*this->Shown);
+  XEvent event;
+  while (this->FingersOpcode != 0 && XCheckTypedEvent(display, GenericEvent, &event))
+  {
+    XGenericEventCookie& cookie = event.xcookie;
+    if (cookie.extension != this->FingersOpcode || !XGetEventData(display, &cookie))
+    {
+      continue;
+    }
+    const auto& touch = *static_cast<const XIDeviceEvent*>(cookie.data);
+    WindowEvent told;
+    told.time = Seconds();
+    told.kind = cookie.evtype == XI_TouchBegin ? WindowEvent::Kind::TouchBegin
+                : cookie.evtype == XI_TouchEnd ? WindowEvent::Kind::TouchEnd
+                                               : WindowEvent::Kind::TouchMove;
+    told.x = touch.event_x;
+    told.y = touch.event_y;
+    told.finger = touch.detail;
+    XFreeEventData(display, &cookie);
+    this->Events.push_back(told);
+  }
+}
+
+void DisplayWindow::Wait(std::chrono::milliseconds atMost)
+{
+  Display* display = DisplayOf(*this->Shown);
+  if (XPending(display) == 0)
+  {
+    pollfd waiting{ ConnectionNumber(display), POLLIN, 0 };
+    ::poll(&waiting, 1, static_cast<int>(atMost.count()));
+  }
+}
+
+std::vector<WindowEvent> DisplayWindow::TakeEvents()
+{
+  XPending(DisplayOf(*this->Shown)); // reads what has come
+  this->TakeFingers();
+  this->Interactor->ProcessEvents();
+  return std::exchange(this->Events, {});
+}
+
+bool DisplayWindow::TakeDamage()
+{
+  return std::exchange(this->Damaged, false);
+}
+
+void DisplayWindow::SetTitle(const std::string& title)
+{
+  const std::string whole = title.empty() ? "KdStream" : title + " – KdStream";
+  Display* display = DisplayOf(*this->Shown);
+  const ::Window window = IdOf(*this->Shown);
+  this->Shown->SetWindowName(whole.c_str());
+  // VTK sets the old property alone, which has no letters beyond Latin's.
+  XChangeProperty(display, window, XInternAtom(display, "_NET_WM_NAME", False),
+    XInternAtom(display, "UTF8_STRING", False), 8, PropModeReplace,
+    reinterpret_cast<const unsigned char*>(whole.data()), static_cast<int>(whole.size()));
+}
+
+// VTK's own way makes another window, and everything in the graphics memory anew.
+void DisplayWindow::SetFullScreen(bool full)
+{
+  if (full == this->FullScreen)
+  {
+    return;
+  }
+  this->FullScreen = full;
+  Display* display = DisplayOf(*this->Shown);
+  const ::Window window = IdOf(*this->Shown);
+  if (HasWindowManager(display))
+  {
+    AskForFullScreen(display, window, full);
+    return;
+  }
+  if (full)
+  {
+    XWindowAttributes now{};
+    XGetWindowAttributes(display, window, &now);
+    this->PlainX = now.x;
+    this->PlainY = now.y;
+    this->PlainWidth = now.width;
+    this->PlainHeight = now.height;
+    XMoveResizeWindow(display, window, 0, 0,
+      static_cast<unsigned>(DisplayWidth(display, DefaultScreen(display))),
+      static_cast<unsigned>(DisplayHeight(display, DefaultScreen(display))));
+  }
+  else
+  {
+    XMoveResizeWindow(display, window, this->PlainX, this->PlainY,
+      static_cast<unsigned>(this->PlainWidth), static_cast<unsigned>(this->PlainHeight));
+  }
+}
+
+}

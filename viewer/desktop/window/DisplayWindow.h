@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A window on an X server: VTK's own with VTK's interactor, and what people do to it as events.
+// Fingers come by the X Input Extension, which VTK 9.1 does not listen to.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/desktop/window/WindowEvent.h"
+
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkSmartPointer.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+class vtkObject;
+class vtkRenderWindowInteractor;
+
+namespace kdstream
+{
+
+class DisplayWindow
+{
+public:
+  // Errors: those of MakeScreenWindow.
+  static Result<std::unique_ptr<DisplayWindow>> Make(
+    int width, int height, const std::string& title);
+  ~DisplayWindow();
+
+  vtkRenderWindow& Window() { return *this->Shown; }
+  int Width() const;  // pixels
+  int Height() const; // pixels
+  // Pixels for one point of the screen: what the desktop says of its fonts (Xft.dpi, 96 a point).
+  double PixelRatio() const { return this->Ratio; }
+
+  // Waits until something has been done to the window, or so long.
+  void Wait(std::chrono::milliseconds atMost);
+  // What has been done since the last call, in order.
+  std::vector<WindowEvent> TakeEvents();
+  // Whether the window has been resized or uncovered since the last call.
+  bool TakeDamage();
+  bool WantsToClose() const { return this->Closed; }
+
+  // A title of "" is that of the program.
+  void SetTitle(const std::string& title);
+  bool IsFullScreen() const { return this->FullScreen; }
+  void SetFullScreen(bool full);
+
+private:
+  DisplayWindow() = default;
+
+  void Listen();
+  void ListenToFingers();
+  void TakeFingers();
+  void Note(vtkObject* caller, unsigned long event, void* data);
+  void Add(WindowEvent event);
+
+  vtkSmartPointer<vtkRenderWindow> Shown;
+  vtkSmartPointer<vtkRenderWindowInteractor> Interactor;
+  std::vector<WindowEvent> Events;
+  double Ratio = 1;
+  int FingersOpcode = 0; // of the X Input Extension; 0 without it
+  bool Damaged = true, Closed = false, FullScreen = false;
+  int PlainX = 0, PlainY = 0, PlainWidth = 0, PlainHeight = 0; // before it filled the screen
+};
+
+}

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Dear ImGui in a VTK window: see InterfaceLayer.h.
+#include "viewer/desktop/window/InterfaceLayer.h"
+
+#include "viewer/desktop/window/InterfaceFonts.h"
+
+#include <vtkObjectFactory.h>
+#include <vtkProp.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double textHeight = 15; // points
+
+// Draws what ImGui was told last, when all else of the window is drawn.
+class InterfaceProp : public vtkProp
+{
+public:
+  static InterfaceProp* New();
+  vtkTypeMacro(InterfaceProp, vtkProp);
+
+  double* GetBounds() override { return nullptr; }
+
+  int RenderOverlay(vtkViewport* /*viewport*/) override
+  {
+    if (ImDrawData* drawing = ImGui::GetDrawData())
+    {
+      ImGui_ImplOpenGL3_RenderDrawData(drawing);
+    }
+    return 1;
+  }
+
+protected:
+  InterfaceProp() = default;
+};
+vtkStandardNewMacro(InterfaceProp);
+
+ImVec4 Rgba(int hex, float opacity)
+{
+  const auto part = [hex](int shift) { return static_cast<float>((hex >> shift) & 255) / 255.0f; };
+  return { part(16), part(8), part(0), opacity };
+}
+
+// The page's: stone on slate.
+void SetColors(ImGuiStyle& style)
+{
+  ImGui::StyleColorsDark(&style);
+  constexpr int stone = 0xd9d0c0;
+  constexpr int slate = 0x1a1c20;
+  style.Colors[ImGuiCol_Text] = Rgba(0xf0ece4, 1);
+  style.Colors[ImGuiCol_WindowBg] = Rgba(slate, 0.93f);
+  style.Colors[ImGuiCol_PopupBg] = Rgba(slate, 0.95f);
+  style.Colors[ImGuiCol_Border] = Rgba(stone, 0.16f);
+  style.Colors[ImGuiCol_Button] = Rgba(stone, 0.14f);
+  style.Colors[ImGuiCol_ButtonHovered] = Rgba(stone, 0.3f);
+  style.Colors[ImGuiCol_ButtonActive] = Rgba(stone, 0.45f);
+  style.Colors[ImGuiCol_FrameBg] = Rgba(stone, 0.12f);
+  style.Colors[ImGuiCol_FrameBgHovered] = Rgba(stone, 0.22f);
+  style.Colors[ImGuiCol_FrameBgActive] = Rgba(stone, 0.32f);
+  style.Colors[ImGuiCol_CheckMark] = Rgba(stone, 1);
+  style.Colors[ImGuiCol_SliderGrab] = Rgba(stone, 0.7f);
+  style.Colors[ImGuiCol_SliderGrabActive] = Rgba(stone, 1);
+  style.Colors[ImGuiCol_PlotHistogram] = Rgba(stone, 0.9f);
+  style.Colors[ImGuiCol_TitleBg] = style.Colors[ImGuiCol_TitleBgActive] = Rgba(0x24272c, 1);
+  style.Colors[ImGuiCol_Header] = Rgba(stone, 0.2f);
+  style.Colors[ImGuiCol_HeaderHovered] = Rgba(stone, 0.3f);
+  style.Colors[ImGuiCol_HeaderActive] = Rgba(stone, 0.4f);
+}
+
+void SetShapes(ImGuiStyle& style, double ratio)
+{
+  style.WindowRounding = 8;
+  style.FrameRounding = 6;
+  style.GrabRounding = 6;
+  style.PopupRounding = 6;
+  style.WindowPadding = { 12, 10 };
+  style.FramePadding = { 9, 5 };
+  style.ItemSpacing = { 8, 6 };
+  style.WindowBorderSize = 0;
+  style.ScaleAllSizes(static_cast<float>(ratio));
+}
+
+}
+
+InterfaceLayer::InterfaceLayer(vtkRenderWindow& window, int layer, double pixelRatio)
+  : Window(window)
+  , Prop(vtkSmartPointer<InterfaceProp>::New())
+  , Ratio(pixelRatio)
+{
+  for (char32_t letter = 0x20; letter < 0x180; ++letter) // Latin
+  {
+    this->Letters.insert(letter);
+  }
+  this->KnowText("–·×…–");
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;
+  io.LogFilename = nullptr;
+  SetColors(ImGui::GetStyle());
+  SetShapes(ImGui::GetStyle(), pixelRatio);
+  window.MakeCurrent();
+  ImGui_ImplOpenGL3_Init("#version 150");
+  this->Renderer->SetLayer(layer);
+  this->Renderer->InteractiveOff();
+  this->Renderer->AddViewProp(this->Prop);
+  window.AddRenderer(this->Renderer);
+}
+
+InterfaceLayer::~InterfaceLayer()
+{
+  this->Window.RemoveRenderer(this->Renderer);
+  this->Window.MakeCurrent();
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui::DestroyContext();
+}
+
+void InterfaceLayer::KnowText(std::string_view text)
+{
+  for (const char32_t letter : LettersOf(text))
+  {
+    this->FontsAreDue |= this->Letters.insert(letter).second;
+  }
+}
+
+void InterfaceLayer::Handle(const WindowEvent& event)
+{
+  this->Events.push_back(event);
+}
+
+bool InterfaceLayer::IsOver(double x, double y) const
+{
+  const ImVec2 place(static_cast<float>(x), static_cast<float>(y));
+  const auto& windows = ImGui::GetCurrentContext()->Windows;
+  return std::any_of(windows.begin(), windows.end(),
+    [&place](const ImGuiWindow* window)
+    {
+      return window->WasActive && !window->Hidden &&
+             (window->Flags & ImGuiWindowFlags_NoMouseInputs) == 0 &&
+             window->Rect().Contains(place);
+    });
+}
+
+// As many as one frame can tell: of each button one change.
+void InterfaceLayer::TakeEvents()
+{
+  using Kind = WindowEvent::Kind;
+  ImGuiIO& io = ImGui::GetIO();
+  std::array<bool, 3> changed{};
+  while (!this->Events.empty())
+  {
+    const WindowEvent& event = this->Events.front();
+    const bool isDown = event.kind == Kind::Press || event.kind == Kind::TouchBegin;
+    const bool isUp = event.kind == Kind::Release || event.kind == Kind::TouchEnd;
+    const auto button = static_cast<std::size_t>(event.button);
+    const bool moves = event.kind == Kind::Move || event.kind == Kind::TouchMove;
+    if ((isDown || isUp) && changed[button])
+    {
+      return;
+    }
+    if (moves && std::find(changed.begin(), changed.end(), true) != changed.end())
+    {
+      return; // where it was pressed counts
+    }
+    io.MousePos = { static_cast<float>(event.x), static_cast<float>(event.y) };
+    if (isDown || isUp)
+    {
+      io.MouseDown[button] = isDown;
+      changed[button] = true;
+    }
+    if (event.kind == Kind::Wheel)
+    {
+      io.MouseWheel += static_cast<float>(event.notches);
+    }
+    this->Events.pop_front();
+  }
+}
+
+void InterfaceLayer::Begin(int width, int height, double seconds)
+{
+  ImGuiIO& io = ImGui::GetIO();
+  this->Window.MakeCurrent();
+  if (this->FontsAreDue)
+  {
+    this->FontsAreDue = false;
+    LoadFonts(*io.Fonts, textHeight * this->Ratio, this->Letters);
+    ImGui_ImplOpenGL3_DestroyFontsTexture();
+    ImGui_ImplOpenGL3_CreateFontsTexture();
+  }
+  io.DisplaySize = { static_cast<float>(width), static_cast<float>(height) };
+  io.DeltaTime = std::max(static_cast<float>(seconds), 1e-4f);
+  this->TakeEvents();
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui::NewFrame();
+}
+
+bool InterfaceLayer::End()
+{
+  ImGui::Render();
+  return !this->Events.empty();
+}
+
+void InterfaceLayer::SetVisible(bool visible)
+{
+  this->Prop->SetVisibility(visible);
+}
+
+}

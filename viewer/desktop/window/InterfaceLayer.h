@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Dear ImGui in a VTK window: a renderer on top of the others, and the mouse's way to the widgets.
+#pragma once
+
+#include "viewer/desktop/window/WindowEvent.h"
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <deque>
+#include <set>
+#include <string_view>
+
+class vtkProp;
+class vtkRenderWindow;
+class vtkRenderer;
+
+namespace kdstream
+{
+
+// One at a time.
+class InterfaceLayer
+{
+public:
+  // layer: of the window, on top of which this is.
+  InterfaceLayer(vtkRenderWindow& window, int layer, double pixelRatio);
+  ~InterfaceLayer();
+  InterfaceLayer(const InterfaceLayer&) = delete;
+  InterfaceLayer& operator=(const InterfaceLayer&) = delete;
+
+  // That these letters may be drawn.
+  void KnowText(std::string_view text);
+
+  // Of the mouse, and of fingers as if they were one.
+  void Handle(const WindowEvent& event);
+  // Whether widgets were drawn at this pixel.
+  bool IsOver(double x, double y) const;
+
+  // Widgets are described between these two. End returns whether the mouse has done more than one
+  // frame can tell: another one is needed at once.
+  void Begin(int width, int height, double seconds);
+  bool End();
+
+  void SetVisible(bool visible);
+
+private:
+  void TakeEvents();
+
+  vtkRenderWindow& Window;
+  vtkNew<vtkRenderer> Renderer;
+  vtkSmartPointer<vtkProp> Prop;
+  double Ratio;
+  std::set<char32_t> Letters;
+  bool FontsAreDue = true;
+  std::deque<WindowEvent> Events;
+};
+
+}

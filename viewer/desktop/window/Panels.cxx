@@ -1,0 +1,522 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The words and buttons of the window: see Panels.h. The list of blobs is BlobTable.cxx's.
+#include "viewer/desktop/window/Panels.h"
+
+#include "filters/program/ProgressReporter.h"
+#include "viewer/desktop/window/BlobTable.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kdstream
+{
+namespace
+{
+
+// Points.
+constexpr double tileWidth = 128;
+constexpr double tileHeight = 104;
+constexpr double tileText = 22;
+constexpr double gap = 10;
+
+constexpr ImGuiWindowFlags plain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
+                                   ImGuiWindowFlags_NoFocusOnAppearing;
+constexpr ImGuiWindowFlags panel =
+  ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoCollapse;
+
+float Scaled(const PanelFacts& facts, double points)
+{
+  return static_cast<float>(points * facts.ratio);
+}
+
+ImVec2 Place(double x, double y)
+{
+  return { static_cast<float>(x), static_cast<float>(y) };
+}
+
+void Text(const std::string& text)
+{
+  ImGui::TextUnformatted(text.data(), text.data() + text.size());
+}
+
+const std::string& NameOf(const ModelSummary& model)
+{
+  return model.title.empty() ? model.id : model.title;
+}
+
+std::string SizeOf(const ModelSummary& model)
+{
+  return model.triangles > 0 ? CountText(static_cast<double>(model.triangles)) + " triangles"
+                             : CountText(static_cast<double>(model.vertices)) + " points";
+}
+
+const ModelSummary* SelectedModel(const PanelFacts& facts)
+{
+  if (!facts.models)
+  {
+    return nullptr;
+  }
+  const auto found = std::find_if(facts.models->begin(), facts.models->end(),
+    [&](const ModelSummary& model) { return model.id == facts.status.model; });
+  return found == facts.models->end() ? nullptr : &*found;
+}
+
+bool HasSeveral(const PanelFacts& facts)
+{
+  return facts.models && facts.models->size() > 1;
+}
+
+SessionStep GoStep(const char* where)
+{
+  return { SessionStep::Kind::Go, {}, where };
+}
+
+// "Level 14 of 16 · 33 k triangles", "Original · 871 k triangles".
+std::string DescribeSurface(const PanelFacts& facts)
+{
+  const ViewerStatus& status = facts.status;
+  if (!status.shownLevel)
+  {
+    return "";
+  }
+  const bool original = status.original || (status.region && status.region->shown > 0);
+  std::string text = "Level " + std::to_string(*status.shownLevel);
+  if (facts.model && !original)
+  {
+    text += " of " + std::to_string(facts.model->depths.finest);
+  }
+  text += original ? " and original" : "";
+  return text + " · " +
+         (status.triangles > 0 ? CountText(static_cast<double>(status.triangles)) + " triangles"
+                               : CountText(static_cast<double>(status.vertices)) + " points");
+}
+
+bool Button(const char* label, bool isOn, const char* tip)
+{
+  if (isOn)
+  {
+    ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+  }
+  const bool pressed = ImGui::Button(label);
+  if (isOn)
+  {
+    ImGui::PopStyleColor();
+  }
+  if (ImGui::IsItemHovered())
+  {
+    ImGui::SetTooltip("%s", tip);
+  }
+  return pressed;
+}
+
+template <class Value>
+void Choice(const char* label, Value& value, Value mine)
+{
+  if (ImGui::RadioButton(label, value == mine))
+  {
+    value = mine;
+  }
+}
+
+}
+
+double Panels::StripHeight(const PanelFacts& facts, const ViewSettings& settings) const
+{
+  const bool isShown = HasSeveral(facts) && settings.previews == PreviewPlace::Strip &&
+                       facts.status.mode != ViewerMode::FullScreen && !this->bare;
+  return isShown ? std::round((tileHeight + tileText + 2 * gap) * facts.ratio) : 0;
+}
+
+std::vector<Tile> Panels::TilesOf(const PanelFacts& facts, const ViewSettings& settings)
+{
+  std::vector<Tile> tiles;
+  const double strip = this->StripHeight(facts, settings);
+  if (!facts.models || (strip == 0 && !this->popUp))
+  {
+    return tiles;
+  }
+  const double width = tileWidth * facts.ratio;
+  const double height = tileHeight * facts.ratio;
+  const double space = gap * facts.ratio;
+  const double stepX = width + space;
+  const double stepY = height + tileText * facts.ratio + space;
+  const double roomX = this->popUp ? 0.86 * facts.width : facts.width - 2 * stepX / 3;
+  const double roomY = this->popUp ? 0.8 * facts.height : stepY;
+  const auto columns = static_cast<std::size_t>(std::max(1.0, std::floor(roomX / stepX)));
+  const auto rows = static_cast<std::size_t>(std::max(1.0, std::floor(roomY / stepY)));
+  const std::size_t all = facts.models->size();
+  const std::size_t shown = std::min(all, columns * rows);
+  this->FirstTile = std::min(this->FirstTile, all - shown);
+  const std::size_t across = std::min(shown, columns);
+  const std::size_t down = (shown + columns - 1) / columns;
+  const double left = std::round((facts.width - static_cast<double>(across) * stepX + space) / 2);
+  const double top = this->popUp
+                       ? std::round((facts.height - static_cast<double>(down) * stepY) / 2)
+                       : facts.height - strip + space;
+  for (std::size_t i = 0; i < shown; ++i)
+  {
+    tiles.push_back({ this->FirstTile + i, left + static_cast<double>(i % columns) * stepX,
+      top + static_cast<double>(i / columns) * stepY, width, height });
+  }
+  return tiles;
+}
+
+PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles,
+  const Previews& previews, ViewSettings& settings)
+{
+  PanelWishes wishes;
+  if (!facts.models)
+  {
+    this->DrawOpening(facts, wishes);
+    return wishes;
+  }
+  this->DrawError(facts, wishes);
+  if (this->helpOpen)
+  {
+    this->DrawHelp(facts);
+  }
+  if (this->bare)
+  {
+    return wishes;
+  }
+  this->DrawTiles(facts, tiles, previews, wishes);
+  this->DrawTitle(facts);
+  this->DrawTools(facts, wishes);
+  if (this->settingsOpen)
+  {
+    this->DrawSettings(facts, settings);
+  }
+  if (this->detailsOpen)
+  {
+    this->DrawDetails(facts);
+  }
+  return wishes;
+}
+
+void Panels::DrawTools(const PanelFacts& facts, PanelWishes& wishes)
+{
+  ImGui::SetNextWindowPos(
+    Place(facts.width - gap * facts.ratio, gap * facts.ratio), ImGuiCond_Always, { 1, 0 });
+  ImGui::Begin("##tools", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
+  const bool canGoBack = HasSeveral(facts) && facts.status.mode == ViewerMode::FullScreen;
+  if (canGoBack && Button("Back", false, "Back to all models (Esc)"))
+  {
+    wishes.steps.push_back(GoStep("back"));
+  }
+  if (canGoBack)
+  {
+    ImGui::SameLine();
+  }
+  if (HasSeveral(facts))
+  {
+    if (Button("Models", this->popUp, "Previews of all models (M)"))
+    {
+      this->popUp = !this->popUp;
+    }
+    ImGui::SameLine();
+  }
+  if (Button("Home", false, "The first view again (H)"))
+  {
+    wishes.steps.push_back(GoStep("home"));
+  }
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!facts.status.canUndo);
+  if (Button("Undo", false, "The view before the last jump (U)"))
+  {
+    wishes.steps.push_back(GoStep("undo"));
+  }
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  if (Button("Picture", false, "Write a picture (S)"))
+  {
+    wishes.screenshot = true;
+  }
+  ImGui::SameLine();
+  if (Button("Details", this->detailsOpen, "What is shown, and what came of it (D)"))
+  {
+    this->detailsOpen = !this->detailsOpen;
+  }
+  ImGui::SameLine();
+  if (Button("Settings", this->settingsOpen, "Detail, turning, colours (O)"))
+  {
+    this->settingsOpen = !this->settingsOpen;
+  }
+  ImGui::SameLine();
+  if (Button(facts.fullScreen ? "Window" : "Full screen", false, "Full screen and back (F)"))
+  {
+    wishes.fullScreen = true;
+  }
+  ImGui::SameLine();
+  if (Button("?", this->helpOpen, "What mouse and keys do (F1)"))
+  {
+    this->helpOpen = !this->helpOpen;
+  }
+  ImGui::End();
+}
+
+void Panels::DrawTitle(const PanelFacts& facts) const
+{
+  const ModelSummary* model = SelectedModel(facts);
+  if (!model)
+  {
+    return;
+  }
+  ImGui::SetNextWindowPos(Place(gap * facts.ratio, gap * facts.ratio));
+  ImGui::Begin("##title", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
+  Text(NameOf(*model));
+  if (facts.model)
+  {
+    const auto& [credit, license] = std::tie(facts.model->credit, facts.model->license);
+    const std::string origin = credit + (credit.empty() || license.empty() ? "" : " · ") + license;
+    if (!origin.empty())
+    {
+      ImGui::TextDisabled("%s", origin.c_str());
+    }
+  }
+  const std::string surface = DescribeSurface(facts);
+  ImGui::TextDisabled("%s", surface.empty() ? "Loading" : surface.c_str());
+  if (facts.status.blobsWanted > 0)
+  {
+    const auto loaded = static_cast<double>(facts.status.blobsLoaded);
+    const std::string text = std::to_string(facts.status.blobsLoaded) + " of " +
+                             std::to_string(facts.status.blobsWanted) + ", " +
+                             BytesText(static_cast<double>(facts.status.bytesLoaded));
+    ImGui::ProgressBar(static_cast<float>(loaded / static_cast<double>(facts.status.blobsWanted)),
+      { Scaled(facts, 200), 0 }, text.c_str());
+  }
+  if (facts.recording)
+  {
+    Text("Recording");
+  }
+  if (!facts.note.empty())
+  {
+    Text(facts.note);
+  }
+  ImGui::End();
+}
+
+void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
+  const Previews& previews, PanelWishes& wishes)
+{
+  if (tiles.empty())
+  {
+    return;
+  }
+  const double space = 0.5 * gap * facts.ratio;
+  const double text = tileText * facts.ratio;
+  const double left = tiles.front().left - 4 * space;
+  double right = 0;
+  for (const Tile& tile : tiles)
+  {
+    right = std::max(right, tile.left + tile.width + 4 * space);
+  }
+  const double top = tiles.front().top - space;
+  const double bottom = tiles.back().top + tiles.back().height + text + space;
+  ImGui::SetNextWindowPos(Place(left, top));
+  ImGui::SetNextWindowSize(Place(right - left, bottom - top));
+  // The previews lie below: nothing may cover them.
+  ImGui::Begin("##models", nullptr,
+    plain | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollWithMouse);
+  if (ImGui::IsWindowHovered() && ImGui::GetIO().MouseWheel != 0)
+  {
+    const bool back = ImGui::GetIO().MouseWheel > 0;
+    this->FirstTile =
+      back ? this->FirstTile - std::min<std::size_t>(this->FirstTile, 1) : this->FirstTile + 1;
+  }
+  for (const Tile& tile : tiles)
+  {
+    const ModelSummary& model = (*facts.models)[tile.model];
+    ImGui::PushID(static_cast<int>(tile.model));
+    ImGui::SetCursorScreenPos(Place(tile.left, tile.top));
+    if (ImGui::InvisibleButton("##tile", Place(tile.width, tile.height + text)))
+    {
+      wishes.open = tile.model;
+    }
+    const bool isSelected = model.id == facts.status.model;
+    const bool isHovered = ImGui::IsItemHovered();
+    ImDrawList& drawing = *ImGui::GetWindowDrawList();
+    const ImVec2 corner = Place(tile.left, tile.top);
+    const ImVec2 end = Place(tile.left + tile.width, tile.top + tile.height);
+    const auto edge = ImGui::GetColorU32(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark));
+    drawing.AddRect(corner, end,
+      isSelected || isHovered ? edge : ImGui::GetColorU32(ImGuiCol_Border), 0, 0,
+      Scaled(facts, isSelected || isHovered ? 2 : 1));
+    drawing.PushClipRect(
+      corner, Place(tile.left + tile.width, tile.top + tile.height + text), true);
+    drawing.AddText(Place(tile.left, tile.top + tile.height + 3 * facts.ratio),
+      ImGui::GetColorU32(ImGuiCol_Text), NameOf(model).c_str());
+    drawing.PopClipRect();
+    if (isHovered)
+    {
+      const std::string& trouble = previews.TroubleOf(tile.model);
+      ImGui::SetTooltip("%s\n%s%s%s", NameOf(model).c_str(), SizeOf(model).c_str(),
+        trouble.empty() ? "" : "\n", trouble.c_str());
+    }
+    ImGui::PopID();
+  }
+  ImGui::End();
+}
+
+void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
+{
+  ImGui::SetNextWindowPos(
+    Place(facts.width - gap * facts.ratio, 64 * facts.ratio), ImGuiCond_Appearing, { 1, 0 });
+  ImGui::Begin("Settings", &this->settingsOpen, panel | ImGuiWindowFlags_AlwaysAutoResize);
+  Text("Detail");
+  Choice("Where I look", settings.detail, DetailMode::View);
+  ImGui::SameLine();
+  Choice("Same everywhere", settings.detail, DetailMode::Level);
+  ImGui::SameLine();
+  Choice("All of the original", settings.detail, DetailMode::Full);
+  Text("Turning");
+  Choice("Upright", settings.turning, Turning::Upright);
+  ImGui::SameLine();
+  Choice("Free", settings.turning, Turning::Free);
+  Text("Original around a double click");
+  Choice("Near", settings.rings, 1u);
+  ImGui::SameLine();
+  Choice("Wide", settings.rings, 2u);
+  ImGui::SameLine();
+  Choice("Widest", settings.rings, 3u);
+  ImGui::Checkbox("Boxes of its partitions", &settings.boxes);
+  Text("Show");
+  Choice("Own colours", settings.coloring, SurfaceColoring::Own);
+  ImGui::SameLine();
+  Choice("Stone", settings.coloring, SurfaceColoring::Stone);
+  ImGui::SameLine();
+  Choice("Partitions", settings.coloring, SurfaceColoring::Partition);
+  ImGui::SameLine();
+  Choice("Detail", settings.coloring, SurfaceColoring::Resolution);
+  Text("At most");
+  auto triangles = static_cast<float>(settings.triangles) / 1e6f;
+  if (ImGui::SliderFloat("million triangles", &triangles, 0.01f, 20.0f, "%.2f",
+        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+  {
+    settings.triangles = static_cast<std::uint64_t>(triangles * 1e6f);
+  }
+  auto memory = static_cast<int>(settings.memory >> 20);
+  if (ImGui::SliderInt("MiB for them", &memory, 32, 16384, "%d",
+        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+  {
+    settings.memory = static_cast<std::uint64_t>(memory) << 20;
+  }
+  ImGui::Checkbox("Fetch ahead what may come next", &settings.fetchAhead);
+  if (HasSeveral(facts))
+  {
+    Text("Previews");
+    Choice("At the bottom", settings.previews, PreviewPlace::Strip);
+    ImGui::SameLine();
+    Choice("When asked for", settings.previews, PreviewPlace::PopUp);
+  }
+  ImGui::End();
+}
+
+void Panels::DrawDetails(const PanelFacts& facts)
+{
+  ImGui::SetNextWindowPos(Place(gap * facts.ratio, 150 * facts.ratio), ImGuiCond_Appearing);
+  ImGui::SetNextWindowSize(Place(560 * facts.ratio, 420 * facts.ratio), ImGuiCond_Appearing);
+  if (ImGui::Begin("Details", &this->detailsOpen, panel))
+  {
+    DrawFacts(facts);
+    DrawBlobTable(*facts.blobs, facts.ratio);
+  }
+  ImGui::End();
+}
+
+void Panels::DrawHelp(const PanelFacts& facts)
+{
+  struct Line
+  {
+    const char *what, *how;
+  };
+  static constexpr std::array<Line, 17> lines{ {
+    { "Drag, one finger, arrow keys", "turn" },
+    { "Right drag, Shift and drag, two fingers", "move" },
+    { "Wheel, pinch, + and -", "nearer and farther" },
+    { "Double click, double tap, Return", "the original there, at once" },
+    { "Double click beside the model, H, Home", "the first view again" },
+    { "U, Backspace", "the view before the last jump" },
+    { "Click on a preview, Page Up, Page Down", "another model" },
+    { "M", "previews of all models" },
+    { "Esc", "back, one thing after the other" },
+    { "S, F12", "write a picture" },
+    { "D", "what is shown, and what came of it" },
+    { "O", "settings" },
+    { "B", "boxes of the partitions around a double click" },
+    { "Tab", "the model alone, without words" },
+    { "F, F11", "full screen" },
+    { "F1, ?", "this list" },
+    { "Q, Ctrl-Q", "end" },
+  } };
+  ImGui::SetNextWindowPos(
+    Place(facts.width / 2.0, facts.height / 2.0), ImGuiCond_Appearing, { 0.5f, 0.5f });
+  ImGui::Begin(
+    "Mouse, fingers and keys", &this->helpOpen, panel | ImGuiWindowFlags_AlwaysAutoResize);
+  if (ImGui::BeginTable("##help", 2, ImGuiTableFlags_SizingFixedFit))
+  {
+    for (const auto& [what, how] : lines)
+    {
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(what);
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(how);
+    }
+    ImGui::EndTable();
+  }
+  ImGui::End();
+}
+
+void Panels::DrawOpening(const PanelFacts& facts, PanelWishes& wishes) const
+{
+  ImGui::SetNextWindowPos(
+    Place(facts.width / 2.0, facts.height / 2.0), ImGuiCond_Always, { 0.5f, 0.5f });
+  ImGui::Begin("##opening", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushTextWrapPos(Scaled(facts, 480));
+  Text(facts.trouble.empty() ? facts.opening : facts.trouble);
+  ImGui::PopTextWrapPos();
+  if (!facts.trouble.empty() && ImGui::Button("Try again"))
+  {
+    wishes.retry = true;
+  }
+  if (!facts.trouble.empty())
+  {
+    ImGui::SameLine();
+  }
+  if (ImGui::Button(facts.trouble.empty() ? "Cancel" : "Quit"))
+  {
+    wishes.quit = true;
+  }
+  ImGui::End();
+}
+
+void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
+{
+  const std::string& error = facts.status.error;
+  if (error.empty() || error == this->dismissed)
+  {
+    this->dismissed = error.empty() ? "" : this->dismissed;
+    return;
+  }
+  ImGui::SetNextWindowPos(
+    Place(facts.width / 2.0, 72 * facts.ratio), ImGuiCond_Always, { 0.5f, 0 });
+  ImGui::Begin("##error", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushTextWrapPos(Scaled(facts, 560));
+  Text(error);
+  ImGui::PopTextWrapPos();
+  if (ImGui::Button("Try again"))
+  {
+    wishes.retry = true;
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("Dismiss"))
+  {
+    this->dismissed = error;
+  }
+  ImGui::End();
+}
+
+}

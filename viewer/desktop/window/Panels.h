@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The words and buttons of the window, in Dear ImGui. What they do is the window's affair.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "viewer/desktop/window/Previews.h"
+#include "viewer/rendering/SurfaceScene.h"
+#include "viewer/session/SessionFile.h"
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Where the previews of a server with several models are (paper section 5.1).
+enum class PreviewPlace
+{
+  Strip, // at the bottom, while no model fills the window
+  PopUp  // over the model, when asked for
+};
+
+struct ViewSettings
+{
+  DetailMode detail = DetailMode::View;
+  Turning turning = Turning::Upright;
+  SurfaceColoring coloring = SurfaceColoring::Own;
+  unsigned rings = 1;
+  std::uint64_t triangles = 0, memory = 0; // budgets
+  bool fetchAhead = true;
+  bool boxes = false; // of the region
+  PreviewPlace previews = PreviewPlace::Strip;
+  bool operator==(const ViewSettings&) const = default;
+};
+
+// What is told.
+struct PanelFacts
+{
+  int width = 0, height = 0; // of the window, pixels
+  double ratio = 1;          // pixels a point
+  bool fullScreen = false;   // the window's
+  bool recording = false;
+
+  const std::vector<ModelSummary>* models = nullptr; // null: they are not known yet
+  std::string opening;                               // what is being done until they are
+  std::string trouble;                               // why they are not, for good
+
+  ViewerStatus status;
+  const ModelDescription* model = nullptr; // that is open
+  const std::deque<BlobStatistics>* blobs = nullptr;
+  SessionTraffic traffic;
+  double frameSeconds = 0; // of the last frames
+  std::uint64_t residentBytes = 0;
+  std::string note; // shown for a moment
+};
+
+// What a person asked for in one frame.
+struct PanelWishes
+{
+  std::vector<SessionStep> steps;
+  std::optional<std::size_t> open; // a model
+  bool fullScreen = false, screenshot = false, retry = false, quit = false;
+};
+
+class Panels
+{
+public:
+  bool settingsOpen = false, detailsOpen = false, helpOpen = false;
+  bool popUp = false;    // of the previews
+  bool bare = false;     // only the model
+  std::string dismissed; // an error that has been read
+
+  // Tiles of the previews in this frame; also those of the strip take room from the model.
+  std::vector<Tile> TilesOf(const PanelFacts& facts, const ViewSettings& settings);
+  // Height of the strip, pixels; 0 without one.
+  double StripHeight(const PanelFacts& facts, const ViewSettings& settings) const;
+
+  // Between Begin and End of an InterfaceLayer.
+  PanelWishes Draw(const PanelFacts& facts, const std::vector<Tile>& tiles,
+    const Previews& previews, ViewSettings& settings);
+
+private:
+  void DrawTools(const PanelFacts& facts, PanelWishes& wishes);
+  void DrawTitle(const PanelFacts& facts) const;
+  void DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles, const Previews& previews,
+    PanelWishes& wishes);
+  void DrawSettings(const PanelFacts& facts, ViewSettings& settings);
+  void DrawDetails(const PanelFacts& facts);
+  void DrawHelp(const PanelFacts& facts);
+  void DrawOpening(const PanelFacts& facts, PanelWishes& wishes) const;
+  void DrawError(const PanelFacts& facts, PanelWishes& wishes);
+
+  std::size_t FirstTile = 0; // model
+};
+
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What mouse, keys and fingers do to a window.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace kdstream
+{
+
+struct WindowEvent
+{
+  enum class Kind
+  {
+    Press,   // of `button`
+    Release, // of `button`
+    Move,    // of the mouse
+    Wheel,   // by `notches`
+    Key,     // `key` is pressed, or repeats itself
+    TouchBegin,
+    TouchMove,
+    TouchEnd
+  };
+  enum class Button
+  {
+    Left,
+    Middle,
+    Right
+  };
+
+  Kind kind = Kind::Move;
+  double time = 0; // seconds of a steady clock
+  double x = 0;    // pixels of the window from the left
+  double y = 0;    // and from the top
+  Button button = Button::Left;
+  double notches = 0;      // away from the person: above 0
+  std::string key;         // as X names it: "Left", "plus", "F1", "a"
+  std::int64_t finger = 0; // of a touch
+  bool shift = false, control = false;
+};
+
+}

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Mouse, wheel, keys and fingers on the model, as steps of a session.
+#include "viewer/desktop/window/WindowInput.h"
+
+#include <cmath>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::int64_t mouse = 0;
+constexpr double halfGap =
+  60; // points: the two fingers that stand for a right button, from their middle
+constexpr double keyStep = 40; // points that an arrow key turns by
+constexpr double tapSlop = 10; // points, beyond those of a tap
+constexpr double keyZoom = 1.25;
+constexpr double wheelZoom = 1.2; // of a notch
+
+using Kind = SessionStep::Kind;
+
+SessionStep Go(const char* where)
+{
+  return { Kind::Go, {}, where };
+}
+
+}
+
+void WindowInput::SetView(double left, double top, const Viewport& view)
+{
+  this->Left = left;
+  this->Top = top;
+  this->View = view;
+}
+
+SessionStep WindowInput::Touches(double time) const
+{
+  SessionStep step{ Kind::Touches, { time, {} } };
+  const double gap = halfGap * this->View.pixelRatio;
+  for (const auto& [pointer, finger] : this->Down)
+  {
+    if (finger.isPair)
+    {
+      step.frame.touches.push_back({ 2 * pointer, finger.x - gap, finger.y });
+      step.frame.touches.push_back({ 2 * pointer + 1, finger.x + gap, finger.y });
+    }
+    else
+    {
+      step.frame.touches.push_back({ 2 * pointer, finger.x, finger.y });
+    }
+  }
+  return step;
+}
+
+std::vector<SessionStep> WindowInput::Handle(const WindowEvent& event)
+{
+  const bool right = event.button != WindowEvent::Button::Left || event.shift;
+  switch (event.kind)
+  {
+    case WindowEvent::Kind::Press:
+      return this->Put(mouse, event, right);
+    case WindowEvent::Kind::Release:
+      return this->Lift(mouse, event);
+    case WindowEvent::Kind::Move:
+      this->Move(mouse, event);
+      return {};
+    case WindowEvent::Kind::Wheel:
+    {
+      auto steps = this->Flush();
+      steps.push_back(this->ZoomAt(
+        std::pow(wheelZoom, event.notches), event.x - this->Left, event.y - this->Top));
+      return steps;
+    }
+    case WindowEvent::Kind::Key:
+      return this->Key(event);
+    case WindowEvent::Kind::TouchBegin:
+      return this->Put(1 + event.finger, event, false);
+    case WindowEvent::Kind::TouchMove:
+      this->Move(1 + event.finger, event);
+      return {};
+    case WindowEvent::Kind::TouchEnd:
+      return this->Lift(1 + event.finger, event);
+  }
+  return {};
+}
+
+std::vector<SessionStep> WindowInput::Flush()
+{
+  if (!std::exchange(this->Moved, false))
+  {
+    return {};
+  }
+  return { this->Touches(this->MovedAt) };
+}
+
+std::vector<SessionStep> WindowInput::Put(
+  std::int64_t pointer, const WindowEvent& event, bool isPair)
+{
+  auto steps = this->Flush();
+  if (this->Down.count(pointer) == 0) // else another button of the mouse
+  {
+    this->Down[pointer] = { event.x - this->Left, event.y - this->Top, isPair };
+    steps.push_back(this->Touches(event.time));
+  }
+  return steps;
+}
+
+std::vector<SessionStep> WindowInput::Lift(std::int64_t pointer, const WindowEvent& event)
+{
+  auto steps = this->Flush();
+  if (this->Down.erase(pointer) > 0)
+  {
+    steps.push_back(this->Touches(event.time));
+  }
+  return steps;
+}
+
+void WindowInput::Move(std::int64_t pointer, const WindowEvent& event)
+{
+  const auto finger = this->Down.find(pointer);
+  if (finger == this->Down.end())
+  {
+    return;
+  }
+  finger->second.x = event.x - this->Left;
+  finger->second.y = event.y - this->Top;
+  this->Moved = true;
+  this->MovedAt = event.time;
+}
+
+std::vector<SessionStep> WindowInput::Key(const WindowEvent& event) const
+{
+  static const std::map<std::string, std::pair<int, int>, std::less<>> turns{ { "Left", { -1, 0 } },
+    { "Right", { 1, 0 } }, { "Up", { 0, -1 } }, { "Down", { 0, 1 } } };
+  static const std::map<std::string, double, std::less<>> zooms{ { "plus", keyZoom },
+    { "equal", keyZoom }, { "KP_Add", keyZoom }, { "minus", 1 / keyZoom },
+    { "KP_Subtract", 1 / keyZoom } };
+  static const std::map<std::string, const char*, std::less<>> jumps{ { "Home", "home" },
+    { "h", "home" }, { "u", "undo" }, { "BackSpace", "undo" } };
+  if (event.control)
+  {
+    return {};
+  }
+  if (const auto turn = turns.find(event.key); turn != turns.end())
+  {
+    return this->Drag(turn->second.first, turn->second.second, event.time);
+  }
+  if (const auto zoom = zooms.find(event.key); zoom != zooms.end())
+  {
+    return { this->ZoomAt(zoom->second, 0.5 * this->View.width, 0.5 * this->View.height) };
+  }
+  if (const auto jump = jumps.find(event.key); jump != jumps.end())
+  {
+    return { Go(jump->second) };
+  }
+  return event.key == "Return" || event.key == "KP_Enter" ? this->DoubleTap(event.time)
+                                                          : std::vector<SessionStep>();
+}
+
+SessionStep WindowInput::ZoomAt(double factor, double x, double y) const
+{
+  SessionStep step{ Kind::Zoom, {} };
+  step.factor = factor;
+  step.x = x;
+  step.y = y;
+  return step;
+}
+
+// A finger that drags from the middle; its first way only tells that it is no tap.
+std::vector<SessionStep> WindowInput::Drag(double right, double down, double time) const
+{
+  std::vector<SessionStep> steps;
+  if (!this->Down.empty())
+  {
+    return steps;
+  }
+  for (const double points : { 0.0, tapSlop, tapSlop + keyStep })
+  {
+    const double way = points * this->View.pixelRatio;
+    const double x = 0.5 * this->View.width + right * way;
+    const double y = 0.5 * this->View.height + down * way;
+    steps.push_back({ Kind::Touches, { time, { { -1, x, y } } } });
+  }
+  steps.push_back({ Kind::Touches, { time, {} } });
+  return steps;
+}
+
+// In the middle, for those who have no pointer.
+std::vector<SessionStep> WindowInput::DoubleTap(double time) const
+{
+  std::vector<SessionStep> steps;
+  if (!this->Down.empty())
+  {
+    return steps;
+  }
+  const Touch middle{ -1, 0.5 * this->View.width, 0.5 * this->View.height };
+  for (const double later : { 0.0, 0.1 })
+  {
+    steps.push_back({ Kind::Touches, { time + later, { middle } } });
+    steps.push_back({ Kind::Touches, { time + later + 0.05, {} } });
+  }
+  return steps;
+}
+
+}

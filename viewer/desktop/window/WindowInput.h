@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Mouse, wheel, keys and fingers on the model, as steps of a session. What they mean is the
+// session's affair: the mouse's left button is a finger, its right one two.
+#pragma once
+
+#include "viewer/desktop/window/WindowEvent.h"
+#include "viewer/session/SessionFile.h"
+
+#include <map>
+#include <vector>
+
+namespace kdstream
+{
+
+class WindowInput
+{
+public:
+  // The part of the window that shows the model: its upper left corner, and its pixels.
+  void SetView(double left, double top, const Viewport& view);
+
+  // The steps that an event leads to; of moves none yet (Flush). Keys: arrows turn, + and - zoom,
+  // Home and h go home, u and Backspace undo a jump, Return taps twice in the middle.
+  std::vector<SessionStep> Handle(const WindowEvent& event);
+  // All moves since the last one, as one. Call before each frame.
+  std::vector<SessionStep> Flush();
+
+  bool Touching() const { return !this->Down.empty(); }
+
+private:
+  struct Finger
+  {
+    double x = 0, y = 0; // pixels of the view
+    bool isPair = false; // stands for two
+  };
+
+  SessionStep Touches(double time) const;
+  std::vector<SessionStep> Put(std::int64_t pointer, const WindowEvent& event, bool isPair);
+  std::vector<SessionStep> Lift(std::int64_t pointer, const WindowEvent& event);
+  void Move(std::int64_t pointer, const WindowEvent& event);
+  std::vector<SessionStep> Key(const WindowEvent& event) const;
+  SessionStep ZoomAt(double factor, double x, double y) const;
+  std::vector<SessionStep> Drag(double right, double down, double time) const;
+  std::vector<SessionStep> DoubleTap(double time) const;
+
+  double Left = 0, Top = 0;
+  Viewport View;
+  std::map<std::int64_t, Finger> Down; // by pointer: 0 the mouse, fingers from 1 on
+  bool Moved = false;
+  double MovedAt = 0;
+};
+
+}

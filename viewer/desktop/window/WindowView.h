@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A look in a window, until somebody closes it.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/desktop/ViewOptions.h"
+
+#include <string>
+
+namespace kdstream
+{
+
+// Returns the exit code. Errors: those of DisplayWindow::Make, and of what cannot be written at the
+// end. What cannot be opened or shown is told in the window, and on stderr.
+Result<int> ViewInWindow(const std::string& program, const ViewOptions& options);
+
+}
