@@ -41,7 +41,7 @@ std::string ShareOfOriginal(const PanelFacts& facts)
     static_cast<double>(hasTriangles ? facts.status.triangles : facts.status.vertices);
   const auto all = static_cast<double>(hasTriangles ? model.triangles : model.vertices);
   return CountText(shown) + " of " + CountText(all) + " (" +
-         Number(all > 0 ? 100 * shown / all : 0, "%.2g") + " %)";
+         Number(all > 0 ? 100 * shown / all : 0, "%.3g") + " %)";
 }
 
 std::string RegionText(const ViewerStatus& status)

@@ -21,6 +21,7 @@ constexpr double tileWidth = 128;
 constexpr double tileHeight = 104;
 constexpr double tileText = 22;
 constexpr double gap = 10;
+constexpr double narrowWidth = 920; // of a window
 
 constexpr ImGuiWindowFlags plain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
@@ -265,7 +266,9 @@ void Panels::DrawTitle(const PanelFacts& facts) const
   {
     return;
   }
-  ImGui::SetNextWindowPos(Place(gap * facts.ratio, gap * facts.ratio));
+  // Below the tools where there is no room beside them.
+  const bool isNarrow = facts.width < narrowWidth * facts.ratio;
+  ImGui::SetNextWindowPos(Place(gap * facts.ratio, (isNarrow ? 62 : gap) * facts.ratio));
   ImGui::Begin("##title", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
   Text(NameOf(*model));
   if (facts.model)
@@ -308,11 +311,11 @@ void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
   }
   const double space = 0.5 * gap * facts.ratio;
   const double text = tileText * facts.ratio;
-  const double left = tiles.front().left - 4 * space;
+  const double left = tiles.front().left - 8 * space;
   double right = 0;
   for (const Tile& tile : tiles)
   {
-    right = std::max(right, tile.left + tile.width + 4 * space);
+    right = std::max(right, tile.left + tile.width + 8 * space);
   }
   const double top = tiles.front().top - space;
   const double bottom = tiles.back().top + tiles.back().height + text + space;
@@ -326,6 +329,18 @@ void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
     const bool back = ImGui::GetIO().MouseWheel > 0;
     this->FirstTile =
       back ? this->FirstTile - std::min<std::size_t>(this->FirstTile, 1) : this->FirstTile + 1;
+  }
+  // Where there are more than have room.
+  const double middle = tiles.front().top + 0.4 * tiles.front().height;
+  if (this->FirstTile > 0)
+  {
+    ImGui::SetCursorScreenPos(Place(left, middle));
+    this->FirstTile -= ImGui::Button("<") ? std::min(this->FirstTile, tiles.size()) : 0;
+  }
+  if (tiles.back().model + 1 < facts.models->size())
+  {
+    ImGui::SetCursorScreenPos(Place(right - 6 * space, middle));
+    this->FirstTile += ImGui::Button(">") ? tiles.size() : 0;
   }
   for (const Tile& tile : tiles)
   {
@@ -345,6 +360,9 @@ void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
     drawing.AddRect(corner, end,
       isSelected || isHovered ? edge : ImGui::GetColorU32(ImGuiCol_Border), 0, 0,
       Scaled(facts, isSelected || isHovered ? 2 : 1));
+    drawing.AddRectFilled(Place(tile.left, tile.top + tile.height),
+      Place(tile.left + tile.width, tile.top + tile.height + text),
+      ImGui::GetColorU32(ImGuiCol_WindowBg));
     drawing.PushClipRect(
       corner, Place(tile.left + tile.width, tile.top + tile.height + text), true);
     drawing.AddText(Place(tile.left, tile.top + tile.height + 3 * facts.ratio),

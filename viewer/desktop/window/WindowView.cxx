@@ -8,9 +8,8 @@
 #include "viewer/desktop/window/InterfaceLayer.h"
 #include "viewer/desktop/window/Panels.h"
 #include "viewer/desktop/window/RegionBoxes.h"
-#include "viewer/desktop/window/SessionRecorder.h"
-#include "viewer/desktop/window/SourceOpening.h"
 #include "viewer/desktop/window/WindowInput.h"
+#include "viewer/desktop/window/WindowSession.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/session/SceneLook.h"
 
@@ -87,15 +86,8 @@ private:
   void TakeEvents();
   void Handle(const WindowEvent& event);
   bool HandleKey(const WindowEvent& event);
-  void FollowOpening();
-  void Begin(OpenedSources sources);
   void TakeNews();
-  void Send();
-  void Do(const SessionStep& step);
-  void OpenModel(std::size_t model);
-  void OpenNext(int step);
   void GoBack();
-  void Retry();
   void Frame();
   void Layout();
   PanelFacts Facts() const;
@@ -104,7 +96,7 @@ private:
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
   void Tell(const std::string& note);
-  void Complain();
+  void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }
   // Turning previews leave most of a slow machine to the model.
   double TurningPause() const
   {
@@ -112,10 +104,8 @@ private:
   }
   bool PreviewsTurn() const { return this->Shelf && this->Shelf->AnyIsShown(); }
 
-  std::string Program;
   ViewOptions Options;
   std::unique_ptr<DisplayWindow> Display;
-  SessionRecorder Recorder;
 
   vtkNew<vtkRenderer> Ground; // behind all
   SessionScene Scene;
@@ -124,35 +114,31 @@ private:
   Panels Words;
   ViewSettings Settings;
   WindowInput Input;
-  ViewerSession Session;
+  WindowSession Session;
   ViewReport Report;
 
-  std::unique_ptr<SourceOpening> Opening;
-  std::string Trouble; // why it could not be opened
-  std::unique_ptr<ModelSource> Source;
-  std::unique_ptr<Previews> Shelf;
-  ModelDescription Model; // that is open
+  std::unique_ptr<Previews> Shelf; // once the models are known
+  std::string Titled;              // the model that the window's title names
 
   std::vector<Tile> Tiles;
   Viewport View;
   bool PressIsOfWords = false;
-  bool Ended = false, IsDirty = true;
-  int FramesLeft = 2; // after something was done, for what the words do then
+  bool Ended = false;
+  // After each change: panels take their size in the second.
+  int FramesLeft = 2;
   double LastFrame = Now(), LastTurn = Now(), FrameSeconds = 0;
-  std::string Note, LastComplaint;
+  std::string Note;
   double NoteUntil = 0;
 };
 
 WindowView::WindowView(std::string program, const ViewOptions& options,
   std::unique_ptr<DisplayWindow> display, SessionRecorder recorder)
-  : Program(std::move(program))
-  , Options(options)
+  : Options(options)
   , Display(std::move(display))
-  , Recorder(std::move(recorder))
   , Boxes(this->Scene.Renderer())
   , Interface(this->Display->Window(), titleLayer, this->Display->PixelRatio())
   , Settings(SettingsOf(options))
-  , Session(SessionOptionsOf(options))
+  , Session(std::move(program), options, std::move(recorder))
 {
   vtkRenderWindow& window = this->Display->Window();
   window.SetNumberOfLayers(titleLayer + 1);
@@ -163,9 +149,7 @@ WindowView::WindowView(std::string program, const ViewOptions& options,
   this->Scene.Renderer().PreserveColorBufferOff();
   this->Scene.SetStyle({ this->Settings.coloring });
   window.AddRenderer(&this->Scene.Renderer());
-  this->Session.SetCoasting(!this->Recorder.IsOn()); // which no file tells of
   this->Session.SetAhead(aheadBytes);
-  this->Retry();
 }
 
 void WindowView::Run()
@@ -174,12 +158,11 @@ void WindowView::Run()
   {
     this->Display->Wait(std::chrono::milliseconds(static_cast<int>(1000 * this->Wait())));
     this->TakeEvents();
-    this->FollowOpening();
     this->TakeNews();
-    this->IsDirty |= this->Display->TakeDamage();
+    this->WakeIf(this->Display->TakeDamage());
     const double now = Now();
     const bool turns = this->PreviewsTurn() && now - this->LastTurn >= this->TurningPause();
-    if (this->IsDirty || this->FramesLeft > 0 || turns || this->Session.GetStatus().coasting)
+    if (this->FramesLeft > 0 || turns || this->Session.Viewer().GetStatus().coasting)
     {
       this->Frame();
     }
@@ -189,12 +172,12 @@ void WindowView::Run()
 // Seconds until there may be something to do that the window does not tell of.
 double WindowView::Wait()
 {
-  if (this->IsDirty || this->FramesLeft > 0 || this->Session.GetStatus().coasting)
+  if (this->FramesLeft > 0 || this->Session.Viewer().GetStatus().coasting)
   {
     return 0;
   }
-  const bool waits =
-    this->Opening || !this->Session.IsIdle() || (this->Shelf && this->Shelf->IsLoading());
+  const bool waits = this->Session.IsOpening() || !this->Session.Viewer().IsIdle() ||
+                     (this->Shelf && this->Shelf->IsLoading());
   const double turning = this->PreviewsTurn() ? this->LastTurn + this->TurningPause() - Now() : 1;
   return std::clamp(waits ? 0.01 : turning, 0.0, 0.2);
 }
@@ -231,13 +214,13 @@ void WindowView::Handle(const WindowEvent& event)
     this->PressIsOfWords = isOverWords;
   }
   const bool isOfWords = event.kind == Kind::Wheel ? isOverWords : this->PressIsOfWords;
-  if (!this->Source || (isOfWords && event.kind != Kind::Key))
+  if (!this->Session.IsOpen() || (isOfWords && event.kind != Kind::Key))
   {
     return;
   }
   for (const SessionStep& step : this->Input.Handle(event))
   {
-    this->Do(step);
+    this->Session.Do(step);
   }
 }
 
@@ -279,7 +262,7 @@ bool WindowView::HandleKey(const WindowEvent& event)
   }
   else if (key == "Next" || key == "Prior")
   {
-    this->OpenNext(key == "Next" ? 1 : -1);
+    this->Session.OpenNext(key == "Next" ? 1 : -1);
   }
   else
   {
@@ -304,161 +287,39 @@ void WindowView::GoBack()
   {
     this->Display->SetFullScreen(false);
   }
-  else if (this->Source && this->Source->Models().size() > 1)
+  else if (this->Session.IsOpen() && this->Session.Models()->size() > 1)
   {
-    this->Do({ SessionStep::Kind::Go, {}, "back" });
+    this->Session.Do({ SessionStep::Kind::Go, {}, "back" });
   }
 }
 
-void WindowView::Do(const SessionStep& step)
-{
-  this->Recorder.Add(step);
-  if (const Status done = Perform(step, this->Session); !done)
-  {
-    this->Tell(done.GetError().message);
-  }
-  this->Send();
-  this->FramesLeft = 2;
-}
-
-void WindowView::OpenModel(std::size_t model)
-{
-  const ModelSummary& chosen = this->Source->Models()[model];
-  this->Words.popUp = false;
-  if (this->Session.GetStatus().model != chosen.id)
-  {
-    this->Do({ SessionStep::Kind::Select, {}, chosen.id });
-  }
-  this->Do({ SessionStep::Kind::Select, {}, chosen.id }); // again: full screen
-  this->Display->SetTitle(chosen.title.empty() ? chosen.id : chosen.title);
-}
-
-void WindowView::OpenNext(int step)
-{
-  if (!this->Source)
-  {
-    return;
-  }
-  const auto& models = this->Source->Models();
-  const auto found = std::find_if(models.begin(), models.end(),
-    [this](const ModelSummary& model) { return model.id == this->Session.GetStatus().model; });
-  const auto count = static_cast<std::ptrdiff_t>(models.size());
-  const std::ptrdiff_t now = found == models.end() ? 0 : found - models.begin();
-  this->OpenModel(static_cast<std::size_t>((now + step + count) % count));
-}
-
-// ---- where models come from
-
-// What could not be had, once more.
-void WindowView::Retry()
-{
-  if (this->Source)
-  {
-    this->Do({ SessionStep::Kind::Select, {}, this->Session.GetStatus().model });
-    return;
-  }
-  this->Trouble.clear();
-  this->Opening = std::make_unique<SourceOpening>(this->Program, this->Options);
-}
-
-void WindowView::FollowOpening()
-{
-  if (!this->Opening)
-  {
-    return;
-  }
-  this->FramesLeft = std::max(this->FramesLeft, 1);
-  if (auto ended = this->Opening->Take())
-  {
-    this->Opening.reset();
-    if (*ended)
-    {
-      this->Begin(std::move(**ended));
-    }
-    else
-    {
-      this->Trouble = ended->GetError().message;
-      PrintError(this->Program, "", ended->GetError());
-    }
-  }
-}
-
-void WindowView::Begin(OpenedSources sources)
-{
-  this->Source = std::move(sources.models);
-  const auto& models = this->Source->Models();
-  for (const ModelSummary& model : models)
-  {
-    this->Interface.KnowText(model.title);
-  }
-  this->Session.SetModels(models);
-  this->Shelf =
-    std::make_unique<Previews>(this->Display->Window(), previewLayer, std::move(sources.previews));
-  this->Layout();
-  this->Do({ SessionStep::Kind::Turning, {}, "upright" });
-  if (models.empty())
-  {
-    this->Tell("There are no models yet.");
-    return;
-  }
-  const auto named = std::find_if(models.begin(), models.end(),
-    [this](const ModelSummary& model) { return model.id == this->Options.model; });
-  if (!this->Options.model.empty() && named == models.end())
-  {
-    const Error error{ ErrorCode::NotFound,
-      this->Options.source + ": there is no model '" + this->Options.model + "'" };
-    PrintError(this->Program, "", error);
-    this->Tell(error.message);
-  }
-  if (named != models.end() || models.size() == 1)
-  {
-    this->OpenModel(named == models.end() ? 0 : static_cast<std::size_t>(named - models.begin()));
-  }
-  else
-  {
-    this->Do({ SessionStep::Kind::Select, {}, models.front().id });
-  }
-}
+// ---- what has come
 
 void WindowView::TakeNews()
 {
-  if (!this->Source)
+  this->WakeIf(this->Session.Follow());
+  this->Interface.KnowText(this->Session.TakeTexts());
+  if (const std::string note = this->Session.TakeNote(); !note.empty())
+  {
+    this->Tell(note);
+  }
+  if (!this->Session.IsOpen())
   {
     return;
   }
-  for (const ClientEvent& event : this->Source->Take())
+  if (!this->Shelf)
   {
-    if (event.kind == ClientEvent::Kind::Opened)
-    {
-      this->Model = event.model;
-      this->Interface.KnowText(event.model.title + event.model.credit + event.model.license);
-    }
-    Deliver(event, this->Session);
-    this->IsDirty = true;
+    this->Shelf = std::make_unique<Previews>(
+      this->Display->Window(), previewLayer, this->Session.TakePreviewSource());
   }
-  this->IsDirty |= this->Shelf->Load();
-  this->Send();
-  this->Complain();
-}
-
-void WindowView::Send()
-{
-  for (const SessionRequest& request : this->Session.TakeRequests())
+  this->WakeIf(this->Shelf->Load());
+  const ViewerStatus status = this->Session.Viewer().GetStatus();
+  const std::string& name = status.title.empty() ? status.model : status.title;
+  if (name != this->Titled)
   {
-    this->Source->Send(request);
+    this->Titled = name;
+    this->Display->SetTitle(name);
   }
-}
-
-// On stderr too, each sentence once.
-void WindowView::Complain()
-{
-  const std::string error = this->Session.GetStatus().error;
-  if (!error.empty() && error != this->LastComplaint)
-  {
-    this->Interface.KnowText(error);
-    PrintError(this->Program, this->Options.source, { ErrorCode::NotFound, error });
-  }
-  this->LastComplaint = error;
 }
 
 // ---- a frame
@@ -466,23 +327,21 @@ void WindowView::Complain()
 void WindowView::Frame()
 {
   const double begin = Now();
-  this->IsDirty = false;
   this->FramesLeft = std::max(this->FramesLeft - 1, 0);
-  if (this->Source)
+  if (this->Shelf)
   {
     for (const SessionStep& step : this->Input.Flush())
     {
-      this->Do(step);
+      this->Session.Do(step);
     }
-    this->Session.Advance(begin);
     this->Layout();
-    this->Session.BeginFrame();
-    this->Send();
-    if (const Status followed = this->Scene.Follow(this->Session.Scene()); !followed)
+    this->Session.BeginFrame(begin);
+    if (const Status followed = this->Scene.Follow(this->Session.Viewer().Scene()); !followed)
     {
       this->Tell(followed.GetError().message);
     }
-    this->Boxes.Show(this->Settings.boxes ? this->Session.RegionBoxes() : std::vector<Box>(),
+    this->Boxes.Show(
+      this->Settings.boxes ? this->Session.Viewer().RegionBoxes() : std::vector<Box>(),
       this->Scene.Center(), 1.5 * this->Display->PixelRatio());
     this->Shelf->Turn(turningSpeed * std::min(begin - this->LastTurn, 0.5));
     this->LastTurn = begin;
@@ -499,12 +358,8 @@ void WindowView::Frame()
   this->Display->Window().Render();
   this->LastFrame = begin;
   this->FrameSeconds = Now() - begin;
-  this->Session.EndFrame(this->FrameSeconds);
-  this->Report.AddFrame(this->Session.GetStatus());
-  if (this->Session.IsIdle() && !this->Input.Touching())
-  {
-    this->Recorder.NoteIdle();
-  }
+  this->Session.EndFrame(this->FrameSeconds, this->Input.Touching());
+  this->Report.AddFrame(this->Session.Viewer().GetStatus());
   this->Apply(settings);
   this->Fulfil(wishes);
 }
@@ -522,7 +377,7 @@ void WindowView::Layout()
     this->View = view;
     SessionStep step{ SessionStep::Kind::Window, {} };
     step.window = view;
-    this->Do(step);
+    this->Session.Do(step);
     this->Input.SetView(0, 0, view);
     this->Scene.Renderer().SetViewport(0, 1 - view.height / static_cast<double>(height), 1, 1);
   }
@@ -537,14 +392,14 @@ PanelFacts WindowView::Facts() const
   facts.height = this->Display->Height();
   facts.ratio = this->Display->PixelRatio();
   facts.fullScreen = this->Display->IsFullScreen();
-  facts.recording = this->Recorder.IsOn();
-  facts.models = this->Source ? &this->Source->Models() : nullptr;
-  facts.opening = this->Opening ? this->Opening->Progress() : "";
-  facts.trouble = this->Trouble;
-  facts.status = this->Session.GetStatus();
-  facts.model = this->Model.id == facts.status.model && this->Source ? &this->Model : nullptr;
-  facts.blobs = &this->Session.Statistics();
-  facts.traffic = this->Session.GetTraffic();
+  facts.recording = this->Session.IsRecording();
+  facts.models = this->Shelf ? this->Session.Models() : nullptr;
+  facts.opening = this->Session.Progress();
+  facts.trouble = this->Session.Trouble();
+  facts.status = this->Session.Viewer().GetStatus();
+  facts.model = this->Session.Model();
+  facts.blobs = &this->Session.Viewer().Statistics();
+  facts.traffic = this->Session.Viewer().GetTraffic();
   facts.frameSeconds = this->FrameSeconds;
   facts.residentBytes = ResidentMemory();
   facts.note = Now() < this->NoteUntil ? this->Note : "";
@@ -554,24 +409,24 @@ PanelFacts WindowView::Facts() const
 void WindowView::Apply(const ViewSettings& settings)
 {
   const ViewSettings before = std::exchange(this->Settings, settings);
-  if (before == settings || !this->Source)
+  if (before == settings)
   {
     return;
   }
   if (before.detail != settings.detail)
   {
-    this->Do({ SessionStep::Kind::Detail, {}, WordOf(settings.detail) });
+    this->Session.Do({ SessionStep::Kind::Detail, {}, WordOf(settings.detail) });
   }
   if (before.turning != settings.turning)
   {
-    this->Do(
+    this->Session.Do(
       { SessionStep::Kind::Turning, {}, settings.turning == Turning::Free ? "free" : "upright" });
   }
   if (before.rings != settings.rings)
   {
     SessionStep step{ SessionStep::Kind::Rings, {} };
     step.rings = settings.rings;
-    this->Do(step);
+    this->Session.Do(step);
   }
   if (before.triangles != settings.triangles || before.memory != settings.memory)
   {
@@ -579,7 +434,6 @@ void WindowView::Apply(const ViewSettings& settings)
   }
   this->Session.SetAhead(settings.fetchAhead ? aheadBytes : 0);
   this->Scene.SetStyle({ settings.coloring });
-  this->Send();
   this->FramesLeft = 2;
 }
 
@@ -587,11 +441,11 @@ void WindowView::Fulfil(const PanelWishes& wishes)
 {
   for (const SessionStep& step : wishes.steps)
   {
-    this->Do(step);
+    this->Session.Do(step);
   }
   if (wishes.open)
   {
-    this->OpenModel(*wishes.open);
+    this->Session.Open(*wishes.open);
   }
   if (wishes.fullScreen)
   {
@@ -603,7 +457,7 @@ void WindowView::Fulfil(const PanelWishes& wishes)
   }
   if (wishes.retry)
   {
-    this->Retry();
+    this->Session.Retry();
   }
   this->Ended |= wishes.quit;
 }
@@ -612,15 +466,15 @@ void WindowView::Fulfil(const PanelWishes& wishes)
 
 void WindowView::TakePicture()
 {
-  const std::string model = this->Session.GetStatus().model;
-  if (model.empty() || this->Session.GetStatus().vertices == 0)
+  const std::string model = this->Session.Viewer().GetStatus().model;
+  if (model.empty() || this->Session.Viewer().GetStatus().vertices == 0)
   {
     this->Tell("There is nothing to write a picture of yet.");
     return;
   }
   const std::string file = NewPictureName(model);
   const Status written = this->WriteModelPicture(file);
-  this->Recorder.Add({ SessionStep::Kind::Screenshot, {}, file });
+  this->Session.Recorder().Add({ SessionStep::Kind::Screenshot, {}, file });
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
@@ -644,15 +498,15 @@ void WindowView::Tell(const std::string& note)
 
 Status WindowView::Finish()
 {
-  if (!this->Options.screenshot.empty() && this->Session.GetStatus().vertices > 0)
+  if (!this->Options.screenshot.empty() && this->Session.Viewer().GetStatus().vertices > 0)
   {
     KDSTREAM_TRY(At(this->Options.screenshot, this->WriteModelPicture(this->Options.screenshot)));
   }
-  KDSTREAM_TRY(At(this->Options.record, this->Recorder.Finish()));
+  KDSTREAM_TRY(At(this->Options.record, this->Session.Recorder().Finish()));
   KDSTREAM_TRY(At(this->Options.statistics,
-    WriteOutput(this->Options.statistics, StatisticsJson(this->Session.Statistics()))));
+    WriteOutput(this->Options.statistics, StatisticsJson(this->Session.Viewer().Statistics()))));
   return At(this->Options.report,
-    WriteOutput(this->Options.report, this->Report.Json(this->Session.GetTraffic())));
+    WriteOutput(this->Options.report, this->Report.Json(this->Session.Viewer().GetTraffic())));
 }
 
 }

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A window's session and where its models come from: see WindowSession.h.
+#include "viewer/desktop/window/WindowSession.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+
+WindowSession::WindowSession(
+  std::string program, const ViewOptions& options, SessionRecorder recorder)
+  : Program(std::move(program))
+  , Options(options)
+  , Record(std::move(recorder))
+  , Looks(SessionOptionsOf(options))
+{
+  this->Looks.SetCoasting(!this->Record.IsOn()); // of which no file tells
+  this->Retry();
+}
+
+const std::vector<ModelSummary>* WindowSession::Models() const
+{
+  return this->Source ? &this->Source->Models() : nullptr;
+}
+
+const ModelDescription* WindowSession::Model() const
+{
+  const bool isOpen = this->Source && this->Opened.id == this->Looks.GetStatus().model;
+  return isOpen ? &this->Opened : nullptr;
+}
+
+// ---- where models come from
+
+void WindowSession::Retry()
+{
+  if (this->Source)
+  {
+    this->Do({ SessionStep::Kind::Select, {}, this->Looks.GetStatus().model });
+    return;
+  }
+  this->OpeningTrouble.clear();
+  this->Opening = std::make_unique<SourceOpening>(this->Program, this->Options);
+}
+
+bool WindowSession::Follow()
+{
+  if (!this->Source)
+  {
+    this->FollowOpening();
+    return true;
+  }
+  const auto events = this->Source->Take();
+  for (const ClientEvent& event : events)
+  {
+    if (event.kind == ClientEvent::Kind::Opened)
+    {
+      this->Opened = event.model;
+      this->Texts += event.model.title + event.model.credit + event.model.license;
+    }
+    Deliver(event, this->Looks);
+  }
+  this->Send();
+  this->Complain();
+  return !events.empty();
+}
+
+void WindowSession::FollowOpening()
+{
+  auto ended = this->Opening ? this->Opening->Take() : std::nullopt;
+  if (!ended)
+  {
+    return;
+  }
+  this->Opening.reset();
+  if (*ended)
+  {
+    this->Begin(std::move(**ended));
+  }
+  else
+  {
+    this->OpeningTrouble = ended->GetError().message;
+    this->Texts += this->OpeningTrouble;
+    PrintError(this->Program, "", ended->GetError());
+  }
+}
+
+void WindowSession::Begin(OpenedSources sources)
+{
+  this->Source = std::move(sources.models);
+  this->PreviewSource = std::move(sources.previews);
+  const auto& models = this->Source->Models();
+  for (const ModelSummary& model : models)
+  {
+    this->Texts += model.title;
+  }
+  this->Looks.SetModels(models);
+  this->Do({ SessionStep::Kind::Turning, {}, "upright" });
+  if (models.empty())
+  {
+    this->Tell("There are no models yet.");
+    return;
+  }
+  const auto named = std::find_if(models.begin(), models.end(),
+    [this](const ModelSummary& model) { return model.id == this->Options.model; });
+  if (named != models.end() || models.size() == 1)
+  {
+    this->Open(named == models.end() ? 0 : static_cast<std::size_t>(named - models.begin()));
+  }
+  else
+  {
+    this->Do({ SessionStep::Kind::Select, {}, models.front().id });
+  }
+  if (!this->Options.model.empty() && named == models.end())
+  {
+    const Error error{ ErrorCode::NotFound,
+      this->Options.source + ": there is no model '" + this->Options.model + "'" };
+    PrintError(this->Program, "", error);
+    this->Tell(error.message);
+  }
+}
+
+void WindowSession::Send()
+{
+  for (const SessionRequest& request : this->Looks.TakeRequests())
+  {
+    this->Source->Send(request);
+  }
+}
+
+// On stderr too, each sentence once.
+void WindowSession::Complain()
+{
+  const std::string error = this->Looks.GetStatus().error;
+  if (!error.empty() && error != this->LastComplaint)
+  {
+    this->Texts += error;
+    PrintError(this->Program, this->Options.source, { ErrorCode::NotFound, error });
+  }
+  this->LastComplaint = error;
+}
+
+void WindowSession::Tell(const std::string& note)
+{
+  this->Note = note;
+  this->Texts += note;
+}
+
+// ---- what people do
+
+void WindowSession::Do(const SessionStep& step)
+{
+  this->Record.Add(step);
+  if (const Status done = Perform(step, this->Looks); !done)
+  {
+    this->Tell(done.GetError().message);
+  }
+  if (this->Source)
+  {
+    this->Send();
+  }
+}
+
+void WindowSession::Open(std::size_t model)
+{
+  const std::string& id = this->Source->Models()[model].id;
+  if (this->Looks.GetStatus().model != id)
+  {
+    this->Do({ SessionStep::Kind::Select, {}, id });
+  }
+  this->Do({ SessionStep::Kind::Select, {}, id }); // again: full screen
+}
+
+void WindowSession::OpenNext(int step)
+{
+  if (!this->Source || this->Source->Models().empty())
+  {
+    return;
+  }
+  const auto& models = this->Source->Models();
+  const auto found = std::find_if(models.begin(), models.end(),
+    [this](const ModelSummary& model) { return model.id == this->Looks.GetStatus().model; });
+  const auto count = static_cast<std::ptrdiff_t>(models.size());
+  const std::ptrdiff_t now = found == models.end() ? 0 : found - models.begin();
+  this->Open(static_cast<std::size_t>((now + step + count) % count));
+}
+
+void WindowSession::SetBudgets(std::uint64_t triangles, std::uint64_t bytes)
+{
+  this->Looks.SetBudgets(triangles, bytes);
+}
+
+void WindowSession::SetAhead(std::size_t bytes)
+{
+  this->Looks.SetAhead(bytes);
+}
+
+// ---- frames
+
+void WindowSession::BeginFrame(double time)
+{
+  this->Looks.Advance(time);
+  this->Looks.BeginFrame();
+  this->Send();
+}
+
+void WindowSession::EndFrame(double seconds, bool isTouched)
+{
+  this->Looks.EndFrame(seconds);
+  if (this->Looks.IsIdle() && !isTouched)
+  {
+    this->Record.NoteIdle();
+  }
+}
+
+}

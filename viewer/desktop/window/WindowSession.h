@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A window's session and where its models come from: what the window knows beside its picture. No
+// VTK, no X.
+#pragma once
+
+#include "viewer/desktop/ViewOptions.h"
+#include "viewer/desktop/window/SessionRecorder.h"
+#include "viewer/desktop/window/SourceOpening.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+class WindowSession
+{
+public:
+  // Begins to open what the options name. What fails is told on stderr too, as an error of
+  // `program`.
+  WindowSession(std::string program, const ViewOptions& options, SessionRecorder recorder);
+
+  // Takes what has come; returns whether there is any news.
+  bool Follow();
+  bool IsOpening() const { return this->Opening != nullptr; }
+  bool IsOpen() const { return this->Source != nullptr; }
+  // What is being done until then; and why it could not be done, for good.
+  std::string Progress() const { return this->Opening ? this->Opening->Progress() : ""; }
+  const std::string& Trouble() const { return this->OpeningTrouble; }
+  // Of the source; null before it is open.
+  const std::vector<ModelSummary>* Models() const;
+  // Of the model that is looked at, once it is open; else null.
+  const ModelDescription* Model() const;
+  // The source once more, for previews; null where there are none. Once.
+  std::unique_ptr<ModelSource> TakePreviewSource() { return std::move(this->PreviewSource); }
+
+  const ViewerSession& Viewer() const { return this->Looks; }
+  SessionRecorder& Recorder() { return this->Record; }
+  bool IsRecording() const { return this->Record.IsOn(); }
+
+  // What a person does; recorded.
+  void Do(const SessionStep& step);
+  // In the whole window.
+  void Open(std::size_t model);
+  // The next model of the list, or the one before: step 1 or -1.
+  void OpenNext(int step);
+  // What could not be had, once more.
+  void Retry();
+  void SetBudgets(std::uint64_t triangles, std::uint64_t bytes);
+  void SetAhead(std::size_t bytes);
+
+  // As ViewerSession's Advance and BeginFrame, and EndFrame.
+  void BeginFrame(double time);
+  void EndFrame(double seconds, bool isTouched);
+
+  // What is to be told for a moment since the last call; empty if nothing is.
+  std::string TakeNote() { return std::exchange(this->Note, {}); }
+  // Texts that may be shown from now on, since the last call.
+  std::string TakeTexts() { return std::exchange(this->Texts, {}); }
+
+private:
+  void Begin(OpenedSources sources);
+  void FollowOpening();
+  void Send();
+  void Complain();
+  void Tell(const std::string& note);
+
+  std::string Program;
+  ViewOptions Options;
+  SessionRecorder Record;
+  ViewerSession Looks;
+  std::unique_ptr<SourceOpening> Opening;
+  std::string OpeningTrouble;
+  std::unique_ptr<ModelSource> Source, PreviewSource;
+  ModelDescription Opened;
+  std::string LastComplaint, Note, Texts;
+};
+
+}
