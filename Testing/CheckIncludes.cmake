@@ -87,7 +87,7 @@ check(server/session server/protocol filters/store filters/model filters/codec $
 check(server/http server/session server/protocol filters/model ${core})
 check(server/app server/http server/session server/protocol filters/program filters/store filters/model ${core})
 check(viewer/session server/protocol filters/model filters/codec ${core})
-check(viewer/client viewer/session server/session server/protocol filters/model ${core})
+check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
 check(viewer/rendering VTK viewer/session ${core})
 check(viewer/mobile FLAT viewer/session ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session server/protocol filters/model ${core})

@@ -42,6 +42,16 @@ void SealBlob(std::vector<std::uint8_t>& blob)
   blob.insert(blob.end(), checksum.begin(), checksum.end());
 }
 
+bool IsSealed(std::span<const std::uint8_t> blob)
+{
+  if (blob.size() < checksumSize)
+  {
+    return false;
+  }
+  const auto checksum = ChecksumOf(blob.first(blob.size() - checksumSize));
+  return std::equal(checksum.begin(), checksum.end(), blob.end() - std::ptrdiff_t(checksumSize));
+}
+
 Result<std::span<const std::uint8_t>> UnsealBlob(
   std::span<const std::uint8_t> blob, std::string_view magic)
 {
@@ -64,13 +74,11 @@ Result<std::span<const std::uint8_t>> UnsealBlob(
     return Error{ ErrorCode::Damaged,
       "truncated: " + std::to_string(blob.size()) + " bytes are too short for any content" };
   }
-  const auto content = blob.first(blob.size() - checksumSize);
-  const auto checksum = ChecksumOf(content);
-  if (!std::equal(checksum.begin(), checksum.end(), blob.end() - std::ptrdiff_t(checksumSize)))
+  if (!IsSealed(blob))
   {
     return Error{ ErrorCode::Damaged, "its checksum is wrong" };
   }
-  return content;
+  return blob.first(blob.size() - checksumSize);
 }
 
 }

@@ -29,6 +29,9 @@ void WriteBlobHead(ByteWriter& writer, std::string_view magic);
 // Appends the checksum of the bytes so far.
 void SealBlob(std::vector<std::uint8_t>& blob);
 
+// Whether the blob ends with the checksum of what is before that, whatever it is. O(size).
+bool IsSealed(std::span<const std::uint8_t> blob);
+
 // The blob without its checksum, once magic, version and checksum are found right; its content
 // starts at blobHeadSize. O(size), no memory taken. Errors: InvalidInput for another magic;
 // Unsupported for an unknown version, which is looked at before the checksum, since another version

@@ -20,8 +20,9 @@ class LocalClient final : public ModelSource
 public:
   // Models by id.
   explicit LocalClient(std::vector<std::shared_ptr<const ServedModel>> models);
-  // A store, as the model of its name without the ending (ModelIdLike), or all stores of a folder. Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for
-  // a folder without a store that can be read, naming what is wrong with the first.
+  // A store, as the model of its name without the ending (ModelIdLike), or all stores of a folder.
+  // Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for a folder without a store
+  // that can be read, naming what is wrong with the first.
   static Result<std::unique_ptr<LocalClient>> Open(const std::filesystem::path& storeOrFolder);
   // Ends the thread.
   ~LocalClient() override;

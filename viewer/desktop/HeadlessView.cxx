@@ -175,7 +175,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   KDSTREAM_TRY(first);
   SceneStyle style;
   style.coloring = line.coloring;
-  const auto window = line.OpensWindow()
+  const auto window = line.offscreen.empty()
                         ? SessionWindow::MakeOnScreen(line.width, line.height, style)
                         : SessionWindow::MakeOffscreen(
                             *ParseWindowBackend(line.offscreen), line.width, line.height, style);

@@ -153,8 +153,8 @@ Status Build(const fs::path& mesh, const fs::path& store,
         program.string() + ")",
       mesh.string() };
   }
-  auto child = ChildProgram::Start(
-    program, { "--output=" + store.string(), "--title=" + mesh.stem().string(), "--", mesh.string() });
+  auto child = ChildProgram::Start(program,
+    { "--output=" + store.string(), "--title=" + mesh.stem().string(), "--", mesh.string() });
   KDSTREAM_TRY(child);
   BuildMessages messages(warn);
   std::string text;

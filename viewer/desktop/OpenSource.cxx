@@ -2,8 +2,10 @@
 // What the command line names, as a source of models.
 #include "viewer/desktop/OpenSource.h"
 
+#include "viewer/client/CachedSource.h"
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/ServerClient.h"
+#include "viewer/client/ServerUrl.h"
 #include "viewer/desktop/MeshStore.h"
 
 #include <filesystem>
@@ -21,6 +23,62 @@ Result<std::unique_ptr<ModelSource>> AsSource(Result<std::unique_ptr<Client>> cl
   return std::unique_ptr<ModelSource>(std::move(*client));
 }
 
+// Where what is fetched and built is kept; nothing where a look without a window does not ask for
+// it.
+Result<std::filesystem::path> CacheFolder(const ViewOptions& options)
+{
+  return options.cache.empty()
+           ? UserCacheFolder()
+           : Result<std::filesystem::path>(std::filesystem::path(options.cache));
+}
+
+// Without a folder, or where it cannot be used, a server is asked each time.
+std::shared_ptr<DiskCache> OpenCache(
+  const ViewOptions& options, const std::function<void(std::string_view sentence)>& warn)
+{
+  const auto folder = CacheFolder(options);
+  auto cache = folder ? DiskCache::Open(*folder, options.cacheBytes)
+                      : Result<std::shared_ptr<DiskCache>>(folder.GetError());
+  if (!cache)
+  {
+    const Error& error = cache.GetError();
+    warn((error.file.empty() ? "" : error.file + ": ") + error.message +
+         "; what comes from the server is not kept");
+    return nullptr;
+  }
+  return *cache;
+}
+
+// A measurement wants the server: without a window, only a cache that is named is used.
+bool UsesCache(const ViewOptions& options)
+{
+  return options.OpensWindow() || !options.cache.empty();
+}
+
+Result<std::unique_ptr<ModelSource>> OpenServer(
+  const ViewOptions& options, const std::function<void(std::string_view sentence)>& warn)
+{
+  const auto url = ParseServerUrl(options.source);
+  KDSTREAM_TRY(url);
+  const std::string origin = "http://" + url->Authority();
+  const auto cache = UsesCache(options) ? OpenCache(options, warn) : nullptr;
+  auto client = ServerClient::Connect(options.source);
+  if (client)
+  {
+    return cache ? std::make_unique<CachedSource>(std::move(*client), cache, origin)
+                 : std::unique_ptr<ModelSource>(std::move(*client));
+  }
+  auto offline = cache && client.GetError().code == ErrorCode::InputOutput
+                   ? CachedSource::Offline(cache, origin)
+                   : Result<std::unique_ptr<CachedSource>>(client.GetError());
+  if (!offline)
+  {
+    return client.GetError();
+  }
+  warn(options.source + ": " + client.GetError().message + "; what was seen before is shown");
+  return std::unique_ptr<ModelSource>(std::move(*offline));
+}
+
 }
 
 bool NamesServer(const std::string& source)
@@ -35,7 +93,7 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
 {
   if (NamesServer(options.source))
   {
-    return At(options.source, AsSource(ServerClient::Connect(options.source)));
+    return At(options.source, OpenServer(options, warn));
   }
   const std::filesystem::path file = options.source;
   std::error_code failure;
@@ -48,13 +106,9 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   {
     return At(options.source, AsSource(LocalClient::Open(file)));
   }
-  MeshStores stores{ options.cache, options.cacheBytes };
-  if (options.cache.empty())
-  {
-    const auto folder = UserCacheFolder();
-    KDSTREAM_TRY(folder);
-    stores.folder = *folder;
-  }
+  const auto folder = CacheFolder(options);
+  KDSTREAM_TRY(folder);
+  const MeshStores stores{ *folder, options.cacheBytes };
   const auto store = StoreOfMesh(file, stores, report, warn);
   KDSTREAM_TRY(store);
   return At(store->string(), AsSource(LocalClient::Open(*store)));

@@ -67,7 +67,7 @@ Result<int> View(const std::string& program, ViewOptions options)
 {
   KDSTREAM_TRY(CheckOutputs(options));
   // A session file is played and ends: nobody has to do anything in a window.
-  if (options.OpensWindow() && options.replay.empty())
+  if (options.OpensWindow())
   {
     return ViewInWindow(program, options);
   }

@@ -137,12 +137,13 @@ void AddCacheOptions(CLI::App& app, ViewOptions& line)
   const char* const group = "Cache";
   app
     .add_option("--cache", line.cache,
-      "where stores of meshes are kept [default: kdstream in XDG_CACHE_HOME or ~/.cache]")
+      "where stores of meshes, and what comes from servers, are kept [default: kdstream in "
+      "XDG_CACHE_HOME or ~/.cache; with --offscreen or --replay nothing of servers]")
     ->type_name("DIR")
     ->group(group);
   AddSizeOption(app, "--cache-size", line.cacheBytes,
-    "what is kept there at most; what was used last stays longest")
-    ->default_str("20G")
+    "of each of the two at most; what was used last stays longest")
+    ->default_str("10G")
     ->group(group);
 }
 

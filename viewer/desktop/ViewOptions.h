@@ -18,7 +18,7 @@ struct ViewOptions
   std::string source; // a server's URL, or a file or folder
   std::string model, offscreen, record, replay, screenshot, statistics, report;
   std::string cache; // folder; empty: that of the user
-  std::uint64_t cacheBytes = std::uint64_t{ 20 } << 30;
+  std::uint64_t cacheBytes = std::uint64_t{ 10 } << 30;
   unsigned rings = 1;
   DetailMode detail = DetailMode::View;
   std::uint64_t triangles = RefinementOptions().triangles;
@@ -26,7 +26,7 @@ struct ViewOptions
   SurfaceColoring coloring = SurfaceColoring::Own;
   int width = 1280, height = 720;
 
-  bool OpensWindow() const { return this->offscreen.empty(); }
+  bool OpensWindow() const { return this->offscreen.empty() && this->replay.empty(); }
 };
 
 void AddViewOptions(CLI::App& app, ViewOptions& options);

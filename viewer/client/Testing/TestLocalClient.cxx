@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stores of this machine as a session's source.
 #include "viewer/client/LocalClient.h"
+#include "viewer/client/Testing/SettledSession.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 #include "viewer/session/ViewerSession.h"
 
@@ -12,6 +13,7 @@
 
 using namespace kdstream;
 using fixtures::TemporaryFolder;
+using kdstream::testing::Settle;
 using kdstream::testing::TorusModel;
 
 namespace
@@ -23,35 +25,6 @@ std::shared_ptr<TorusModel> Named(const std::string& id)
   model->described = kdstream::testing::Torus().Description();
   model->described->id = id;
   return model;
-}
-
-// Until nothing is outstanding; false where the source falls silent.
-bool Settle(ViewerSession& session, ModelSource& source)
-{
-  for (;;)
-  {
-    for (const SessionRequest& request : session.TakeRequests())
-    {
-      source.Send(request);
-    }
-    session.BeginFrame();
-    for (const SessionRequest& request : session.TakeRequests())
-    {
-      source.Send(request);
-    }
-    if (session.IsIdle())
-    {
-      return true;
-    }
-    if (!source.Wait(std::chrono::seconds(20)))
-    {
-      return false;
-    }
-    for (const ClientEvent& event : source.Take())
-    {
-      Deliver(event, session);
-    }
-  }
 }
 
 TEST(TestLocalClient, ShowsOneModelAfterTheOther)

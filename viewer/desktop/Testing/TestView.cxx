@@ -367,6 +367,37 @@ TEST_F(TestView, AMeshIsBuiltOnceAndKeptInTheCache)
   EXPECT_EQ(stores[0].filename(), "other.kds");
 }
 
+TEST_F(TestView, WhatWasSeenIsThereWithoutTheServer)
+{
+  const std::string look = "--offscreen auto --size 200x150 --stats s.json --screenshot ";
+  const auto fromCache = [this]
+  {
+    std::size_t count = 0;
+    for (const auto& blob : nlohmann::json::parse(ReadText(this->Folder / "s.json")))
+    {
+      count += blob.at("from_cache").get<bool>() ? 1 : 0;
+    }
+    return count;
+  };
+  ASSERT_EQ(this->View(look + "a.png --cache kept"), 0) << this->Err;
+  EXPECT_EQ(fromCache(), 0u);
+  EXPECT_FALSE(this->Models.model->TakeRead().empty());
+  ASSERT_EQ(this->View(look + "b.png --cache kept"), 0) << this->Err;
+  EXPECT_GT(fromCache(), 0u);
+  EXPECT_TRUE(this->Models.model->TakeRead().empty());
+  ASSERT_EQ(this->View(look + "b.png"), 0) << this->Err;
+  EXPECT_EQ(fromCache(), 0u) << "no cache where none is named";
+  const std::string url = this->Server->Url();
+  this->Server.reset();
+  ASSERT_EQ(this->Run(url + " " + look + "c.png --cache kept"), 0) << this->Err;
+  EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
+  EXPECT_NE(this->Err.find("; what was seen before is shown\n"), std::string::npos) << this->Err;
+  EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
+  // A folder that cannot be is no reason to show nothing, where there is a server.
+  EXPECT_EQ(this->Run(url + " " + look + "d.png --cache s.json"), 1);
+  EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;
+}
+
 TEST_F(TestView, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
 {
   this->Write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n");
@@ -399,6 +430,8 @@ int main(int argc, char** argv)
 {
   ::testing::InitGoogleTest(&argc, argv);
   program = argc > 1 ? argv[1] : "kdstream-view";
+  ::unsetenv("XDG_CACHE_HOME"); // nothing is kept but where a test says
+  ::unsetenv("HOME");
   ::unsetenv("DISPLAY"); // a window would wait for somebody
   return RUN_ALL_TESTS();
 }

@@ -117,8 +117,9 @@ protected:
     this->Process = ::fork();
     if (this->Process == 0)
     {
-      const std::string command = "cd '" + this->Folder.Path.string() + "' && exec '" + program +
-                                  "' " + arguments + " >out 2>err";
+      const std::string command = "cd '" + this->Folder.Path.string() +
+                                  "' && XDG_CACHE_HOME=\"$PWD/kept\" exec '" + program + "' " +
+                                  arguments + " >out 2>err";
       ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
       ::_exit(127);
     }

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A source whose blobs are kept on the disk: see CachedSource.h.
+#include "viewer/client/CachedSource.h"
+
+#include "filters/codec/Seal.h"
+#include "filters/model/ModelJson.h"
+
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+std::string TextOfBytes(const std::vector<std::uint8_t>& bytes)
+{
+  return { bytes.begin(), bytes.end() };
+}
+
+std::vector<std::uint8_t> BytesOfText(std::string_view text)
+{
+  return { text.begin(), text.end() };
+}
+
+constexpr const char* listName = "models"; // of no digest
+std::string DescriptionName(const std::string& model)
+{
+  return "model/" + model;
+}
+
+}
+
+CachedSource::CachedSource(
+  std::unique_ptr<ModelSource> server, std::shared_ptr<DiskCache> cache, std::string origin)
+  : Server(std::move(server))
+  , Cache(std::move(cache))
+  , Origin(std::move(origin))
+  , ModelList(this->Server ? this->Server->Models() : std::vector<ModelSummary>())
+{
+  if (this->Server)
+  {
+    this->Cache->Put(this->KeyOf("", listName), BytesOfText(WriteModelList(this->ModelList)));
+  }
+}
+
+Result<std::unique_ptr<CachedSource>> CachedSource::Offline(
+  std::shared_ptr<DiskCache> cache, std::string origin)
+{
+  auto source = std::make_unique<CachedSource>(nullptr, std::move(cache), std::move(origin));
+  const auto list = source->Cache->Find(source->KeyOf("", listName));
+  auto models = list ? ParseModelList(TextOfBytes(*list))
+                     : Result<std::vector<ModelSummary>>(
+                         Error{ ErrorCode::NotFound, "nothing of it was seen before" });
+  KDSTREAM_TRY(models);
+  source->ModelList = std::move(*models);
+  return source;
+}
+
+CacheKey CachedSource::KeyOf(const std::string& digest, const std::string& name) const
+{
+  return { this->Origin, digest, name };
+}
+
+void CachedSource::Send(const SessionRequest& request)
+{
+  switch (request.kind)
+  {
+    case SessionRequest::Kind::Open:
+      this->Open(request);
+      break;
+    case SessionRequest::Kind::Cancel:
+      std::erase_if(
+        this->Found, [&](const ClientEvent& event) { return event.request == request.id; });
+      if (this->Asked.erase(request.id) > 0)
+      {
+        this->Server->Send(request);
+      }
+      break;
+    default:
+      this->SendBlobs(request);
+  }
+}
+
+void CachedSource::Open(const SessionRequest& request)
+{
+  if (this->Server)
+  {
+    this->Server->Send(request);
+    return;
+  }
+  ClientEvent event;
+  event.request = request.id;
+  const auto text = this->Cache->Find(this->KeyOf("", DescriptionName(request.model)));
+  auto model = text ? ParseModel(TextOfBytes(*text))
+                    : Result<ModelDescription>(Error{ ErrorCode::NotFound, "" });
+  if (model)
+  {
+    event.kind = ClientEvent::Kind::Opened;
+    event.model = std::move(*model);
+    this->Digest = event.model.digest;
+  }
+  else
+  {
+    event.message =
+      request.model + " was not seen before, and " + this->Origin + " cannot be reached";
+  }
+  this->Found.push_back(std::move(event));
+}
+
+// What is here is answered at once, the rest is the server's.
+void CachedSource::SendBlobs(const SessionRequest& request)
+{
+  SessionRequest rest = request;
+  rest.blobs.clear();
+  for (const protocol::BlobId& blob : request.blobs)
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    auto bytes = this->Cache->Find(this->KeyOf(this->Digest, protocol::BlobName(blob)));
+    if (!bytes && this->Server)
+    {
+      rest.blobs.push_back(blob);
+      continue;
+    }
+    ClientEvent event;
+    event.request = request.id;
+    event.blob = blob;
+    event.kind = bytes ? ClientEvent::Kind::Blob : ClientEvent::Kind::BlobFailed;
+    event.fromCache = bytes.has_value();
+    event.message =
+      bytes ? "" : "it was not seen before, and " + this->Origin + " cannot be reached";
+    event.bytes = bytes ? std::move(*bytes) : std::vector<std::uint8_t>();
+    event.transmissionSeconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (bytes && blob.kind == protocol::BlobKind::Partition)
+    {
+      rest.except.push_back(blob.number); // for a request that names a region, not its blobs
+    }
+    this->Found.push_back(std::move(event));
+  }
+  if (!rest.blobs.empty())
+  {
+    this->Asked[rest.id] = this->Digest;
+    this->Server->Send(rest);
+  }
+}
+
+std::vector<ClientEvent> CachedSource::Take()
+{
+  auto events = std::exchange(this->Found, {});
+  if (!this->Server)
+  {
+    return events;
+  }
+  for (ClientEvent& event : this->Server->Take())
+  {
+    this->Keep(event);
+    events.push_back(std::move(event));
+  }
+  return events;
+}
+
+void CachedSource::Keep(const ClientEvent& event)
+{
+  if (event.kind == ClientEvent::Kind::Opened)
+  {
+    this->Digest = event.model.digest;
+    this->Cache->Put(
+      this->KeyOf("", DescriptionName(event.model.id)), BytesOfText(WriteModel(event.model)));
+  }
+  const auto asked = this->Asked.find(event.request);
+  // What is damaged already is asked for again.
+  if (event.kind == ClientEvent::Kind::Blob && asked != this->Asked.end() && IsSealed(event.bytes))
+  {
+    this->Cache->Put(this->KeyOf(asked->second, protocol::BlobName(event.blob)), event.bytes);
+  }
+}
+
+bool CachedSource::Wait(std::chrono::milliseconds atMost)
+{
+  return !this->Found.empty() || (this->Server && this->Server->Wait(atMost));
+}
+
+}

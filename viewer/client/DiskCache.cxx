@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Blobs that came from servers, kept on the disk: see DiskCache.h.
+#include "viewer/client/DiskCache.h"
+
+#include "filters/core/SeededHash.h"
+#include "filters/store/Sqlite.h"
+
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr int cacheVersion = 1;            // of the layout
+constexpr int patienceMilliseconds = 5000; // with another program that writes
+constexpr std::size_t mostPut = 4096; // entries that wait to be written; further ones are not kept
+constexpr const char* cacheFile = "blobs.sqlite";
+
+// `used`: milliseconds, of the last use; `sum`: HashOfBytes of the bytes. The one row of `total`
+// has the bytes of all entries, so that nobody has to count them.
+constexpr const char* cacheLayout = "CREATE TABLE entries(origin TEXT, digest TEXT, name TEXT, "
+                                    "used INTEGER, sum INTEGER, bytes BLOB);"
+                                    "CREATE UNIQUE INDEX by_name ON entries(origin, digest, name);"
+                                    "CREATE INDEX by_use ON entries(used);"
+                                    "CREATE TABLE total(bytes INTEGER);"
+                                    "INSERT INTO total VALUES(0);";
+
+std::int64_t SumOf(std::span<const std::uint8_t> bytes)
+{
+  return static_cast<std::int64_t>(HashOfBytes(std::as_bytes(bytes), agreedSeed));
+}
+
+std::int64_t NowInMilliseconds()
+{
+  using namespace std::chrono;
+  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+// Makes the tables, and makes them anew where another version made them.
+Status PrepareCache(sqlite3* database)
+{
+  sqlite3_busy_timeout(database, patienceMilliseconds);
+  KDSTREAM_TRY(Execute(database, "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; "
+                                 "PRAGMA synchronous = NORMAL"));
+  KDSTREAM_TRY(Execute(database, "BEGIN IMMEDIATE"));
+  const auto version = QueryInteger(database, "PRAGMA user_version");
+  KDSTREAM_TRY(version);
+  if (*version != cacheVersion)
+  {
+    KDSTREAM_TRY(Execute(
+      database, "DROP TABLE IF EXISTS entries; DROP TABLE IF EXISTS total; PRAGMA user_version = " +
+                  std::to_string(cacheVersion)));
+    KDSTREAM_TRY(Execute(database, cacheLayout));
+  }
+  return Execute(database, "COMMIT");
+}
+
+Result<Database> OpenToWrite(const fs::path& folder)
+{
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  if (failure)
+  {
+    return Error{ ErrorCode::InputOutput, "cannot be created: " + failure.message(),
+      folder.string() };
+  }
+  fs::permissions(folder, fs::perms::owner_all, failure);
+  const fs::path file = folder / cacheFile;
+  {
+    auto database = OpenForWriting(file);
+    KDSTREAM_TRY(database);
+    if (PrepareCache(database->get()))
+    {
+      return database;
+    }
+  }
+  // No database, or a damaged one: it is only a cache.
+  for (const char* ending : { "", "-wal", "-shm" })
+  {
+    fs::remove(file.string() + ending, failure);
+  }
+  auto database = OpenForWriting(file);
+  KDSTREAM_TRY(database);
+  if (const Status prepared = PrepareCache(database->get()); !prepared)
+  {
+    return Error{ ErrorCode::InputOutput, prepared.GetError().message, file.string() };
+  }
+  return database;
+}
+
+// A file that stays open as long as the database that reads it.
+struct ReadOnlyCache
+{
+  Database database;
+  int descriptor = -1;
+
+  ReadOnlyCache() = default;
+  ReadOnlyCache(ReadOnlyCache&& other) noexcept
+    : database(std::move(other.database))
+    , descriptor(std::exchange(other.descriptor, -1))
+  {
+  }
+  ReadOnlyCache& operator=(ReadOnlyCache&&) = delete;
+  ~ReadOnlyCache()
+  {
+    this->database.reset();
+    if (this->descriptor >= 0)
+    {
+      ::close(this->descriptor);
+    }
+  }
+};
+
+// isWritten: by this program, so that what it writes is found. Else as the file is now.
+Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
+{
+  ReadOnlyCache opened;
+  const fs::path file = folder / cacheFile;
+  if (!isWritten)
+  {
+    opened.descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (opened.descriptor < 0)
+    {
+      return Error{ ErrorCode::NotFound, "cannot be read", file.string() };
+    }
+  }
+  auto database = isWritten ? OpenForWriting(file) : OpenForReading(opened.descriptor);
+  KDSTREAM_TRY(database);
+  opened.database = std::move(*database);
+  sqlite3_busy_timeout(opened.database.get(), patienceMilliseconds);
+  const auto version = QueryInteger(opened.database.get(), "PRAGMA user_version");
+  KDSTREAM_TRY(version);
+  if (*version != cacheVersion)
+  {
+    return Error{ ErrorCode::Unsupported, "is another version's", file.string() };
+  }
+  return opened;
+}
+
+void BindKey(Statement& statement, const CacheKey& key)
+{
+  statement.Bind(1, key.origin);
+  statement.Bind(2, key.digest);
+  statement.Bind(3, key.name);
+}
+
+// Rolled back where it is not committed.
+class Transaction
+{
+public:
+  explicit Transaction(sqlite3* database)
+    : Handle(database)
+  {
+  }
+  ~Transaction()
+  {
+    if (!this->Committed)
+    {
+      (void)Execute(this->Handle, "ROLLBACK");
+    }
+  }
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+
+  Status Begin() { return Execute(this->Handle, "BEGIN IMMEDIATE"); }
+  Status Commit()
+  {
+    const Status committed = Execute(this->Handle, "COMMIT");
+    this->Committed = committed.HasValue();
+    return committed;
+  }
+
+private:
+  sqlite3* Handle;
+  bool Committed = false;
+};
+
+}
+
+// Two connections: one for whoever reads, one for the thread that writes.
+class DiskCache::File
+{
+public:
+  File(ReadOnlyCache reading, Database writing, std::uint64_t mostBytes)
+    : Reading(std::move(reading))
+    , Writing(std::move(writing))
+    , MostBytes(static_cast<std::int64_t>(std::min<std::uint64_t>(mostBytes, INT64_MAX)))
+    , Writer([this] { this->Write(); })
+  {
+  }
+
+  ~File()
+  {
+    {
+      const std::lock_guard lock(this->Mutex);
+      this->Ended = true;
+    }
+    this->Woken.notify_one();
+    this->Writer.join();
+  }
+
+  std::optional<std::vector<std::uint8_t>> Find(const CacheKey& key)
+  {
+    Task task{ Task::Kind::Use, key, {} };
+    std::optional<std::vector<std::uint8_t>> found;
+    {
+      const std::lock_guard lock(this->ReadMutex);
+      auto statement = Statement::Prepare(this->Reading.database.get(),
+        "SELECT bytes, sum FROM entries WHERE origin = ? AND digest = ? AND name = ?");
+      if (!statement)
+      {
+        return std::nullopt;
+      }
+      BindKey(*statement, key);
+      const auto row = statement->Step();
+      if (!row || !*row)
+      {
+        return std::nullopt;
+      }
+      const auto bytes = statement->Blob(0);
+      if (SumOf(bytes) == statement->Integer(1))
+      {
+        found.emplace(bytes.begin(), bytes.end());
+      }
+      else
+      {
+        task.kind = Task::Kind::Delete;
+      }
+    }
+    this->Add(std::move(task));
+    return found;
+  }
+
+  void Put(const CacheKey& key, std::vector<std::uint8_t> bytes)
+  {
+    this->Add({ Task::Kind::Put, key, std::move(bytes) });
+  }
+
+  std::string Trouble() const
+  {
+    const std::lock_guard lock(this->Mutex);
+    return this->Failed;
+  }
+
+private:
+  struct Task
+  {
+    enum class Kind
+    {
+      Put,
+      Use,
+      Delete
+    };
+    Kind kind = Kind::Use;
+    CacheKey key;
+    std::vector<std::uint8_t> bytes;
+  };
+
+  void Add(Task task)
+  {
+    const std::lock_guard lock(this->Mutex);
+    if (this->Writing && this->Failed.empty() && this->Tasks.size() < mostPut)
+    {
+      this->Tasks.push_back(std::move(task));
+      this->Woken.notify_one();
+    }
+  }
+
+  // All that has come meanwhile is one transaction.
+  void Write()
+  {
+    std::unique_lock lock(this->Mutex);
+    for (;;)
+    {
+      this->Woken.wait(lock, [this] { return this->Ended || !this->Tasks.empty(); });
+      if (this->Tasks.empty())
+      {
+        return;
+      }
+      const std::vector<Task> tasks = std::exchange(this->Tasks, {});
+      lock.unlock();
+      const Status done = this->Do(tasks);
+      lock.lock();
+      if (!done)
+      {
+        this->Failed = done.GetError().message;
+        this->Tasks.clear();
+      }
+    }
+  }
+
+  Status Do(const std::vector<Task>& tasks)
+  {
+    Transaction transaction(this->Writing.get());
+    KDSTREAM_TRY(transaction.Begin());
+    for (const Task& task : tasks)
+    {
+      KDSTREAM_TRY(task.kind == Task::Kind::Use ? this->Use(task.key) : this->Replace(task));
+    }
+    const auto total = QueryInteger(this->Writing.get(), "SELECT bytes FROM total");
+    KDSTREAM_TRY(total);
+    KDSTREAM_TRY(this->MakeRoom(*total));
+    KDSTREAM_TRY(transaction.Commit());
+    return *total > this->MostBytes ? Execute(this->Writing.get(), "PRAGMA incremental_vacuum")
+                                    : Status{};
+  }
+
+  Status Use(const CacheKey& key)
+  {
+    auto statement = Statement::Prepare(this->Writing.get(),
+      "UPDATE entries SET used = ?4 WHERE origin = ?1 AND digest = ?2 AND name = ?3");
+    KDSTREAM_TRY(statement);
+    BindKey(*statement, key);
+    statement->Bind(4, NowInMilliseconds());
+    KDSTREAM_TRY(statement->Step());
+    return {};
+  }
+
+  // The entry that was there goes; where it is a Put, the new one comes.
+  Status Replace(const Task& task)
+  {
+    auto erase = Statement::Prepare(this->Writing.get(),
+      "DELETE FROM entries WHERE origin = ? AND digest = ? AND name = ? RETURNING length(bytes)");
+    KDSTREAM_TRY(erase);
+    BindKey(*erase, task.key);
+    std::int64_t growth = static_cast<std::int64_t>(task.bytes.size());
+    const auto row = erase->Step();
+    KDSTREAM_TRY(row);
+    if (*row)
+    {
+      growth -= erase->Integer(0);
+      KDSTREAM_TRY(erase->Step()); // to its end
+    }
+    if (task.kind == Task::Kind::Put)
+    {
+      auto insert =
+        Statement::Prepare(this->Writing.get(), "INSERT INTO entries VALUES(?, ?, ?, ?, ?, ?)");
+      KDSTREAM_TRY(insert);
+      BindKey(*insert, task.key);
+      insert->Bind(4, NowInMilliseconds());
+      insert->Bind(5, SumOf(task.bytes));
+      insert->Bind(6, std::span<const std::uint8_t>(task.bytes));
+      KDSTREAM_TRY(insert->Step());
+    }
+    return this->Grow(growth);
+  }
+
+  Status Grow(std::int64_t bytes)
+  {
+    return Execute(
+      this->Writing.get(), "UPDATE total SET bytes = bytes + " + std::to_string(bytes));
+  }
+
+  // What was used longest ago goes.
+  Status MakeRoom(std::int64_t total)
+  {
+    while (total > this->MostBytes)
+    {
+      auto oldest = Statement::Prepare(this->Writing.get(),
+        "DELETE FROM entries WHERE rowid IN (SELECT rowid FROM entries ORDER BY used LIMIT 16) "
+        "RETURNING length(bytes)");
+      KDSTREAM_TRY(oldest);
+      std::int64_t gone = 0;
+      bool any = false;
+      for (auto row = oldest->Step();; row = oldest->Step())
+      {
+        KDSTREAM_TRY(row);
+        if (!*row)
+        {
+          break;
+        }
+        any = true;
+        gone += oldest->Integer(0);
+      }
+      if (!any)
+      {
+        return Execute(this->Writing.get(), "UPDATE total SET bytes = 0");
+      }
+      total -= gone;
+      KDSTREAM_TRY(this->Grow(-gone));
+    }
+    return {};
+  }
+
+  std::mutex ReadMutex; // of Reading
+  ReadOnlyCache Reading;
+  Database Writing; // null where that cannot be done; of the thread alone
+  const std::int64_t MostBytes;
+  mutable std::mutex Mutex; // of all below
+  std::condition_variable Woken;
+  std::vector<Task> Tasks;
+  std::string Failed;
+  bool Ended = false;
+  std::thread Writer;
+};
+
+DiskCache::DiskCache(std::unique_ptr<File> file)
+  : Kept(std::move(file))
+{
+}
+
+DiskCache::~DiskCache() = default;
+
+Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::uint64_t mostBytes)
+{
+  auto writing = OpenToWrite(folder);
+  auto reading = OpenToRead(folder, writing.HasValue());
+  if (!reading)
+  {
+    return writing ? reading.GetError() : writing.GetError();
+  }
+  return std::shared_ptr<DiskCache>(new DiskCache(std::make_unique<File>(
+    std::move(*reading), writing ? std::move(*writing) : Database(), mostBytes)));
+}
+
+std::optional<std::vector<std::uint8_t>> DiskCache::Find(const CacheKey& key)
+{
+  return this->Kept->Find(key);
+}
+
+void DiskCache::Put(const CacheKey& key, std::vector<std::uint8_t> bytes)
+{
+  this->Kept->Put(key, std::move(bytes));
+}
+
+std::string DiskCache::Trouble() const
+{
+  return this->Kept->Trouble();
+}
+
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A session that gets what it asks a source for.
+#pragma once
+
+#include "viewer/client/ModelSource.h"
+#include "viewer/session/ViewerSession.h"
+
+#include <chrono>
+
+namespace kdstream::testing
+{
+
+// Until nothing is outstanding; false where the source falls silent.
+inline bool Settle(ViewerSession& session, ModelSource& source)
+{
+  for (;;)
+  {
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      source.Send(request);
+    }
+    session.BeginFrame();
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      source.Send(request);
+    }
+    if (session.IsIdle())
+    {
+      return true;
+    }
+    if (!source.Wait(std::chrono::seconds(20)))
+    {
+      return false;
+    }
+    for (const ClientEvent& event : source.Take())
+    {
+      Deliver(event, session);
+    }
+  }
+}
+
+}

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Blobs on the disk: found again, by other programs too, least recently used first to go, damage
+// never given out.
+#include "viewer/client/DiskCache.h"
+
+#include "Testing/Fixtures/TemporaryFolder.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <random>
+#include <thread>
+
+using namespace kdstream;
+using fixtures::TemporaryFolder;
+
+namespace
+{
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr std::uint64_t plenty = std::uint64_t{ 1 } << 30;
+
+CacheKey Key(int i)
+{
+  return { "http://a:1", "digest", "partitions/" + std::to_string(i) };
+}
+
+Bytes Content(int i, std::size_t size = 1000)
+{
+  std::mt19937 random(static_cast<unsigned>(i));
+  Bytes bytes(size);
+  for (auto& byte : bytes)
+  {
+    byte = static_cast<std::uint8_t>(random());
+  }
+  return bytes;
+}
+
+std::shared_ptr<DiskCache> Open(const std::filesystem::path& folder, std::uint64_t most = plenty)
+{
+  auto cache = DiskCache::Open(folder, most);
+  EXPECT_TRUE(cache) << cache.GetError().message;
+  return cache ? *cache : nullptr;
+}
+
+void Sql(const std::filesystem::path& folder, const std::string& sql)
+{
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+    << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+// Once they are on the disk.
+std::optional<Bytes> FindSoon(DiskCache& cache, const CacheKey& key)
+{
+  for (int i = 0; i < 500; ++i)
+  {
+    if (auto found = cache.Find(key))
+    {
+      return found;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return std::nullopt;
+}
+
+TEST(TestDiskCache, KeepsWhatWasPutBeyondItsLife)
+{
+  const TemporaryFolder folder;
+  {
+    const auto cache = Open(folder / "new/folder");
+    EXPECT_FALSE(cache->Find(Key(1)));
+    for (int i = 0; i < 100; ++i)
+    {
+      cache->Put(Key(i), Content(i));
+    }
+    cache->Put(Key(1), Content(1001)); // instead of the first
+  }
+  const auto cache = Open(folder / "new/folder");
+  EXPECT_EQ(cache->Find(Key(1)), Content(1001));
+  for (int i = 2; i < 100; ++i)
+  {
+    EXPECT_EQ(cache->Find(Key(i)), Content(i));
+  }
+  // Another origin, build or name is another entry.
+  EXPECT_FALSE(cache->Find({ "http://b:1", "digest", "partitions/2" }));
+  EXPECT_FALSE(cache->Find({ "http://a:1", "other", "partitions/2" }));
+  EXPECT_FALSE(cache->Find({ "http://a:1", "digest", "partitions/200" }));
+  EXPECT_EQ(cache->Trouble(), "");
+  const auto rights = std::filesystem::status(folder / "new/folder").permissions();
+  EXPECT_EQ(rights & std::filesystem::perms::others_all, std::filesystem::perms::none);
+}
+
+TEST(TestDiskCache, WhatWasUsedLongestAgoGoesFirst)
+{
+  const TemporaryFolder folder;
+  {
+    const auto cache = Open(folder.Path);
+    for (int i = 0; i < 100; ++i)
+    {
+      cache->Put(Key(i), Content(i));
+    }
+  }
+  Sql(folder.Path, "UPDATE entries SET used = rowid");
+  {
+    const auto cache = Open(folder.Path);
+    EXPECT_TRUE(cache->Find(Key(3))); // used now
+  }
+  {
+    const auto cache = Open(folder.Path, 50'000);
+    cache->Put(Key(100), Content(100));
+  }
+  const auto cache = Open(folder.Path, 50'000);
+  int kept = 0;
+  for (int i = 0; i <= 100; ++i)
+  {
+    const auto found = cache->Find(Key(i));
+    kept += found ? 1 : 0;
+    EXPECT_TRUE(!found || *found == Content(i));
+  }
+  EXPECT_LE(kept, 50);
+  EXPECT_GE(kept, 30);
+  EXPECT_TRUE(cache->Find(Key(3)));
+  EXPECT_TRUE(cache->Find(Key(100)));
+  EXPECT_TRUE(cache->Find(Key(99)));
+  EXPECT_FALSE(cache->Find(Key(4)));
+}
+
+TEST(TestDiskCache, TwoProgramsMayUseItAtOnce)
+{
+  const TemporaryFolder folder;
+  const auto first = Open(folder.Path);
+  const auto second = Open(folder.Path);
+  std::thread other(
+    [&]
+    {
+      for (int i = 0; i < 300; ++i)
+      {
+        second->Put(Key(i), Content(i));
+        second->Find(Key(i / 2));
+      }
+    });
+  for (int i = 300; i < 600; ++i)
+  {
+    first->Put(Key(i), Content(i));
+    first->Find(Key(i - 100));
+  }
+  other.join();
+  for (int i = 0; i < 600; ++i)
+  {
+    EXPECT_EQ(FindSoon(i % 2 == 0 ? *first : *second, Key(i)), Content(i)) << i;
+  }
+  EXPECT_EQ(first->Trouble() + second->Trouble(), "");
+}
+
+TEST(TestDiskCache, WhatIsDamagedIsNotFoundAndTakesItsPlaceAgain)
+{
+  const TemporaryFolder folder;
+  {
+    const auto cache = Open(folder.Path);
+    cache->Put(Key(1), Content(1));
+    cache->Put(Key(2), Content(2));
+  }
+  Sql(folder.Path, "UPDATE entries SET bytes = zeroblob(1000) WHERE name = 'partitions/1'");
+  {
+    const auto cache = Open(folder.Path);
+    EXPECT_FALSE(cache->Find(Key(1)));
+    EXPECT_EQ(cache->Find(Key(2)), Content(2));
+    cache->Put(Key(1), Content(1));
+  }
+  EXPECT_EQ(Open(folder.Path)->Find(Key(1)), Content(1));
+}
+
+TEST(TestDiskCache, AnotherVersionsFileAndNoDatabaseBeginAnew)
+{
+  const TemporaryFolder folder;
+  {
+    const auto cache = Open(folder.Path);
+    cache->Put(Key(1), Content(1));
+  }
+  Sql(folder.Path, "PRAGMA user_version = 77");
+  {
+    const auto cache = Open(folder.Path);
+    EXPECT_FALSE(cache->Find(Key(1)));
+    cache->Put(Key(2), Content(2));
+  }
+  EXPECT_EQ(Open(folder.Path)->Find(Key(2)), Content(2));
+  std::ofstream(folder / "blobs.sqlite") << std::string(10'000, 'x');
+  {
+    const auto cache = Open(folder.Path);
+    EXPECT_FALSE(cache->Find(Key(2)));
+    cache->Put(Key(3), Content(3));
+  }
+  EXPECT_EQ(Open(folder.Path)->Find(Key(3)), Content(3));
+}
+
+TEST(TestDiskCache, AFolderThatCannotBeIsRefused)
+{
+  const TemporaryFolder folder;
+  std::ofstream(folder / "file") << "";
+  const auto cache = DiskCache::Open(folder / "file/cache", plenty);
+  ASSERT_FALSE(cache);
+  EXPECT_EQ(cache.GetError().code, ErrorCode::InputOutput);
+  EXPECT_NE(cache.GetError().message.find("cannot be created"), std::string::npos);
+}
+
+}
