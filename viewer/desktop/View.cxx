@@ -29,6 +29,7 @@ constexpr const char* examples =
   "                               the fingers on the screen at that time (seconds, pixels)\n"
   "  {\"zoom\":1.25,\"x\":640,\"y\":360}\n"
   "                               a wheel, over that pixel\n"
+  "  {\"turning\":\"upright\"}       from here on, as on a turntable; \"free\": as a ball\n"
   "and some more (doc/cli.md). One finger turns, two move and zoom, a double tap streams the "
   "original under it.\n\n"
   "Examples:\n"

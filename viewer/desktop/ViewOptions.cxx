@@ -11,6 +11,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <set>
 
 namespace kdstream
 {
@@ -80,13 +81,14 @@ void AddDetailOptions(CLI::App& app, ViewOptions& line)
   app
     .add_option("--detail", line.detail,
       "view: what is seen, as fine as the window shows it; level: one level for the whole model, "
-      "by "
-      "the zoom; full: all of it as the original")
+      "by the zoom; full: all of it as the original, whatever that takes")
     ->transform(CLI::CheckedTransformer(modes).description(""))
     ->type_name("view|level|full")
     ->default_str("view")
     ->group(group);
-  app.add_option("--triangles", line.triangles, "show about so many triangles at most")
+  app
+    .add_option("--triangles", line.triangles,
+      "show about so many triangles at most (the preview may have more); not with --detail full")
     ->check(CLI::Range(std::uint64_t{ 1000 }, std::uint64_t{ 1'000'000'000 }))
     ->type_name("N")
     ->capture_default_str()
@@ -105,7 +107,7 @@ void AddDetailOptions(CLI::App& app, ViewOptions& line)
         }
         line.memory = *size;
       },
-      "decoded pieces and what is drawn of them take about so much at most")
+      "decoded pieces and what is drawn of them take about so much at most; not with --detail full")
     ->type_name("SIZE")
     ->default_str("1G")
     ->group(group);
@@ -180,6 +182,7 @@ SessionOptions SessionOptionsOf(const ViewOptions& line)
   options.detail = line.detail;
   options.refinement.triangles = options.policy.triangleBudget = line.triangles;
   options.refinement.bytes = line.memory;
+  options.refinement.smallModel = line.triangles / 8;
   options.cacheBytes = line.memory / 2; // the other half is what is drawn
   options.clock = []
   {
@@ -207,6 +210,7 @@ Status CheckOutputs(ViewOptions& line)
   const std::pair<std::string*, OutputKind> outputs[] = { { &line.record, OutputKind::Stream },
     { &line.statistics, OutputKind::Stream }, { &line.report, OutputKind::Stream },
     { &line.screenshot, OutputKind::File } };
+  std::set<std::string> files;
   for (const auto& [file, kind] : outputs)
   {
     if (file->empty())
@@ -215,6 +219,14 @@ Status CheckOutputs(ViewOptions& line)
     }
     const auto output = At(*file, CheckOutput(*file, kind, { line.replay }));
     KDSTREAM_TRY(output);
+    std::error_code failure;
+    const bool isDevice = std::filesystem::exists(*output, failure) &&
+                          !std::filesystem::is_regular_file(*output, failure);
+    if (!isDevice && !files.insert(std::filesystem::absolute(*output).lexically_normal()).second)
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        *file + ": two outputs cannot be written to one file" };
+    }
     *file = output->string();
   }
   return {};

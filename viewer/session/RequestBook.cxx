@@ -32,6 +32,7 @@ void RequestBook::Cancel(std::uint32_t request)
   {
     this->Owed.erase(blob);
   }
+  auto owed = std::move(entry->second.owed);
   this->Open.erase(entry);
   // What has not been sent yet need not be.
   const auto unsent = std::find_if(this->Unsent.begin(), this->Unsent.end(),
@@ -40,6 +41,11 @@ void RequestBook::Cancel(std::uint32_t request)
   {
     this->Unsent.erase(unsent);
     return;
+  }
+  this->Cancelled[request] = std::move(owed);
+  if (this->Cancelled.size() > cancelledRequests)
+  {
+    this->Cancelled.erase(this->Cancelled.begin());
   }
   SessionRequest cancel;
   cancel.kind = SessionRequest::Kind::Cancel;
@@ -83,6 +89,13 @@ void RequestBook::CancelAll()
   {
     this->Cancel(this->Open.begin()->first);
   }
+  this->Cancelled.clear();
+}
+
+bool RequestBook::TakeLate(std::uint32_t request, const protocol::BlobId& blob)
+{
+  const auto entry = this->Cancelled.find(request);
+  return entry != this->Cancelled.end() && entry->second.erase(blob) > 0;
 }
 
 bool RequestBook::Settle(std::uint32_t request, const protocol::BlobId& blob)

@@ -34,6 +34,10 @@ public:
   // asked).
   bool Settle(std::uint32_t request, const protocol::BlobId& blob);
   bool SettleOpen(std::uint32_t request);
+  // An answer came to a request that was cancelled after it had been sent: true if it owed this
+  // blob, the first time. Only of the last cancelledRequests, and of none before CancelAll.
+  bool TakeLate(std::uint32_t request, const protocol::BlobId& blob);
+  static constexpr std::size_t cancelledRequests = 64;
   // The request is over: what it still owed, nothing if it is not known (any more).
   std::vector<protocol::BlobId> Close(std::uint32_t request);
 
@@ -68,6 +72,7 @@ private:
   std::map<std::uint32_t, Entry> Open;
   std::map<protocol::BlobId, std::uint32_t> Owed;
   std::vector<SessionRequest> Unsent;
+  std::map<std::uint32_t, std::set<protocol::BlobId>> Cancelled; // by id, what they owed
 };
 
 }

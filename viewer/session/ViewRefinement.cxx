@@ -71,6 +71,10 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
   , LightPart(LightPartOf(model))
   , Smallest(std::max(Length(model.box.hi - model.box.lo) * 1e-6, 1e-300))
 {
+  if (std::max(model.triangles, model.vertices) <= options.smallModel)
+  {
+    this->Options.tolerance /= 4;
+  }
   const auto add = [this](Resolution resolution, const ResolutionDescription& facts)
   {
     const unsigned depth = PieceDepth(resolution, this->Depths);

@@ -37,6 +37,9 @@ struct RefinementOptions
   // What is refined stays so until its error is below the tolerance divided by this, at least 1: so
   // moving to and fro a little does not flicker.
   double deadBand = 1.25;
+  // A model whose original has at most so many triangles (points, of a cloud) costs little, and is
+  // shown four times as fine: as it is, but where it is tiny on the screen.
+  std::uint64_t smallModel = 0;
   // What may be shown, and what the pieces for it may take of memory, bytes. Where more would be
   // needed, the error that is left grows.
   std::uint64_t triangles = 2'000'000;

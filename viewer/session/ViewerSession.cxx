@@ -274,6 +274,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   if (!this->Current || !this->Book.Settle(request, blob))
   {
     this->Traffic.wasted += bytes.size();
+    this->TakeLate(request, blob, bytes);
     return;
   }
   if (!fromCache)
@@ -302,6 +303,24 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   }
   this->Update();
   this->Trace("blob", protocol::BlobName(blob));
+}
+
+// What was on the line when it was called back is kept for the next look, as far as the cache goes.
+void ViewerSession::TakeLate(
+  std::uint32_t request, const BlobId& blob, std::span<const std::uint8_t> bytes)
+{
+  if (!this->Current || !this->Book.TakeLate(request, blob) || !IsOfPiece(blob))
+  {
+    return;
+  }
+  const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
+  BlobStatistics unused;
+  if (!this->Pieces.Peek(piece) && this->Decode(blob, bytes, unused))
+  {
+    this->NeverShown[piece] += bytes.size();
+    this->Update();
+  }
+  this->Trace("late", protocol::BlobName(blob));
 }
 
 Status ViewerSession::Decode(

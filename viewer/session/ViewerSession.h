@@ -143,7 +143,8 @@ public:
   // first they do not. No trace tells of it.
   void SetGlides(bool glides) { this->Shown.SetGlides(glides); }
 
-  // ---- what the server sends. Answers to requests that were cancelled are ignored.
+  // ---- what the server sends. Pieces that were on their way when their request was cancelled are
+  // kept, other answers to it are ignored.
   void SetModels(std::vector<ModelSummary> models);
   void Opened(std::uint32_t request, const ModelDescription& model);
   // Bytes of any content may be given. transmissionSeconds: from the request, or from the blob
@@ -291,6 +292,8 @@ private:
   void RequestAllPartitions(const std::vector<PieceId>& missing);
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
+  void TakeLate(
+    std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
   void Fail(const protocol::BlobId& blob, const std::string& message);
   void NoteWhatIsShown();
   void Trace(std::string_view input, std::string_view detail = {}) const;

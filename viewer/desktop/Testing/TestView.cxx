@@ -292,6 +292,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { offscreen + "--screenshot v.jpg", 2, "'v.jpg' does not end in .png" },
     { offscreen + "--screenshot png", 2, "'png' does not end in .png" },
     { offscreen + "--stats no/such/file", 1, "no/such/file" },
+    { offscreen + "--stats a.json --report ./a.json", 2, "two outputs cannot be written to one" },
   };
   for (const auto& [options, code, what] : cases)
   {

@@ -104,7 +104,10 @@ Result<std::unique_ptr<DisplayWindow>> DisplayWindow::Make(
   KDSTREAM_TRY(window);
   std::unique_ptr<DisplayWindow> made(new DisplayWindow);
   made->Shown = *window;
+  // VTK warns that it has no style to choose by default, which would cost 6 MB; we want none.
+  vtkObject::GlobalWarningDisplayOff();
   made->Interactor = vtkSmartPointer<vtkRenderWindowInteractor>::New();
+  vtkObject::GlobalWarningDisplayOn();
   made->Interactor->SetInteractorStyle(nullptr);
   made->Interactor->SetRenderWindow(made->Shown);
   made->Interactor->EnableRenderOff(); // frames are drawn by whoever knows what is on them

@@ -29,6 +29,7 @@ SessionOptions PhoneOptions(std::function<double()> clock)
   SessionOptions options;
   options.cacheBytes = std::size_t{ 64 } << 20;
   options.refinement.triangles = 300'000;
+  options.refinement.smallModel = 60'000;
   options.refinement.bytes = 150'000'000;
   options.policy.triangleBudget = 600'000;
   options.mostRegionPartitions = 192;

@@ -96,6 +96,59 @@ TEST(TestViewDetail, WhatIsSeenIsFineAndTheRestCostsNothing)
     double(session.GetStatus().triangles), double(whole.triangles), 0.3 * double(whole.triangles));
 }
 
+// What is on the line when it is called back comes all the same: it is kept, once, and not asked
+// for again; what was never asked for is not taken.
+TEST(TestViewDetail, WhatComesLateIsKept)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(20, onRingX, onRingY);
+  session.BeginFrame();
+  std::vector<std::pair<std::uint32_t, BlobId>> onTheLine;
+  for (const SessionRequest& request : session.TakeRequests())
+  {
+    for (const BlobId& blob : request.blobs)
+    {
+      onTheLine.emplace_back(request.id, blob);
+    }
+  }
+  ASSERT_GT(onTheLine.size(), 2u);
+  session.GoHome();
+  session.Zoom(20, width - onRingX, onRingY); // elsewhere: it is called back
+  session.BeginFrame();
+  std::size_t cancels = 0;
+  for (const SessionRequest& request : session.TakeRequests())
+  {
+    cancels += request.kind == SessionRequest::Kind::Cancel ? 1 : 0;
+  }
+  ASSERT_GT(cancels, 0u);
+  const auto damaged = onTheLine.front();
+  session.BlobArrived(damaged.first, damaged.second, std::vector<std::uint8_t>(100), 0.1, false);
+  session.BlobArrived(damaged.first, BlobId::Partition(300), server.Blob(BlobId::Partition(300)),
+    0.1, false); // not this request's
+  for (const auto& [request, blob] : onTheLine)
+  {
+    session.BlobArrived(request, blob, server.Blob(blob), 0.1, false);
+    session.BlobArrived(request, blob, server.Blob(blob), 0.1, false);
+    ExpectClosed(session);
+  }
+  EXPECT_EQ(session.GetStatus().error, "");
+  server.Serve(session);
+  server.sent.clear();
+  session.GoHome();
+  session.Zoom(20, onRingX, onRingY);
+  server.Serve(session);
+  std::size_t again = 0;
+  for (const auto& [request, blob] : onTheLine)
+  {
+    again +=
+      blob.kind != BlobKind::Tree && blob.kind != BlobKind::Boxes ? server.sent.count(blob) : 0;
+  }
+  EXPECT_LE(again, 1u) << "but for the one that came damaged";
+  EXPECT_LE(session.GetTraffic().wasted, session.GetTraffic().bytes);
+}
+
 TEST(TestViewDetail, AStillCameraComesToRest)
 {
   MemoryServer server = Torus();

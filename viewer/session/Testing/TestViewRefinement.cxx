@@ -139,6 +139,34 @@ std::vector<PieceId> WhatTheScreenNeeds(
   return { wanted.begin(), wanted.end() };
 }
 
+// A scan of a few triangles is shown as it is where one of many would be a level.
+TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
+{
+  MemoryServer server = Torus();
+  KnownTree tree = WholeTree(server);
+  const std::uint64_t triangles = server.Description().triangles;
+  RefinementOptions options;
+  ViewRefinement usual(server.Description(), options);
+  options.smallModel = triangles - 1;
+  ViewRefinement large(server.Description(), options);
+  options.smallModel = triangles;
+  ViewRefinement small(server.Description(), options);
+  options.smallModel = 0;
+  options.tolerance = 0.25;
+  ViewRefinement finer(server.Description(), options);
+  for (const double zoom : { 0.3, 1.0, 3.0 })
+  {
+    const Camera camera = Looking(server.Description(), zoom);
+    for (ViewRefinement* each : { &usual, &large, &small, &finer })
+    {
+      Follow(*each, camera, tree);
+    }
+    EXPECT_EQ(large.Pieces(), usual.Pieces());
+    EXPECT_EQ(small.Pieces(), finer.Pieces());
+    EXPECT_TRUE(zoom != 0.3 || small.Pieces() != usual.Pieces());
+  }
+}
+
 TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
 {
   MemoryServer server = Torus();
