@@ -32,7 +32,7 @@ void RequestBook::Cancel(std::uint32_t request)
   {
     this->Owed.erase(blob);
   }
-  auto owed = std::move(entry->second.owed);
+  Entry cancelled = std::move(entry->second);
   this->Open.erase(entry);
   // What has not been sent yet need not be.
   const auto unsent = std::find_if(this->Unsent.begin(), this->Unsent.end(),
@@ -42,7 +42,7 @@ void RequestBook::Cancel(std::uint32_t request)
     this->Unsent.erase(unsent);
     return;
   }
-  this->Cancelled[request] = std::move(owed);
+  this->Cancelled[request] = std::move(cancelled);
   if (this->Cancelled.size() > cancelledRequests)
   {
     this->Cancelled.erase(this->Cancelled.begin());
@@ -95,7 +95,7 @@ void RequestBook::CancelAll()
 bool RequestBook::TakeLate(std::uint32_t request, const protocol::BlobId& blob)
 {
   const auto entry = this->Cancelled.find(request);
-  return entry != this->Cancelled.end() && entry->second.erase(blob) > 0;
+  return entry != this->Cancelled.end() && entry->second.owed.erase(blob) > 0;
 }
 
 bool RequestBook::Settle(std::uint32_t request, const protocol::BlobId& blob)

@@ -72,7 +72,7 @@ private:
   std::map<std::uint32_t, Entry> Open;
   std::map<protocol::BlobId, std::uint32_t> Owed;
   std::vector<SessionRequest> Unsent;
-  std::map<std::uint32_t, std::set<protocol::BlobId>> Cancelled; // by id, what they owed
+  std::map<std::uint32_t, Entry> Cancelled; // after they had been sent
 };
 
 }

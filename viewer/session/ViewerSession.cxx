@@ -161,7 +161,7 @@ void ViewerSession::SetRings(unsigned rings)
   this->Trace("rings");
 }
 
-void ViewerSession::SetBudgets(std::uint64_t triangles, std::uint64_t bytes)
+void ViewerSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
 {
   this->Options.refinement.triangles = this->Options.policy.triangleBudget = triangles;
   this->Options.refinement.bytes = bytes;

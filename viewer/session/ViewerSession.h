@@ -136,7 +136,7 @@ public:
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
   // From now on at most about so many triangles are shown, and so many bytes taken.
-  void SetBudgets(std::uint64_t triangles, std::uint64_t bytes);
+  void SetBudgets(std::uint64_t triangles, std::size_t bytes);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);
   // Whether the parts of the next surfaces tell where they glide from (DrawnSurface::Part); at

@@ -185,7 +185,7 @@ void WindowSession::OpenNext(int step)
   this->Open(static_cast<std::size_t>((now + step + count) % count));
 }
 
-void WindowSession::SetBudgets(std::uint64_t triangles, std::uint64_t bytes)
+void WindowSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
 {
   this->Looks.SetBudgets(triangles, bytes);
 }

@@ -48,7 +48,7 @@ public:
   void OpenNext(int step);
   // What could not be had, once more.
   void Retry();
-  void SetBudgets(std::uint64_t triangles, std::uint64_t bytes);
+  void SetBudgets(std::uint64_t triangles, std::size_t bytes);
   void SetAhead(std::size_t bytes);
 
   // As ViewerSession's Advance and BeginFrame, and EndFrame.
