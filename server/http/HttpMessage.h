@@ -19,6 +19,7 @@ struct HttpRequest
   std::string target;                      // "/api/models.json?x=1"
   std::string ifNoneMatch, range, ifRange; // header fields; empty where absent
   std::string acceptEncoding = {};         // several fields joined by commas
+  std::string authorization = {};
 };
 
 struct HttpResponse

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "server/access/TokenGuard.h"
 #include "server/http/StaticFiles.h"
 #include "server/session/Catalog.h"
 
@@ -55,6 +56,8 @@ struct HttpServerOptions
   std::vector<std::string> allowedHosts;
   std::size_t regionPartitions = 65536; // most in a region
   std::string allowOrigin;              // RouteOptions::allowOrigin
+  // Whose tokens clients need to have models; null: everybody may have all.
+  std::shared_ptr<const TokenGuard> guard;
   std::optional<StaticFiles> web;
   std::string version;
 

@@ -21,6 +21,7 @@ namespace
 
 constexpr const char* revalidate = "no-cache";
 constexpr const char* forEver = "public, max-age=31536000, immutable";
+constexpr const char* forEverOfOne = "private, max-age=31536000, immutable";
 // Pages load nothing from elsewhere. connect-src names ws: and wss: because browsers differ in
 // whether 'self' covers them. No frame-ancestors: other sites may embed the viewer.
 constexpr const char* contentPolicy =
@@ -219,6 +220,29 @@ HttpResponse Routes::Failure(unsigned status, std::string_view message) const
   return response;
 }
 
+Result<Permission> Routes::Admit(
+  std::string_view authorization, std::string_view subprotocols) const
+{
+  if (!this->Options.guard)
+  {
+    return Permission();
+  }
+  auto pass = this->Options.guard->Admit(FindToken(authorization, subprotocols));
+  KDSTREAM_TRY(pass);
+  return Permission(this->Options.guard, std::move(*pass));
+}
+
+HttpResponse Routes::Forbidden(const Refusal& refusal) const
+{
+  this->Counters.CountRefusal(Metrics::Reason::Token);
+  auto response = this->Failure(refusal.status, refusal.message);
+  if (refusal.status == 401)
+  {
+    response.fields.emplace_back("WWW-Authenticate", "Bearer");
+  }
+  return response;
+}
+
 bool Routes::IsProbe(std::string_view target)
 {
   const auto path = PathOf(target);
@@ -297,25 +321,50 @@ Routes::Answered Routes::AnswerApi(
     const Error& error = resource.GetError();
     return this->Failure(error.code == ErrorCode::NotFound ? 404 : 400, error.message);
   }
-  if (resource->kind == protocol::ResourcePath::Kind::ModelList)
+  auto answered = this->AnswerModels(request, *resource, patience);
+  if (answered && this->Options.guard) // caches must not give it to somebody else
   {
-    return this->AnswerModelList(request);
+    answered->fields.emplace_back("Vary", "Authorization");
   }
-  const auto model = this->Models.Find(resource->model);
+  return answered;
+}
+
+// Models and what they have, which may take a token.
+Routes::Answered Routes::AnswerModels(
+  const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const
+{
+  const auto permission = this->Admit(request.authorization);
+  if (!permission)
+  {
+    return this->Forbidden({ 401, permission.GetError().message });
+  }
+  if (resource.kind == protocol::ResourcePath::Kind::ModelList)
+  {
+    return this->AnswerModelList(request, *permission);
+  }
+  if (const auto refused = permission->RefuseModel(resource.model))
+  {
+    return this->Forbidden(*refused);
+  }
+  const auto model = this->Models.Find(resource.model);
   if (!model)
   {
-    return this->Failure(404, "there is no model " + resource->model);
+    return this->Failure(404, "there is no model " + resource.model);
   }
-  if (resource->kind == protocol::ResourcePath::Kind::Model)
+  if (resource.kind == protocol::ResourcePath::Kind::Model)
   {
     return this->AnswerModel(request, *model);
   }
-  const auto same = this->Models.FindDigest(resource->model, resource->digest);
+  const auto same = this->Models.FindDigest(resource.model, resource.digest);
   if (!same)
   {
-    return this->Failure(410, resource->model + " has another digest now: read its model.json");
+    return this->Failure(410, resource.model + " has another digest now: read its model.json");
   }
-  return this->AnswerBlob(request, *same, resource->blob, patience);
+  if (const auto refused = permission->RefuseBlob(same->Description(), resource.blob))
+  {
+    return this->Forbidden(*refused);
+  }
+  return this->AnswerBlob(request, *same, resource.blob, patience);
 }
 
 HttpResponse Routes::AnswerModel(const HttpRequest& request, const ServedModel& model) const
@@ -347,9 +396,10 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   // The digest covers the content, so digest and name identify the bytes.
   auto tag = "\"" + description.digest + "/" + name + "\"";
   constexpr const char* type = "application/octet-stream";
+  const char* const policy = this->Options.guard ? forEverOfOne : forEver;
   if (auto blob = model.FindBlob(id))
   {
-    return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), forEver));
+    return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), policy));
   }
   if (patience == Patience::None)
   {
@@ -362,7 +412,7 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
     {
       return refuse(size.GetError());
     }
-    auto response = Cacheable(request, type, Bytes({}), std::move(tag), forEver);
+    auto response = Cacheable(request, type, Bytes({}), std::move(tag), policy);
     response.length = response.status == 200 ? static_cast<std::size_t>(*size) : 0;
     return Ranged(request, std::move(response));
   }
@@ -371,12 +421,24 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   {
     return refuse(blob.GetError());
   }
-  return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), forEver));
+  return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), policy));
 }
 
-HttpResponse Routes::AnswerModelList(const HttpRequest& request) const
+// The models that the client may have.
+HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
-  auto body = this->Models.ListJson();
+  BlobBytes body;
+  if (this->Options.guard)
+  {
+    auto models = this->Models.Models();
+    std::erase_if(models, [&permission](const auto& model)
+      { return permission.RefuseModel(model->Description().id).has_value(); });
+    body = Catalog::WriteList(models);
+  }
+  else
+  {
+    body = this->Models.ListJson();
+  }
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }
@@ -439,7 +501,7 @@ HttpResponse Routes::Preflight() const
   HttpResponse response;
   response.status = 204;
   response.fields = { { "Access-Control-Allow-Methods", "GET, HEAD" },
-    { "Access-Control-Allow-Headers", "If-None-Match, If-Range, Range" },
+    { "Access-Control-Allow-Headers", "Authorization, If-None-Match, If-Range, Range" },
     { "Access-Control-Max-Age", "86400" } };
   return response;
 }

@@ -72,7 +72,7 @@ public:
     , Proxies(TrustedProxies::Parse(this->Options.trustedProxies).value_or(TrustedProxies()))
     , Answers(catalog, Counters,
         RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version,
-          !this->Options.admin, [this] { return this->Draining(); } })
+          !this->Options.admin, [this] { return this->Draining(); }, this->Options.guard })
   {
   }
 

@@ -94,7 +94,7 @@ public:
   // Of the memory that the models share.
   virtual CacheUse Memory() const { return {}; }
 
-protected:
+  // These as JSON.
   static BlobBytes WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models);
 };
 

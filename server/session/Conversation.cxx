@@ -97,9 +97,11 @@ struct Conversation::Job
   }
 };
 
-Conversation::Conversation(const Catalog& catalog, std::size_t mostPartitions)
+Conversation::Conversation(
+  const Catalog& catalog, std::size_t mostPartitions, Permission permission)
   : Models(catalog)
   , MostPartitions(mostPartitions)
+  , May(std::move(permission))
 {
 }
 
@@ -174,6 +176,43 @@ void Conversation::Drain()
   this->Waiting.clear();
 }
 
+// Of every request the client learns why it ends; where it had none, under the id 0.
+void Conversation::EndUnlessPermitted()
+{
+  const auto refused = this->Close ? std::nullopt : this->May.RefuseAll();
+  if (!refused)
+  {
+    return;
+  }
+  this->Answers.clear();
+  if (this->IsIdle())
+  {
+    this->AnswerError(0, refused->status, refused->message);
+  }
+  if (this->Current)
+  {
+    this->AnswerError(this->Current->request, refused->status, refused->message);
+  }
+  for (const auto& waiting : this->Waiting)
+  {
+    this->AnswerError(waiting.message.request, refused->status, refused->message);
+  }
+  this->Current.reset();
+  this->Pending.reset();
+  this->Waiting.clear();
+  this->Model.reset();
+  this->Close = CloseReason::NotPermitted;
+}
+
+// Whether the client may not have what it asks for. REQUIRES: a model is open, or the message opens
+// one.
+Permission::Refused Conversation::RefusalOf(const protocol::ClientMessage& message) const
+{
+  const auto* open = std::get_if<protocol::OpenRequest>(&message.body);
+  return open ? this->May.RefuseModel(open->model)
+              : this->May.RefuseRequest(this->Model->Description(), message);
+}
+
 bool Conversation::AcceptsMessages() const
 {
   return !this->Close && this->Answers.size() < maximumPendingAnswers;
@@ -200,6 +239,7 @@ std::optional<Conversation::Message> Conversation::NextMessage()
 std::optional<Conversation::Message> Conversation::NextReadyMessage()
 {
   this->Latest = {};
+  this->EndUnlessPermitted();
   for (;;)
   {
     if (!this->Answers.empty())
@@ -306,6 +346,11 @@ void Conversation::Start(Received received)
   if (!opens && !this->Model)
   {
     this->AnswerError(message.request, 409, "no model is open");
+    return;
+  }
+  if (const auto refused = this->RefusalOf(message))
+  {
+    this->AnswerError(message.request, refused->status, refused->message);
     return;
   }
   this->Current = std::make_unique<Job>();
