@@ -5,6 +5,8 @@
 #include "server/app/AccessLog.h"
 #include "server/app/FolderWatch.h"
 #include "server/app/ServeOptions.h"
+#include "server/app/TokenCommand.h"
+#include "server/app/TokensFile.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
@@ -26,12 +28,15 @@ using namespace kdstream;
 constexpr const char* description =
   "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
   "When it is ready it prints one line: listening on http://HOST:PORT\n"
-  "Stores that come, change or go are seen by themselves; SIGHUP makes it read the folder, the\n"
-  "pages and the certificate again and open its log anew; SIGTERM and SIGINT end it, once it has\n"
+  "Stores that come, change or go are seen by themselves, as are new keys; SIGHUP makes it read\n"
+  "the folder, the pages, the keys and the certificate again and open its log anew; SIGTERM and "
+  "SIGINT end it, once it has\n"
   "finished what is under way; a second one ends it at once.";
 
 constexpr const char* examples = "Example:\n"
-                                 "  kdstream-serve stores --port 8700 --access-log -";
+                                 "  kdstream-serve stores --port 8700 --access-log -\n"
+                                 "Makes a token for a server with --tokens FILE:\n"
+                                 "  kdstream-serve token --help";
 
 // The folder of the web viewer that is installed with this program; empty if there is none.
 std::string InstalledWeb()
@@ -73,6 +78,14 @@ void WarnOfEmptyFolder(
   }
 }
 
+void WarnOfTokens(const std::string& program, const std::string& file, const Status& status)
+{
+  if (!status)
+  {
+    PrintWarning(program, file, status.GetError().message + "; the keys of before count");
+  }
+}
+
 // What runs beside the server.
 struct Surroundings
 {
@@ -80,12 +93,13 @@ struct Surroundings
   const ServeOptions& line;
   StoreCatalog& catalog;
   const std::shared_ptr<AccessLog>& log; // may be null
+  std::optional<TokensFile>& tokens;
   HttpServer& server;
 };
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, log, server] = around;
+  const auto& [program, line, catalog, log, tokens, server] = around;
   if (const auto status = catalog.Reload(); !status)
   {
     PrintWarning(
@@ -99,6 +113,10 @@ void Reload(const Surroundings& around)
   if (const auto status = server.ReloadTls(); !status)
   {
     PrintWarning(program, "", status.GetError().message + "; the one of before is shown");
+  }
+  if (tokens)
+  {
+    WarnOfTokens(program, line.tokens, tokens->Reload());
   }
   if (const auto status = log ? log->Reopen() : Status{}; !status)
   {
@@ -125,7 +143,12 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
     { watch ? watch->Descriptor() : -1, POLLIN, 0 } } };
   for (;;)
   {
-    (void)::poll(sources.data(), sources.size(), 1000);
+    // Who is revoked must be gone within a second.
+    (void)::poll(sources.data(), sources.size(), around.tokens ? 250 : 1000);
+    if (around.tokens)
+    {
+      WarnOfTokens(around.program, around.line.tokens, around.tokens->Look());
+    }
     if (watch && watch->HasChanged())
     {
       around.catalog.Look();
@@ -191,6 +214,21 @@ void FitDescriptors(const std::string& program, HttpServerOptions& server)
   }
 }
 
+void SayWhoMay(
+  const std::string& program, const std::string& file, const std::optional<TokensFile>& tokens)
+{
+  if (!tokens)
+  {
+    std::cerr << program
+              << ": open to all: without --tokens whoever reaches it may have every model"
+              << std::endl;
+  }
+  else if (tokens->IsForAll())
+  {
+    PrintWarning(program, file, "everybody on this machine may read these keys: chmod 600");
+  }
+}
+
 int Serve(const std::string& program, ServeOptions& line)
 {
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
@@ -206,7 +244,8 @@ int Serve(const std::string& program, ServeOptions& line)
     Error error = status.GetError();
     if (error.code == ErrorCode::NotFound && line.folder.find('/') == std::string::npos)
     {
-      error.message += " (" + program + " takes the folder of the stores; it has no commands)";
+      error.message +=
+        " (" + program + " takes the folder of the stores; its only command is token)";
     }
     return PrintError(program, line.folder, error);
   }
@@ -248,6 +287,17 @@ int Serve(const std::string& program, ServeOptions& line)
     log = std::move(*opened);
     line.server.onAccess = [log](const AccessRecord& record) { log->Write(record); };
   }
+  std::optional<TokensFile> tokens;
+  if (!line.tokens.empty())
+  {
+    auto opened = TokensFile::Open(line.tokens);
+    if (!opened)
+    {
+      return PrintError(program, line.tokens, opened.GetError());
+    }
+    tokens = std::move(*opened);
+    line.server.guard = tokens->Guard();
+  }
   line.server.onError = [&program](const std::string& what) {
     PrintError(program, "", { ErrorCode::InputOutput, what });
   };
@@ -263,9 +313,10 @@ int Serve(const std::string& program, ServeOptions& line)
   {
     std::cerr << program << ": metrics on " << (*server)->AdminUrl() << "/metrics" << std::endl;
   }
+  SayWhoMay(program, line.tokens, tokens);
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  const Surroundings around{ program, line, catalog, log, **server };
+  const Surroundings around{ program, line, catalog, log, tokens, **server };
   WaitForEnd(signals, around);
   Drain(signals, around);
   return exitDone; // what is still under way ends with the server
@@ -275,6 +326,10 @@ int Serve(const std::string& program, ServeOptions& line)
 
 int main(int argc, char** argv)
 {
+  if (argc > 1 && std::string_view(argv[1]) == "token")
+  {
+    return RunTokenCommand(argc - 1, argv + 1);
+  }
   ServeOptions line;
   CLI::App app(description, "kdstream-serve");
   app.footer(examples);

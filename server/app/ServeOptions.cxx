@@ -107,6 +107,16 @@ void AddPages(CLI::App& app, ServeOptions& line)
     ->group(pages);
 }
 
+void AddAccess(CLI::App& app, ServeOptions& line)
+{
+  app
+    .add_option("--tokens", line.tokens,
+      "models take a token, signed with a key in this file (JSON); kdstream-serve token makes one "
+      "[default: everybody may have all]")
+    ->type_name("FILE")
+    ->group("Access");
+}
+
 // How much each client may have, and all of them.
 void AddLimits(CLI::App& app, HttpServerOptions& server)
 {
@@ -213,6 +223,7 @@ void AddServeOptions(CLI::App& app, ServeOptions& line)
   AddAddress(app, line.server);
   AddProxies(app, line.server);
   AddPages(app, line);
+  AddAccess(app, line);
   AddLimits(app, line.server);
   AddPatience(app, line);
   AddWork(app, line);
