@@ -6,7 +6,6 @@
 
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
-#include "filters/model/ModelDescription.h"
 
 #include <cjose/cjose.h>
 #include <openssl/rand.h>
@@ -26,7 +25,6 @@ namespace
 
 constexpr std::string_view tokenCharacters =
   "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
-constexpr std::array<std::string_view, 3> detailNames{ "preview", "levels", "regions" };
 
 struct Release
 {
@@ -245,7 +243,7 @@ Result<TokenClaims> ParseClaims(const JsonValue& json)
   KDSTREAM_TRY(ParseModels(FindMember(json, "models"), claims));
   const auto* detail = FindMember(json, "detail");
   const auto parsed =
-    ParseTokenDetail(detail && detail->IsString() ? TextOf(*detail) : std::string_view());
+    ParseDetail(detail && detail->IsString() ? TextOf(*detail) : std::string_view());
   if (!parsed)
   {
     return WrongToken("has none of \"preview\", \"levels\", \"regions\" as \"detail\"");
@@ -277,19 +275,16 @@ Status CheckValidity(const TokenClaims& claims, const TokenKeys& keys, std::int6
 
 }
 
-std::string_view NameOf(TokenDetail detail)
+Result<ModelDetail> ParseDetail(std::string_view name)
 {
-  return detailNames[static_cast<std::size_t>(detail)];
-}
-
-Result<TokenDetail> ParseTokenDetail(std::string_view name)
-{
-  const auto* const found = std::find(detailNames.begin(), detailNames.end(), name);
-  if (found == detailNames.end())
+  for (const auto detail : { ModelDetail::Preview, ModelDetail::Levels, ModelDetail::Regions })
   {
-    return Error{ ErrorCode::InvalidArgument, "a detail is preview, levels or regions" };
+    if (name == NameOf(detail))
+    {
+      return detail;
+    }
   }
-  return static_cast<TokenDetail>(found - detailNames.begin());
+  return Error{ ErrorCode::InvalidArgument, "a detail is preview, levels or regions" };
 }
 
 bool TokenClaims::AllowsModel(std::string_view model) const

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/model/ModelDescription.h"
 #include "server/access/TokenKeys.h"
 
 #include <cstddef>
@@ -15,18 +16,8 @@
 namespace kdstream
 {
 
-// How much of a model its bearer may have; each includes those before.
-enum class TokenDetail
-{
-  Preview, // the description and the preview
-  Levels,  // all levels, and the tree that leads to them
-  Regions  // the original too
-};
-
-// "preview", "levels" or "regions".
-std::string_view NameOf(TokenDetail detail);
-// Errors: InvalidArgument.
-Result<TokenDetail> ParseTokenDetail(std::string_view name);
+// One of NameOf's names. Errors: InvalidArgument.
+Result<ModelDetail> ParseDetail(std::string_view name);
 
 struct TokenClaims
 {
@@ -36,7 +27,7 @@ struct TokenClaims
   std::int64_t expires = 0;        // exp: from then on it is not valid
   bool allModels = false;          // models: "*"
   std::vector<std::string> models; // else these
-  TokenDetail detail = TokenDetail::Preview;
+  ModelDetail detail = ModelDetail::Preview;
 
   bool AllowsModel(std::string_view model) const;
   bool operator==(const TokenClaims&) const = default;

@@ -113,7 +113,7 @@ int PrintToken(TokenOptions& line)
   claims.expires = now + SecondsIn(line.expires);
   claims.allModels = line.models == std::vector<std::string>{ "*" };
   claims.models = claims.allModels ? std::vector<std::string>() : line.models;
-  claims.detail = *ParseTokenDetail(line.detail);
+  claims.detail = *ParseDetail(line.detail);
   const auto token = WriteToken(claims, *keys, now);
   if (!token)
   {

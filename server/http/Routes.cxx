@@ -353,7 +353,7 @@ Routes::Answered Routes::AnswerModels(
   }
   if (resource.kind == protocol::ResourcePath::Kind::Model)
   {
-    return this->AnswerModel(request, *model);
+    return this->AnswerModel(request, *model, permission->Detail());
   }
   const auto same = this->Models.FindDigest(resource.model, resource.digest);
   if (!same)
@@ -367,14 +367,15 @@ Routes::Answered Routes::AnswerModels(
   return this->AnswerBlob(request, *same, resource.blob, patience);
 }
 
-HttpResponse Routes::AnswerModel(const HttpRequest& request, const ServedModel& model) const
+HttpResponse Routes::AnswerModel(
+  const HttpRequest& request, const ServedModel& model, ModelDetail detail) const
 {
   if (!model.CheckUnchanged())
   {
     const auto refusal = RefuseModel(model.Description().id);
     return this->Failure(refusal.status, refusal.message);
   }
-  auto body = model.Json();
+  auto body = model.Json(detail);
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }

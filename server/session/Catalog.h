@@ -31,8 +31,8 @@ public:
   virtual ~ServedModel() = default;
 
   virtual const ModelDescription& Description() const = 0;
-  // It as JSON, written once.
-  BlobBytes Json() const;
+  // It as JSON, for clients that may have so much; for those that may have all, written once.
+  BlobBytes Json(ModelDetail detail = ModelDetail::Regions) const;
 
   // Whether the model can still be read as it is described. Errors: Changed where its store was
   // written to; InputOutput where that cannot be told.

@@ -407,7 +407,9 @@ void Conversation::FinishOpening(Errand& errand)
   else
   {
     this->Model = std::move(errand.Model);
-    this->Answer({ request, protocol::OpenedAnswer{ this->Model->Description() } });
+    protocol::OpenedAnswer opened{ this->Model->Description() };
+    opened.model.detail = this->May.Detail();
+    this->Answer({ request, std::move(opened) });
   }
 }
 

@@ -19,25 +19,25 @@ using protocol::BlobId;
 using protocol::BlobKind;
 
 // The least detail that a blob takes.
-TokenDetail DetailOf(const ModelDescription& model, const BlobId& blob)
+ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
 {
   const unsigned preview = PreviewLevel(model);
   switch (blob.kind)
   {
     case BlobKind::Level:
-      return blob.level <= preview ? TokenDetail::Preview : TokenDetail::Levels;
+      return blob.level <= preview ? ModelDetail::Preview : ModelDetail::Levels;
     case BlobKind::Tree:
     {
       const bool isCoarse =
         IsTreePage(blob.number, model.depths) &&
         DepthOfNode(blob.number) + DepthsOfTreePage(blob.number, model.depths) <= preview;
-      return isCoarse ? TokenDetail::Preview : TokenDetail::Levels;
+      return isCoarse ? ModelDetail::Preview : ModelDetail::Levels;
     }
     case BlobKind::Partition:
     case BlobKind::Boxes:
       break;
   }
-  return TokenDetail::Regions;
+  return ModelDetail::Regions;
 }
 
 // One of each kind and level that the message asks for.
@@ -76,6 +76,11 @@ Permission::Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<
 {
 }
 
+ModelDetail Permission::Detail() const
+{
+  return this->Guard ? this->Held->claims.detail : ModelDetail::Regions;
+}
+
 Permission::Refused Permission::RefuseAll() const
 {
   const auto valid = this->Guard ? this->Guard->Check(*this->Held) : Status{};
@@ -106,7 +111,7 @@ Permission::Refused Permission::RefuseBlob(const ModelDescription& model, const 
   {
     return std::nullopt;
   }
-  return Refusal{ 403, claims.detail == TokenDetail::Preview
+  return Refusal{ 403, claims.detail == ModelDetail::Preview
                          ? "the token is for the preview of " + model.id + " alone"
                          : "the token is for the levels of " + model.id + ", not its original" };
 }

@@ -42,6 +42,9 @@ public:
   Refused RefuseRequest(
     const ModelDescription& model, const protocol::ClientMessage& message) const;
 
+  // How much of the models that it is for.
+  ModelDetail Detail() const;
+
 private:
   std::shared_ptr<const TokenGuard> Guard; // null: for everything
   std::shared_ptr<const Pass> Held;

@@ -36,7 +36,7 @@ TEST(Token, SaysWhatItsBearerMayHave)
   ASSERT_TRUE(claims) << claims.GetError().message;
   EXPECT_EQ(claims->subject, "ann");
   EXPECT_EQ(claims->expires, 2000);
-  EXPECT_EQ(claims->detail, TokenDetail::Levels);
+  EXPECT_EQ(claims->detail, ModelDetail::Levels);
   EXPECT_TRUE(claims->AllowsModel("vase"));
   EXPECT_FALSE(claims->AllowsModel("vas"));
   EXPECT_FALSE(claims->AllowsModel("*"));
@@ -65,7 +65,7 @@ TEST(Token, ComesBackAsItWasWritten)
   claims.notBefore = 900;
   claims.expires = 5000;
   claims.models = { "dragon", "a.b-c_D" };
-  claims.detail = TokenDetail::Regions;
+  claims.detail = ModelDetail::Regions;
   for (const bool all : { false, true })
   {
     for (const std::string id : { "", "2026-11" })
