@@ -29,14 +29,11 @@ constexpr const char* description =
   "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
   "When it is ready it prints one line: listening on http://HOST:PORT\n"
   "Stores that come, change or go are seen by themselves, as are new keys; SIGHUP makes it read\n"
-  "the folder, the pages, the keys and the certificate again and open its log anew; SIGTERM and "
-  "SIGINT end it, once it has\n"
-  "finished what is under way; a second one ends it at once.";
+  "the folder, the pages, the keys and the certificate again and open its log anew; SIGTERM and\n"
+  "SIGINT end it, once it has finished what is under way; a second one ends it at once.";
 
 constexpr const char* examples = "Example:\n"
-                                 "  kdstream-serve stores --port 8700 --access-log -\n"
-                                 "Makes a token for a server with --tokens FILE:\n"
-                                 "  kdstream-serve token --help";
+                                 "  kdstream-serve stores --port 8700 --access-log -";
 
 // The folder of the web viewer that is installed with this program; empty if there is none.
 std::string InstalledWeb()
@@ -326,13 +323,14 @@ int Serve(const std::string& program, ServeOptions& line)
 
 int main(int argc, char** argv)
 {
-  if (argc > 1 && std::string_view(argv[1]) == "token")
-  {
-    return RunTokenCommand(argc - 1, argv + 1);
-  }
   ServeOptions line;
   CLI::App app(description, "kdstream-serve");
   app.footer(examples);
   AddServeOptions(app, line);
-  return RunProgram(app, argc, argv, [&]() { return Serve(app.get_name(), line); });
+  TokenOptions token;
+  const auto* const makesToken = AddTokenCommand(app, token);
+  const bool serves = argc < 2 || makesToken->get_name() != argv[1];
+  app.get_option("DIR")->required(serves);
+  return RunProgram(app, argc, argv,
+    [&] { return serves ? Serve(app.get_name(), line) : PrintToken(app.get_name(), token); });
 }

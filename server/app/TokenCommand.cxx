@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/TokenCommand.h"
 
-#include "filters/program/Program.h"
-#include "server/access/Token.h"
 #include "server/access/TokenKeys.h"
 
 #include <charconv>
@@ -19,22 +17,12 @@ namespace kdstream
 namespace
 {
 
-constexpr const char* program = "kdstream-serve";
-constexpr const char* description =
-  "Prints a token: whoever has it gets from a server with the same --tokens what it allows, until\n"
-  "it expires. On stderr it says the token's id, by which it can be revoked: add the id to the "
-  "list\n"
-  "\"revoked\" in FILE.";
 constexpr const char* examples =
+  "Whoever has the token gets what it allows from a server with the same --tokens, until it\n"
+  "expires. On stderr stands its id, by which it can be revoked: add that to \"revoked\" in "
+  "FILE.\n\n"
   "Example:\n"
   "  kdstream-serve token --tokens tokens.json --sub ann --models dragon,vase --detail levels";
-
-struct TokenOptions
-{
-  std::string file, expires = "7d", detail;
-  std::vector<std::string> models;
-  TokenClaims claims;
-};
 
 constexpr std::int64_t longest = std::int64_t{ 3660 } * 86400; // ten years
 
@@ -59,7 +47,7 @@ void AddTokenOptions(CLI::App& app, TokenOptions& line)
   app.add_option("--tokens", line.file, "the server's file of keys (JSON)")
     ->type_name("FILE")
     ->required();
-  app.add_option("--sub", line.claims.subject, "whom it is for; logs and quotas go by this name")
+  app.add_option("--sub", line.subject, "whom it is for; logs and quotas go by this name")
     ->type_name("NAME")
     ->required();
   app.add_option("--models", line.models, "models that it is for, with commas between; *: all")
@@ -93,14 +81,26 @@ std::string UtcOf(std::int64_t time)
   return { text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) };
 }
 
-int PrintToken(TokenOptions& line)
+}
+
+CLI::App* AddTokenCommand(CLI::App& app, TokenOptions& line)
+{
+  auto* const command =
+    app.add_subcommand("token", "prints a token for clients of a server with --tokens");
+  command->footer(examples);
+  AddTokenOptions(*command, line);
+  return command;
+}
+
+int PrintToken(const std::string& program, const TokenOptions& line)
 {
   const auto keys = ReadTokenKeys(line.file);
   if (!keys)
   {
     return PrintError(program, line.file, keys.GetError());
   }
-  auto& claims = line.claims;
+  TokenClaims claims;
+  claims.subject = line.subject;
   const auto now = std::chrono::duration_cast<std::chrono::seconds>(
     std::chrono::system_clock::now().time_since_epoch())
                      .count();
@@ -123,17 +123,6 @@ int PrintToken(TokenOptions& line)
             << UtcOf(claims.expires) << std::endl;
   std::cout << *token << std::endl;
   return exitDone;
-}
-
-}
-
-int RunTokenCommand(int argc, char** argv)
-{
-  TokenOptions line;
-  CLI::App app(description, std::string(program) + " token");
-  app.footer(examples);
-  AddTokenOptions(app, line);
-  return RunProgram(app, argc, argv, [&line] { return PrintToken(line); });
 }
 
 }
