@@ -401,7 +401,8 @@ private:
     const auto target = request.target();
     return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
       field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
-      this->Joined("Accept-Encoding"), field(http::field::authorization) };
+      this->Joined("Accept-Encoding"), field(http::field::authorization),
+      this->Admitted.client.address };
   }
 
   // Answers with an error and closes the connection.
@@ -438,7 +439,7 @@ private:
       this->Refuse(403, "pages of this origin may not open a stream");
       return;
     }
-    auto permission = this->State.Answers.Admit(
+    auto permission = this->State.Answers.Admit(this->Admitted.client.address,
       text(http::field::authorization), this->Joined("Sec-WebSocket-Protocol"));
     if (!permission)
     {

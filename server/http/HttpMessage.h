@@ -20,6 +20,7 @@ struct HttpRequest
   std::string ifNoneMatch, range, ifRange; // header fields; empty where absent
   std::string acceptEncoding = {};         // several fields joined by commas
   std::string authorization = {};
+  std::string client = {}; // address
 };
 
 struct HttpResponse

@@ -7,6 +7,7 @@
 #include "server/access/TokenGuard.h"
 #include "server/http/StaticFiles.h"
 #include "server/session/Catalog.h"
+#include "server/session/PartitionLedger.h"
 
 #include <chrono>
 #include <cstdint>
@@ -58,6 +59,8 @@ struct HttpServerOptions
   std::string allowOrigin;              // RouteOptions::allowOrigin
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
+  // What the bearers of tokens may have of the original; null: any number of it.
+  std::shared_ptr<QuotaBook> quotas;
   std::optional<StaticFiles> web;
   std::string version;
 
@@ -84,6 +87,7 @@ struct HttpServerOptions
 
   // Called from any thread, but never from two at once.
   std::function<void(const AccessRecord&)> onAccess;
+  std::function<void(const PartitionRecord&)> onPartition; // one that a client gets
   std::function<void(const std::string&)> onError;
 };
 

@@ -208,28 +208,31 @@ HttpResponse Routes::Finished(const HttpRequest& request, HttpResponse response)
   return response;
 }
 
-HttpResponse Routes::Failure(unsigned status, std::string_view message) const
+HttpResponse Routes::Failure(
+  unsigned status, std::string_view message, std::chrono::seconds retryAfter) const
 {
   JsonWriter json;
   json.BeginObject().Member("error", message).EndObject();
   auto response = Fleeting(status, "application/json", json.Text() + "\n");
-  if (status == 503 || status == 429)
+  if (status == 503 || status == 429 || retryAfter.count() > 0)
   {
-    response.fields.emplace_back("Retry-After", "1"); // in seconds
+    const auto seconds = std::max<std::int64_t>(1, retryAfter.count());
+    response.fields.emplace_back("Retry-After", std::to_string(seconds));
   }
   return response;
 }
 
 Result<Permission> Routes::Admit(
-  std::string_view authorization, std::string_view subprotocols) const
+  const std::string& client, std::string_view authorization, std::string_view subprotocols) const
 {
+  const auto& ledger = this->Options.ledger;
   if (!this->Options.guard)
   {
-    return Permission();
+    return Permission({}, {}, ledger, client);
   }
   auto pass = this->Options.guard->Admit(FindToken(authorization, subprotocols));
   KDSTREAM_TRY(pass);
-  return Permission(this->Options.guard, std::move(*pass));
+  return Permission(this->Options.guard, std::move(*pass), ledger, client);
 }
 
 HttpResponse Routes::Forbidden(const Refusal& refusal) const
@@ -333,7 +336,7 @@ Routes::Answered Routes::AnswerApi(
 Routes::Answered Routes::AnswerModels(
   const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const
 {
-  const auto permission = this->Admit(request.authorization);
+  const auto permission = this->Admit(request.client, request.authorization);
   if (!permission)
   {
     return this->Forbidden({ 401, permission.GetError().message });
@@ -364,7 +367,7 @@ Routes::Answered Routes::AnswerModels(
   {
     return this->Forbidden(*refused);
   }
-  return this->AnswerBlob(request, *same, resource.blob, patience);
+  return this->AnswerBlob(request, *same, resource.blob, *permission, patience);
 }
 
 HttpResponse Routes::AnswerModel(
@@ -381,7 +384,7 @@ HttpResponse Routes::AnswerModel(
 }
 
 Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedModel& model,
-  const protocol::BlobId& id, Patience patience) const
+  const protocol::BlobId& id, const Permission& permission, Patience patience) const
 {
   const auto& description = model.Description();
   const auto name = protocol::BlobName(id);
@@ -398,7 +401,8 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   auto tag = "\"" + description.digest + "/" + name + "\"";
   constexpr const char* type = "application/octet-stream";
   const char* const policy = this->Options.guard ? forEverOfOne : forEver;
-  if (auto blob = model.FindBlob(id))
+  const bool isCounted = permission.IsCounted(id);
+  if (auto blob = isCounted ? nullptr : model.FindBlob(id))
   {
     return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), policy));
   }
@@ -421,6 +425,13 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   if (!blob)
   {
     return refuse(blob.GetError());
+  }
+  if (isCounted)
+  {
+    if (const auto over = permission.TakePartition(description, id.number, (*blob)->size()))
+    {
+      return this->Failure(over->status, over->message, over->retryAfter);
+    }
   }
   return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), policy));
 }

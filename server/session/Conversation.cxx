@@ -42,19 +42,7 @@ void Errand::Do()
 {
   if (!this->Request)
   {
-    const auto bytes = this->Model->ReadBlob(this->Blob);
-    if (!bytes)
-    {
-      this->Failure = bytes.GetError();
-    }
-    else if (!IsSendable(**bytes))
-    {
-      this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
-    }
-    else
-    {
-      this->Bytes = *bytes;
-    }
+    this->ReadBlob();
   }
   else if (const auto* open = std::get_if<protocol::OpenRequest>(&this->Request->body))
   {
@@ -66,15 +54,50 @@ void Errand::Do()
   }
   else
   {
-    auto list = ListBlobs(*this->Model, *this->Request, this->MostPartitions);
-    if (list)
+    this->FindList();
+  }
+}
+
+void Errand::ReadBlob()
+{
+  const auto bytes = this->Model->ReadBlob(this->Blob);
+  if (!bytes)
+  {
+    this->Failure = bytes.GetError();
+  }
+  else if (!IsSendable(**bytes))
+  {
+    this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
+  }
+  else
+  {
+    this->Bytes = *bytes;
+    if (this->May.IsCounted(this->Blob))
     {
-      this->List = std::move(*list);
+      this->Refused =
+        this->May.TakePartition(this->Model->Description(), this->Blob.number, this->Bytes->size());
     }
-    else
+  }
+}
+
+void Errand::FindList()
+{
+  if (std::holds_alternative<protocol::RegionRequest>(this->Request->body))
+  {
+    this->Refused = this->May.TakeRegion(this->Model->Description());
+    if (this->Refused)
     {
-      this->Failure = list.GetError();
+      return;
     }
+  }
+  auto list = ListBlobs(*this->Model, *this->Request, this->MostPartitions);
+  if (list)
+  {
+    this->List = std::move(*list);
+  }
+  else
+  {
+    this->Failure = list.GetError();
   }
 }
 
@@ -289,7 +312,12 @@ void Conversation::Finish(const std::shared_ptr<Errand>& errand)
     return;
   }
   this->Pending.reset();
-  if (!errand->Request)
+  if (errand->Refused)
+  {
+    this->AnswerError(this->Current->request, errand->Refused->status, errand->Refused->message);
+    this->Current.reset();
+  }
+  else if (!errand->Request)
   {
     this->FinishBlob(*errand);
   }
@@ -357,7 +385,7 @@ void Conversation::Start(Received received)
   this->Current->request = message.request;
   this->Current->received = received.at;
   this->Current->model = opens ? nullptr : this->Model;
-  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
+  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions, this->May);
   this->Pending->Model = this->Current->model;
   this->Pending->Request = std::move(message);
   const bool takesLong =
@@ -472,13 +500,14 @@ bool Conversation::HasBlob()
   Job& job = *this->Current;
   const auto id = job.list.At(job.next++);
   job.offset = 0;
-  job.bytes = job.model->FindBlob(id);
+  job.bytes =
+    this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id); // else the errand takes it
   if (job.bytes && IsSendable(*job.bytes))
   {
     return true;
   }
   job.bytes.reset();
-  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
+  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions, this->May);
   this->Pending->Model = job.model;
   this->Pending->Blob = id;
   return false;

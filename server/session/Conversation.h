@@ -22,6 +22,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -43,9 +44,10 @@ enum class CloseReason : std::uint16_t
 class Errand
 {
 public:
-  Errand(const Catalog& catalog, std::size_t mostPartitions)
+  Errand(const Catalog& catalog, std::size_t mostPartitions, Permission permission = {})
     : Models(catalog)
     , MostPartitions(mostPartitions)
+    , May(std::move(permission))
   {
   }
 
@@ -55,15 +57,19 @@ public:
 private:
   friend class Conversation;
   void Do();
+  void ReadBlob();
+  void FindList();
 
   const Catalog& Models;
   std::size_t MostPartitions;
+  Permission May;
   std::shared_ptr<const ServedModel> Model;       // null: to be found, and opened
   std::optional<protocol::ClientMessage> Request; // what to open or to list
   protocol::BlobId Blob;                          // what to read otherwise
   BlobList List;
   BlobBytes Bytes;
   std::optional<Error> Failure;
+  std::optional<Refusal> Refused; // by a quota
   bool Taken = false;
 };
 

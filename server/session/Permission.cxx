@@ -70,15 +70,44 @@ std::vector<BlobId> AskedFor(const ModelDescription& model, const protocol::Clie
 
 }
 
-Permission::Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<const Pass> pass)
+Permission::Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<const Pass> pass,
+  std::shared_ptr<const PartitionLedger> ledger, std::string client)
   : Guard(std::move(guard))
   , Held(std::move(pass))
+  , Ledger(std::move(ledger))
+  , Client(std::move(client))
 {
 }
 
 ModelDetail Permission::Detail() const
 {
   return this->Guard ? this->Held->claims.detail : ModelDetail::Regions;
+}
+
+Permission::Refused Permission::TakePartition(
+  const ModelDescription& model, std::uint32_t partition, std::uint64_t bytes) const
+{
+  if (!this->Ledger)
+  {
+    return std::nullopt;
+  }
+  PartitionRecord record;
+  record.client = this->Client;
+  record.partition = partition;
+  record.bytes = bytes;
+  if (this->Held)
+  {
+    record.subject = this->Held->claims.subject;
+    record.token = this->Held->claims.id;
+  }
+  return this->Ledger->TakePartition(model, std::move(record));
+}
+
+Permission::Refused Permission::TakeRegion(const ModelDescription& model) const
+{
+  return this->Ledger ? this->Ledger->TakeRegion(
+                          model, this->Held ? this->Held->claims.subject : std::string())
+                      : std::nullopt;
 }
 
 Permission::Refused Permission::RefuseAll() const
