@@ -83,20 +83,30 @@ void WarnOfTokens(const std::string& program, const std::string& file, const Sta
   }
 }
 
+void Reopen(
+  const std::string& program, const std::string& file, const std::shared_ptr<AccessLog>& log)
+{
+  if (const auto status = log ? log->Reopen() : Status{}; !status)
+  {
+    PrintWarning(program, file, status.GetError().message + "; the file of before is kept");
+  }
+}
+
 // What runs beside the server.
 struct Surroundings
 {
   const std::string& program;
   const ServeOptions& line;
   StoreCatalog& catalog;
-  const std::shared_ptr<AccessLog>& log; // may be null
+  const std::shared_ptr<AccessLog>& log;   // may be null
+  const std::shared_ptr<AccessLog>& audit; // may be null
   std::optional<TokensFile>& tokens;
   HttpServer& server;
 };
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, log, tokens, server] = around;
+  const auto& [program, line, catalog, log, audit, tokens, server] = around;
   if (const auto status = catalog.Reload(); !status)
   {
     PrintWarning(
@@ -115,11 +125,8 @@ void Reload(const Surroundings& around)
   {
     WarnOfTokens(program, line.tokens, tokens->Reload());
   }
-  if (const auto status = log ? log->Reopen() : Status{}; !status)
-  {
-    PrintWarning(
-      program, line.accessLog, status.GetError().message + "; the file of before is kept");
-  }
+  Reopen(program, line.accessLog, log);
+  Reopen(program, line.auditLog, audit);
 }
 
 // Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
@@ -211,6 +218,23 @@ void FitDescriptors(const std::string& program, HttpServerOptions& server)
   }
 }
 
+// null where none is wanted.
+Result<std::shared_ptr<AccessLog>> OpenLog(
+  const std::string& file, AccessLog::Form form, const ServeOptions& line)
+{
+  if (file.empty())
+  {
+    return std::shared_ptr<AccessLog>();
+  }
+  if (file != "-")
+  {
+    const auto place = CheckOutput(file, OutputKind::Stream,
+      { line.server.tlsCertificate, line.server.tlsKey, line.tokens, line.quotaFile });
+    KDSTREAM_TRY(place);
+  }
+  return AccessLog::Open(file, form);
+}
+
 void SayWhoMay(
   const std::string& program, const std::string& file, const std::optional<TokensFile>& tokens)
 {
@@ -264,25 +288,31 @@ int Serve(const std::string& program, ServeOptions& line)
     }
     line.server.web = std::move(*web);
   }
-  std::shared_ptr<AccessLog> log;
-  if (!line.accessLog.empty())
+  const auto log = OpenLog(line.accessLog, AccessLog::Form::Text, line);
+  const auto audit = OpenLog(line.auditLog, AccessLog::Form::Json, line);
+  for (const auto& [file, opened] : { std::pair(line.accessLog, &log), { line.auditLog, &audit } })
   {
-    if (line.accessLog != "-")
+    if (!*opened)
     {
-      const auto place = CheckOutput(
-        line.accessLog, OutputKind::Stream, { line.server.tlsCertificate, line.server.tlsKey });
-      if (!place)
-      {
-        return PrintError(program, line.accessLog, place.GetError());
-      }
+      return PrintError(program, file, opened->GetError());
     }
-    auto opened = AccessLog::Open(line.accessLog);
-    if (!opened)
+  }
+  if (*log)
+  {
+    line.server.onAccess = [to = *log](const AccessRecord& record) { to->Write(record); };
+  }
+  if (*audit)
+  {
+    line.server.onPartition = [to = *audit](const PartitionRecord& record) { to->Write(record); };
+  }
+  if (!line.quotaFile.empty())
+  {
+    auto quotas = QuotaBook::Open(line.quotaFile, line.quotas);
+    if (!quotas)
     {
-      return PrintError(program, line.accessLog, opened.GetError());
+      return PrintError(program, line.quotaFile, quotas.GetError());
     }
-    log = std::move(*opened);
-    line.server.onAccess = [log](const AccessRecord& record) { log->Write(record); };
+    line.server.quotas = std::move(*quotas);
   }
   std::optional<TokensFile> tokens;
   if (!line.tokens.empty())
@@ -313,7 +343,7 @@ int Serve(const std::string& program, ServeOptions& line)
   SayWhoMay(program, line.tokens, tokens);
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  const Surroundings around{ program, line, catalog, log, tokens, **server };
+  const Surroundings around{ program, line, catalog, *log, *audit, tokens, **server };
   WaitForEnd(signals, around);
   Drain(signals, around);
   return exitDone; // what is still under way ends with the server

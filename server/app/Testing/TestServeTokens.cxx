@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve --tokens and kdstream-serve token, as processes.
+#include "filters/model/Json.h"
 #include "filters/model/ModelJson.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
@@ -131,6 +132,40 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_EQ(StatusFor(port, third.token), 200u);
 }
 
+// Restarts included; and who got what stands in the audit log.
+TEST_F(Guarded, KeepsQuotasAndAccounts)
+{
+  const auto quotas = this->folder / "quotas.db", audit = this->folder / "audit.log";
+  const std::vector<std::string> arguments{ this->stores, "--port", "0", "--tokens", this->keys,
+    "--quota-file", quotas, "--quota-bytes", "1", "--audit-log", audit };
+  const auto made = this->Make({ "--models", "one", "--detail", "regions" });
+  const auto bearer = "Authorization: Bearer " + made.token + "\r\n";
+  std::string digest, blob;
+  for (const unsigned status : { 200u, 429u })
+  {
+    Process serve(arguments);
+    const auto port = serve.Port();
+    const auto list = HttpTestClient(port).Get("/api/models.json", bearer);
+    digest = ParseModelList(list->body)->front().digest;
+    blob = "/api/models/one/" + digest + "/partitions/0";
+    EXPECT_EQ(HttpTestClient(port).Get(blob, bearer)->status, status);
+    serve.Signal(SIGTERM);
+    EXPECT_EQ(serve.Wait(), 0);
+  }
+  const auto text = fixtures::ReadWhole(audit);
+  const auto line = ParseJson(text);
+  ASSERT_TRUE(line) << text;
+  const auto member = [&line](const char* name) { return TextOf(*FindMember(*line, name)); };
+  EXPECT_EQ(member("sub"), "ann");
+  EXPECT_EQ(member("jti"), made.id);
+  EXPECT_EQ(member("client"), "127.0.0.1");
+  EXPECT_EQ(member("model"), "one");
+  EXPECT_EQ(member("digest"), digest);
+  EXPECT_EQ(member("time").size(), 20u);
+  EXPECT_EQ(FindMember(*line, "partition")->GetInt(), 0);
+  EXPECT_GT(FindMember(*line, "bytes")->GetInt(), 0);
+}
+
 TEST_F(Guarded, SaysWhoMay)
 {
   Process open({ this->stores, "--port", "0" });
@@ -166,6 +201,12 @@ TEST_F(Guarded, RefusesWrongTokensAndFiles)
       1 },
     { { this->stores, "--port", "0", "--tokens", broken }, 1 },
     { { this->stores, "--port", "0", "--tokens", this->folder / "none" }, 1 },
+    { { this->stores, "--port", "0", "--quota-file", this->folder / "quotas.db" }, 2 },
+    { { this->stores, "--port", "0", "--tokens", file, "--quota-bytes", "1M" }, 2 },
+    { { this->stores, "--port", "0", "--tokens", file, "--quota-file", file, "--quota-bytes",
+        "1M" },
+      1 },
+    { { this->stores, "--port", "0", "--audit-log", this->folder / "missing/log" }, 1 },
   };
   for (const auto& [arguments, code] : wrong)
   {
