@@ -118,15 +118,23 @@ export function makeModels({ dragon = true, vase = false } = {}) {
 
 // ---- the server
 
+// What kdstream-serve prints for these options.
+export function makeToken(keys, ...options) {
+  const { status, stdout, stderr } = spawnSync(program("kdstream-serve"), ["token", "--tokens", keys, "--sub", "ann", ...options],
+    { encoding: "utf8" });
+  assert.equal(status, 0, stderr);
+  return stdout.trim();
+}
+
 export class Server {
   #process;
   url;
   port;
 
-  // A running kdstream-serve. port 0: any that is free.
-  static async start(models, { port = 0, web = place("KDSTREAM_PAGE") } = {}) {
+  // A running kdstream-serve. port 0: any that is free; more: further options.
+  static async start(models, { port = 0, web = place("KDSTREAM_PAGE"), more = [] } = {}) {
     const server = new Server();
-    server.#process = spawn(program("kdstream-serve"), [models, "--port", String(port), "--web", web],
+    server.#process = spawn(program("kdstream-serve"), [models, "--port", String(port), "--web", web, ...more],
       { stdio: ["ignore", "pipe", "inherit"] });
     process.on("exit", () => server.#process.kill("SIGKILL"));
     const lines = createInterface({ input: server.#process.stdout });

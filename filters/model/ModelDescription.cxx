@@ -47,6 +47,12 @@ CodecContext ModelDescription::Codec() const
   return context;
 }
 
+std::string_view NameOf(ModelDetail detail)
+{
+  constexpr std::string_view names[] = { "preview", "levels", "regions" };
+  return names[static_cast<std::size_t>(detail)];
+}
+
 ModelSummary Summarize(const ModelDescription& model)
 {
   return { model.id, model.digest, model.title, model.vertices, model.triangles };

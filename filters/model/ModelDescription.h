@@ -60,6 +60,17 @@ std::optional<Vec3> DirectionOf(const Vec3& vector);
 // where z is, as CAD has it; of another direction, whichever of the two is nearer to level.
 Vec3 FrontOf(const Vec3& up);
 
+// How much of a model a client may have; each includes those before.
+enum class ModelDetail : std::uint8_t
+{
+  Preview, // the description, and levels up to the preview's
+  Levels,  // all levels, and the tree that leads to them
+  Regions  // the original too
+};
+
+// "preview", "levels" or "regions".
+std::string_view NameOf(ModelDetail detail);
+
 struct ModelDescription
 {
   std::string id;     // IsModelId: what a server calls it; empty in a store
@@ -78,6 +89,9 @@ struct ModelDescription
   std::string title, credit, license, unit; // UTF-8, shown by viewers; may be empty
   std::vector<AttributeInfo> attributes;    // point arrays first
   std::optional<ModelPose> pose;            // none: viewers take one as it is by default
+
+  // That the client may have whom a server tells it; servers with tokens.
+  ModelDetail detail = ModelDetail::Regions;
 
   // How it was built. Stores keep it and statistics tell it; servers do not.
   std::string input; // name of the file it was built from, without its folder

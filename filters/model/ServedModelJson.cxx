@@ -136,6 +136,10 @@ void PutModel(JsonWriter& json, const ModelDescription& model)
   PutPose(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
+  if (model.detail != ModelDetail::Regions)
+  {
+    json.Member("detail", NameOf(model.detail));
+  }
   json.EndObject();
 }
 
@@ -194,6 +198,11 @@ Result<ModelDescription> ModelFromJson(const JsonValue& json)
     {
       model.attributes.push_back(ReadServedAttribute(reader, attribute));
     }
+  }
+  if (json.IsObject() && FindMember(json, "detail"))
+  {
+    model.detail = ReadName(reader, json, "detail", ModelDetail::Preview, ModelDetail::Regions,
+      "\"detail\" is none of preview, levels, regions");
   }
   if (!reader.Good())
   {

@@ -166,7 +166,7 @@ std::string HelpFormatter::make_description(const CLI::App* app) const
 std::string HelpFormatter::make_usage(const CLI::App* app, std::string name) const
 {
   std::string usage = "Usage: " + name;
-  if (!CommandsOf(*app).empty())
+  if (!CommandsOf(*app).empty() && app->get_require_subcommand_min() > 0)
   {
     usage += " COMMAND";
   }

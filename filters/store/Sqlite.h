@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The little of SQLite that a store needs: a connection and a statement that close themselves, and
-// its errors as ours. For filters/store alone.
+// its errors as ours. For filters/store, and the quotas of a server.
 #pragma once
 
 #include "filters/core/Result.h"

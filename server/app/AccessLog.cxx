@@ -2,6 +2,7 @@
 #include "server/app/AccessLog.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/model/JsonWriter.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -80,17 +81,37 @@ void WriteAll(int file, std::string_view text)
   }
 }
 
-std::string LineOf(const AccessRecord& record)
+std::string UtcNow()
 {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
   char time[32];
-  std::strftime(time, sizeof time, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return { time, std::strftime(time, sizeof time, "%Y-%m-%dT%H:%M:%SZ", &utc) };
+}
+
+std::string LineOf(const PartitionRecord& record)
+{
+  JsonWriter json;
+  json.BeginObject()
+    .Member("time", UtcNow())
+    .Member("sub", record.subject)
+    .Member("jti", record.token)
+    .Member("client", record.client)
+    .Member("model", record.model)
+    .Member("digest", record.digest)
+    .Member("partition", record.partition)
+    .Member("bytes", record.bytes)
+    .EndObject();
+  return json.Text() + "\n";
+}
+
+std::string LineOf(const AccessRecord& record)
+{
   char numbers[80];
   std::snprintf(numbers, sizeof numbers, "\" %u %llu %.1f\n", record.status,
     static_cast<unsigned long long>(record.bytes), record.seconds * 1000);
-  return std::string(time) + " " + record.client + " \"" + Escaped(record.method) + " " +
+  return UtcNow() + " " + record.client + " \"" + Escaped(record.method) + " " +
          Escaped(record.target) + numbers;
 }
 
@@ -105,6 +126,7 @@ struct AccessLog::Writer
   std::string waiting;
   std::string before; // what goes to the old file yet
   std::uint64_t lost = 0;
+  Form form = Form::Text;
   int file = -1;
   int next = -1; // takes the place of `file`
   bool ending = false, ended = false;
@@ -125,7 +147,9 @@ struct AccessLog::Writer
       text.swap(then < 0 ? this->waiting : this->before);
       if (this->lost != 0)
       {
-        text += "# " + std::to_string(std::exchange(this->lost, 0)) + " lines are lost\n";
+        const auto count = std::to_string(std::exchange(this->lost, 0));
+        text += this->form == Form::Text ? "# " + count + " lines are lost\n"
+                                         : "{\"lost\":" + count + "}\n";
       }
       const int to = this->file;
       lock.unlock();
@@ -142,9 +166,10 @@ struct AccessLog::Writer
   }
 };
 
-Result<std::shared_ptr<AccessLog>> AccessLog::Open(const std::string& file)
+Result<std::shared_ptr<AccessLog>> AccessLog::Open(const std::string& file, Form form)
 {
   auto writer = std::make_shared<Writer>();
+  writer->form = form;
   writer->file = OpenFile(file);
   if (writer->file < 0)
   {
@@ -171,7 +196,16 @@ AccessLog::~AccessLog()
 
 void AccessLog::Write(const AccessRecord& record)
 {
-  const auto line = LineOf(record);
+  this->Add(LineOf(record));
+}
+
+void AccessLog::Write(const PartitionRecord& record)
+{
+  this->Add(LineOf(record));
+}
+
+void AccessLog::Add(const std::string& line)
+{
   const std::lock_guard lock(this->Lines->mutex);
   if (this->Lines->waiting.size() + line.size() > waitingBytes)
   {

@@ -5,6 +5,8 @@
 #include "server/app/AccessLog.h"
 #include "server/app/FolderWatch.h"
 #include "server/app/ServeOptions.h"
+#include "server/app/TokenCommand.h"
+#include "server/app/TokensFile.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
@@ -26,9 +28,9 @@ using namespace kdstream;
 constexpr const char* description =
   "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
   "When it is ready it prints one line: listening on http://HOST:PORT\n"
-  "Stores that come, change or go are seen by themselves; SIGHUP makes it read the folder, the\n"
-  "pages and the certificate again and open its log anew; SIGTERM and SIGINT end it, once it has\n"
-  "finished what is under way; a second one ends it at once.";
+  "Stores that come, change or go are seen by themselves, as are new keys; SIGHUP makes it read\n"
+  "the folder, the pages, the keys and the certificate again and open its log anew; SIGTERM and\n"
+  "SIGINT end it, once it has finished what is under way; a second one ends it at once.";
 
 constexpr const char* examples = "Example:\n"
                                  "  kdstream-serve stores --port 8700 --access-log -";
@@ -73,19 +75,38 @@ void WarnOfEmptyFolder(
   }
 }
 
+void WarnOfTokens(const std::string& program, const std::string& file, const Status& status)
+{
+  if (!status)
+  {
+    PrintWarning(program, file, status.GetError().message + "; the keys of before count");
+  }
+}
+
+void Reopen(
+  const std::string& program, const std::string& file, const std::shared_ptr<AccessLog>& log)
+{
+  if (const auto status = log ? log->Reopen() : Status{}; !status)
+  {
+    PrintWarning(program, file, status.GetError().message + "; the file of before is kept");
+  }
+}
+
 // What runs beside the server.
 struct Surroundings
 {
   const std::string& program;
   const ServeOptions& line;
   StoreCatalog& catalog;
-  const std::shared_ptr<AccessLog>& log; // may be null
+  const std::shared_ptr<AccessLog>& log;   // may be null
+  const std::shared_ptr<AccessLog>& audit; // may be null
+  std::optional<TokensFile>& tokens;
   HttpServer& server;
 };
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, log, server] = around;
+  const auto& [program, line, catalog, log, audit, tokens, server] = around;
   if (const auto status = catalog.Reload(); !status)
   {
     PrintWarning(
@@ -100,11 +121,12 @@ void Reload(const Surroundings& around)
   {
     PrintWarning(program, "", status.GetError().message + "; the one of before is shown");
   }
-  if (const auto status = log ? log->Reopen() : Status{}; !status)
+  if (tokens)
   {
-    PrintWarning(
-      program, line.accessLog, status.GetError().message + "; the file of before is kept");
+    WarnOfTokens(program, line.tokens, tokens->Reload());
   }
+  Reopen(program, line.accessLog, log);
+  Reopen(program, line.auditLog, audit);
 }
 
 // Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
@@ -125,7 +147,12 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
     { watch ? watch->Descriptor() : -1, POLLIN, 0 } } };
   for (;;)
   {
-    (void)::poll(sources.data(), sources.size(), 1000);
+    // Who is revoked must be gone within a second.
+    (void)::poll(sources.data(), sources.size(), around.tokens ? 250 : 1000);
+    if (around.tokens)
+    {
+      WarnOfTokens(around.program, around.line.tokens, around.tokens->Look());
+    }
     if (watch && watch->HasChanged())
     {
       around.catalog.Look();
@@ -191,6 +218,38 @@ void FitDescriptors(const std::string& program, HttpServerOptions& server)
   }
 }
 
+// null where none is wanted.
+Result<std::shared_ptr<AccessLog>> OpenLog(
+  const std::string& file, AccessLog::Form form, const ServeOptions& line)
+{
+  if (file.empty())
+  {
+    return std::shared_ptr<AccessLog>();
+  }
+  if (file != "-")
+  {
+    const auto place = CheckOutput(file, OutputKind::Stream,
+      { line.server.tlsCertificate, line.server.tlsKey, line.tokens, line.quotaFile });
+    KDSTREAM_TRY(place);
+  }
+  return AccessLog::Open(file, form);
+}
+
+void SayWhoMay(
+  const std::string& program, const std::string& file, const std::optional<TokensFile>& tokens)
+{
+  if (!tokens)
+  {
+    std::cerr << program
+              << ": open to all: without --tokens whoever reaches it may have every model"
+              << std::endl;
+  }
+  else if (tokens->IsForAll())
+  {
+    PrintWarning(program, file, "everybody on this machine may read these keys: chmod 600");
+  }
+}
+
 int Serve(const std::string& program, ServeOptions& line)
 {
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
@@ -206,7 +265,8 @@ int Serve(const std::string& program, ServeOptions& line)
     Error error = status.GetError();
     if (error.code == ErrorCode::NotFound && line.folder.find('/') == std::string::npos)
     {
-      error.message += " (" + program + " takes the folder of the stores; it has no commands)";
+      error.message +=
+        " (" + program + " takes the folder of the stores; its only command is token)";
     }
     return PrintError(program, line.folder, error);
   }
@@ -228,25 +288,42 @@ int Serve(const std::string& program, ServeOptions& line)
     }
     line.server.web = std::move(*web);
   }
-  std::shared_ptr<AccessLog> log;
-  if (!line.accessLog.empty())
+  const auto log = OpenLog(line.accessLog, AccessLog::Form::Text, line);
+  const auto audit = OpenLog(line.auditLog, AccessLog::Form::Json, line);
+  for (const auto& [file, opened] : { std::pair(line.accessLog, &log), { line.auditLog, &audit } })
   {
-    if (line.accessLog != "-")
+    if (!*opened)
     {
-      const auto place = CheckOutput(
-        line.accessLog, OutputKind::Stream, { line.server.tlsCertificate, line.server.tlsKey });
-      if (!place)
-      {
-        return PrintError(program, line.accessLog, place.GetError());
-      }
+      return PrintError(program, file, opened->GetError());
     }
-    auto opened = AccessLog::Open(line.accessLog);
+  }
+  if (*log)
+  {
+    line.server.onAccess = [to = *log](const AccessRecord& record) { to->Write(record); };
+  }
+  if (*audit)
+  {
+    line.server.onPartition = [to = *audit](const PartitionRecord& record) { to->Write(record); };
+  }
+  if (!line.quotaFile.empty())
+  {
+    auto quotas = QuotaBook::Open(line.quotaFile, line.quotas);
+    if (!quotas)
+    {
+      return PrintError(program, line.quotaFile, quotas.GetError());
+    }
+    line.server.quotas = std::move(*quotas);
+  }
+  std::optional<TokensFile> tokens;
+  if (!line.tokens.empty())
+  {
+    auto opened = TokensFile::Open(line.tokens);
     if (!opened)
     {
-      return PrintError(program, line.accessLog, opened.GetError());
+      return PrintError(program, line.tokens, opened.GetError());
     }
-    log = std::move(*opened);
-    line.server.onAccess = [log](const AccessRecord& record) { log->Write(record); };
+    tokens = std::move(*opened);
+    line.server.guard = tokens->Guard();
   }
   line.server.onError = [&program](const std::string& what) {
     PrintError(program, "", { ErrorCode::InputOutput, what });
@@ -263,9 +340,10 @@ int Serve(const std::string& program, ServeOptions& line)
   {
     std::cerr << program << ": metrics on " << (*server)->AdminUrl() << "/metrics" << std::endl;
   }
+  SayWhoMay(program, line.tokens, tokens);
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  const Surroundings around{ program, line, catalog, log, **server };
+  const Surroundings around{ program, line, catalog, *log, *audit, tokens, **server };
   WaitForEnd(signals, around);
   Drain(signals, around);
   return exitDone; // what is still under way ends with the server
@@ -279,5 +357,10 @@ int main(int argc, char** argv)
   CLI::App app(description, "kdstream-serve");
   app.footer(examples);
   AddServeOptions(app, line);
-  return RunProgram(app, argc, argv, [&]() { return Serve(app.get_name(), line); });
+  TokenOptions token;
+  const auto* const makesToken = AddTokenCommand(app, token);
+  const bool serves = argc < 2 || makesToken->get_name() != argv[1];
+  app.get_option("DIR")->required(serves);
+  return RunProgram(app, argc, argv,
+    [&] { return serves ? Serve(app.get_name(), line) : PrintToken(app.get_name(), token); });
 }

@@ -107,6 +107,58 @@ void AddPages(CLI::App& app, ServeOptions& line)
     ->group(pages);
 }
 
+// How much of the original the bearers of tokens may have.
+void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
+{
+  const char* const access = "Access";
+  auto* const file =
+    app
+      .add_option("--quota-file", line.quotaFile,
+        "what was had is kept here (SQLite); servers may share it, and give no more together then")
+      ->type_name("FILE")
+      ->needs(tokens)
+      ->group(access);
+  const auto add = [file, access](CLI::Option* option) { option->needs(file)->group(access); };
+  add(app
+        .add_option_function<double>(
+          "--quota-partitions", [&line](double percent) { line.quotas.share = percent / 100; },
+          "of a model's partitions a name may have so many in a window, in percent [default: all]")
+        ->check(CLI::Range(1e-9, 100.0))
+        ->type_name("PERCENT"));
+  add(app
+        .add_option_function<std::int64_t>(
+          "--quota-window",
+          [&line](std::int64_t value) { line.quotas.window = std::chrono::seconds(value); },
+          "which is so long")
+        ->check(CLI::Range(std::int64_t{ 1 }, std::int64_t{ 1000000000 }))
+        ->type_name("SECONDS")
+        ->default_str(std::to_string(line.quotas.window.count())));
+  add(AddSizeOption(app, "--quota-bytes", line.quotas.bytesPerSecond,
+    "of a model's partitions a name may have so many bytes a second [default: any number]"));
+  add(app
+        .add_option("--quota-regions", line.quotas.regionsPerMinute,
+          "of a model a name may ask for so many regions a minute [default: any number]")
+        ->check(CLI::Range(1U, 1000000U))
+        ->type_name("N"));
+}
+
+void AddAccess(CLI::App& app, ServeOptions& line)
+{
+  auto* const tokens = app
+                         .add_option("--tokens", line.tokens,
+                           "models take a token, signed with a key in this file (JSON); "
+                           "kdstream-serve token makes one "
+                           "[default: everybody may have all]")
+                         ->type_name("FILE")
+                         ->group("Access");
+  AddQuotas(app, line, tokens);
+  app
+    .add_option("--audit-log", line.auditLog,
+      "write a line of JSON for every partition that a client gets; -: on stderr")
+    ->type_name("FILE")
+    ->group("Access");
+}
+
 // How much each client may have, and all of them.
 void AddLimits(CLI::App& app, HttpServerOptions& server)
 {
@@ -213,6 +265,7 @@ void AddServeOptions(CLI::App& app, ServeOptions& line)
   AddAddress(app, line.server);
   AddProxies(app, line.server);
   AddPages(app, line);
+  AddAccess(app, line);
   AddLimits(app, line.server);
   AddPatience(app, line);
   AddWork(app, line);

@@ -15,7 +15,8 @@ namespace kdstream
 
 struct ServeOptions
 {
-  std::string folder, web, accessLog;
+  std::string folder, web, accessLog, auditLog, tokens, quotaFile;
+  QuotaLimits quotas;
   std::uint64_t slowest = 16384;
   std::uint64_t cacheBytes = BlobCache::defaultBytes;
   std::chrono::seconds::rep grace = StoreCatalog::defaultGrace.count();

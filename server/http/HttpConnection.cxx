@@ -401,7 +401,8 @@ private:
     const auto target = request.target();
     return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
       field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
-      this->Joined("Accept-Encoding") };
+      this->Joined("Accept-Encoding"), field(http::field::authorization),
+      this->Admitted.client.address };
   }
 
   // Answers with an error and closes the connection.
@@ -438,6 +439,13 @@ private:
       this->Refuse(403, "pages of this origin may not open a stream");
       return;
     }
+    auto permission = this->State.Answers.Admit(this->Admitted.client.address,
+      text(http::field::authorization), this->Joined("Sec-WebSocket-Protocol"));
+    if (!permission)
+    {
+      this->Send(this->State.Answers.Forbidden({ 401, permission.GetError().message }), false);
+      return;
+    }
     if (this->Input.size() != 0)
     {
       this->Refuse(400, "the client sent data before the WebSocket was open");
@@ -455,7 +463,7 @@ private:
       this->Refuse(429, "there are too many streams of this address");
       return;
     }
-    ServeStream(std::move(this->Socket), this->State, std::move(seat),
+    ServeStream(std::move(this->Socket), this->State, std::move(seat), std::move(*permission),
       AccessRecord{ client.address, "STREAM", target, 101, 0, 0 }, request);
   }
 

@@ -19,6 +19,8 @@ struct HttpRequest
   std::string target;                      // "/api/models.json?x=1"
   std::string ifNoneMatch, range, ifRange; // header fields; empty where absent
   std::string acceptEncoding = {};         // several fields joined by commas
+  std::string authorization = {};
+  std::string client = {}; // address
 };
 
 struct HttpResponse

@@ -4,8 +4,10 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "server/access/TokenGuard.h"
 #include "server/http/StaticFiles.h"
 #include "server/session/Catalog.h"
+#include "server/session/PartitionLedger.h"
 
 #include <chrono>
 #include <cstdint>
@@ -55,6 +57,10 @@ struct HttpServerOptions
   std::vector<std::string> allowedHosts;
   std::size_t regionPartitions = 65536; // most in a region
   std::string allowOrigin;              // RouteOptions::allowOrigin
+  // Whose tokens clients need to have models; null: everybody may have all.
+  std::shared_ptr<const TokenGuard> guard;
+  // What the bearers of tokens may have of the original; null: any number of it.
+  std::shared_ptr<QuotaBook> quotas;
   std::optional<StaticFiles> web;
   std::string version;
 
@@ -81,6 +87,7 @@ struct HttpServerOptions
 
   // Called from any thread, but never from two at once.
   std::function<void(const AccessRecord&)> onAccess;
+  std::function<void(const PartitionRecord&)> onPartition; // one that a client gets
   std::function<void(const std::string&)> onError;
 };
 

@@ -81,7 +81,8 @@ std::string Metrics::Text(const CacheUse& memory) const
   Put(text, "kdstream_refused_connections_total", "counter",
     "Connections refused because there were too many.", this->RefusedConnections);
   constexpr std::array<const char*, static_cast<std::size_t>(Reason::Count)> reasons{ "address",
-    "requests", "host", "slow", "idle", "descriptors", "stopping", "handshake", "proxy" };
+    "requests", "host", "slow", "idle", "descriptors", "stopping", "handshake", "proxy", "token",
+    "quota" };
   Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
   for (std::size_t i = 0; i < reasons.size(); ++i)
   {

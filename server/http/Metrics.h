@@ -62,6 +62,8 @@ public:
     Stopping,    // the server is
     Handshake,   // it spoke no TLS, or not in time
     Proxy,       // a proxy's header could not be read
+    Token,       // it had none, or none for what it asked for
+    Quota,       // it has had enough
     Count
   };
   void CountRefusal(Reason reason) { ++this->Refusals[static_cast<std::size_t>(reason)]; }

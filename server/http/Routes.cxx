@@ -21,6 +21,7 @@ namespace
 
 constexpr const char* revalidate = "no-cache";
 constexpr const char* forEver = "public, max-age=31536000, immutable";
+constexpr const char* forEverOfOne = "private, max-age=31536000, immutable";
 // Pages load nothing from elsewhere. connect-src names ws: and wss: because browsers differ in
 // whether 'self' covers them. No frame-ancestors: other sites may embed the viewer.
 constexpr const char* contentPolicy =
@@ -207,14 +208,40 @@ HttpResponse Routes::Finished(const HttpRequest& request, HttpResponse response)
   return response;
 }
 
-HttpResponse Routes::Failure(unsigned status, std::string_view message) const
+HttpResponse Routes::Failure(
+  unsigned status, std::string_view message, std::chrono::seconds retryAfter) const
 {
   JsonWriter json;
   json.BeginObject().Member("error", message).EndObject();
   auto response = Fleeting(status, "application/json", json.Text() + "\n");
-  if (status == 503 || status == 429)
+  if (status == 503 || status == 429 || retryAfter.count() > 0)
   {
-    response.fields.emplace_back("Retry-After", "1"); // in seconds
+    const auto seconds = std::max<std::int64_t>(1, retryAfter.count());
+    response.fields.emplace_back("Retry-After", std::to_string(seconds));
+  }
+  return response;
+}
+
+Result<Permission> Routes::Admit(
+  const std::string& client, std::string_view authorization, std::string_view subprotocols) const
+{
+  const auto& ledger = this->Options.ledger;
+  if (!this->Options.guard)
+  {
+    return Permission({}, {}, ledger, client);
+  }
+  auto pass = this->Options.guard->Admit(FindToken(authorization, subprotocols));
+  KDSTREAM_TRY(pass);
+  return Permission(this->Options.guard, std::move(*pass), ledger, client);
+}
+
+HttpResponse Routes::Forbidden(const Refusal& refusal) const
+{
+  this->Counters.CountRefusal(Metrics::Reason::Token);
+  auto response = this->Failure(refusal.status, refusal.message);
+  if (refusal.status == 401)
+  {
+    response.fields.emplace_back("WWW-Authenticate", "Bearer");
   }
   return response;
 }
@@ -297,41 +324,67 @@ Routes::Answered Routes::AnswerApi(
     const Error& error = resource.GetError();
     return this->Failure(error.code == ErrorCode::NotFound ? 404 : 400, error.message);
   }
-  if (resource->kind == protocol::ResourcePath::Kind::ModelList)
+  auto answered = this->AnswerModels(request, *resource, patience);
+  if (answered && this->Options.guard) // caches must not give it to somebody else
   {
-    return this->AnswerModelList(request);
+    answered->fields.emplace_back("Vary", "Authorization");
   }
-  const auto model = this->Models.Find(resource->model);
-  if (!model)
-  {
-    return this->Failure(404, "there is no model " + resource->model);
-  }
-  if (resource->kind == protocol::ResourcePath::Kind::Model)
-  {
-    return this->AnswerModel(request, *model);
-  }
-  const auto same = this->Models.FindDigest(resource->model, resource->digest);
-  if (!same)
-  {
-    return this->Failure(410, resource->model + " has another digest now: read its model.json");
-  }
-  return this->AnswerBlob(request, *same, resource->blob, patience);
+  return answered;
 }
 
-HttpResponse Routes::AnswerModel(const HttpRequest& request, const ServedModel& model) const
+// Models and what they have, which may take a token.
+Routes::Answered Routes::AnswerModels(
+  const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const
+{
+  const auto permission = this->Admit(request.client, request.authorization);
+  if (!permission)
+  {
+    return this->Forbidden({ 401, permission.GetError().message });
+  }
+  if (resource.kind == protocol::ResourcePath::Kind::ModelList)
+  {
+    return this->AnswerModelList(request, *permission);
+  }
+  if (const auto refused = permission->RefuseModel(resource.model))
+  {
+    return this->Forbidden(*refused);
+  }
+  const auto model = this->Models.Find(resource.model);
+  if (!model)
+  {
+    return this->Failure(404, "there is no model " + resource.model);
+  }
+  if (resource.kind == protocol::ResourcePath::Kind::Model)
+  {
+    return this->AnswerModel(request, *model, permission->Detail());
+  }
+  const auto same = this->Models.FindDigest(resource.model, resource.digest);
+  if (!same)
+  {
+    return this->Failure(410, resource.model + " has another digest now: read its model.json");
+  }
+  if (const auto refused = permission->RefuseBlob(same->Description(), resource.blob))
+  {
+    return this->Forbidden(*refused);
+  }
+  return this->AnswerBlob(request, *same, resource.blob, *permission, patience);
+}
+
+HttpResponse Routes::AnswerModel(
+  const HttpRequest& request, const ServedModel& model, ModelDetail detail) const
 {
   if (!model.CheckUnchanged())
   {
     const auto refusal = RefuseModel(model.Description().id);
     return this->Failure(refusal.status, refusal.message);
   }
-  auto body = model.Json();
+  auto body = model.Json(detail);
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }
 
 Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedModel& model,
-  const protocol::BlobId& id, Patience patience) const
+  const protocol::BlobId& id, const Permission& permission, Patience patience) const
 {
   const auto& description = model.Description();
   const auto name = protocol::BlobName(id);
@@ -347,9 +400,11 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   // The digest covers the content, so digest and name identify the bytes.
   auto tag = "\"" + description.digest + "/" + name + "\"";
   constexpr const char* type = "application/octet-stream";
-  if (auto blob = model.FindBlob(id))
+  const char* const policy = this->Options.guard ? forEverOfOne : forEver;
+  const bool isCounted = permission.IsCounted(id);
+  if (auto blob = isCounted ? nullptr : model.FindBlob(id))
   {
-    return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), forEver));
+    return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), policy));
   }
   if (patience == Patience::None)
   {
@@ -362,7 +417,7 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
     {
       return refuse(size.GetError());
     }
-    auto response = Cacheable(request, type, Bytes({}), std::move(tag), forEver);
+    auto response = Cacheable(request, type, Bytes({}), std::move(tag), policy);
     response.length = response.status == 200 ? static_cast<std::size_t>(*size) : 0;
     return Ranged(request, std::move(response));
   }
@@ -371,12 +426,31 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   {
     return refuse(blob.GetError());
   }
-  return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), forEver));
+  if (isCounted)
+  {
+    if (const auto over = permission.TakePartition(description, id.number, (*blob)->size()))
+    {
+      return this->Failure(over->status, over->message, over->retryAfter);
+    }
+  }
+  return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), policy));
 }
 
-HttpResponse Routes::AnswerModelList(const HttpRequest& request) const
+// The models that the client may have.
+HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
-  auto body = this->Models.ListJson();
+  BlobBytes body;
+  if (this->Options.guard)
+  {
+    auto models = this->Models.Models();
+    std::erase_if(models, [&permission](const auto& model)
+      { return permission.RefuseModel(model->Description().id).has_value(); });
+    body = Catalog::WriteList(models);
+  }
+  else
+  {
+    body = this->Models.ListJson();
+  }
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }
@@ -439,7 +513,7 @@ HttpResponse Routes::Preflight() const
   HttpResponse response;
   response.status = 204;
   response.fields = { { "Access-Control-Allow-Methods", "GET, HEAD" },
-    { "Access-Control-Allow-Headers", "If-None-Match, If-Range, Range" },
+    { "Access-Control-Allow-Headers", "Authorization, If-None-Match, If-Range, Range" },
     { "Access-Control-Max-Age", "86400" } };
   return response;
 }

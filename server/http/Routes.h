@@ -6,8 +6,11 @@
 #include "server/http/HttpMessage.h"
 #include "server/http/Metrics.h"
 #include "server/http/StaticFiles.h"
+#include "server/protocol/ResourcePath.h"
 #include "server/session/Catalog.h"
+#include "server/session/Permission.h"
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -23,7 +26,9 @@ struct RouteOptions
   std::optional<StaticFiles> web; // what "/" serves; else a page of text
   std::string version;
   bool metrics = true; // whether "/metrics" is answered here, or by AnswerAdmin alone
-  std::function<bool()> isDraining = {}; // whether the server is stopping; none: it is not
+  std::function<bool()> isDraining = {};        // whether the server is stopping; none: it is not
+  std::shared_ptr<const TokenGuard> guard = {}; // whose tokens models take; null: they take none
+  std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere
 };
 
 class Routes
@@ -43,8 +48,16 @@ public:
   // Whether the target asks how the server is: /healthz or /readyz.
   static bool IsProbe(std::string_view target);
 
+  // What a client (its address) may have with these fields of its request. Errors: InvalidInput, in
+  // words, where it needs a token and has no valid one: 401.
+  Result<Permission> Admit(const std::string& client, std::string_view authorization,
+    std::string_view subprotocols = {}) const;
+  // The answer to a client that may not have what it asks for, which is counted.
+  HttpResponse Forbidden(const Refusal& refusal) const;
+
   // {"error":"…"} with the fields that every answer has.
-  HttpResponse Failure(unsigned status, std::string_view message) const;
+  HttpResponse Failure(unsigned status, std::string_view message,
+    std::chrono::seconds retryAfter = std::chrono::seconds(0)) const;
 
   // Whether a page from `origin` (the header field; "" = not a browser) may open a stream at
   // `host`: pages of this server may, and those that allowOrigin names. The server has to check,
@@ -65,10 +78,13 @@ private:
   HttpResponse Finished(const HttpRequest& request, HttpResponse response) const;
   Answered AnswerOwn(std::string_view path, bool metrics) const;
   HttpResponse AnswerReady() const;
-  HttpResponse AnswerModelList(const HttpRequest& request) const;
-  HttpResponse AnswerModel(const HttpRequest& request, const ServedModel& model) const;
+  Answered AnswerModels(
+    const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const;
+  HttpResponse AnswerModelList(const HttpRequest& request, const Permission& permission) const;
+  HttpResponse AnswerModel(
+    const HttpRequest& request, const ServedModel& model, ModelDetail detail) const;
   Answered AnswerBlob(const HttpRequest& request, const ServedModel& model,
-    const protocol::BlobId& id, Patience patience) const;
+    const protocol::BlobId& id, const Permission& permission, Patience patience) const;
   Answered AnswerFile(const HttpRequest& request, std::string_view path, Patience patience) const;
   HttpResponse AnswerFile(const HttpRequest& request, const StaticFile& file) const;
   HttpResponse Preflight() const;

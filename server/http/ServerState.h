@@ -72,7 +72,8 @@ public:
     , Proxies(TrustedProxies::Parse(this->Options.trustedProxies).value_or(TrustedProxies()))
     , Answers(catalog, Counters,
         RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version,
-          !this->Options.admin, [this] { return this->Draining(); } })
+          !this->Options.admin, [this] { return this->Draining(); }, this->Options.guard,
+          this->MakeLedger() })
   {
   }
 
@@ -226,6 +227,23 @@ public:
   }
 
 private:
+  // null where nobody asks what becomes of partitions.
+  std::shared_ptr<const PartitionLedger> MakeLedger()
+  {
+    if (!this->Options.quotas && !this->Options.onPartition)
+    {
+      return nullptr;
+    }
+    PartitionLedger::OnPartition tell;
+    if (this->Options.onPartition)
+    {
+      tell = [this](const PartitionRecord& record)
+      { this->WriteLog([&] { this->Options.onPartition(record); }); };
+    }
+    return std::make_shared<PartitionLedger>(this->Options.quotas, std::move(tell),
+      [this] { this->Counters.CountRefusal(Metrics::Reason::Quota); });
+  }
+
   // The connection that has been idle for longest, of which nothing more is known then; null if
   // none may be ended yet. The lock is held.
   std::shared_ptr<Drainable> TakeIdle()

@@ -28,13 +28,15 @@ class StreamConnection
   , public std::enable_shared_from_this<StreamConnection>
 {
 public:
-  StreamConnection(ClientSocket socket, ServerState& state, Seat seat, AccessRecord record)
+  StreamConnection(
+    ClientSocket socket, ServerState& state, Seat seat, Permission permission, AccessRecord record)
     : Socket(std::move(socket))
     , State(state)
     , Place(std::move(seat))
     , Record(std::move(record))
-    , Talk(state.Models, state.Options.regionPartitions)
+    , Talk(state.Models, state.Options.regionPartitions, std::move(permission))
     , Patience(this->Socket.get_executor())
+    , Looks(this->Socket.get_executor())
   {
     this->State.Counters.StreamOpened();
   }
@@ -73,6 +75,7 @@ public:
         {
           self->Accepted = true;
           self->GoOn();
+          self->WatchToken();
         }
       });
   }
@@ -281,6 +284,36 @@ private:
     this->Socket.next_layer().Close();
   }
 
+  // The conversation itself looks at its token before each message; who waits for none is told
+  // within this time.
+  static constexpr std::chrono::milliseconds tokenInterval{ 250 };
+
+  void WatchToken()
+  {
+    if (!this->State.Options.guard || this->Talk.Closing())
+    {
+      return;
+    }
+    this->Looks.expires_after(tokenInterval);
+    this->Looks.async_wait(
+      [weak = this->weak_from_this()](beast::error_code error)
+      {
+        const auto self = weak.lock();
+        if (self && !error)
+        {
+          self->Guard(
+            [&]
+            {
+              if (!self->Talk.IsPermitted())
+              {
+                self->Write();
+              }
+              self->WatchToken();
+            });
+        }
+      });
+  }
+
   // Has the readers do what the conversation waits for.
   void RunErrand()
   {
@@ -333,7 +366,7 @@ private:
   beast::flat_buffer Input;
   Conversation::Message Output;    // that is being sent
   Conversation::Milestone Sending; // for its request
-  asio::steady_timer Patience;
+  asio::steady_timer Patience, Looks;
   Clock::time_point TakenBy; // what is being written
   bool Watching = false;
   bool Accepted = false;
@@ -345,10 +378,11 @@ private:
 
 }
 
-void ServeStream(ClientSocket socket, ServerState& state, Seat seat, AccessRecord record,
-  const beast::http::request<beast::http::empty_body>& request)
+void ServeStream(ClientSocket socket, ServerState& state, Seat seat, Permission permission,
+  AccessRecord record, const beast::http::request<beast::http::empty_body>& request)
 {
-  std::make_shared<StreamConnection>(std::move(socket), state, std::move(seat), std::move(record))
+  std::make_shared<StreamConnection>(
+    std::move(socket), state, std::move(seat), std::move(permission), std::move(record))
     ->Run(request);
 }
 

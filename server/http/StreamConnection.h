@@ -14,8 +14,9 @@ namespace kdstream
 {
 
 // Accepts the upgrade that `request` asks for, and serves the stream until the client leaves. Then
-// `record` is completed and logged. The seat is kept as long.
-void ServeStream(ClientSocket socket, ServerState& state, Seat seat, AccessRecord record,
-  const beast::http::request<beast::http::empty_body>& request);
+// `record` is completed and logged. The seat is kept as long. The stream ends when `permission`
+// does.
+void ServeStream(ClientSocket socket, ServerState& state, Seat seat, Permission permission,
+  AccessRecord record, const beast::http::request<beast::http::empty_body>& request);
 
 }

@@ -16,8 +16,14 @@ BlobBytes JsonBytes(const std::string& text)
 
 }
 
-BlobBytes ServedModel::Json() const
+BlobBytes ServedModel::Json(ModelDetail detail) const
 {
+  if (detail != ModelDetail::Regions)
+  {
+    auto told = this->Description();
+    told.detail = detail;
+    return JsonBytes(WriteModel(told));
+  }
   const std::lock_guard lock(this->JsonMutex);
   if (!this->Written)
   {

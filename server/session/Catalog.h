@@ -31,8 +31,8 @@ public:
   virtual ~ServedModel() = default;
 
   virtual const ModelDescription& Description() const = 0;
-  // It as JSON, written once.
-  BlobBytes Json() const;
+  // It as JSON, for clients that may have so much; for those that may have all, written once.
+  BlobBytes Json(ModelDetail detail = ModelDetail::Regions) const;
 
   // Whether the model can still be read as it is described. Errors: Changed where its store was
   // written to; InputOutput where that cannot be told.
@@ -94,7 +94,7 @@ public:
   // Of the memory that the models share.
   virtual CacheUse Memory() const { return {}; }
 
-protected:
+  // These as JSON.
   static BlobBytes WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models);
 };
 

@@ -42,19 +42,7 @@ void Errand::Do()
 {
   if (!this->Request)
   {
-    const auto bytes = this->Model->ReadBlob(this->Blob);
-    if (!bytes)
-    {
-      this->Failure = bytes.GetError();
-    }
-    else if (!IsSendable(**bytes))
-    {
-      this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
-    }
-    else
-    {
-      this->Bytes = *bytes;
-    }
+    this->ReadBlob();
   }
   else if (const auto* open = std::get_if<protocol::OpenRequest>(&this->Request->body))
   {
@@ -66,15 +54,50 @@ void Errand::Do()
   }
   else
   {
-    auto list = ListBlobs(*this->Model, *this->Request, this->MostPartitions);
-    if (list)
+    this->FindList();
+  }
+}
+
+void Errand::ReadBlob()
+{
+  const auto bytes = this->Model->ReadBlob(this->Blob);
+  if (!bytes)
+  {
+    this->Failure = bytes.GetError();
+  }
+  else if (!IsSendable(**bytes))
+  {
+    this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
+  }
+  else
+  {
+    this->Bytes = *bytes;
+    if (this->May.IsCounted(this->Blob))
     {
-      this->List = std::move(*list);
+      this->Refused =
+        this->May.TakePartition(this->Model->Description(), this->Blob.number, this->Bytes->size());
     }
-    else
+  }
+}
+
+void Errand::FindList()
+{
+  if (std::holds_alternative<protocol::RegionRequest>(this->Request->body))
+  {
+    this->Refused = this->May.TakeRegion(this->Model->Description());
+    if (this->Refused)
     {
-      this->Failure = list.GetError();
+      return;
     }
+  }
+  auto list = ListBlobs(*this->Model, *this->Request, this->MostPartitions);
+  if (list)
+  {
+    this->List = std::move(*list);
+  }
+  else
+  {
+    this->Failure = list.GetError();
   }
 }
 
@@ -97,9 +120,11 @@ struct Conversation::Job
   }
 };
 
-Conversation::Conversation(const Catalog& catalog, std::size_t mostPartitions)
+Conversation::Conversation(
+  const Catalog& catalog, std::size_t mostPartitions, Permission permission)
   : Models(catalog)
   , MostPartitions(mostPartitions)
+  , May(std::move(permission))
 {
 }
 
@@ -174,6 +199,43 @@ void Conversation::Drain()
   this->Waiting.clear();
 }
 
+// Of every request the client learns why it ends; where it had none, under the id 0.
+void Conversation::EndUnlessPermitted()
+{
+  const auto refused = this->Close ? std::nullopt : this->May.RefuseAll();
+  if (!refused)
+  {
+    return;
+  }
+  this->Answers.clear();
+  if (this->IsIdle())
+  {
+    this->AnswerError(0, refused->status, refused->message);
+  }
+  if (this->Current)
+  {
+    this->AnswerError(this->Current->request, refused->status, refused->message);
+  }
+  for (const auto& waiting : this->Waiting)
+  {
+    this->AnswerError(waiting.message.request, refused->status, refused->message);
+  }
+  this->Current.reset();
+  this->Pending.reset();
+  this->Waiting.clear();
+  this->Model.reset();
+  this->Close = CloseReason::NotPermitted;
+}
+
+// Whether the client may not have what it asks for. REQUIRES: a model is open, or the message opens
+// one.
+Permission::Refused Conversation::RefusalOf(const protocol::ClientMessage& message) const
+{
+  const auto* open = std::get_if<protocol::OpenRequest>(&message.body);
+  return open ? this->May.RefuseModel(open->model)
+              : this->May.RefuseRequest(this->Model->Description(), message);
+}
+
 bool Conversation::AcceptsMessages() const
 {
   return !this->Close && this->Answers.size() < maximumPendingAnswers;
@@ -200,6 +262,7 @@ std::optional<Conversation::Message> Conversation::NextMessage()
 std::optional<Conversation::Message> Conversation::NextReadyMessage()
 {
   this->Latest = {};
+  this->EndUnlessPermitted();
   for (;;)
   {
     if (!this->Answers.empty())
@@ -249,7 +312,12 @@ void Conversation::Finish(const std::shared_ptr<Errand>& errand)
     return;
   }
   this->Pending.reset();
-  if (!errand->Request)
+  if (errand->Refused)
+  {
+    this->AnswerError(this->Current->request, errand->Refused->status, errand->Refused->message);
+    this->Current.reset();
+  }
+  else if (!errand->Request)
   {
     this->FinishBlob(*errand);
   }
@@ -308,11 +376,16 @@ void Conversation::Start(Received received)
     this->AnswerError(message.request, 409, "no model is open");
     return;
   }
+  if (const auto refused = this->RefusalOf(message))
+  {
+    this->AnswerError(message.request, refused->status, refused->message);
+    return;
+  }
   this->Current = std::make_unique<Job>();
   this->Current->request = message.request;
   this->Current->received = received.at;
   this->Current->model = opens ? nullptr : this->Model;
-  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
+  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions, this->May);
   this->Pending->Model = this->Current->model;
   this->Pending->Request = std::move(message);
   const bool takesLong =
@@ -362,7 +435,9 @@ void Conversation::FinishOpening(Errand& errand)
   else
   {
     this->Model = std::move(errand.Model);
-    this->Answer({ request, protocol::OpenedAnswer{ this->Model->Description() } });
+    protocol::OpenedAnswer opened{ this->Model->Description() };
+    opened.model.detail = this->May.Detail();
+    this->Answer({ request, std::move(opened) });
   }
 }
 
@@ -425,13 +500,14 @@ bool Conversation::HasBlob()
   Job& job = *this->Current;
   const auto id = job.list.At(job.next++);
   job.offset = 0;
-  job.bytes = job.model->FindBlob(id);
+  job.bytes =
+    this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id); // else the errand takes it
   if (job.bytes && IsSendable(*job.bytes))
   {
     return true;
   }
   job.bytes.reset();
-  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions);
+  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions, this->May);
   this->Pending->Model = job.model;
   this->Pending->Blob = id;
   return false;

@@ -12,6 +12,7 @@
 #include "server/protocol/ControlMessage.h"
 #include "server/session/BlobList.h"
 #include "server/session/Catalog.h"
+#include "server/session/Permission.h"
 
 #include <chrono>
 #include <cstddef>
@@ -21,6 +22,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -33,6 +35,7 @@ enum class CloseReason : std::uint16_t
   GoingAway = 1001,
   NotText = 1003,
   NotJson = 1007,
+  NotPermitted = 1008, // its token has expired or was revoked
   TooLarge = 1009
 };
 
@@ -41,9 +44,10 @@ enum class CloseReason : std::uint16_t
 class Errand
 {
 public:
-  Errand(const Catalog& catalog, std::size_t mostPartitions)
+  Errand(const Catalog& catalog, std::size_t mostPartitions, Permission permission = {})
     : Models(catalog)
     , MostPartitions(mostPartitions)
+    , May(std::move(permission))
   {
   }
 
@@ -53,15 +57,19 @@ public:
 private:
   friend class Conversation;
   void Do();
+  void ReadBlob();
+  void FindList();
 
   const Catalog& Models;
   std::size_t MostPartitions;
+  Permission May;
   std::shared_ptr<const ServedModel> Model;       // null: to be found, and opened
   std::optional<protocol::ClientMessage> Request; // what to open or to list
   protocol::BlobId Blob;                          // what to read otherwise
   BlobList List;
   BlobBytes Bytes;
   std::optional<Error> Failure;
+  std::optional<Refusal> Refused; // by a quota
   bool Taken = false;
 };
 
@@ -77,9 +85,10 @@ public:
 
   static constexpr std::size_t defaultPartitions = 65536;
 
-  // Regions of more than `mostPartitions` are refused. REQUIRES: the catalog outlives the
-  // conversation.
-  explicit Conversation(const Catalog& catalog, std::size_t mostPartitions = defaultPartitions);
+  // Regions of more than `mostPartitions` are refused (400), and what `permission` does not allow
+  // (403). REQUIRES: the catalog outlives the conversation.
+  explicit Conversation(const Catalog& catalog, std::size_t mostPartitions = defaultPartitions,
+    Permission permission = {});
   ~Conversation();
 
   // Takes a text message of any content and length. busy: the client has asked too often; requests
@@ -90,6 +99,10 @@ public:
   // The server is stopping: the current request is finished, waiting and later ones are refused
   // (503), then the conversation closes.
   void Drain();
+
+  // Whether the client's token is still valid. Where it is not, the next message says so (401), and
+  // the conversation closes; nothing else is sent from then on.
+  bool IsPermitted() const { return !this->May.RefuseAll(); }
 
   // Whether the next message may be received now. False after the end, and while many answers are
   // pending for a client that does not read.
@@ -139,6 +152,8 @@ private:
   void AnswerError(std::uint32_t request, unsigned code, std::string message);
   bool IsUnfinished(std::uint32_t request) const;
   void Cancel(std::uint32_t request);
+  void EndUnlessPermitted();
+  Permission::Refused RefusalOf(const protocol::ClientMessage& message) const;
   void Start(Received received);
   void FinishOpening(Errand& errand);
   void FinishList(Errand& errand);
@@ -150,6 +165,7 @@ private:
 
   const Catalog& Models;
   std::size_t MostPartitions;
+  Permission May;
   std::shared_ptr<const ServedModel> Model; // the open one
   std::deque<Received> Waiting;
   std::unique_ptr<Job> Current;

@@ -4,6 +4,7 @@
 
 #include "filters/core/Result.h"
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -12,8 +13,9 @@ namespace kdstream
 
 struct Refusal
 {
-  std::uint16_t status = 500; // of HTTP
-  std::string message;        // nothing of the server's insides
+  std::uint16_t status = 500;           // of HTTP
+  std::string message;                  // nothing of the server's insides
+  std::chrono::seconds retryAfter{ 0 }; // when it ends; 0: not known
 
   // Whether the store was to blame, or the machine under it: for counting.
   bool IsFailure() const { return this->status >= 500; }

@@ -88,7 +88,12 @@ private:
   void Write()
   {
     this->Request = "GET " + this->What.target + " HTTP/1.1\r\nHost: " + this->Server.Authority() +
-                    "\r\nUser-Agent: kdstream\r\n\r\n";
+                    "\r\nUser-Agent: kdstream\r\n";
+    if (!this->Server.token.empty())
+    {
+      this->Request += "Authorization: Bearer " + this->Server.token + "\r\n";
+    }
+    this->Request += "\r\n";
     this->Buffer.clear();
     this->Parser.emplace();
     this->Parser->body_limit(this->What.mostBytes);

@@ -258,10 +258,17 @@ ServerClient::ServerClient(std::unique_ptr<Line> line)
 
 ServerClient::~ServerClient() = default;
 
-Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& url)
+Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
+  const std::string& url, const std::string& token)
 {
   auto server = ParseServerUrl(url);
   KDSTREAM_TRY(server);
+  if (!token.empty() && !IsToken(token))
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "this is no token: it has other characters than A-Z a-z 0-9 . _ -, or too many" };
+  }
+  server->token = token;
   const std::string authority = server->Authority();
   std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server)));
   auto reply =

@@ -23,9 +23,11 @@ class ServerClient final : public ModelSource
 {
 public:
   // Gets the list of models. Blocks until it is there, at most about 40 s.
-  // Errors: those of ParseServerUrl; InputOutput where the server cannot be reached; InvalidInput
-  // where something else than a KdStream server answers.
-  static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url);
+  // token: what the server lets this client have (kdstream-serve token); empty where it asks for
+  // none. Errors: those of ParseServerUrl; InvalidArgument for what is no token; InputOutput where
+  // the server cannot be reached; InvalidInput where something else than a KdStream server answers.
+  static Result<std::unique_ptr<ServerClient>> Connect(
+    const std::string& url, const std::string& token = {});
   // Ends the connection and the thread.
   ~ServerClient() override;
 

@@ -47,6 +47,12 @@ std::string ServerUrl::Authority() const
   return text.append(":").append(this->port);
 }
 
+bool IsToken(std::string_view text)
+{
+  const auto isPart = [](char c) { return IsHostCharacter(c) && c != ':'; };
+  return !text.empty() && text.size() <= 4096 && std::all_of(text.begin(), text.end(), isPart);
+}
+
 Result<ServerUrl> ParseServerUrl(std::string_view url)
 {
   constexpr std::string_view scheme = "http://";

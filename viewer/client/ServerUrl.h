@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The address of a server as a person writes it.
+// The address of a server as a person writes it, and the token for it.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -14,10 +14,14 @@ struct ServerUrl
 {
   std::string host; // name or address, an IPv6 address without its brackets
   std::string port = "80";
+  std::string token = {}; // IsToken: what the server lets this client have; empty: none
 
   // "HOST:PORT" as in a Host header.
   std::string Authority() const;
 };
+
+// Whether a text can be sent as a token: at most 4096 of the characters A-Z a-z 0-9 . _ -.
+bool IsToken(std::string_view text);
 
 // Parses http://HOST[:PORT][/].
 // Errors: Unsupported for https, whose certificates this client cannot check yet; InvalidArgument

@@ -87,8 +87,12 @@ private:
     timeout.keep_alive_pings = true;
     this->Socket.set_option(timeout);
     this->Socket.set_option(websocket::stream_base::decorator(
-      [](websocket::request_type& request)
+      [token = this->Server.token](websocket::request_type& request)
       {
+        if (!token.empty())
+        {
+          request.set(http::field::authorization, "Bearer " + token);
+        }
         request.set(http::field::sec_websocket_protocol, std::string(protocol::streamSubprotocol));
         request.set(http::field::user_agent, "kdstream");
       }));
@@ -107,7 +111,9 @@ private:
       const bool busy = declined && IsBusy(status);
       const auto pause = this->Answer[http::field::retry_after].to_string();
       this->End(declined && !busy && !IsForbidden(status),
-        declined ? "the server says " + std::to_string(status) : error.message(),
+        !declined       ? error.message()
+        : status == 401 ? "the server says 401: the token has expired, or was revoked"
+                        : "the server says " + std::to_string(status),
         busy ? RetryAfterIn(pause) : 0);
     }
     else if (this->Answer[http::field::sec_websocket_protocol].to_string() !=

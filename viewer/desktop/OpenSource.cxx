@@ -62,7 +62,7 @@ Result<std::unique_ptr<ModelSource>> OpenServer(
   KDSTREAM_TRY(url);
   const std::string origin = "http://" + url->Authority();
   const auto cache = UsesCache(options) ? OpenCache(options, warn) : nullptr;
-  auto client = ServerClient::Connect(options.source);
+  auto client = ServerClient::Connect(options.source, options.token);
   if (client)
   {
     return cache ? std::make_unique<CachedSource>(std::move(*client), cache, origin)

@@ -158,6 +158,11 @@ void AddViewOptions(CLI::App& app, ViewOptions& line)
       "a server, http://HOST:PORT; or a store (.kds), a folder of stores, or a mesh, of which a "
       "store is made first")
     ->required();
+  app
+    .add_option(
+      "--token", line.token, "what the server gives to its guests [default: $KDSTREAM_TOKEN]")
+    ->envname("KDSTREAM_TOKEN")
+    ->type_name("TOKEN");
   const char* const model = "Model";
   app.add_option("--model", line.model, "its name [default: the only one; a window shows all]")
     ->type_name("ID")

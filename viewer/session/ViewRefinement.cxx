@@ -100,6 +100,9 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
     const double root = std::sqrt(std::sqrt(std::max(leap, 1.0)));
     this->Steps[i].leap = root * std::sqrt(root);
   }
+  this->Allowed = model.detail == ModelDetail::Regions  ? this->Steps.size()
+                  : model.detail == ModelDetail::Levels ? this->Steps.size() - 1
+                                                        : 1;
   this->Stitch = this->Depths.stitch > PreviewLevel(this->Depths)
                    ? this->StepOf(Resolution::Level(this->Depths.stitch))
                    : 0;
@@ -173,7 +176,7 @@ bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
 // What would take the place of a piece.
 void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const
 {
-  if (step + 1 == this->Steps.size())
+  if (step + 1 >= this->Allowed)
   {
     return;
   }
@@ -267,7 +270,8 @@ void ViewRefinement::WantWhatIsLeft(const Walk& walk)
   for (const PieceId piece : this->Refined)
   {
     const FoundBelow& found = walk.found.at(piece);
-    if (found.refined < found.seen || piece.resolution.IsOriginal())
+    const bool isLast = this->StepOf(piece.resolution) + 1 >= this->Allowed;
+    if (found.refined < found.seen || isLast)
     {
       this->Want(piece, found.urgency);
       if (this->StepOf(piece.resolution) > this->Stitch)

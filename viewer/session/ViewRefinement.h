@@ -137,6 +137,7 @@ private:
   double LightPart;   // of the distance between vertices, which counts as an error
   double Smallest;    // distance from the eye, model units
   std::vector<Step> Steps;
+  std::size_t Allowed = 0;   // so many of them may be had
   std::set<PieceId> Refined; // with all above each
   std::vector<PieceId> Wanted;
   std::map<PieceId, double> Urgencies; // of what is wanted

@@ -141,13 +141,16 @@ StreamTestClient::StreamTestClient(std::uint16_t port)
 
 StreamTestClient::~StreamTestClient() = default;
 
-bool StreamTestClient::Open()
+bool StreamTestClient::Open(const std::string& subprotocols, const std::string& authorization)
 {
   this->Peer->socket.set_option(beast::websocket::stream_base::decorator(
-    [](beast::websocket::request_type& request)
+    [=](beast::websocket::request_type& request)
     {
-      request.set(
-        beast::http::field::sec_websocket_protocol, std::string(protocol::streamSubprotocol));
+      request.set(beast::http::field::sec_websocket_protocol, subprotocols);
+      if (!authorization.empty())
+      {
+        request.set(beast::http::field::authorization, authorization);
+      }
     }));
   beast::websocket::response_type response;
   beast::error_code error;

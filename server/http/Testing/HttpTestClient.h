@@ -5,6 +5,7 @@
 
 #include "server/protocol/BinaryFrame.h"
 #include "server/protocol/ControlMessage.h"
+#include "server/protocol/ResourcePath.h"
 
 #include <functional>
 #include <map>
@@ -55,7 +56,9 @@ public:
   explicit StreamTestClient(std::uint16_t port);
   ~StreamTestClient();
 
-  bool Open();
+  // Offers these subprotocols, and sends this as Authorization unless it is empty.
+  bool Open(const std::string& subprotocols = std::string(protocol::streamSubprotocol),
+    const std::string& authorization = {});
   std::string Subprotocol() const; // that the server has chosen
 
   void Ask(const protocol::ClientMessage& message);

@@ -4,6 +4,7 @@
 #include "viewer/client/ServerClient.h"
 
 #include "filters/model/ModelJson.h"
+#include "server/access/Testing/ForgedToken.h"
 #include "server/http/HttpServer.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/Testing/TorusCatalog.h"
@@ -339,6 +340,90 @@ TEST_F(TestServerClient, CancelledRequestsEnd)
     ASSERT_TRUE(status.region);
     EXPECT_EQ(status.region->shown, status.region->partitions);
   }
+}
+
+// A server whose clients need tokens.
+class TestClientWithToken : public ::testing::Test
+{
+protected:
+  TestClientWithToken()
+  {
+    HttpServerOptions options;
+    options.guard = this->Guard;
+    this->Server = std::move(*HttpServer::Start(this->Models, options));
+  }
+  static std::string Token(const std::string& detail)
+  {
+    return forged::Token(
+      forged::header, R"({"sub":"ann","exp":2000,"models":"*","detail":")" + detail + "\"}");
+  }
+  TorusCatalog Models;
+  std::atomic<std::int64_t> Time{ 1000 };
+  std::shared_ptr<TokenGuard> Guard =
+    std::make_shared<TokenGuard>(forged::Keys(), [this] { return this->Time.load(); });
+  std::unique_ptr<HttpServer> Server;
+};
+
+TEST_F(TestClientWithToken, GetsWhatItAllows)
+{
+  auto client = ServerClient::Connect(this->Server->Url(), Token("regions"));
+  ASSERT_TRUE(client) << client.GetError().message;
+  ViewerSession session;
+  Walk(**client, session);
+  ExpectWholeWalk(session);
+}
+
+// What it may not have is not asked for, unless the person does: then it is said.
+TEST_F(TestClientWithToken, ShowsTheLevelsWhereItMayHaveNoMore)
+{
+  auto client = ServerClient::Connect(this->Server->Url(), Token("levels"));
+  ASSERT_TRUE(client) << client.GetError().message;
+  ViewerSession session;
+  session.SetModels((*client)->Models());
+  session.Resize({ 800, 600, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  Exchange(**client, session);
+  session.Zoom(30, 600, 300);
+  Exchange(**client, session);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_GT(session.GetStatus().shownLevel, PreviewLevel(Torus().Description()));
+  for (const auto& name : this->Models.model->TakeRead())
+  {
+    EXPECT_NE(name.substr(0, 10), "partitions");
+  }
+  DoubleTap(session, 1, 600, 300);
+  Exchange(**client, session);
+  EXPECT_NE(
+    session.GetStatus().error.find("the token is for the levels of torus"), std::string::npos)
+    << session.GetStatus().error;
+  EXPECT_GT(session.Scene().surface->Whole().triangles.size(), 0u) << "what there is stays";
+}
+
+TEST_F(TestClientWithToken, SaysWhyItIsRefused)
+{
+  const auto without = ServerClient::Connect(this->Server->Url());
+  ASSERT_FALSE(without);
+  EXPECT_NE(without.GetError().message.find("the server says 401: this server asks for a token"),
+    std::string::npos)
+    << without.GetError().message;
+  for (const std::string wrong : { "a b", "a\r\nX: y", "a:b" })
+  {
+    const auto refused = ServerClient::Connect(this->Server->Url(), wrong);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.GetError().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(refused.GetError().message.find(wrong), std::string::npos) << "it is a secret";
+  }
+  auto client = ServerClient::Connect(this->Server->Url(), Token("regions"));
+  ASSERT_TRUE(client);
+  ViewerSession session;
+  Walk(**client, session);
+  this->Time = 2000;
+  session.EnterFullScreen();
+  session.SetDetail(DetailMode::Full);
+  Exchange(**client, session);
+  EXPECT_NE(session.GetStatus().error.find("expired"), std::string::npos)
+    << session.GetStatus().error;
 }
 
 TEST_F(TestServerClient, SaysWhyThereIsNoConnection)

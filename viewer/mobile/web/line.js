@@ -8,6 +8,25 @@ const longestSilence = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 
+// What the server lets its guests have comes with the page's link (#token=…). It is kept for this tab, and stays in no
+// address, log or history. True if there was one.
+let token = "";
+export function takeToken() {
+  const [, found] = location.hash.match(/^#token=([\w.-]{1,4096})$/) ?? [];
+  try {
+    if (found) {
+      sessionStorage.setItem("token", found);
+    }
+    token = found ?? sessionStorage.getItem("token") ?? "";
+  } catch {
+    token = found ?? token; // the browser keeps nothing for us
+  }
+  if (found) {
+    history.replaceState(history.state, "", location.pathname + location.search);
+  }
+  return Boolean(found);
+}
+
 // All addresses are relative to the page's, so that it works below a path too.
 function addressOf(path) {
   return new URL(path.replace(/^\/+/, ""), new URL(".", location.href));
@@ -37,7 +56,8 @@ async function get(path, mostBytes, cache = "default") {
   };
   try {
     wait();
-    const response = await fetch(addressOf(path), { signal: controller.signal, cache });
+    const headers = token ? { Authorization: `Bearer ${token}` } : {};
+    const response = await fetch(addressOf(path), { signal: controller.signal, cache, headers });
     const reader = response.body.getReader();
     const parts = [];
     let length = 0;
@@ -76,7 +96,8 @@ export async function getList() {
     throw new Error("the server does not answer");
   });
   if (status !== 200) {
-    throw Object.assign(new Error(`the server says ${status}`), { retryAfter });
+    const lacks = token ? "the link has expired, or is for another server" : "open the link that you were given";
+    throw Object.assign(new Error(status === 401 ? `the server asks for a token: ${lacks}` : `the server says ${status}`), { retryAfter });
   }
   return bytes;
 }
@@ -140,7 +161,7 @@ export class Line {
     this.#close();
     let socket;
     try {
-      socket = new WebSocket(streamAddress(), "kdstream.v1");
+      socket = new WebSocket(streamAddress(), ["kdstream.v1", ...(token ? [token] : [])]);
     } catch {
       this.#ended(null, false);
       return;

@@ -38,6 +38,7 @@ let viewer = null;
 let line = null;
 let fingers = null;
 let getList = null;
+let takeToken = null;
 
 let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
@@ -424,6 +425,7 @@ function listenToButtons() {
 function listenToBrowser() {
   addEventListener("popstate", followHistory);
   addEventListener("online", tryNow);
+  addEventListener("hashchange", () => takeToken() && location.reload());
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) {
       tryNow();
@@ -459,7 +461,8 @@ async function start() {
   let Line;
   try {
     const { loadViewer } = await import("./viewer.js");
-    ({ Line, getList } = await import("./line.js"));
+    ({ Line, getList, takeToken } = await import("./line.js"));
+    takeToken();
     viewer = await loadViewer();
   } catch {
     showEnd("The viewer could not be loaded from the server.");

@@ -192,6 +192,23 @@ TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
   EXPECT_EQ(near.Finest(), Resolution::Original());
 }
 
+// What a server lets this client have.
+TEST(TestViewRefinement, NothingIsWantedThatMayNotBeHad)
+{
+  MemoryServer server = Torus();
+  ModelDescription model = server.Description();
+  KnownTree tree = WholeTree(server);
+  const Camera camera = Looking(model, 40, 150, 300);
+  model.detail = ModelDetail::Levels;
+  ViewRefinement levels(model, {});
+  Follow(levels, camera, tree);
+  EXPECT_EQ(levels.Finest(), Resolution::Level(model.depths.finest));
+  model.detail = ModelDetail::Preview;
+  ViewRefinement preview(model, {});
+  Follow(preview, camera, tree);
+  EXPECT_TRUE(preview.Pieces().empty());
+}
+
 TEST(TestViewRefinement, PiecesAboveComeFirstAndAreMoreUrgent)
 {
   MemoryServer server = Torus();

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A server whose models take a token: it comes with the page's link, and stays nowhere else.
+
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { Server, Visit, launchBrowser, makeModels, makeToken, temporaryFolder } from "./harness.mjs";
+
+const keys = join(temporaryFolder(), "tokens.json");
+const log = join(temporaryFolder(), "access.log");
+const secret = "0123456789abcdef0123456789abcdef";
+
+let server, browser;
+
+before(async () => {
+  writeFileSync(keys, JSON.stringify({ secret }), { mode: 0o600 });
+  server = await Server.start(makeModels({ dragon: false }), { more: ["--tokens", keys, "--access-log", log] });
+  browser = await launchBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+const tokenFor = (models, detail) => makeToken(keys, "--models", models, "--detail", detail);
+
+async function openFullScreen(visit) {
+  await visit.untilIdle();
+  await visit.tap(await visit.centre());
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+}
+
+test("a link with a token shows the models that it is for, and is forgotten", async () => {
+  const token = tokenFor("pebble", "regions");
+  const visit = await Visit.phone(browser);
+  await visit.open(`${server.url}/#token=${token}`);
+  await openFullScreen(visit);
+  assert.equal(new URL(visit.page.url()).hash, "");
+  assert.deepEqual(await visit.page.evaluate(() => [...document.querySelectorAll("#models [data-model]")].map((entry) => entry.dataset.model)),
+    ["pebble"]);
+  assert.equal((await visit.status()).connection, "streaming");
+  await visit.doubleTap(await visit.centre());
+  await visit.until("a region", ({ idle, region }) => idle && region !== null && region.shown === region.partitions);
+
+  await visit.page.reload();
+  await visit.untilIdle();
+  assert.equal(new URL(visit.page.url()).hash, "", "this tab knows it still");
+  assert.ok(visit.requests.every((address) => !address.includes(token)), "in no address");
+  assert.deepEqual(visit.errors, []);
+  await visit.close();
+  await server.stop();
+  assert.ok(readFileSync(log, "utf8").includes("GET /api/models.json"));
+  assert.ok(!readFileSync(log, "utf8").includes(token.slice(0, 20)), "nor in the log");
+  server = await Server.start(makeModels({ dragon: false }), { more: ["--tokens", keys] });
+});
+
+test("without a link, and with one that has expired, the page says what is wrong", async () => {
+  const without = await Visit.phone(browser);
+  await without.open(server.url);
+  await without.untilSaid(/the server asks for a token: open the link that you were given/);
+  // The link opened in the same tab.
+  const reloaded = without.page.waitForEvent("load");
+  await without.open(`${server.url}/#token=${tokenFor("*", "levels")}`);
+  await reloaded;
+  await without.untilIdle();
+  await without.close();
+
+  const late = await Visit.phone(browser);
+  await late.open(`${server.url}/#token=${tokenFor("*", "levels")}A`);
+  await late.untilSaid(/the server asks for a token: the link has expired/);
+  await late.close();
+});
+
+test("levels without the original: nothing is missing until it is asked for", async () => {
+  const visit = await Visit.phone(browser);
+  await visit.open(`${server.url}/#token=${tokenFor("pebble", "levels")}`);
+  await openFullScreen(visit);
+  await visit.pinch(await visit.centre(), 40, 320);
+  const near = await visit.until("the finest level", ({ idle, shownLevel, finestLevel }) => idle && shownLevel === finestLevel);
+  assert.equal(near.error, "");
+  assert.equal(near.original, false);
+  await visit.close();
+});
+
+test("a token that is revoked ends the stream, and the page says so", async () => {
+  const visit = await Visit.phone(browser);
+  await visit.open(`${server.url}/#token=${tokenFor("*", "regions")}`);
+  await openFullScreen(visit);
+  writeFileSync(keys, JSON.stringify({ secret, revoked_subjects: ["ann"] }));
+  await visit.untilSaid(/the server asks for a token: the link has expired/);
+  assert.equal((await visit.status()).triangles > 0, true, "what is there stays");
+  await visit.close();
+});

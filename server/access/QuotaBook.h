@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How much of each model each subject may have in a time, and how much it has had: kept in an
+// SQLite file, which several servers may share.
+//
+// Every taking is one transaction of that file. So servers that share it never give more together
+// than one alone would, and what was entered is there after a restart (though after a power cut the
+// last takings may be missing).
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// 0: any number.
+struct QuotaLimits
+{
+  // Of a model's partitions, 0 to 1, rounded down, but at least one. Each counts once, from when it
+  // was had first until the window has passed.
+  double share = 0;
+  std::chrono::seconds window{ 86400 };
+  std::uint64_t bytesPerSecond = 0;   // of partitions, whose sizes add up over ten seconds
+  std::uint32_t regionsPerMinute = 0; // that the server finds
+
+  bool AreAny() const
+  {
+    return this->share > 0 || this->bytesPerSecond > 0 || this->regionsPerMinute > 0;
+  }
+};
+
+struct QuotaRefusal
+{
+  std::string message; // with when it ends
+  std::chrono::seconds endsIn{ 1 };
+  bool isShare = false; // which is used up, not only asked for too fast
+};
+
+class QuotaBook
+{
+public:
+  using Clock = std::function<std::int64_t()>; // microseconds since 1970
+
+  // Opens the file, or makes it. Without a clock, the system's. Errors: InputOutput.
+  static Result<std::unique_ptr<QuotaBook>> Open(
+    const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});
+  ~QuotaBook();
+
+  using Taken = Result<std::optional<QuotaRefusal>>; // nothing: it may have it
+  // Enters that the subject gets a partition of `bytes` bytes, of a model (its digest) that has
+  // `partitions`. From any thread; waits for a disk, and for other servers 2 s at most. Errors:
+  // InputOutput.
+  Taken TakePartition(std::string_view subject, std::string_view model, std::uint64_t partitions,
+    std::uint32_t partition, std::uint64_t bytes);
+  // The same for a region.
+  Taken TakeRegion(std::string_view subject, std::string_view model);
+
+private:
+  struct File;
+  QuotaBook(std::unique_ptr<File> file, QuotaLimits limits, Clock clock);
+  struct Holder
+  {
+    std::string_view subject, model;
+  };
+  Taken EnterPartition(
+    const Holder& holder, std::uint64_t partitions, std::uint32_t partition, std::int64_t now);
+  Taken EnterBytes(const Holder& holder, std::uint64_t bytes, std::int64_t now);
+  template <class Work>
+  Taken InTransaction(const Work& work);
+
+  std::unique_ptr<File> Kept;
+  QuotaLimits Limits;
+  Clock Now;
+};
+
+}

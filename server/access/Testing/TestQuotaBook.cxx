@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/access/QuotaBook.h"
+
+#include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/store/Sqlite.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <fstream>
+#include <set>
+#include <thread>
+#include <vector>
+
+using namespace kdstream;
+
+namespace
+{
+
+constexpr std::int64_t second = 1'000'000;
+constexpr std::uint64_t partitions = 1000;
+
+class Quotas : public testing::Test
+{
+protected:
+  const fixtures::TemporaryFolder folder;
+  const std::filesystem::path file = this->folder.Path / "quotas.db";
+  std::atomic<std::int64_t> time{ 1'000'000 * second };
+
+  std::unique_ptr<QuotaBook> Open(const QuotaLimits& limits)
+  {
+    auto book = QuotaBook::Open(this->file, limits, [this] { return this->time.load(); });
+    EXPECT_TRUE(book) << book.GetError().message;
+    return std::move(*book);
+  }
+  static bool May(QuotaBook& book, const std::string& subject, std::uint32_t partition,
+    const std::string& model = "m", std::uint64_t bytes = 1)
+  {
+    const auto taken = book.TakePartition(subject, model, partitions, partition, bytes);
+    EXPECT_TRUE(taken) << taken.GetError().message;
+    return taken && !*taken;
+  }
+};
+
+QuotaLimits Share(double share)
+{
+  QuotaLimits limits;
+  limits.share = share;
+  limits.window = std::chrono::seconds(100);
+  return limits;
+}
+
+}
+
+TEST_F(Quotas, AShareOfTheModelInAWindow)
+{
+  const auto book = this->Open(Share(0.0105)); // 10 of 1000
+  for (std::uint32_t p = 0; p < 10; ++p)
+  {
+    EXPECT_TRUE(May(*book, "ann", 7 * p));
+    this->time += second;
+  }
+  const auto refused = book->TakePartition("ann", "m", partitions, 500, 1);
+  ASSERT_TRUE(refused && *refused);
+  EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(90)) << "when the first is forgotten";
+  EXPECT_EQ((*refused)->message,
+    "the quota of 10 partitions of this model is used up: again at 1970-01-12T13:48:20Z");
+  EXPECT_TRUE(May(*book, "ann", 7)) << "which she has";
+  EXPECT_TRUE(May(*book, "bob", 500)) << "each has his own";
+  EXPECT_TRUE(May(*book, "ann", 500, "another")) << "of each model";
+  this->time += 90 * second;
+  EXPECT_TRUE(May(*book, "ann", 500)) << "the first is forgotten";
+  EXPECT_FALSE(May(*book, "ann", 501));
+  EXPECT_FALSE(May(*book, "ann", 0)) << "and counts anew";
+}
+
+TEST_F(Quotas, LeaveAtLeastOnePartition)
+{
+  const auto book = this->Open(Share(1e-9));
+  EXPECT_TRUE(May(*book, "ann", 3));
+  EXPECT_FALSE(May(*book, "ann", 4));
+}
+
+TEST_F(Quotas, AreKeptOverRestarts)
+{
+  {
+    const auto book = this->Open(Share(0.002));
+    EXPECT_TRUE(May(*book, "ann", 1));
+    EXPECT_TRUE(May(*book, "ann", 2));
+  }
+  this->time += 50 * second;
+  {
+    const auto book = this->Open(Share(0.002));
+    EXPECT_FALSE(May(*book, "ann", 3));
+  }
+  this->time += 50 * second;
+  const auto book = this->Open(Share(0.002)); // what is old is thrown away
+  EXPECT_TRUE(May(*book, "ann", 3));
+  EXPECT_TRUE(May(*book, "ann", 4));
+  EXPECT_FALSE(May(*book, "ann", 5));
+}
+
+TEST_F(Quotas, BytesASecond)
+{
+  QuotaLimits limits;
+  limits.bytesPerSecond = 1000;
+  const auto book = this->Open(limits);
+  EXPECT_TRUE(May(*book, "ann", 0, "m", 9'999));
+  EXPECT_TRUE(May(*book, "ann", 0, "m", 5'000)) << "as long as it is within ten seconds' worth";
+  const auto refused = book->TakePartition("ann", "m", partitions, 0, 1);
+  ASSERT_TRUE(refused && *refused);
+  EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(5));
+  EXPECT_TRUE(May(*book, "bob", 0, "m", 1));
+  this->time += 5 * second;
+  EXPECT_TRUE(May(*book, "ann", 0, "m", 1'000));
+  // In the long run no more than that.
+  std::uint64_t had = 0;
+  for (int i = 0; i < 1000; ++i)
+  {
+    this->time += second / 2;
+    had += May(*book, "ann", 0, "m", 2'000) ? 2'000 : 0;
+  }
+  EXPECT_NEAR(static_cast<double>(had), 500'000, 12'000);
+}
+
+TEST_F(Quotas, RegionsAMinute)
+{
+  QuotaLimits limits;
+  limits.regionsPerMinute = 3;
+  const auto book = this->Open(limits);
+  for (int i = 0; i < 3; ++i)
+  {
+    EXPECT_FALSE(*book->TakeRegion("ann", "m"));
+  }
+  const auto refused = *book->TakeRegion("ann", "m");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->endsIn, std::chrono::seconds(20));
+  this->time += 20 * second;
+  EXPECT_FALSE(*book->TakeRegion("ann", "m"));
+  EXPECT_TRUE(*book->TakeRegion("ann", "m"));
+  EXPECT_FALSE(*book->TakeRegion("bob", "m"));
+}
+
+// What two servers with one file give together: no partition more than one alone would.
+TEST_F(Quotas, TwoServersGiveNoMoreThanOne)
+{
+  const std::unique_ptr<QuotaBook> books[] = { this->Open(Share(0.1)), this->Open(Share(0.1)) };
+  std::vector<std::set<std::uint32_t>> had(6);
+  std::vector<std::thread> readers;
+  for (std::uint32_t reader = 0; reader < had.size(); ++reader)
+  {
+    readers.emplace_back(
+      [&, reader]
+      {
+        for (std::uint32_t i = 0; i < 300; ++i)
+        {
+          const auto partition = (i * 37 + reader * 151) % partitions;
+          if (May(*books[reader % 2], "ann", static_cast<std::uint32_t>(partition)))
+          {
+            had[reader].insert(static_cast<std::uint32_t>(partition));
+          }
+        }
+      });
+  }
+  for (auto& reader : readers)
+  {
+    reader.join();
+  }
+  std::set<std::uint32_t> all;
+  for (const auto& each : had)
+  {
+    all.insert(each.begin(), each.end());
+  }
+  EXPECT_EQ(all.size(), 100u);
+}
+
+// Nothing is given where it cannot be entered.
+TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
+{
+  const auto book = this->Open(Share(0.1));
+  const auto other = OpenForWriting(this->file);
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
+  const auto taken = book->TakePartition("ann", "m", partitions, 1, 1);
+  ASSERT_FALSE(taken);
+  EXPECT_EQ(taken.GetError().code, ErrorCode::InputOutput);
+  ASSERT_TRUE(Execute(other->get(), "COMMIT"));
+  EXPECT_TRUE(May(*book, "ann", 1));
+}
+
+TEST_F(Quotas, AFileThatIsNoneIsAnError)
+{
+  std::ofstream(this->file) << std::string(10'000, 'x');
+  const auto book = QuotaBook::Open(this->file, Share(0.1));
+  ASSERT_FALSE(book);
+  EXPECT_EQ(book.GetError().code, ErrorCode::InputOutput);
+  EXPECT_FALSE(QuotaBook::Open(this->folder.Path / "none" / "quotas.db", Share(0.1)));
+}

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps of reading a token: parse it; look at its header, which must say HS256 and a key that we
+// have (nothing else is ever tried, whatever it says); check the signature; only then read the
+// claims. Parsing, signing and checking (RFC 7515) are cjose's.
+#include "server/access/Token.h"
+
+#include "filters/model/Json.h"
+#include "filters/model/JsonWriter.h"
+
+#include <cjose/cjose.h>
+#include <openssl/rand.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::string_view tokenCharacters =
+  "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
+
+struct Release
+{
+  void operator()(cjose_jws_t* jws) const { cjose_jws_release(jws); }
+  void operator()(cjose_jwk_t* jwk) const { cjose_jwk_release(jwk); }
+  void operator()(cjose_header_t* header) const { cjose_header_release(header); }
+};
+using Jws = std::unique_ptr<cjose_jws_t, Release>;
+using Jwk = std::unique_ptr<cjose_jwk_t, Release>;
+using JwsHeader = std::unique_ptr<cjose_header_t, Release>;
+
+Error WrongToken(const std::string& what)
+{
+  return { ErrorCode::InvalidInput, "the token " + what };
+}
+
+Error NotSigned()
+{
+  return { ErrorCode::LimitExceeded, "a signature cannot be computed" };
+}
+
+// The object in the text, in which no name comes twice: which of the two counts would be the
+// reader's choice.
+std::optional<JsonDocument> ParseObject(const std::string& text)
+{
+  auto json = ParseJson(text);
+  if (!json || !json->IsObject())
+  {
+    return std::nullopt;
+  }
+  std::vector<std::string_view> names;
+  for (const auto& member : json->GetObject())
+  {
+    names.push_back(TextOf(member.name));
+  }
+  std::sort(names.begin(), names.end());
+  const bool twice = std::adjacent_find(names.begin(), names.end()) != names.end();
+  return twice ? std::nullopt : std::optional(std::move(*json));
+}
+
+bool IsText(const JsonValue* value, std::string_view text)
+{
+  return value && value->IsString() && TextOf(*value) == text;
+}
+
+bool IsTypeOfToken(const JsonValue& type)
+{
+  constexpr std::string_view jwt = "JWT";
+  const auto text = type.IsString() ? TextOf(type) : std::string_view();
+  return std::equal(text.begin(), text.end(), jwt.begin(), jwt.end(),
+    [](char a, char b) { return std::toupper(static_cast<unsigned char>(a)) == b; });
+}
+
+// The header, up to the token's first dot. As no name comes twice in it, whoever reads it finds
+// the same.
+std::optional<JsonDocument> ParseHeader(std::string_view token)
+{
+  std::uint8_t* bytes = nullptr;
+  std::size_t size = 0;
+  if (!cjose_base64url_decode(token.data(), token.find('.'), &bytes, &size, nullptr))
+  {
+    return std::nullopt;
+  }
+  const std::unique_ptr<std::uint8_t, decltype(&std::free)> owned(bytes, &std::free);
+  return ParseObject(std::string(bytes, bytes + size));
+}
+
+// The key that the token's header names.
+Result<const TokenKeys::Key*> FindKey(std::string_view token, const TokenKeys& keys)
+{
+  const auto header = ParseHeader(token);
+  if (!header)
+  {
+    return WrongToken("has no header");
+  }
+  if (!IsText(FindMember(*header, "alg"), CJOSE_HDR_ALG_HS256))
+  {
+    return WrongToken("is not signed by HS256");
+  }
+  if (const auto* type = FindMember(*header, "typ"); type && !IsTypeOfToken(*type))
+  {
+    return WrongToken("is of another type");
+  }
+  if (FindMember(*header, "crit")) // what must be understood, and is not
+  {
+    return WrongToken("demands an extension");
+  }
+  const auto* id = FindMember(*header, "kid");
+  const auto* key = !id                                           ? keys.Find("")
+                    : id->IsString() && id->GetStringLength() > 0 ? keys.Find(TextOf(*id))
+                                                                  : nullptr;
+  if (!key)
+  {
+    return WrongToken("is signed with a key that this server does not have");
+  }
+  return key;
+}
+
+Jwk KeyOf(const std::string& secret)
+{
+  return Jwk(cjose_jwk_create_oct_spec(
+    reinterpret_cast<const std::uint8_t*>(secret.data()), secret.size(), nullptr));
+}
+
+// What a token holds whose signature is right, as text.
+Result<std::string> ReadSigned(std::string_view token, const TokenKeys& keys)
+{
+  const auto key = FindKey(token, keys);
+  KDSTREAM_TRY(key);
+  const Jws jws(cjose_jws_import(token.data(), token.size(), nullptr));
+  const Jwk jwk = KeyOf((*key)->secret);
+  if (!jwk)
+  {
+    return NotSigned();
+  }
+  std::uint8_t* text = nullptr;
+  std::size_t size = 0;
+  if (!jws || !cjose_jws_verify(jws.get(), jwk.get(), nullptr) ||
+      !cjose_jws_get_plaintext(jws.get(), &text, &size, nullptr))
+  {
+    return WrongToken("has a wrong signature");
+  }
+  return std::string(text, text + size);
+}
+
+Result<std::string> Sign(const std::string& text, const TokenKeys::Key& key)
+{
+  const JwsHeader header(cjose_header_new(nullptr));
+  const Jwk jwk = KeyOf(key.secret);
+  const auto set = [&header](const char* name, const std::string& value)
+  { return cjose_header_set(header.get(), name, value.c_str(), nullptr); };
+  if (!header || !jwk || !set("alg", CJOSE_HDR_ALG_HS256) || !set("typ", "JWT") ||
+      !(key.id.empty() || set("kid", key.id)))
+  {
+    return NotSigned();
+  }
+  const Jws jws(cjose_jws_sign(jwk.get(), header.get(),
+    reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), nullptr));
+  const char* token = nullptr; // of jws
+  if (!jws || !cjose_jws_export(jws.get(), &token, nullptr))
+  {
+    return NotSigned();
+  }
+  return std::string(token);
+}
+
+// Seconds since 1970 that a double holds exactly.
+Result<std::int64_t> ParseTime(const JsonValue& value, const char* name)
+{
+  constexpr std::int64_t most = std::int64_t{ 1 } << 53;
+  if (!value.IsInt64() || value.GetInt64() < 0 || value.GetInt64() > most)
+  {
+    return WrongToken(std::string("has no time in seconds as \"") + name + "\"");
+  }
+  return value.GetInt64();
+}
+
+// Of texts that are shown and logged.
+bool IsName(std::string_view text)
+{
+  return !text.empty() && text.size() <= maximumSubjectBytes &&
+         std::none_of(text.begin(), text.end(),
+           [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; });
+}
+
+Status ParseModels(const JsonValue* value, TokenClaims& claims)
+{
+  claims.allModels = IsText(value, "*");
+  if (claims.allModels)
+  {
+    return {};
+  }
+  if (!value || !value->IsArray())
+  {
+    return WrongToken("has neither \"*\" nor a list as \"models\"");
+  }
+  for (const auto& each : value->GetArray())
+  {
+    if (!each.IsString() || !IsModelId(TextOf(each)))
+    {
+      return WrongToken("has no list of models as \"models\"");
+    }
+    claims.models.emplace_back(TextOf(each));
+  }
+  return {};
+}
+
+Result<TokenClaims> ParseClaims(const JsonValue& json)
+{
+  TokenClaims claims;
+  const auto* subject = FindMember(json, "sub");
+  if (!subject || !subject->IsString() || !IsName(TextOf(*subject)))
+  {
+    return WrongToken("has no name as \"sub\"");
+  }
+  claims.subject = TextOf(*subject);
+  if (const auto* id = FindMember(json, "jti"))
+  {
+    if (!id->IsString() || !IsName(TextOf(*id)))
+    {
+      return WrongToken("has no name as \"jti\"");
+    }
+    claims.id = TextOf(*id);
+  }
+  const auto* expires = FindMember(json, "exp");
+  const auto expiry =
+    expires ? ParseTime(*expires, "exp") : Result<std::int64_t>(WrongToken("has no \"exp\""));
+  KDSTREAM_TRY(expiry);
+  claims.expires = *expiry;
+  if (const auto* begins = FindMember(json, "nbf"))
+  {
+    const auto beginning = ParseTime(*begins, "nbf");
+    KDSTREAM_TRY(beginning);
+    claims.notBefore = *beginning;
+  }
+  KDSTREAM_TRY(ParseModels(FindMember(json, "models"), claims));
+  const auto* detail = FindMember(json, "detail");
+  const auto parsed =
+    ParseDetail(detail && detail->IsString() ? TextOf(*detail) : std::string_view());
+  if (!parsed)
+  {
+    return WrongToken("has none of \"preview\", \"levels\", \"regions\" as \"detail\"");
+  }
+  claims.detail = *parsed;
+  if (FindMember(json, "aud")) // it was made for somebody else (RFC 7519, 4.1.3)
+  {
+    return WrongToken("is for another audience");
+  }
+  return claims;
+}
+
+Status CheckValidity(const TokenClaims& claims, const TokenKeys& keys, std::int64_t now)
+{
+  if (now >= claims.expires)
+  {
+    return WrongToken("has expired");
+  }
+  if (now < claims.notBefore)
+  {
+    return WrongToken("is not valid yet");
+  }
+  if (keys.revoked.contains(claims.id) || keys.revokedSubjects.contains(claims.subject))
+  {
+    return WrongToken("has been revoked");
+  }
+  return {};
+}
+
+}
+
+Result<ModelDetail> ParseDetail(std::string_view name)
+{
+  for (const auto detail : { ModelDetail::Preview, ModelDetail::Levels, ModelDetail::Regions })
+  {
+    if (name == NameOf(detail))
+    {
+      return detail;
+    }
+  }
+  return Error{ ErrorCode::InvalidArgument, "a detail is preview, levels or regions" };
+}
+
+bool TokenClaims::AllowsModel(std::string_view model) const
+{
+  return this->allModels ||
+         std::find(this->models.begin(), this->models.end(), model) != this->models.end();
+}
+
+bool LooksLikeToken(std::string_view text)
+{
+  return text.size() <= maximumTokenBytes && std::count(text.begin(), text.end(), '.') == 2 &&
+         text.find_first_not_of(tokenCharacters) == text.npos;
+}
+
+Result<TokenClaims> ReadToken(std::string_view token, const TokenKeys& keys, std::int64_t now)
+{
+  if (!LooksLikeToken(token))
+  {
+    return WrongToken("is none");
+  }
+  const auto text = ReadSigned(token, keys);
+  KDSTREAM_TRY(text);
+  const auto json = ParseObject(*text);
+  if (!json)
+  {
+    return WrongToken("has no claims");
+  }
+  auto claims = ParseClaims(*json);
+  KDSTREAM_TRY(claims);
+  KDSTREAM_TRY(CheckValidity(*claims, keys, now));
+  return claims;
+}
+
+Result<std::string> WriteToken(
+  const TokenClaims& claims, const TokenKeys& keys, std::int64_t issuedAt)
+{
+  if (!IsName(claims.subject))
+  {
+    return Error{ ErrorCode::InvalidArgument, "a name has 1 to " +
+                                                std::to_string(maximumSubjectBytes) +
+                                                " bytes and no control characters" };
+  }
+  for (const auto& model : claims.models)
+  {
+    if (!IsModelId(model))
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        "'" + model + "' is no model: its name has " + std::string(modelIdRule) };
+    }
+  }
+  JsonWriter body;
+  body.BeginObject().Member("sub", claims.subject).Member("iat", issuedAt);
+  claims.notBefore == 0 ? body : body.Member("nbf", claims.notBefore);
+  body.Member("exp", claims.expires);
+  claims.id.empty() ? body : body.Member("jti", claims.id);
+  claims.allModels ? body.Member("models", "*") : body.Member("models", claims.models);
+  body.Member("detail", NameOf(claims.detail)).EndObject();
+  auto token = Sign(body.Text(), keys.keys.front());
+  KDSTREAM_TRY(token);
+  if (token->size() > maximumTokenBytes)
+  {
+    return Error{ ErrorCode::InvalidArgument, "these are too many models for one token of " +
+                                                std::to_string(maximumTokenBytes) + " bytes" };
+  }
+  return token;
+}
+
+Result<std::string> MakeTokenId()
+{
+  std::array<unsigned char, 16> bytes{};
+  if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1)
+  {
+    return Error{ ErrorCode::InputOutput, "the system has no random numbers" };
+  }
+  std::string id;
+  for (const auto byte : bytes)
+  {
+    id += "0123456789abcdef"[byte >> 4];
+    id += "0123456789abcdef"[byte & 15];
+  }
+  return id;
+}
+
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tokens: what a server lets their bearers have, signed by whoever has the server's secret. JSON
+// Web Tokens (RFC 7519, 8725) of one kind alone, HS256. No files, no clock.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/model/ModelDescription.h"
+#include "server/access/TokenKeys.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// One of NameOf's names. Errors: InvalidArgument.
+Result<ModelDetail> ParseDetail(std::string_view name);
+
+struct TokenClaims
+{
+  std::string subject;             // sub: whom it was given to
+  std::string id;                  // jti: of this very token; may be empty
+  std::int64_t notBefore = 0;      // nbf, seconds since 1970
+  std::int64_t expires = 0;        // exp: from then on it is not valid
+  bool allModels = false;          // models: "*"
+  std::vector<std::string> models; // else these
+  ModelDetail detail = ModelDetail::Preview;
+
+  bool AllowsModel(std::string_view model) const;
+  bool operator==(const TokenClaims&) const = default;
+};
+
+inline constexpr std::size_t maximumTokenBytes = 4096;
+inline constexpr std::size_t maximumSubjectBytes = 256;
+
+// What a token says that is valid at `now`, in seconds since 1970. The signature is checked before
+// anything but the header is looked at, in a time that does not depend on how much of it is right.
+// Errors: InvalidInput, in words for its bearer, which contain nothing of the token.
+Result<TokenClaims> ReadToken(std::string_view token, const TokenKeys& keys, std::int64_t now);
+
+// Signed with the first of the keys. Errors: InvalidArgument for claims that no token may have:
+// a subject or a model that is none, too long a token.
+Result<std::string> WriteToken(
+  const TokenClaims& claims, const TokenKeys& keys, std::int64_t issuedAt);
+
+// An id for a new token: 32 hexadecimal digits, by chance. Errors: InputOutput where the system
+// has no random numbers.
+Result<std::string> MakeTokenId();
+
+// Whether it can be sent in a field of HTTP: a token's characters, and not too many of them.
+bool LooksLikeToken(std::string_view text);
+
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lets in who has a valid token, and knows for how long. All functions from any thread.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/access/Token.h"
+#include "server/access/TokenKeys.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// A token that was valid when its bearer came.
+struct Pass
+{
+  TokenClaims claims;
+  std::string token;
+  std::shared_ptr<const TokenKeys> keys; // that it was checked with
+};
+
+class TokenGuard
+{
+public:
+  using Clock = std::function<std::int64_t()>; // seconds since 1970
+
+  // Without a clock, the system's.
+  explicit TokenGuard(TokenKeys keys, Clock clock = {});
+
+  // From now on these keys, and what they revoke, count.
+  void Replace(TokenKeys keys);
+
+  // Errors: InvalidInput, in words for the bearer, where there is no token ("") or no valid one.
+  Result<std::shared_ptr<const Pass>> Admit(std::string_view token) const;
+
+  // Whether it is still valid. Errors: InvalidInput, in words.
+  Status Check(const Pass& pass) const;
+
+private:
+  std::shared_ptr<const TokenKeys> Keys() const;
+
+  mutable std::mutex Mutex;
+  std::shared_ptr<const TokenKeys> Current;
+  Clock Now;
+};
+
+// The token in an Authorization field ("Bearer TOKEN"), else the one among the subprotocols that a
+// browser offers for its WebSocket: the one with two dots. "" where there is none.
+std::string_view FindToken(std::string_view authorization, std::string_view subprotocols = {});
+
+}

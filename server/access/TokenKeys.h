@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The file of --tokens: secrets that tokens are signed with, and tokens that are no longer valid.
+//
+//   {"secret": "…", "id": "2026-11",
+//    "earlier": [{"secret": "…", "id": "2026-05"}],
+//    "revoked": ["…"], "revoked_subjects": ["…"]}
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct TokenKeys
+{
+  struct Key
+  {
+    std::string id; // kid of the tokens that it signs; "": they have none
+    std::string secret;
+  };
+  std::vector<Key> keys;                      // at least one; new tokens are signed with the first
+  std::set<std::string, std::less<>> revoked; // tokens, by their jti
+  std::set<std::string, std::less<>> revokedSubjects; // all tokens of these
+
+  // null: there is none.
+  const Key* Find(std::string_view id) const;
+};
+
+inline constexpr std::size_t leastSecretBytes = 32; // as many as HS256 makes of it (RFC 7518, 3.2)
+inline constexpr std::size_t maximumKeys = 16;
+inline constexpr std::size_t maximumKeysBytes = std::size_t{ 4 } << 20;
+
+// Errors: InvalidInput, naming the member; never with anything of a secret. A member that is not
+// known is an error: a misspelt "revoked" must not go unnoticed.
+Result<TokenKeys> ParseTokenKeys(std::string_view json);
+// Errors: those, NotFound, InputOutput.
+Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file);
+
+}

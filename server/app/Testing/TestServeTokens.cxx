@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// kdstream-serve --tokens and kdstream-serve token, as processes.
+#include "filters/model/Json.h"
+#include "filters/model/ModelJson.h"
+#include "server/app/Testing/ServeProcess.h"
+#include "server/http/Testing/HttpTestClient.h"
+
+#include <chrono>
+#include <fstream>
+#include <utility>
+
+using namespace kdstream;
+
+namespace
+{
+
+// A server whose clients need tokens, and what makes them.
+class Guarded : public Serve
+{
+protected:
+  const fs::path keys = this->folder / "tokens.json";
+  const std::string secret = "0123456789abcdef0123456789abcdef";
+
+  void SetUp() override
+  {
+    Serve::SetUp();
+    this->Build("one.kds");
+    this->Build("two.kds");
+    this->WriteKeys("");
+  }
+  // more: further members.
+  void WriteKeys(const std::string& more) const
+  {
+    const auto next = this->folder / "next.json";
+    std::ofstream(next) << "{\"secret\":\"" << this->secret << "\"" << more << "}";
+    fs::permissions(next, fs::perms::owner_read | fs::perms::owner_write);
+    fs::rename(next, this->keys);
+  }
+  struct Made
+  {
+    std::string id, token;
+  };
+  Made Make(const std::vector<std::string>& more) const
+  {
+    std::vector<std::string> arguments{ "token", "--tokens", this->keys, "--sub", "ann" };
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    Process process(arguments);
+    Made made;
+    made.token = process.OutLine();
+    const auto line = process.AnyErrorLine(); // kdstream-serve: token ID of ann, valid until …
+    made.id = line.substr(std::string("kdstream-serve: token ").size(), 32);
+    EXPECT_EQ(process.OutLine(), "");
+    EXPECT_EQ(process.Wait(), 0) << line;
+    return made;
+  }
+  static unsigned StatusFor(std::uint16_t port, const std::string& token)
+  {
+    return HttpTestClient(port)
+      .Get("/api/models.json", "Authorization: Bearer " + token + "\r\n")
+      ->status;
+  }
+  // Seconds until `token` is answered so, but not more than two.
+  static double TimeUntil(unsigned status, std::uint16_t port, const std::string& token)
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    double seconds = 0;
+    while (seconds < 2 && StatusFor(port, token) != status)
+    {
+      seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+    return seconds;
+  }
+};
+
+}
+
+TEST_F(Guarded, TakesTheTokensThatItMakes)
+{
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys });
+  const auto port = serve.Port();
+  EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->status, 401u);
+  const auto token = this->Make({ "--models", "one", "--detail", "levels" }).token;
+  const auto list =
+    HttpTestClient(port).Get("/api/models.json", "Authorization: Bearer " + token + "\r\n");
+  ASSERT_EQ(list->status, 200u);
+  ASSERT_EQ(ParseModelList(list->body)->size(), 1u);
+  EXPECT_EQ(ParseModelList(list->body)->front().id, "one");
+  EXPECT_EQ(StatusFor(port, this->Make({ "--models", "*", "--detail", "regions" }).token), 200u);
+  const auto brief =
+    this->Make({ "--models", "*", "--detail", "preview", "--expires", "1s" }).token;
+  EXPECT_LT(TimeUntil(401, port, brief), 1.5);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.AnyErrorLine(), "") << "it has nothing to warn of";
+}
+
+TEST_F(Guarded, FollowsItsFileWithinASecond)
+{
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys });
+  const auto port = serve.Port();
+  const auto first = this->Make({ "--models", "*", "--detail", "regions" });
+  const auto second = this->Make({ "--models", "*", "--detail", "regions" });
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open("kdstream.v1, " + first.token));
+  EXPECT_EQ(StatusFor(port, first.token), 200u);
+
+  const auto begin = std::chrono::steady_clock::now();
+  this->WriteKeys(",\"revoked\":[\"" + first.id + "\"]");
+  EXPECT_TRUE(stream.Receive()); // why
+  EXPECT_FALSE(stream.Receive());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1));
+  EXPECT_EQ(StatusFor(port, first.token), 401u);
+  EXPECT_EQ(StatusFor(port, second.token), 200u);
+
+  // What is no file of keys changes nothing, and is told once; nor does its absence.
+  std::ofstream(this->keys) << "nonsense";
+  EXPECT_EQ(serve.ErrorLine().substr(0, 25), "kdstream-serve: warning: ");
+  EXPECT_EQ(StatusFor(port, first.token), 401u);
+  EXPECT_EQ(StatusFor(port, second.token), 200u);
+  serve.Signal(SIGHUP);
+  EXPECT_NE(serve.ErrorLine().find("the keys of before count"), std::string::npos);
+  fs::remove(this->keys);
+  EXPECT_NE(serve.ErrorLine().find("the keys of before count"), std::string::npos);
+  EXPECT_EQ(StatusFor(port, second.token), 200u);
+
+  // Another secret: all tokens of before are void, but with the one of before beside it.
+  this->WriteKeys(",\"id\":\"a\"");
+  EXPECT_LT(TimeUntil(401, port, second.token), 1);
+  const auto third = this->Make({ "--models", "*", "--detail", "regions" });
+  this->WriteKeys(",\"earlier\":[{\"id\":\"a\",\"secret\":\"" + this->secret + "\"}]");
+  EXPECT_LT(TimeUntil(200, port, second.token), 1);
+  EXPECT_EQ(StatusFor(port, third.token), 200u);
+}
+
+// Restarts included; and who got what stands in the audit log.
+TEST_F(Guarded, KeepsQuotasAndAccounts)
+{
+  const auto quotas = this->folder / "quotas.db", audit = this->folder / "audit.log";
+  const std::vector<std::string> arguments{ this->stores, "--port", "0", "--tokens", this->keys,
+    "--quota-file", quotas, "--quota-bytes", "1", "--audit-log", audit };
+  const auto made = this->Make({ "--models", "one", "--detail", "regions" });
+  const auto bearer = "Authorization: Bearer " + made.token + "\r\n";
+  std::string digest, blob;
+  for (const unsigned status : { 200u, 429u })
+  {
+    Process serve(arguments);
+    const auto port = serve.Port();
+    const auto list = HttpTestClient(port).Get("/api/models.json", bearer);
+    digest = ParseModelList(list->body)->front().digest;
+    blob = "/api/models/one/" + digest + "/partitions/0";
+    EXPECT_EQ(HttpTestClient(port).Get(blob, bearer)->status, status);
+    serve.Signal(SIGTERM);
+    EXPECT_EQ(serve.Wait(), 0);
+  }
+  const auto text = fixtures::ReadWhole(audit);
+  const auto line = ParseJson(text);
+  ASSERT_TRUE(line) << text;
+  const auto member = [&line](const char* name) { return TextOf(*FindMember(*line, name)); };
+  EXPECT_EQ(member("sub"), "ann");
+  EXPECT_EQ(member("jti"), made.id);
+  EXPECT_EQ(member("client"), "127.0.0.1");
+  EXPECT_EQ(member("model"), "one");
+  EXPECT_EQ(member("digest"), digest);
+  EXPECT_EQ(member("time").size(), 20u);
+  EXPECT_EQ(FindMember(*line, "partition")->GetInt(), 0);
+  EXPECT_GT(FindMember(*line, "bytes")->GetInt(), 0);
+}
+
+TEST_F(Guarded, SaysWhoMay)
+{
+  Process open({ this->stores, "--port", "0" });
+  EXPECT_EQ(open.AnyErrorLine(),
+    openToAll + std::string("without --tokens whoever reaches it may have every model"));
+  fs::permissions(this->keys, fs::perms::others_read, fs::perm_options::add);
+  Process readable({ this->stores, "--port", "0", "--tokens", this->keys });
+  EXPECT_EQ(
+    readable.AnyErrorLine(), "kdstream-serve: warning: " + this->keys.string() +
+                               ": everybody on this machine may read these keys: chmod 600");
+}
+
+TEST_F(Guarded, RefusesWrongTokensAndFiles)
+{
+  const std::string file = this->keys;
+  const auto broken = this->folder / "broken.json";
+  std::ofstream(broken) << "{\"secret\":\"short\"}";
+  const std::vector<std::pair<std::vector<std::string>, int>> wrong{
+    { { "token" }, 2 },
+    { { "token", "--tokens", file, "--sub", "ann", "--models", "*" }, 2 },
+    { { "token", "--tokens", file, "--sub", "ann", "--models", "*", "--detail", "all" }, 2 },
+    { { "token", "--tokens", file, "--sub", "", "--models", "*", "--detail", "levels" }, 2 },
+    { { "token", "--tokens", file, "--sub", "ann", "--models", "a/b", "--detail", "levels" }, 2 },
+    { { "token", "--tokens", file, "--sub", "a", "--models", "*", "--detail", "levels", "--expires",
+        "7" },
+      2 },
+    { { "token", "--tokens", file, "--sub", "a", "--models", "*", "--detail", "levels", "--expires",
+        "9999999999d" },
+      2 },
+    { { "token", "--tokens", broken, "--sub", "ann", "--models", "*", "--detail", "levels" }, 1 },
+    { { "token", "--tokens", this->folder / "none", "--sub", "a", "--models", "*", "--detail",
+        "levels" },
+      1 },
+    { { this->stores, "--port", "0", "--tokens", broken }, 1 },
+    { { this->stores, "--port", "0", "--tokens", this->folder / "none" }, 1 },
+    { { this->stores, "--port", "0", "--quota-file", this->folder / "quotas.db" }, 2 },
+    { { this->stores, "--port", "0", "--tokens", file, "--quota-bytes", "1M" }, 2 },
+    { { this->stores, "--port", "0", "--tokens", file, "--quota-file", file, "--quota-bytes",
+        "1M" },
+      1 },
+    { { this->stores, "--port", "0", "--audit-log", this->folder / "missing/log" }, 1 },
+  };
+  for (const auto& [arguments, code] : wrong)
+  {
+    Process process(arguments);
+    EXPECT_EQ(process.OutLine(), "");
+    EXPECT_EQ(process.AnyErrorLine().substr(0, 14), "kdstream-serve") << arguments.back();
+    EXPECT_EQ(process.Wait(), code) << arguments.back();
+  }
+}

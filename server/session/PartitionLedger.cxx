@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/session/PartitionLedger.h"
+
+#include <utility>
+
+namespace kdstream
+{
+
+PartitionLedger::PartitionLedger(
+  std::shared_ptr<QuotaBook> quotas, OnPartition onPartition, std::function<void()> onRefusal)
+  : Quotas(std::move(quotas))
+  , Tell(std::move(onPartition))
+  , TellRefusal(std::move(onRefusal))
+{
+}
+
+std::optional<Refusal> PartitionLedger::TakePartition(
+  const ModelDescription& model, PartitionRecord record) const
+{
+  if (this->Quotas)
+  {
+    auto refusal = this->RefusalOf(this->Quotas->TakePartition(
+      record.subject, model.digest, model.partitions, record.partition, record.bytes));
+    if (refusal)
+    {
+      return refusal;
+    }
+  }
+  if (this->Tell)
+  {
+    record.model = model.id;
+    record.digest = model.digest;
+    this->Tell(record);
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> PartitionLedger::TakeRegion(
+  const ModelDescription& model, const std::string& subject) const
+{
+  return this->Quotas ? this->RefusalOf(this->Quotas->TakeRegion(subject, model.digest))
+                      : std::nullopt;
+}
+
+// Where quotas cannot be kept nothing is given.
+std::optional<Refusal> PartitionLedger::RefusalOf(const QuotaBook::Taken& taken) const
+{
+  if (taken && !*taken)
+  {
+    return std::nullopt;
+  }
+  if (this->TellRefusal)
+  {
+    this->TellRefusal();
+  }
+  if (!taken)
+  {
+    return Refusal{ 503, "the server cannot keep its quotas at the moment" };
+  }
+  const auto& refusal = **taken;
+  const std::uint16_t status = refusal.isShare ? 403 : 429;
+  return Refusal{ status, refusal.message, refusal.endsIn };
+}
+
+}

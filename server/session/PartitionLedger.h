@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What becomes of the original: quotas that limit who gets how much of it, and records of who got
+// what.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "server/access/QuotaBook.h"
+#include "server/session/Refusal.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+// A partition that a client gets.
+struct PartitionRecord
+{
+  std::string subject, token; // of its token, the id of which may be ""; both "" without one
+  std::string client;         // address
+  std::string model, digest;
+  std::uint32_t partition = 0;
+  std::uint64_t bytes = 0;
+};
+
+// All functions from any thread.
+class PartitionLedger
+{
+public:
+  using OnPartition = std::function<void(const PartitionRecord&)>;
+
+  // quotas: null for none. onPartition, onRefusal: called from any thread; may be empty.
+  PartitionLedger(
+    std::shared_ptr<QuotaBook> quotas, OnPartition onPartition, std::function<void()> onRefusal);
+
+  // Enters what the client will be sent; of the record only client and token need to be set.
+  // Nothing where it may be sent; else 403 for a share that is used up, 429 for what is asked for
+  // too fast, 503 where the quotas cannot be kept. Waits for a disk.
+  std::optional<Refusal> TakePartition(const ModelDescription& model, PartitionRecord record) const;
+  std::optional<Refusal> TakeRegion(
+    const ModelDescription& model, const std::string& subject) const;
+
+private:
+  std::optional<Refusal> RefusalOf(const QuotaBook::Taken& taken) const;
+
+  std::shared_ptr<QuotaBook> Quotas;
+  OnPartition Tell;
+  std::function<void()> TellRefusal;
+};
+
+}

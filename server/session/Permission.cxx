@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/session/Permission.h"
+
+#include "filters/codec/TreePage.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace kdstream
+{
+
+namespace
+{
+
+using protocol::BlobId;
+using protocol::BlobKind;
+
+// The least detail that a blob takes.
+ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
+{
+  const unsigned preview = PreviewLevel(model);
+  switch (blob.kind)
+  {
+    case BlobKind::Level:
+      return blob.level <= preview ? ModelDetail::Preview : ModelDetail::Levels;
+    case BlobKind::Tree:
+    {
+      const bool isCoarse =
+        IsTreePage(blob.number, model.depths) &&
+        DepthOfNode(blob.number) + DepthsOfTreePage(blob.number, model.depths) <= preview;
+      return isCoarse ? ModelDetail::Preview : ModelDetail::Levels;
+    }
+    case BlobKind::Partition:
+    case BlobKind::Boxes:
+      break;
+  }
+  return ModelDetail::Regions;
+}
+
+// One of each kind and level that the message asks for.
+std::vector<BlobId> AskedFor(const ModelDescription& model, const protocol::ClientMessage& message)
+{
+  std::vector<BlobId> blobs;
+  if (const auto* level = std::get_if<protocol::LevelRequest>(&message.body))
+  {
+    blobs.push_back(BlobId::LevelPiece(level->level, 1));
+  }
+  else if (const auto* tree = std::get_if<protocol::TreeRequest>(&message.body))
+  {
+    std::transform(
+      tree->nodes.begin(), tree->nodes.end(), std::back_inserter(blobs), BlobId::TreePage);
+  }
+  else if (const auto* any = std::get_if<protocol::BlobsRequest>(&message.body))
+  {
+    blobs = any->blobs;
+  }
+  else if (std::holds_alternative<protocol::PreviewRequest>(message.body))
+  {
+    blobs.push_back(BlobId::LevelPiece(static_cast<std::uint8_t>(PreviewLevel(model)), 1));
+  }
+  else // regions, partitions, their boxes
+  {
+    blobs.push_back(BlobId::Partition(0));
+  }
+  return blobs;
+}
+
+}
+
+Permission::Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<const Pass> pass,
+  std::shared_ptr<const PartitionLedger> ledger, std::string client)
+  : Guard(std::move(guard))
+  , Held(std::move(pass))
+  , Ledger(std::move(ledger))
+  , Client(std::move(client))
+{
+}
+
+ModelDetail Permission::Detail() const
+{
+  return this->Guard ? this->Held->claims.detail : ModelDetail::Regions;
+}
+
+Permission::Refused Permission::TakePartition(
+  const ModelDescription& model, std::uint32_t partition, std::uint64_t bytes) const
+{
+  if (!this->Ledger)
+  {
+    return std::nullopt;
+  }
+  PartitionRecord record;
+  record.client = this->Client;
+  record.partition = partition;
+  record.bytes = bytes;
+  if (this->Held)
+  {
+    record.subject = this->Held->claims.subject;
+    record.token = this->Held->claims.id;
+  }
+  return this->Ledger->TakePartition(model, std::move(record));
+}
+
+Permission::Refused Permission::TakeRegion(const ModelDescription& model) const
+{
+  return this->Ledger ? this->Ledger->TakeRegion(
+                          model, this->Held ? this->Held->claims.subject : std::string())
+                      : std::nullopt;
+}
+
+Permission::Refused Permission::RefuseAll() const
+{
+  const auto valid = this->Guard ? this->Guard->Check(*this->Held) : Status{};
+  return valid ? std::nullopt : Refused({ 401, valid.GetError().message });
+}
+
+Permission::Refused Permission::RefuseModel(std::string_view model) const
+{
+  if (!this->Guard || this->Held->claims.AllowsModel(model))
+  {
+    return std::nullopt;
+  }
+  return Refusal{ 403, "the token is not for the model " + std::string(model) };
+}
+
+Permission::Refused Permission::RefuseBlob(const ModelDescription& model, const BlobId& blob) const
+{
+  if (!this->Guard)
+  {
+    return std::nullopt;
+  }
+  if (auto refused = this->RefuseModel(model.id))
+  {
+    return refused;
+  }
+  const auto& claims = this->Held->claims;
+  if (DetailOf(model, blob) <= claims.detail)
+  {
+    return std::nullopt;
+  }
+  return Refusal{ 403, claims.detail == ModelDetail::Preview
+                         ? "the token is for the preview of " + model.id + " alone"
+                         : "the token is for the levels of " + model.id + ", not its original" };
+}
+
+Permission::Refused Permission::RefuseRequest(
+  const ModelDescription& model, const protocol::ClientMessage& message) const
+{
+  if (!this->Guard)
+  {
+    return std::nullopt;
+  }
+  for (const auto& blob : AskedFor(model, message))
+  {
+    if (auto refused = this->RefuseBlob(model, blob))
+    {
+      return refused;
+    }
+  }
+  return std::nullopt;
+}
+
+}

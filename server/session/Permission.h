@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What one client may have by its token: the same by GET and by stream. Step "serve" of the
+// README's picture.
+//
+//   preview   the description of a model, the level of its preview and coarser ones, and the pages
+//             of its tree that tell of nothing finer
+//   levels    all levels, and all pages of the tree
+//   regions   the original too, and the boxes of its partitions
+//
+// All functions from any thread.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "server/access/TokenGuard.h"
+#include "server/protocol/ControlMessage.h"
+#include "server/session/PartitionLedger.h"
+#include "server/session/Refusal.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+class Permission
+{
+public:
+  using Refused = std::optional<Refusal>; // nothing where it may
+
+  // For everything: the server has no tokens, and keeps no ledger.
+  Permission() = default;
+  // For what the token of `pass` allows, for as long as the guard takes it; both null: for
+  // everything. What `client` (its address) gets of the original goes through the ledger, if there
+  // is one.
+  Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<const Pass> pass,
+    std::shared_ptr<const PartitionLedger> ledger = {}, std::string client = {});
+
+  // 401 where the token is valid no more.
+  Refused RefuseAll() const;
+  // 403 where it is for other models. Says nothing of whether there is such a model.
+  Refused RefuseModel(std::string_view model) const;
+  // 403 where it does not allow as much of the model.
+  Refused RefuseBlob(const ModelDescription& model, const protocol::BlobId& blob) const;
+  // The same for all that a message asks for. REQUIRES: it is no open.
+  Refused RefuseRequest(
+    const ModelDescription& model, const protocol::ClientMessage& message) const;
+
+  // How much of the models that it is for.
+  ModelDetail Detail() const;
+
+  // Whether a blob has to be taken by TakePartition before it is sent.
+  bool IsCounted(const protocol::BlobId& blob) const
+  {
+    return this->Ledger && blob.kind == protocol::BlobKind::Partition;
+  }
+  // Enters that the client gets it. 403 or 429 beyond a quota, 503. Waits for a disk.
+  Refused TakePartition(
+    const ModelDescription& model, std::uint32_t partition, std::uint64_t bytes) const;
+  Refused TakeRegion(const ModelDescription& model) const;
+
+private:
+  std::shared_ptr<const TokenGuard> Guard; // null: for everything
+  std::shared_ptr<const Pass> Held;
+  std::shared_ptr<const PartitionLedger> Ledger; // null: nothing is counted
+  std::string Client;
+};
+
+}

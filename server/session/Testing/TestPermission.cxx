@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/session/Permission.h"
+
+#include "server/access/Testing/ForgedToken.h"
+#include "server/session/Conversation.h"
+#include "server/session/Testing/MemoryCatalog.h"
+
+#include <gtest/gtest.h>
+
+using namespace kdstream;
+using namespace kdstream::protocol;
+
+namespace
+{
+
+// Two models, and a client with a token for one of them.
+class Access : public testing::Test
+{
+protected:
+  MemoryCatalog catalog;
+  // P = 12: deeper than the preview.
+  std::shared_ptr<MemoryModel> model = this->catalog.Add("dragon", 1, 12, 100);
+  std::int64_t time = 1000;
+  std::shared_ptr<TokenGuard> guard =
+    std::make_shared<TokenGuard>(forged::Keys(), [this] { return this->time; });
+
+  void SetUp() override { this->catalog.Add("vase", 2, 3, 100); }
+
+  Permission For(const std::string& detail) const
+  {
+    const auto pass = this->guard->Admit(forged::Token(forged::header,
+      R"({"sub":"ann","exp":2000,"models":["dragon"],"detail":")" + detail + "\"}"));
+    EXPECT_TRUE(pass);
+    return { this->guard, *pass };
+  }
+  unsigned StatusOf(const std::string& detail, const BlobId& blob) const
+  {
+    const auto refused = this->For(detail).RefuseBlob(this->model->Description(), blob);
+    return refused ? refused->status : 200;
+  }
+  Conversation Talk(const std::string& detail) const
+  {
+    return Conversation(this->catalog, Conversation::defaultPartitions, this->For(detail));
+  }
+
+  // The messages that answer these, errors and others; and how many frames.
+  struct Heard
+  {
+    std::map<std::uint32_t, unsigned> errors; // code by request
+    std::set<std::uint32_t> ended;
+    std::set<BlobId> blobs;
+  };
+  static Heard Listen(Conversation& talk)
+  {
+    Heard heard;
+    while (auto message = talk.NextMessage())
+    {
+      if (const auto* frame = std::get_if<std::vector<std::uint8_t>>(&*message))
+      {
+        heard.blobs.insert(ParseFrame(*frame)->header.blob);
+        continue;
+      }
+      const auto answer = ParseServerMessage(std::get<std::string>(*message));
+      if (const auto* error = std::get_if<ErrorAnswer>(&answer->body))
+      {
+        heard.errors[answer->request] = error->code;
+      }
+      else if (std::holds_alternative<EndAnswer>(answer->body))
+      {
+        heard.ended.insert(answer->request);
+      }
+    }
+    return heard;
+  }
+  static void Ask(Conversation& talk, const ClientMessage& message)
+  {
+    talk.Receive(WriteClientMessage(message));
+  }
+  static void Open(Conversation& talk)
+  {
+    Ask(talk, { 1, OpenRequest{ "dragon" } });
+    EXPECT_TRUE(Listen(talk).errors.empty());
+  }
+};
+
+}
+
+TEST_F(Access, EachDetailHasItsBlobs)
+{
+  ASSERT_EQ(PreviewLevel(this->model->Description()), 11u);
+  const auto box = BlobId::PartitionBoxes(1u << 7);
+  const auto deepPage = BlobId::TreePage(1u << 7); // tells of the depths down to 12
+  for (const auto& blob : { BlobId::LevelPiece(11, 1), BlobId::LevelPiece(0, 1),
+         BlobId::TreePage(1), BlobId::TreePage(0) })
+  {
+    EXPECT_EQ(this->StatusOf("preview", blob), blob.number == 0 ? 403u : 200u) << BlobName(blob);
+  }
+  EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(12, 2)), 403u);
+  EXPECT_EQ(this->StatusOf("preview", deepPage), 403u);
+  EXPECT_EQ(this->StatusOf("preview", box), 403u);
+  EXPECT_EQ(this->StatusOf("preview", BlobId::Partition(0)), 403u);
+
+  EXPECT_EQ(this->StatusOf("levels", BlobId::LevelPiece(12, 2)), 200u);
+  EXPECT_EQ(this->StatusOf("levels", deepPage), 200u);
+  EXPECT_EQ(this->StatusOf("levels", box), 403u);
+  EXPECT_EQ(this->StatusOf("levels", BlobId::Partition(0)), 403u);
+
+  EXPECT_EQ(this->StatusOf("regions", box), 200u);
+  EXPECT_EQ(this->StatusOf("regions", BlobId::Partition(0)), 200u);
+  EXPECT_FALSE(Permission().RefuseBlob(this->model->Description(), BlobId::Partition(0)));
+}
+
+TEST_F(Access, OtherModelsAreRefusedWhetherTheyAreThereOrNot)
+{
+  const auto permission = this->For("regions");
+  EXPECT_FALSE(permission.RefuseModel("dragon"));
+  for (const std::string name : { "vase", "lucy" })
+  {
+    const auto refused = permission.RefuseModel(name);
+    ASSERT_TRUE(refused);
+    EXPECT_EQ(refused->status, 403);
+    EXPECT_EQ(refused->message, "the token is not for the model " + name);
+    auto talk = this->Talk("regions");
+    Ask(talk, { 1, OpenRequest{ name } });
+    EXPECT_EQ(Listen(talk).errors[1], 403u);
+  }
+  EXPECT_TRUE(
+    permission.RefuseBlob(this->catalog.Find("vase")->Description(), BlobId::LevelPiece(0, 1)));
+}
+
+TEST_F(Access, AConversationGivesWhatTheTokenAllows)
+{
+  const std::vector<ClientMessage> messages{ { 2, PreviewRequest{} }, { 3, TreeRequest{ { 1 } } },
+    { 4, LevelRequest{ 12, {} } }, { 5, BlobsRequest{ { BlobId::LevelPiece(12, 2) } } },
+    { 6, RegionRequest{ 1u << 12, 1, {} } }, { 7, PartitionsRequest{ { 0 } } },
+    { 8, BoxesRequest{ { 1u << 7 } } },
+    { 9, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(3) } } } };
+  const std::map<std::string, std::uint32_t> first{ { "preview", 4 }, { "levels", 6 },
+    { "regions", 10 } }; // request that is refused, and those after it
+  for (const auto& [detail, firstRefused] : first)
+  {
+    auto talk = this->Talk(detail);
+    Open(talk);
+    for (const auto& message : messages)
+    {
+      Ask(talk, message);
+      const auto heard = Listen(talk);
+      const bool refused = message.request >= firstRefused;
+      EXPECT_EQ(
+        heard.errors.count(message.request) && heard.errors.at(message.request) == 403, refused)
+        << detail << " " << message.request;
+      EXPECT_TRUE(!refused || heard.blobs.empty()) << detail << " " << message.request;
+    }
+    EXPECT_TRUE(talk.IsPermitted());
+    EXPECT_FALSE(talk.Closing());
+  }
+}
+
+TEST_F(Access, AConversationEndsWithItsToken)
+{
+  auto talk = this->Talk("regions");
+  Open(talk);
+  Ask(talk, { 2, PartitionsRequest{ { 0, 1, 2 } } });
+  Ask(talk, { 3, PartitionsRequest{ { 4 } } });
+  (void)talk.NextMessage();                   // begin
+  ASSERT_EQ(talk.NextMessage()->index(), 1u); // a frame
+  ASSERT_TRUE(talk.NextMessage());
+  this->time = 2000;
+  EXPECT_FALSE(talk.IsPermitted());
+  const auto heard = Listen(talk);
+  EXPECT_EQ(heard.errors, (std::map<std::uint32_t, unsigned>{ { 2, 401 }, { 3, 401 } }));
+  EXPECT_TRUE(heard.blobs.empty());
+  EXPECT_EQ(talk.Closing(), CloseReason::NotPermitted);
+  Ask(talk, { 4, PartitionsRequest{ { 5 } } });
+  EXPECT_FALSE(talk.NextMessage());
+}
+
+TEST_F(Access, AnIdleConversationEndsToo)
+{
+  auto talk = this->Talk("regions");
+  Open(talk);
+  auto keys = forged::Keys();
+  keys.revokedSubjects = { "ann" };
+  EXPECT_TRUE(talk.IsPermitted());
+  this->guard->Replace(keys);
+  EXPECT_FALSE(talk.IsPermitted());
+  EXPECT_EQ(Listen(talk).errors, (std::map<std::uint32_t, unsigned>{ { 0, 401 } }));
+  EXPECT_EQ(talk.Closing(), CloseReason::NotPermitted);
+}
+
+// What was being read meanwhile is not sent.
+TEST_F(Access, ABlobThatIsReadForAnExpiredTokenStaysHere)
+{
+  auto talk = this->Talk("regions");
+  Open(talk);
+  Ask(talk, { 2, PartitionsRequest{ { 0 } } });
+  ASSERT_TRUE(talk.NextReadyMessage()); // begin
+  EXPECT_FALSE(talk.NextReadyMessage());
+  const auto errand = talk.TakeErrand();
+  ASSERT_TRUE(errand);
+  errand->Run();
+  this->time = 2000;
+  talk.Finish(errand);
+  const auto heard = Listen(talk);
+  EXPECT_TRUE(heard.blobs.empty());
+  EXPECT_EQ(heard.errors.at(2), 401u);
+}
