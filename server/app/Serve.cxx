@@ -92,21 +92,26 @@ void Reopen(
   }
 }
 
+// The access log and the audit log; null where none is wanted.
+struct Logs
+{
+  std::shared_ptr<AccessLog> access, audit;
+};
+
 // What runs beside the server.
 struct Surroundings
 {
   const std::string& program;
   const ServeOptions& line;
   StoreCatalog& catalog;
-  const std::shared_ptr<AccessLog>& log;   // may be null
-  const std::shared_ptr<AccessLog>& audit; // may be null
+  const Logs& logs;
   std::optional<TokensFile>& tokens;
   HttpServer& server;
 };
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, log, audit, tokens, server] = around;
+  const auto& [program, line, catalog, logs, tokens, server] = around;
   if (const auto status = catalog.Reload(); !status)
   {
     PrintWarning(
@@ -125,8 +130,8 @@ void Reload(const Surroundings& around)
   {
     WarnOfTokens(program, line.tokens, tokens->Reload());
   }
-  Reopen(program, line.accessLog, log);
-  Reopen(program, line.auditLog, audit);
+  Reopen(program, line.accessLog, logs.access);
+  Reopen(program, line.auditLog, logs.audit);
 }
 
 // Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
@@ -250,6 +255,67 @@ void SayWhoMay(
   }
 }
 
+// What `/` serves.
+Status OpenPages(ServeOptions& line)
+{
+  if (line.web.empty())
+  {
+    line.web = InstalledWeb();
+  }
+  if (line.web.empty())
+  {
+    return {};
+  }
+  auto web = OfFile(line.web, StaticFiles::Open(line.web));
+  KDSTREAM_TRY(web);
+  if (!web->Read("/"))
+  {
+    return Error{ ErrorCode::NotFound, "there is no index.html in this folder", line.web };
+  }
+  line.server.web = std::move(*web);
+  return {};
+}
+
+Result<Logs> OpenLogs(ServeOptions& line)
+{
+  Logs logs;
+  auto access = OfFile(line.accessLog, OpenLog(line.accessLog, AccessLog::Form::Text, line));
+  KDSTREAM_TRY(access);
+  logs.access = std::move(*access);
+  auto audit = OfFile(line.auditLog, OpenLog(line.auditLog, AccessLog::Form::Json, line));
+  KDSTREAM_TRY(audit);
+  logs.audit = std::move(*audit);
+  if (logs.access)
+  {
+    line.server.onAccess = [to = logs.access](const AccessRecord& record) { to->Write(record); };
+  }
+  if (logs.audit)
+  {
+    line.server.onPartition = [to = logs.audit](const PartitionRecord& record)
+    { to->Write(record); };
+  }
+  return logs;
+}
+
+// Who may have what, and how much; no file of keys where everybody may have all.
+Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
+{
+  if (!line.quotaFile.empty())
+  {
+    auto quotas = OfFile(line.quotaFile, QuotaBook::Open(line.quotaFile, line.quotas));
+    KDSTREAM_TRY(quotas);
+    line.server.quotas = std::move(*quotas);
+  }
+  if (line.tokens.empty())
+  {
+    return std::optional<TokensFile>();
+  }
+  auto tokens = OfFile(line.tokens, TokensFile::Open(line.tokens));
+  KDSTREAM_TRY(tokens);
+  line.server.guard = tokens->Guard();
+  return std::optional(std::move(*tokens));
+}
+
 int Serve(const std::string& program, ServeOptions& line)
 {
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
@@ -270,60 +336,19 @@ int Serve(const std::string& program, ServeOptions& line)
     }
     return PrintError(program, line.folder, error);
   }
-  if (line.web.empty())
+  if (const auto status = OpenPages(line); !status)
   {
-    line.web = InstalledWeb();
+    return PrintError(program, "", status.GetError());
   }
-  if (!line.web.empty())
+  const auto logs = OpenLogs(line);
+  if (!logs)
   {
-    auto web = StaticFiles::Open(line.web);
-    if (!web)
-    {
-      return PrintError(program, line.web, web.GetError());
-    }
-    if (const auto home = web->Read("/"); !home)
-    {
-      return PrintError(
-        program, line.web, { ErrorCode::NotFound, "there is no index.html in this folder" });
-    }
-    line.server.web = std::move(*web);
+    return PrintError(program, "", logs.GetError());
   }
-  const auto log = OpenLog(line.accessLog, AccessLog::Form::Text, line);
-  const auto audit = OpenLog(line.auditLog, AccessLog::Form::Json, line);
-  for (const auto& [file, opened] : { std::pair(line.accessLog, &log), { line.auditLog, &audit } })
+  auto tokens = OpenAccess(line);
+  if (!tokens)
   {
-    if (!*opened)
-    {
-      return PrintError(program, file, opened->GetError());
-    }
-  }
-  if (*log)
-  {
-    line.server.onAccess = [to = *log](const AccessRecord& record) { to->Write(record); };
-  }
-  if (*audit)
-  {
-    line.server.onPartition = [to = *audit](const PartitionRecord& record) { to->Write(record); };
-  }
-  if (!line.quotaFile.empty())
-  {
-    auto quotas = QuotaBook::Open(line.quotaFile, line.quotas);
-    if (!quotas)
-    {
-      return PrintError(program, line.quotaFile, quotas.GetError());
-    }
-    line.server.quotas = std::move(*quotas);
-  }
-  std::optional<TokensFile> tokens;
-  if (!line.tokens.empty())
-  {
-    auto opened = TokensFile::Open(line.tokens);
-    if (!opened)
-    {
-      return PrintError(program, line.tokens, opened.GetError());
-    }
-    tokens = std::move(*opened);
-    line.server.guard = tokens->Guard();
+    return PrintError(program, "", tokens.GetError());
   }
   line.server.onError = [&program](const std::string& what) {
     PrintError(program, "", { ErrorCode::InputOutput, what });
@@ -340,10 +365,10 @@ int Serve(const std::string& program, ServeOptions& line)
   {
     std::cerr << program << ": metrics on " << (*server)->AdminUrl() << "/metrics" << std::endl;
   }
-  SayWhoMay(program, line.tokens, tokens);
+  SayWhoMay(program, line.tokens, *tokens);
   std::cout << "listening on " << (*server)->Url() << std::endl;
   WarnOfEmptyFolder(program, line.folder, catalog);
-  const Surroundings around{ program, line, catalog, *log, *audit, tokens, **server };
+  const Surroundings around{ program, line, catalog, *logs, *tokens, **server };
   WaitForEnd(signals, around);
   Drain(signals, around);
   return exitDone; // what is still under way ends with the server

@@ -2,6 +2,7 @@
 #include "server/http/HttpConnection.h"
 
 #include "server/http/ProxyHeader.h"
+#include "server/http/ResponseHead.h"
 #include "server/http/StreamConnection.h"
 #include "server/protocol/ResourcePath.h"
 
@@ -20,8 +21,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstdio>
-#include <ctime>
 #include <limits>
 #include <optional>
 #include <string>
@@ -33,21 +32,6 @@ namespace kdstream
 
 namespace
 {
-
-// The current time in the format of the Date field, whatever the locale.
-std::string HttpDate()
-{
-  constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
-  constexpr const char* months[] = { "Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep",
-    "Oct", "Nov", "Dec" };
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[40];
-  std::snprintf(text, sizeof text, "%s, %02d %s %d %02d:%02d:%02d GMT", days[utc.tm_wday],
-    utc.tm_mday, months[utc.tm_mon], utc.tm_year + 1900, utc.tm_hour, utc.tm_min, utc.tm_sec);
-  return text;
-}
 
 class HttpConnection
   : public Drainable
@@ -471,7 +455,9 @@ private:
   {
     this->Answer = std::move(response);
     this->KeepAlive = keepAlive && !this->State.Draining();
-    this->WriteHead();
+    const bool isSecured = this->State.IsTls() && !this->Admitted.isAdmin;
+    this->Head = WriteResponseHead(this->Answer, this->Parser->get().version() == 10,
+      this->KeepAlive, isSecured ? this->State.Options.strictTransport : std::chrono::seconds(0));
     const bool hasBody = this->Answer.body && !this->Answer.omitBody;
     this->BodyBytes = hasBody ? this->Answer.length : 0;
     const auto* body = hasBody ? this->Answer.body->data() + this->Answer.begin : nullptr;
@@ -484,39 +470,6 @@ private:
       { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
       [self = this->shared_from_this()](beast::error_code error, std::size_t)
       { self->Guard([&] { self->OnSent(error); }); });
-  }
-
-  // The answer's status line and fields.
-  void WriteHead()
-  {
-    const bool old = this->Parser->get().version() == 10;
-    const auto reason =
-      beast::http::obsolete_reason(static_cast<beast::http::status>(this->Answer.status));
-    this->Head = old ? "HTTP/1.0 " : "HTTP/1.1 ";
-    this->Head += std::to_string(this->Answer.status) + " ";
-    this->Head.append(reason.data(), reason.size());
-    this->Head += "\r\n";
-    const auto field = [this](std::string_view name, std::string_view value)
-    { this->Head.append(name).append(": ").append(value).append("\r\n"); };
-    for (const auto& [name, value] : this->Answer.fields)
-    {
-      field(name, value);
-    }
-    field("Date", HttpDate());
-    const auto strict = this->State.Options.strictTransport.count();
-    if (this->State.IsTls() && strict > 0 && !this->Admitted.isAdmin)
-    {
-      field("Strict-Transport-Security", "max-age=" + std::to_string(strict));
-    }
-    if (this->KeepAlive == old) // what this version would not take for granted
-    {
-      field("Connection", old ? "keep-alive" : "close");
-    }
-    if (this->Answer.status != 304 && this->Answer.status != 204)
-    {
-      field("Content-Length", std::to_string(this->Answer.length));
-    }
-    this->Head += "\r\n";
   }
 
   void OnSent(beast::error_code error)

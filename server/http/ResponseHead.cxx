@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/ResponseHead.h"
+
+#include <boost/beast/http/status.hpp>
+
+#include <cstdio>
+#include <ctime>
+#include <string_view>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// The current time in the format of the Date field, whatever the locale.
+std::string HttpDate()
+{
+  constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
+  constexpr const char* months[] = { "Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep",
+    "Oct", "Nov", "Dec" };
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[40];
+  std::snprintf(text, sizeof text, "%s, %02d %s %d %02d:%02d:%02d GMT", days[utc.tm_wday],
+    utc.tm_mday, months[utc.tm_mon], utc.tm_year + 1900, utc.tm_hour, utc.tm_min, utc.tm_sec);
+  return text;
+}
+
+}
+
+std::string WriteResponseHead(
+  const HttpResponse& response, bool isOld, bool keepAlive, std::chrono::seconds strictTransport)
+{
+  namespace http = boost::beast::http;
+  const auto reason = http::obsolete_reason(static_cast<http::status>(response.status));
+  std::string head = isOld ? "HTTP/1.0 " : "HTTP/1.1 ";
+  head += std::to_string(response.status) + " ";
+  head.append(reason.data(), reason.size());
+  head += "\r\n";
+  const auto field = [&head](std::string_view name, std::string_view value)
+  { head.append(name).append(": ").append(value).append("\r\n"); };
+  for (const auto& [name, value] : response.fields)
+  {
+    field(name, value);
+  }
+  field("Date", HttpDate());
+  if (strictTransport.count() > 0)
+  {
+    field("Strict-Transport-Security", "max-age=" + std::to_string(strictTransport.count()));
+  }
+  if (keepAlive == isOld) // what this version would not take for granted
+  {
+    field("Connection", isOld ? "keep-alive" : "close");
+  }
+  if (response.status != 304 && response.status != 204)
+  {
+    field("Content-Length", std::to_string(response.length));
+  }
+  return head + "\r\n";
+}
+
+}
