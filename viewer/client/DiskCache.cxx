@@ -194,10 +194,12 @@ private:
 class DiskCache::File
 {
 public:
-  File(ReadOnlyCache reading, Database writing, std::uint64_t mostBytes)
+  File(ReadOnlyCache reading, Database writing, std::uint64_t mostBytes,
+    std::function<void(const std::string& why)> onTrouble)
     : Reading(std::move(reading))
     , Writing(std::move(writing))
     , MostBytes(static_cast<std::int64_t>(std::min<std::uint64_t>(mostBytes, INT64_MAX)))
+    , OnTrouble(std::move(onTrouble))
     , Writer([this] { this->Write(); })
   {
   }
@@ -249,12 +251,6 @@ public:
     this->Add({ Task::Kind::Put, key, std::move(bytes) });
   }
 
-  std::string Trouble() const
-  {
-    const std::lock_guard lock(this->Mutex);
-    return this->Failed;
-  }
-
 private:
   struct Task
   {
@@ -272,7 +268,7 @@ private:
   void Add(Task task)
   {
     const std::lock_guard lock(this->Mutex);
-    if (this->Writing && this->Failed.empty() && this->Tasks.size() < mostPut)
+    if (this->Writing && !this->HasFailed && this->Tasks.size() < mostPut)
     {
       this->Tasks.push_back(std::move(task));
       this->Woken.notify_one();
@@ -296,8 +292,12 @@ private:
       lock.lock();
       if (!done)
       {
-        this->Failed = done.GetError().message;
+        this->HasFailed = true;
         this->Tasks.clear();
+        if (this->OnTrouble)
+        {
+          this->OnTrouble(done.GetError().message);
+        }
       }
     }
   }
@@ -399,11 +399,11 @@ private:
   ReadOnlyCache Reading;
   Database Writing; // null where that cannot be done; of the thread alone
   const std::int64_t MostBytes;
+  const std::function<void(const std::string& why)> OnTrouble;
   mutable std::mutex Mutex; // of all below
   std::condition_variable Woken;
   std::vector<Task> Tasks;
-  std::string Failed;
-  bool Ended = false;
+  bool HasFailed = false, Ended = false;
   std::thread Writer;
 };
 
@@ -414,7 +414,8 @@ DiskCache::DiskCache(std::unique_ptr<File> file)
 
 DiskCache::~DiskCache() = default;
 
-Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::uint64_t mostBytes)
+Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::uint64_t mostBytes,
+  std::function<void(const std::string& why)> onTrouble)
 {
   auto writing = OpenToWrite(folder);
   auto reading = OpenToRead(folder, writing.HasValue());
@@ -422,8 +423,8 @@ Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::
   {
     return writing ? reading.GetError() : writing.GetError();
   }
-  return std::shared_ptr<DiskCache>(new DiskCache(std::make_unique<File>(
-    std::move(*reading), writing ? std::move(*writing) : Database(), mostBytes)));
+  return std::shared_ptr<DiskCache>(new DiskCache(std::make_unique<File>(std::move(*reading),
+    writing ? std::move(*writing) : Database(), mostBytes, std::move(onTrouble))));
 }
 
 std::optional<std::vector<std::uint8_t>> DiskCache::Find(const CacheKey& key)
@@ -434,11 +435,6 @@ std::optional<std::vector<std::uint8_t>> DiskCache::Find(const CacheKey& key)
 void DiskCache::Put(const CacheKey& key, std::vector<std::uint8_t> bytes)
 {
   this->Kept->Put(key, std::move(bytes));
-}
-
-std::string DiskCache::Trouble() const
-{
-  return this->Kept->Trouble();
 }
 
 }

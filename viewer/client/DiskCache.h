@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,19 +34,17 @@ public:
   // In `folder`, which is made, readable by its owner alone. Of another version's file nothing is
   // kept. mostBytes: of entries' contents.
   // Where the folder cannot be written to, what is there is read, and nothing is kept.
-  // Errors: InputOutput where neither can be done.
-  static Result<std::shared_ptr<DiskCache>> Open(
-    const std::filesystem::path& folder, std::uint64_t mostBytes);
+  // onTrouble: called once, from a thread of its own, where nothing more can be kept (a full disk),
+  // with why; may be empty. Errors: InputOutput where neither can be done.
+  static Result<std::shared_ptr<DiskCache>> Open(const std::filesystem::path& folder,
+    std::uint64_t mostBytes, std::function<void(const std::string& why)> onTrouble = {});
   // Writes what has been put.
   ~DiskCache();
 
   // The entry's bytes; nothing where there is none.
   std::optional<std::vector<std::uint8_t>> Find(const CacheKey& key);
-  // Keeps these bytes from now on. What cannot be written (a full disk) is not kept.
+  // Keeps these bytes from now on.
   void Put(const CacheKey& key, std::vector<std::uint8_t> bytes);
-
-  // Why nothing is kept any more; empty as long as it is.
-  std::string Trouble() const;
 
 private:
   class File;

@@ -37,7 +37,9 @@ std::shared_ptr<DiskCache> OpenCache(
   const ViewOptions& options, const std::function<void(std::string_view sentence)>& warn)
 {
   const auto folder = CacheFolder(options);
-  auto cache = folder ? DiskCache::Open(*folder, options.cacheBytes)
+  const auto onTrouble = [warn](const std::string& why)
+  { warn("the cache: " + why + "; what comes from now on is not kept"); };
+  auto cache = folder ? DiskCache::Open(*folder, options.cacheBytes, onTrouble)
                       : Result<std::shared_ptr<DiskCache>>(folder.GetError());
   if (!cache)
   {

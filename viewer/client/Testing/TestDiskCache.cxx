@@ -8,6 +8,10 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <sys/resource.h>
+
+#include <atomic>
+#include <csignal>
 #include <random>
 #include <thread>
 
@@ -88,7 +92,6 @@ TEST(TestDiskCache, KeepsWhatWasPutBeyondItsLife)
   EXPECT_FALSE(cache->Find({ "http://b:1", "digest", "partitions/2" }));
   EXPECT_FALSE(cache->Find({ "http://a:1", "other", "partitions/2" }));
   EXPECT_FALSE(cache->Find({ "http://a:1", "digest", "partitions/200" }));
-  EXPECT_EQ(cache->Trouble(), "");
   const auto rights = std::filesystem::status(folder / "new/folder").permissions();
   EXPECT_EQ(rights & std::filesystem::perms::others_all, std::filesystem::perms::none);
 }
@@ -152,7 +155,6 @@ TEST(TestDiskCache, TwoProgramsMayUseItAtOnce)
   {
     EXPECT_EQ(FindSoon(i % 2 == 0 ? *first : *second, Key(i)), Content(i)) << i;
   }
-  EXPECT_EQ(first->Trouble() + second->Trouble(), "");
 }
 
 TEST(TestDiskCache, WhatIsDamagedIsNotFoundAndTakesItsPlaceAgain)
@@ -194,6 +196,43 @@ TEST(TestDiskCache, AnotherVersionsFileAndNoDatabaseBeginAnew)
     cache->Put(Key(3), Content(3));
   }
   EXPECT_EQ(Open(folder.Path)->Find(Key(3)), Content(3));
+}
+
+// A file that may not grow is as a full disk.
+TEST(TestDiskCache, AFullDiskIsToldOnceAndWhatIsThereStays)
+{
+  const TemporaryFolder folder;
+  {
+    const auto cache = Open(folder.Path);
+    cache->Put(Key(1), Content(1));
+  }
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit little{ 100'000, before.rlim_max };
+  std::atomic<int> told = 0;
+  {
+    auto cache = DiskCache::Open(
+      folder.Path, plenty, [&told](const std::string& why) { told += why.empty() ? 100 : 1; });
+    ASSERT_TRUE(cache);
+    setrlimit(RLIMIT_FSIZE, &little);
+    for (int i = 2; i < 5; ++i)
+    {
+      (*cache)->Put(Key(i), Content(i, 1'000'000));
+    }
+    for (int i = 0; i < 500 && told == 0; ++i)
+    {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    (*cache)->Put(Key(6), Content(6));
+    EXPECT_EQ((*cache)->Find(Key(1)), Content(1));
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(told, 1);
+  const auto cache = Open(folder.Path);
+  EXPECT_EQ(cache->Find(Key(1)), Content(1));
+  EXPECT_FALSE(cache->Find(Key(3)));
 }
 
 TEST(TestDiskCache, AFolderThatCannotBeIsRefused)

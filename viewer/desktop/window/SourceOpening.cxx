@@ -48,8 +48,8 @@ Result<OpenedSources> SourceOpening::Open()
     this->Told = progress;
     return !this->GivenUp;
   };
-  const auto warn = [this](std::string_view sentence)
-  { std::cerr << this->Program + ": warning: " + std::string(sentence) + "\n"; };
+  const auto warn = [program = this->Program](std::string_view sentence)
+  { std::cerr << program + ": warning: " + std::string(sentence) + "\n"; };
   OpenedSources opened;
   auto models = OpenSource(this->Options, report, warn);
   KDSTREAM_TRY(models);
