@@ -123,6 +123,19 @@ TEST_F(Quotas, BytesASecond)
   EXPECT_NEAR(static_cast<double>(had), 500'000, 12'000);
 }
 
+// What one quota refuses counts for none.
+TEST_F(Quotas, OfWhatIsRefusedNothingIsEntered)
+{
+  auto limits = Share(0.002);
+  limits.bytesPerSecond = 1000;
+  const auto book = this->Open(limits);
+  EXPECT_TRUE(May(*book, "ann", 1, "m", 15'000));
+  EXPECT_FALSE(May(*book, "ann", 2)) << "too fast";
+  EXPECT_FALSE(May(*book, "ann", 3)) << "too fast";
+  this->time += 6 * second;
+  EXPECT_TRUE(May(*book, "ann", 3)) << "the second of two";
+}
+
 TEST_F(Quotas, RegionsAMinute)
 {
   QuotaLimits limits;
