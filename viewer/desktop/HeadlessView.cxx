@@ -179,7 +179,10 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
                         ? SessionWindow::MakeOnScreen(line.width, line.height, style)
                         : SessionWindow::MakeOffscreen(
                             *ParseWindowBackend(line.offscreen), line.width, line.height, style);
-  KDSTREAM_TRY(window);
+  if (!window)
+  {
+    return line.offscreen.empty() ? NoWindow(window.GetError()) : window.GetError();
+  }
 
   ViewerSession session(SessionOptionsOf(line));
   session.SetModels(source.Models());

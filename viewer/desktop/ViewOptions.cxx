@@ -201,6 +201,12 @@ SessionOptions SessionOptionsOf(const ViewOptions& line)
   return options;
 }
 
+Error NoWindow(const Error& why)
+{
+  return { why.code,
+    "no window can be opened: " + why.message + "; --offscreen auto draws without one" };
+}
+
 std::string CheckPicture(const std::string& file)
 {
   std::string ending = std::filesystem::path(file).extension().string();

@@ -50,6 +50,9 @@ Result<T> At(const std::string& place, Result<T> result)
   return result;
 }
 
+// Why no window can be opened, and what to do.
+Error NoWindow(const Error& why);
+
 // Why no picture can be written there; empty if it can.
 std::string CheckPicture(const std::string& file);
 

@@ -167,7 +167,7 @@ std::vector<Tile> Panels::TilesOf(const PanelFacts& facts, const ViewSettings& s
 }
 
 PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles,
-  const Previews& previews, ViewSettings& settings)
+  const Previews* previews, ViewSettings& settings)
 {
   PanelWishes wishes;
   if (!facts.models)
@@ -303,7 +303,7 @@ void Panels::DrawTitle(const PanelFacts& facts) const
 }
 
 void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
-  const Previews& previews, PanelWishes& wishes)
+  const Previews* previews, PanelWishes& wishes)
 {
   if (tiles.empty())
   {
@@ -370,7 +370,7 @@ void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
     drawing.PopClipRect();
     if (isHovered)
     {
-      const std::string& trouble = previews.TroubleOf(tile.model);
+      const std::string& trouble = previews->TroubleOf(tile.model);
       ImGui::SetTooltip("%s\n%s%s%s", NameOf(model).c_str(), SizeOf(model).c_str(),
         trouble.empty() ? "" : "\n", trouble.c_str());
     }

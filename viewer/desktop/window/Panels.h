@@ -77,14 +77,14 @@ public:
   // Height of the strip, pixels; 0 without one.
   double StripHeight(const PanelFacts& facts, const ViewSettings& settings) const;
 
-  // Between Begin and End of an InterfaceLayer.
+  // Between Begin and End of an InterfaceLayer. previews: null before the models are known.
   PanelWishes Draw(const PanelFacts& facts, const std::vector<Tile>& tiles,
-    const Previews& previews, ViewSettings& settings);
+    const Previews* previews, ViewSettings& settings);
 
 private:
   void DrawTools(const PanelFacts& facts, PanelWishes& wishes);
   void DrawTitle(const PanelFacts& facts) const;
-  void DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles, const Previews& previews,
+  void DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles, const Previews* previews,
     PanelWishes& wishes);
   void DrawSettings(const PanelFacts& facts, ViewSettings& settings);
   void DrawDetails(const PanelFacts& facts);

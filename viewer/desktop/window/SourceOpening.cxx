@@ -4,63 +4,93 @@
 
 #include <filesystem>
 #include <iostream>
+#include <mutex>
 #include <utility>
 
 namespace kdstream
 {
 
+// The thread's and the window's; it lives as long as either.
+struct SourceOpening::State
+{
+  std::mutex mutex; // of all below
+  bool givenUp = false;
+  std::string told;
+  std::optional<Result<OpenedSources>> ended;
+};
+
+namespace
+{
+
+Result<OpenedSources> OpenBoth(const ViewOptions& options,
+  const std::function<bool(std::string_view progress)>& report,
+  const std::function<void(std::string_view sentence)>& warn)
+{
+  OpenedSources opened;
+  auto models = OpenSource(options, report, warn);
+  KDSTREAM_TRY(models);
+  opened.models = std::move(*models);
+  if (opened.models->Models().size() > 1)
+  {
+    // What there is to warn of has been said.
+    auto previews = OpenSource(options, report, [](std::string_view) {});
+    KDSTREAM_TRY(previews);
+    opened.previews = std::move(*previews);
+  }
+  return opened;
+}
+
+}
+
 SourceOpening::SourceOpening(std::string program, const ViewOptions& options)
-  : Program(std::move(program))
-  , Options(options)
-  , Ending(std::async(std::launch::async, [this] { return this->Open(); }))
+  : Name(NamesServer(options.source) ? options.source
+                                     : std::filesystem::path(options.source).filename().string())
+  , IsServer(NamesServer(options.source))
+  , Shared(std::make_shared<State>())
+  , Thread(
+      [shared = this->Shared, program = std::move(program), options]
+      {
+        const auto report = [&shared](std::string_view progress)
+        {
+          const std::lock_guard lock(shared->mutex);
+          shared->told = progress;
+          return !shared->givenUp;
+        };
+        const auto warn = [program](std::string_view sentence)
+        { std::cerr << program + ": warning: " + std::string(sentence) + "\n"; };
+        auto ended = OpenBoth(options, report, warn);
+        const std::lock_guard lock(shared->mutex);
+        shared->ended = std::move(ended);
+      })
 {
 }
 
 SourceOpening::~SourceOpening()
 {
-  this->GivenUp = true;
+  {
+    const std::lock_guard lock(this->Shared->mutex);
+    this->Shared->givenUp = true;
+  }
+  if (this->IsServer)
+  {
+    this->Thread.detach(); // a server that says nothing may take 40 s
+  }
+  else
+  {
+    this->Thread.join();
+  }
 }
 
 std::string SourceOpening::Progress() const
 {
-  const std::lock_guard lock(this->Mutex);
-  const std::string name = NamesServer(this->Options.source)
-                             ? this->Options.source
-                             : std::filesystem::path(this->Options.source).filename().string();
-  return "Opening " + name + (this->Told.empty() ? "" : ": " + this->Told);
+  const std::lock_guard lock(this->Shared->mutex);
+  return "Opening " + this->Name + (this->Shared->told.empty() ? "" : ": " + this->Shared->told);
 }
 
 std::optional<Result<OpenedSources>> SourceOpening::Take()
 {
-  if (!this->Ending.valid() ||
-      this->Ending.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-  {
-    return std::nullopt;
-  }
-  return this->Ending.get();
-}
-
-Result<OpenedSources> SourceOpening::Open()
-{
-  const auto report = [this](std::string_view progress)
-  {
-    const std::lock_guard lock(this->Mutex);
-    this->Told = progress;
-    return !this->GivenUp;
-  };
-  const auto warn = [program = this->Program](std::string_view sentence)
-  { std::cerr << program + ": warning: " + std::string(sentence) + "\n"; };
-  OpenedSources opened;
-  auto models = OpenSource(this->Options, report, warn);
-  KDSTREAM_TRY(models);
-  opened.models = std::move(*models);
-  if (opened.models->Models().size() > 1)
-  {
-    auto previews = OpenSource(this->Options, report, warn);
-    KDSTREAM_TRY(previews);
-    opened.previews = std::move(*previews);
-  }
-  return opened;
+  const std::lock_guard lock(this->Shared->mutex);
+  return std::exchange(this->Shared->ended, std::nullopt);
 }
 
 }

@@ -4,12 +4,10 @@
 
 #include "viewer/desktop/OpenSource.h"
 
-#include <atomic>
-#include <future>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 
 namespace kdstream
 {
@@ -24,8 +22,10 @@ class SourceOpening
 {
 public:
   SourceOpening(std::string program, const ViewOptions& options);
-  // Gives up.
+  // Gives up: a build is stopped and leaves nothing behind, a server is waited for no more.
   ~SourceOpening();
+  SourceOpening(const SourceOpening&) = delete;
+  SourceOpening& operator=(const SourceOpening&) = delete;
 
   // What is being done.
   std::string Progress() const;
@@ -33,14 +33,12 @@ public:
   std::optional<Result<OpenedSources>> Take();
 
 private:
-  Result<OpenedSources> Open();
+  struct State;
 
-  std::string Program;
-  ViewOptions Options;
-  std::atomic<bool> GivenUp{ false };
-  mutable std::mutex Mutex;
-  std::string Told;
-  std::future<Result<OpenedSources>> Ending;
+  std::string Name; // of what is opened
+  bool IsServer;
+  std::shared_ptr<State> Shared;
+  std::thread Thread;
 };
 
 }

@@ -205,13 +205,16 @@ void WindowView::Handle(const WindowEvent& event)
       return;
     }
   }
-  else
-  {
-    this->Interface.Handle(event);
-  }
   if (begins && !this->Input.Touching())
   {
     this->PressIsOfWords = isOverWords;
+  }
+  // To the words fingers are a mouse, where they began there.
+  const bool isFinger =
+    event.kind == Kind::TouchBegin || event.kind == Kind::TouchMove || event.kind == Kind::TouchEnd;
+  if (event.kind != Kind::Key && (!isFinger || this->PressIsOfWords))
+  {
+    this->Interface.Handle(event);
   }
   const bool isOfWords = event.kind == Kind::Wheel ? isOverWords : this->PressIsOfWords;
   if (!this->Session.IsOpen() || (isOfWords && event.kind != Kind::Key))
@@ -348,9 +351,8 @@ void WindowView::Frame()
   }
   this->Interface.Begin(this->Display->Width(), this->Display->Height(), begin - this->LastFrame);
   ViewSettings settings = this->Settings;
-  static const Previews none(this->Display->Window(), previewLayer, nullptr);
   const PanelWishes wishes =
-    this->Words.Draw(this->Facts(), this->Tiles, this->Shelf ? *this->Shelf : none, settings);
+    this->Words.Draw(this->Facts(), this->Tiles, this->Shelf.get(), settings);
   if (this->Interface.End())
   {
     this->FramesLeft = std::max(this->FramesLeft, 1);
@@ -518,9 +520,7 @@ Result<int> ViewInWindow(const std::string& program, const ViewOptions& options)
   auto display = DisplayWindow::Make(options.width, options.height, "KdStream");
   if (!display)
   {
-    return Error{ display.GetError().code,
-      "no window can be opened: " + display.GetError().message +
-        "; --offscreen auto draws without one" };
+    return NoWindow(display.GetError());
   }
   WindowView view(program, options, std::move(*display), std::move(*recorder));
   view.Run();
