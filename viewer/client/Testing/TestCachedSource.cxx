@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <thread>
 
 using namespace kdstream;
 using fixtures::TemporaryFolder;
@@ -21,6 +22,34 @@ namespace
 {
 
 constexpr int large = 800;
+
+// A source whose partitions come with a wrong byte.
+class Garbling final : public ModelSource
+{
+public:
+  explicit Garbling(std::unique_ptr<ModelSource> source)
+    : Source(std::move(source))
+  {
+  }
+  const std::vector<ModelSummary>& Models() const override { return this->Source->Models(); }
+  void Send(const SessionRequest& request) override { this->Source->Send(request); }
+  std::vector<ClientEvent> Take() override
+  {
+    auto events = this->Source->Take();
+    for (ClientEvent& event : events)
+    {
+      if (event.kind == ClientEvent::Kind::Blob && event.blob.kind == protocol::BlobKind::Partition)
+      {
+        event.bytes[event.bytes.size() / 2] ^= 1;
+      }
+    }
+    return events;
+  }
+  bool Wait(std::chrono::milliseconds atMost) override { return this->Source->Wait(atMost); }
+
+private:
+  std::unique_ptr<ModelSource> Source;
+};
 
 class TestCachedSource : public ::testing::Test
 {
@@ -111,6 +140,57 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
   EXPECT_LT(read.size(), session.GetStatus().region->partitions);
 }
 
+// A server finds the partitions of a region itself, so it has to be told which it need not send.
+TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
+{
+  class Listening final : public ModelSource
+  {
+  public:
+    explicit Listening(std::vector<SessionRequest>& heard)
+      : Heard(heard)
+    {
+    }
+    const std::vector<ModelSummary>& Models() const override { return this->None; }
+    void Send(const SessionRequest& request) override { this->Heard.push_back(request); }
+    std::vector<ClientEvent> Take() override { return {}; }
+    bool Wait(std::chrono::milliseconds) override { return false; }
+
+  private:
+    std::vector<ModelSummary> None;
+    std::vector<SessionRequest>& Heard;
+  };
+
+  const auto cache = *DiskCache::Open(this->Folder.Path, this->MostBytes);
+  const CacheKey third{ "http://a:1", "", "partitions/3" };
+  cache->Put(third, { 1, 2, 3 });
+  while (!cache->Find(third))
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  std::vector<SessionRequest> heard;
+  CachedSource source(std::make_unique<Listening>(heard), cache, "http://a:1");
+  SessionRequest region;
+  region.kind = SessionRequest::Kind::Region;
+  region.id = 7;
+  region.except = { 9 };
+  region.blobs = { protocol::BlobId::Partition(3), protocol::BlobId::Partition(4) };
+  source.Send(region);
+  ASSERT_EQ(heard.size(), 1u);
+  EXPECT_EQ(heard[0].blobs, std::vector<protocol::BlobId>{ protocol::BlobId::Partition(4) });
+  EXPECT_EQ(heard[0].except, (std::vector<std::uint32_t>{ 9, 3 }));
+  const auto found = source.Take();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].blob, protocol::BlobId::Partition(3));
+  // What is called back: the server's part there, ours here.
+  source.Send(region);
+  SessionRequest cancel;
+  cancel.kind = SessionRequest::Kind::Cancel;
+  cancel.id = 7;
+  source.Send(cancel);
+  EXPECT_EQ(heard.back().kind, SessionRequest::Kind::Cancel);
+  EXPECT_TRUE(source.Take().empty());
+}
+
 TEST_F(TestCachedSource, WithoutTheServerEverythingThatWasSeenIsThere)
 {
   ViewerSession before;
@@ -136,16 +216,24 @@ TEST_F(TestCachedSource, WithoutTheServerEverythingThatWasSeenIsThere)
   EXPECT_EQ(never.GetError().code, ErrorCode::NotFound);
 }
 
-TEST_F(TestCachedSource, WhatTheServerSendsDamagedIsNotKept)
+TEST_F(TestCachedSource, WhatComesDamagedIsNotKept)
 {
-  this->Model->damaged = protocol::BlobId::Partition(0);
-  ViewerSession first;
-  Look(*this->Online(), first, large);
-  this->Model->damaged.reset();
+  {
+    CachedSource garbled(std::make_unique<Garbling>(std::make_unique<LocalClient>(
+                           std::vector<std::shared_ptr<const ServedModel>>{ this->Model })),
+      *DiskCache::Open(this->Folder.Path, this->MostBytes), "http://a:1");
+    ViewerSession first;
+    Look(garbled, first, large);
+    EXPECT_NE(first.GetStatus().error, "");
+  }
   this->Model->TakeRead();
   ViewerSession second;
   Look(*this->Online(), second, large);
   EXPECT_EQ(second.GetStatus().error, "");
+  const auto read = this->Model->TakeRead();
+  EXPECT_GT(read.size(), 0u);
+  EXPECT_TRUE(std::all_of(read.begin(), read.end(),
+    [](const std::string& name) { return name.rfind("partitions/", 0) == 0; }));
 }
 
 TEST_F(TestCachedSource, ACacheThatKeepsNothingIsStillAWayToTheServer)

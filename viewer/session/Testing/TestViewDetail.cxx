@@ -101,7 +101,17 @@ TEST(TestViewDetail, WhatIsSeenIsFineAndTheRestCostsNothing)
 TEST(TestViewDetail, WhatComesLateIsKept)
 {
   MemoryServer server = Torus();
-  ViewerSession session;
+  std::vector<std::string> late; // what the trace tells of it
+  SessionOptions options;
+  options.TraceTo(
+    [&late](std::string_view line)
+    {
+      if (line.find("\"late\"") != std::string_view::npos)
+      {
+        late.emplace_back(line);
+      }
+    });
+  ViewerSession session(options);
   OpenFullScreen(session, server);
   session.Zoom(20, onRingX, onRingY);
   session.BeginFrame();
@@ -134,6 +144,10 @@ TEST(TestViewDetail, WhatComesLateIsKept)
     ExpectClosed(session);
   }
   EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_GT(late.size(), 0u);
+  EXPECT_LE(late.size(), onTheLine.size()) << "each once";
+  EXPECT_TRUE(std::none_of(late.begin(), late.end(),
+    [](const std::string& line) { return line.find("partitions/300\"") != std::string::npos; }));
   server.Serve(session);
   server.sent.clear();
   session.GoHome();
