@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace kdstream
 {
@@ -56,7 +57,7 @@ std::optional<JsonDocument> ParseObject(const std::string& text)
     return std::nullopt;
   }
   std::vector<std::string_view> names;
-  for (const auto& member : json->GetObject())
+  for (const auto& member : std::as_const(*json).GetObject())
   {
     names.push_back(TextOf(member.name));
   }

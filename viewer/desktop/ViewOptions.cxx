@@ -2,6 +2,9 @@
 // The command line of kdstream-view: see ViewOptions.h.
 #include "viewer/desktop/ViewOptions.h"
 
+#include "filters/core/SystemReason.h"
+#include "viewer/rendering/OffscreenWindow.h"
+
 #include <algorithm>
 #include <cctype>
 #include <cerrno>

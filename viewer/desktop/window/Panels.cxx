@@ -160,8 +160,10 @@ std::vector<Tile> Panels::TilesOf(const PanelFacts& facts, const ViewSettings& s
                        : facts.height - strip + space;
   for (std::size_t i = 0; i < shown; ++i)
   {
-    tiles.push_back({ this->FirstTile + i, left + static_cast<double>(i % columns) * stepX,
-      top + static_cast<double>(i / columns) * stepY, width, height });
+    const std::size_t column = i % columns;
+    const std::size_t row = i / columns;
+    tiles.push_back({ this->FirstTile + i, left + static_cast<double>(column) * stepX,
+      top + static_cast<double>(row) * stepY, width, height });
   }
   return tiles;
 }

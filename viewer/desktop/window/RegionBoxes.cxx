@@ -2,6 +2,8 @@
 // The boxes of a region's partitions: see RegionBoxes.h.
 #include "viewer/desktop/window/RegionBoxes.h"
 
+#include "viewer/session/Geometry.h"
+
 #include <vtkActor.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
