@@ -218,7 +218,8 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       const double error = this->ErrorIn(*box, *deviation, view.camera);
       const double own = error * Weight(*box, view.camera) * bonus;
       const double tolerance = this->Options.tolerance * next.leap;
-      if (error * bonus > tolerance && walk.failed.count(below) == 0)
+      const bool isWay = step + 1 > this->Stitch && step + 2 < this->Allowed;
+      if (error * bonus > tolerance && (isWay || walk.failed.count(below) == 0))
       {
         walk.waiting.push({ std::min(own, urgency), error, step + 1, below.node, above });
       }
@@ -258,7 +259,7 @@ void ViewRefinement::Follow(
     const PieceId piece{ step.resolution, next.node };
     this->Refined.insert(piece);
     walk.found[piece].urgency = next.urgency;
-    ++walk.found[next.above].refined;
+    walk.found[next.above].refined += walk.failed.count(piece) == 0 ? 1 : 0;
     this->PushBelow(walk, next.step, next.node, next.urgency);
   }
   this->WantWhatIsLeft(walk);
@@ -269,6 +270,10 @@ void ViewRefinement::WantWhatIsLeft(const Walk& walk)
 {
   for (const PieceId piece : this->Refined)
   {
+    if (walk.failed.count(piece) != 0)
+    {
+      continue;
+    }
     const FoundBelow& found = walk.found.at(piece);
     const bool isLast = this->StepOf(piece.resolution) + 1 >= this->Allowed;
     if (found.refined < found.seen || isLast)

@@ -62,6 +62,9 @@ struct RefinementOptions
 // show it, MakeClosure says. Where it is finer than S and far below what is loaded, one on the way
 // is wanted too. Until it comes the finest that is loaded stands in for it.
 //
+// A piece that cannot be had is not wanted; the one above it is. What is below it is looked for
+// still, where it can be shown without it: finer than S. Without a server that may be on the disk.
+//
 // Whatever a server tells, the walk ends: at the original, or at a budget.
 class ViewRefinement
 {

@@ -300,24 +300,50 @@ TEST(TestViewRefinement, ALittleToAndFroChangesNothing)
   EXPECT_LT(fresh.Pieces().size(), near.size());
 }
 
-TEST(TestViewRefinement, FailedPiecesAreNotWantedNorWhatIsBelow)
+// Down to S all that is above is needed; finer pieces are shown without those on the way.
+TEST(TestViewRefinement, WhatFailedIsNotWantedButWhatCanBeShownWithoutItIs)
 {
   MemoryServer server = Torus();
   const ModelDescription& model = server.Description();
   KnownTree tree = WholeTree(server);
-  ViewRefinement refinement(model, {});
+  const unsigned stitch = model.depths.stitch;
+  ASSERT_LT(stitch, model.depths.finest);
   const Camera camera = Looking(model, 1);
-  refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
-  ASSERT_FALSE(refinement.Pieces().empty());
-  const PieceId failed = refinement.Pieces().front();
-  ASSERT_FALSE(failed.resolution.IsOriginal());
-  refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, { failed });
-  const unsigned depth = DepthOfNode(failed.node);
-  for (const PieceId piece : refinement.Pieces())
+  ViewRefinement whole(model, {});
+  whole.Follow({ camera, tree, Nothing(), nullptr, false }, {}, {});
+  std::size_t below = 0;
+  for (const PieceId wanted : whole.Pieces())
   {
-    EXPECT_FALSE(piece.resolution >= failed.resolution &&
-                 piece.node >> (DepthOfNode(piece.node) - depth) == failed.node);
+    for (unsigned level = PreviewLevel(model.depths) + 1; level <= model.depths.finest; ++level)
+    {
+      const Resolution resolution = Resolution::Level(level);
+      if (!(resolution < wanted.resolution))
+      {
+        break;
+      }
+      const unsigned deeper = DepthOfNode(wanted.node) - PieceDepth(resolution, model.depths);
+      const PieceId failed{ resolution, wanted.node >> deeper };
+      ViewRefinement refinement(model, {});
+      refinement.Follow({ camera, tree, Nothing(), nullptr, false }, {}, { failed });
+      const std::set<PieceId> pieces(refinement.Pieces().begin(), refinement.Pieces().end());
+      EXPECT_EQ(pieces.count(failed), 0u);
+      EXPECT_EQ(pieces.count(wanted) != 0, level > stitch) << level;
+      ++below;
+    }
   }
+  EXPECT_GT(below, 10u);
+  // The original has none below it; what is above takes its place.
+  ViewRefinement near(model, {});
+  const Camera nearest = Looking(model, 40, 150, 300);
+  near.Follow({ nearest, tree, Nothing(), nullptr, false }, {}, {});
+  ASSERT_TRUE(near.Finest().IsOriginal());
+  const PieceId last = near.Pieces().back();
+  near.Follow({ nearest, tree, Nothing(), nullptr, false }, {}, { last });
+  const std::set<PieceId> rest(near.Pieces().begin(), near.Pieces().end());
+  EXPECT_EQ(rest.count(last), 0u);
+  const unsigned up =
+    DepthOfNode(last.node) - PieceDepth(Resolution::Level(model.depths.finest), model.depths);
+  EXPECT_EQ(rest.count({ Resolution::Level(model.depths.finest), last.node >> up }), 1u);
 }
 
 TEST(TestViewRefinement, PagesAreAskedForAlongTheView)
