@@ -107,18 +107,37 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   }
 }
 
-// What is told of pictures that show nothing, or less than they should.
-class ToldPictures
+// What is told of parts that cannot be had, and of pictures that show nothing, or less than they
+// should.
+class ToldFailures
 {
 public:
-  ToldPictures(std::string program, const ViewerSession& session)
+  ToldFailures(std::string program, std::string source, const ViewerSession& session)
     : Program(std::move(program))
+    , Source(std::move(source))
     , Session(session)
   {
   }
 
-  // A part of the model that is looked at could not be loaded.
-  void AddFailure() { this->Incomplete.insert(this->Session.GetStatus().model); }
+  // A part of the model that is looked at could not be loaded: the exit code. Of many, the first
+  // few are told.
+  int Add(const std::string& sentence)
+  {
+    this->Incomplete.insert(this->Session.GetStatus().model);
+    if (++this->Parts <= toldParts)
+    {
+      this->Code = PrintError(this->Program, this->Source, { ErrorCode::NotFound, sentence });
+    }
+    return this->Code;
+  }
+  void TellOfTheRest() const
+  {
+    if (this->Parts > toldParts)
+    {
+      std::cerr << this->Program << ": warning: " << this->Source << ": " << this->Parts - toldParts
+                << " more such errors\n";
+    }
+  }
 
   // Of a step that was played: the exit code. Errors: those of the step, but a picture of nothing.
   Result<int> Tell(const SessionStep& step, const Status& played) const
@@ -138,9 +157,12 @@ public:
   }
 
 private:
-  std::string Program;
+  static constexpr std::size_t toldParts = 2;
+  std::string Program, Source;
   const ViewerSession& Session;
   std::set<std::string> Incomplete; // models
+  std::size_t Parts = 0;            // that could not be loaded
+  int Code = exitDone;
 };
 
 }
@@ -188,15 +210,11 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   session.SetModels(source.Models());
   session.Resize({ line.width, line.height, 1 });
   int exitCode = exitDone;
-  ToldPictures pictures(program, session);
+  ToldFailures failures(program, line.source, session);
   std::string record;
   PlayerOptions options;
   options.record = [&record](const SessionStep& step) { record += FormatSessionStep(step) + "\n"; };
-  options.complain = [&](const std::string& sentence)
-  {
-    exitCode = PrintError(program, line.source, { ErrorCode::NotFound, sentence });
-    pictures.AddFailure();
-  };
+  options.complain = [&](const std::string& sentence) { exitCode = failures.Add(sentence); };
   options.interrupted = Interrupted;
   ViewReport report;
   options.drawn = [&] { report.AddFrame(session.GetStatus()); };
@@ -205,10 +223,11 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   for (const SessionStep& step : steps)
   {
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
-    const auto told = At(picture ? step.name : line.source, pictures.Tell(step, player.Play(step)));
+    const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
     KDSTREAM_TRY(told);
     exitCode = std::max(exitCode, *told);
   }
+  failures.TellOfTheRest();
 
   KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));
   KDSTREAM_TRY(

@@ -394,6 +394,15 @@ TEST_F(TestView, WhatWasSeenIsThereWithoutTheServer)
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("; what was seen before is shown\n"), std::string::npos) << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
+  // Of much that was not seen, some is told, and how much more.
+  ASSERT_EQ(this->Run(url + " " + look + "e.png --detail full --cache kept"), 1);
+  std::size_t lines = 0;
+  for (auto at = this->Err.find(": error: "); at != std::string::npos; ++lines)
+  {
+    at = this->Err.find(": error: ", at + 1);
+  }
+  EXPECT_EQ(lines, 2u) << this->Err;
+  EXPECT_NE(this->Err.find(" more such errors\n"), std::string::npos) << this->Err;
   // A folder that cannot be is no reason to show nothing, where there is a server.
   EXPECT_EQ(this->Run(url + " " + look + "d.png --cache s.json"), 1);
   EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;
