@@ -2,13 +2,12 @@
 // GET over one connection that is kept open.
 #include "viewer/client/HttpFetcher.h"
 
-#include <boost/asio/connect.hpp>
+#include "viewer/client/ServerStream.h"
+
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/read_size.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/error.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
@@ -36,10 +35,9 @@ constexpr std::size_t bytesAtOnce = 65536;
 class HttpFetcher::Connection : public std::enable_shared_from_this<Connection>
 {
 public:
-  Connection(asio::io_context& context, ServerUrl server)
+  Connection(asio::io_context& context, ServerUrl server, std::shared_ptr<asio::ssl::context> tls)
     : Server(std::move(server))
-    , Resolver(context)
-    , Stream(context)
+    , Stream(context, this->Server, std::move(tls))
   {
   }
 
@@ -54,34 +52,23 @@ public:
   void Close()
   {
     this->Done = nullptr;
-    this->Resolver.cancel();
-    this->Stream.close();
+    this->Stream.Close();
   }
 
 private:
   void Connect()
   {
     this->Open = false;
-    this->Resolver.async_resolve(this->Server.host, this->Server.port,
-      [self = this->shared_from_this()](error_code error, const auto& endpoints)
+    this->Stream.Connect(fetchConnectTimeout,
+      [self = this->shared_from_this()](const Status& connected)
       {
-        if (error)
+        if (!connected)
         {
-          self->Finish(self->Unreachable(error));
+          self->Finish(self->Unreachable(connected.GetError()));
           return;
         }
-        self->Stream.expires_after(fetchConnectTimeout);
-        self->Stream.async_connect(endpoints,
-          [self](error_code failure, const auto&)
-          {
-            if (failure)
-            {
-              self->Finish(self->Unreachable(failure));
-              return;
-            }
-            self->Open = true;
-            self->Write();
-          });
+        self->Open = true;
+        self->Write();
       });
   }
 
@@ -97,7 +84,7 @@ private:
     this->Buffer.clear();
     this->Parser.emplace();
     this->Parser->body_limit(this->What.mostBytes);
-    this->Stream.expires_after(stallTimeout);
+    this->Stream.next_layer().expires_after(stallTimeout);
     asio::async_write(this->Stream, asio::buffer(this->Request),
       [self = this->shared_from_this()](error_code error, std::size_t)
       { error ? self->Lost(error) : self->Read(); });
@@ -106,7 +93,7 @@ private:
   // Reads piece by piece, so that the timeout counts from the last bytes that came.
   void Read()
   {
-    this->Stream.expires_after(stallTimeout);
+    this->Stream.next_layer().expires_after(stallTimeout);
     this->Stream.async_read_some(this->Buffer.prepare(beast::read_size(this->Buffer, bytesAtOnce)),
       [self = this->shared_from_this()](error_code error, std::size_t bytes)
       {
@@ -170,16 +157,15 @@ private:
       "the connection to " + this->Server.Authority() + " was lost: " + error.message() });
   }
 
-  Error Unreachable(error_code error) const
+  Error Unreachable(const Error& error) const
   {
-    return { ErrorCode::InputOutput,
-      this->Server.Authority() + " cannot be reached: " + error.message() };
+    return { error.code, this->Server.Authority() + " cannot be reached: " + error.message };
   }
 
   void Disconnect()
   {
     this->Open = false;
-    this->Stream.close();
+    this->Stream.Close();
   }
 
   void Finish(Result<HttpReply> reply)
@@ -191,8 +177,7 @@ private:
   }
 
   ServerUrl Server;
-  asio::ip::tcp::resolver Resolver;
-  beast::tcp_stream Stream;
+  ServerStream Stream;
   bool Open = false;
   int Retries = 0;
   HttpFetch What;
@@ -202,8 +187,9 @@ private:
   std::optional<http::response_parser<http::string_body>> Parser;
 };
 
-HttpFetcher::HttpFetcher(asio::io_context& context, ServerUrl server)
-  : Kept(std::make_shared<Connection>(context, std::move(server)))
+HttpFetcher::HttpFetcher(
+  asio::io_context& context, ServerUrl server, std::shared_ptr<asio::ssl::context> tls)
+  : Kept(std::make_shared<Connection>(context, std::move(server), std::move(tls)))
 {
 }
 

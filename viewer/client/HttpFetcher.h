@@ -12,6 +12,10 @@
 namespace boost::asio
 {
 class io_context;
+namespace ssl
+{
+class context;
+}
 }
 
 namespace kdstream
@@ -24,11 +28,14 @@ class HttpFetcher
 {
 public:
   using Handler = std::function<void(Result<HttpReply>)>;
-  HttpFetcher(boost::asio::io_context& context, ServerUrl server);
+  // tls: for https.
+  HttpFetcher(boost::asio::io_context& context, ServerUrl server,
+    std::shared_ptr<boost::asio::ssl::context> tls);
   ~HttpFetcher();
 
   // Errors given to the handler: InputOutput, with the server's address and the system's reason;
-  // LimitExceeded. REQUIRES: the last fetch has been answered.
+  // InvalidInput where its certificate is not trusted; LimitExceeded. REQUIRES: the last fetch has
+  // been answered.
   void Fetch(const HttpFetch& fetch, Handler handler);
 
 private:

@@ -6,6 +6,7 @@
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetcher.h"
 #include "viewer/client/ServerLine.h"
+#include "viewer/client/ServerStream.h"
 #include "viewer/client/StreamSocket.h"
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -34,10 +35,11 @@ namespace asio = boost::asio;
 class ServerClient::Line
 {
 public:
-  explicit Line(ServerUrl server)
+  Line(ServerUrl server, std::shared_ptr<asio::ssl::context> tls)
     : Server(std::move(server))
+    , Tls(std::move(tls))
     , Work(asio::make_work_guard(this->Context))
-    , Fetcher(std::make_unique<HttpFetcher>(this->Context, this->Server))
+    , Fetcher(std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls))
     , Thread([this] { this->Context.run(); })
   {
   }
@@ -194,7 +196,8 @@ private:
         this->Act();
       }
     };
-    this->Socket = std::make_unique<StreamSocket>(this->Context, this->Server, std::move(handlers));
+    this->Socket =
+      std::make_unique<StreamSocket>(this->Context, this->Server, this->Tls, std::move(handlers));
   }
 
   void Receive(std::span<const std::uint8_t> bytes, bool isText)
@@ -235,6 +238,7 @@ private:
   }
 
   ServerUrl Server;
+  std::shared_ptr<asio::ssl::context> Tls; // null: plain
   asio::io_context Context;
   asio::executor_work_guard<asio::io_context::executor_type> Work;
   std::optional<ServerLine> Talk; // from Start
@@ -259,7 +263,7 @@ ServerClient::ServerClient(std::unique_ptr<Line> line)
 ServerClient::~ServerClient() = default;
 
 Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
-  const std::string& url, const std::string& token)
+  const std::string& url, const std::string& token, const std::string& authorities)
 {
   auto server = ParseServerUrl(url);
   KDSTREAM_TRY(server);
@@ -269,8 +273,11 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
       "this is no token: it has other characters than A-Z a-z 0-9 . _ -, or too many" };
   }
   server->token = token;
+  const auto tls = server->isSecure ? MakeTlsContext(authorities)
+                                    : Result<std::shared_ptr<asio::ssl::context>>(nullptr);
+  KDSTREAM_TRY(tls);
   const std::string authority = server->Authority();
-  std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server)));
+  std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server, *tls)));
   auto reply =
     client->Kept->FetchAndWait({ std::string(protocol::modelListPath), maximumModelListBytes });
   KDSTREAM_TRY(reply);

@@ -22,12 +22,15 @@ namespace kdstream
 class ServerClient final : public ModelSource
 {
 public:
-  // Gets the list of models. Blocks until it is there, at most about 40 s.
+  // Gets the list of models. Blocks until it is there, at most about 50 s.
   // token: what the server lets this client have (kdstream-serve token); empty where it asks for
-  // none. Errors: those of ParseServerUrl; InvalidArgument for what is no token; InputOutput where
-  // the server cannot be reached; InvalidInput where something else than a KdStream server answers.
+  // none. authorities: a PEM file of those whose word is taken for the server's certificate; empty:
+  // those that the system trusts. Errors: those of ParseServerUrl and MakeTlsContext;
+  // InvalidArgument for what is no token; InputOutput where the server cannot be reached;
+  // InvalidInput where its certificate is not trusted, or something else than a KdStream server
+  // answers.
   static Result<std::unique_ptr<ServerClient>> Connect(
-    const std::string& url, const std::string& token = {});
+    const std::string& url, const std::string& token = {}, const std::string& authorities = {});
   // Ends the connection and the thread.
   ~ServerClient() override;
 

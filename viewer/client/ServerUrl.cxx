@@ -47,6 +47,11 @@ std::string ServerUrl::Authority() const
   return text.append(":").append(this->port);
 }
 
+std::string ServerUrl::Origin() const
+{
+  return (this->isSecure ? "https://" : "http://") + this->Authority();
+}
+
 bool IsToken(std::string_view text)
 {
   const auto isPart = [](char c) { return IsHostCharacter(c) && c != ':'; };
@@ -55,22 +60,19 @@ bool IsToken(std::string_view text)
 
 Result<ServerUrl> ParseServerUrl(std::string_view url)
 {
-  constexpr std::string_view scheme = "http://";
-  if (url.substr(0, 8) == "https://")
+  constexpr std::string_view plain = "http://", secure = "https://";
+  ServerUrl server;
+  server.isSecure = url.substr(0, secure.size()) == secure;
+  if (!server.isSecure && url.substr(0, plain.size()) != plain)
   {
-    return Error{ ErrorCode::InvalidArgument,
-      Shortened(url).append(": https is not supported yet; use http://HOST:PORT") };
+    return Wrong(url, "it must be http://HOST:PORT or https://HOST:PORT");
   }
-  if (url.substr(0, scheme.size()) != scheme)
-  {
-    return Wrong(url, "it must be http://HOST:PORT");
-  }
-  std::string_view rest = url.substr(scheme.size());
+  server.port = server.isSecure ? "443" : "80";
+  std::string_view rest = url.substr((server.isSecure ? secure : plain).size());
   if (!rest.empty() && rest.back() == '/')
   {
     rest.remove_suffix(1);
   }
-  ServerUrl server;
   std::string_view host = rest, port;
   if (!rest.empty() && rest.front() == '[')
   {
@@ -89,7 +91,7 @@ Result<ServerUrl> ParseServerUrl(std::string_view url)
   }
   if (host.empty() || !std::all_of(host.begin(), host.end(), IsHostCharacter))
   {
-    return Wrong(url, "it must be http://HOST:PORT, without a path");
+    return Wrong(url, "it must be http://HOST:PORT or https://HOST:PORT, without a path");
   }
   server.host = host;
   if (!port.empty())

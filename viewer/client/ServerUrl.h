@@ -14,18 +14,20 @@ struct ServerUrl
 {
   std::string host; // name or address, an IPv6 address without its brackets
   std::string port = "80";
+  bool isSecure = false;  // https
   std::string token = {}; // IsToken: what the server lets this client have; empty: none
 
   // "HOST:PORT" as in a Host header.
   std::string Authority() const;
+  // "https://HOST:PORT".
+  std::string Origin() const;
 };
 
 // Whether a text can be sent as a token: at most 4096 of the characters A-Z a-z 0-9 . _ -.
 bool IsToken(std::string_view text);
 
-// Parses http://HOST[:PORT][/].
-// Errors: Unsupported for https, whose certificates this client cannot check yet; InvalidArgument
-// for anything else, naming what is wrong with it.
+// Parses http://HOST[:PORT][/] and https://HOST[:PORT][/].
+// Errors: InvalidArgument, naming what is wrong with it.
 Result<ServerUrl> ParseServerUrl(std::string_view url);
 
 }

@@ -5,12 +5,10 @@
 #include "server/protocol/ControlMessage.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetch.h"
+#include "viewer/client/ServerStream.h"
 
-#include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
 #include <chrono>
@@ -36,29 +34,19 @@ constexpr std::chrono::seconds silenceTimeout{ 20 };
 class StreamSocket::Connection : public std::enable_shared_from_this<Connection>
 {
 public:
-  Connection(asio::io_context& context, ServerUrl server, Handlers handlers)
+  Connection(asio::io_context& context, ServerUrl server, std::shared_ptr<asio::ssl::context> tls,
+    Handlers handlers)
     : Server(std::move(server))
     , Callbacks(std::move(handlers))
-    , Resolver(context)
-    , Socket(context)
+    , Socket(context, this->Server, std::move(tls))
   {
   }
 
   void Connect()
   {
-    this->Resolver.async_resolve(this->Server.host, this->Server.port,
-      [self = this->shared_from_this()](error_code error, const auto& endpoints)
-      {
-        if (error)
-        {
-          self->End(false, error.message());
-          return;
-        }
-        beast::get_lowest_layer(self->Socket).expires_after(socketConnectTimeout);
-        beast::get_lowest_layer(self->Socket)
-          .async_connect(endpoints, [self](error_code failure, const auto&)
-            { failure ? self->End(false, failure.message()) : self->Handshake(); });
-      });
+    this->Socket.next_layer().Connect(socketConnectTimeout,
+      [self = this->shared_from_this()](const Status& connected)
+      { connected ? self->Handshake() : self->End(false, connected.GetError().message); });
   }
 
   void Send(std::string text)
@@ -73,8 +61,7 @@ public:
   void Close()
   {
     this->Callbacks = {};
-    this->Resolver.cancel();
-    beast::get_lowest_layer(this->Socket).close();
+    this->Socket.next_layer().Close();
   }
 
 private:
@@ -171,7 +158,7 @@ private:
   void End(bool refused, const std::string& why, double retryAfter = 0)
   {
     const Handlers callbacks = std::exchange(this->Callbacks, {});
-    beast::get_lowest_layer(this->Socket).close();
+    this->Socket.next_layer().Close();
     if (callbacks.onEnd)
     {
       callbacks.onEnd(refused, why, retryAfter);
@@ -180,15 +167,15 @@ private:
 
   ServerUrl Server;
   Handlers Callbacks;
-  asio::ip::tcp::resolver Resolver;
-  websocket::stream<beast::tcp_stream, false> Socket; // false: no code for compression
+  websocket::stream<ServerStream, false> Socket; // false: no code for compression
   websocket::response_type Answer;
   beast::flat_buffer Incoming;
   std::deque<std::string> Outgoing; // the first is being written
 };
 
-StreamSocket::StreamSocket(asio::io_context& context, const ServerUrl& server, Handlers handlers)
-  : Kept(std::make_shared<Connection>(context, server, std::move(handlers)))
+StreamSocket::StreamSocket(asio::io_context& context, const ServerUrl& server,
+  std::shared_ptr<asio::ssl::context> tls, Handlers handlers)
+  : Kept(std::make_shared<Connection>(context, server, std::move(tls), std::move(handlers)))
 {
   this->Kept->Connect();
 }

@@ -13,6 +13,10 @@
 namespace boost::asio
 {
 class io_context;
+namespace ssl
+{
+class context;
+}
 }
 
 namespace kdstream
@@ -32,8 +36,9 @@ public:
     std::function<void(bool refused, const std::string& why, double retryAfter)> onEnd;
   };
 
-  // Starts to connect.
-  StreamSocket(boost::asio::io_context& context, const ServerUrl& server, Handlers handlers);
+  // Starts to connect. tls: for https.
+  StreamSocket(boost::asio::io_context& context, const ServerUrl& server,
+    std::shared_ptr<boost::asio::ssl::context> tls, Handlers handlers);
   // Closes; no callback comes any more.
   ~StreamSocket();
 

@@ -62,9 +62,14 @@ Result<std::unique_ptr<ModelSource>> OpenServer(
 {
   const auto url = ParseServerUrl(options.source);
   KDSTREAM_TRY(url);
-  const std::string origin = "http://" + url->Authority();
+  if (!options.authorities.empty() && !url->isSecure)
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "--ca is of no use without https: no certificate is shown" };
+  }
+  const std::string origin = url->Origin();
   const auto cache = UsesCache(options) ? OpenCache(options, warn) : nullptr;
-  auto client = ServerClient::Connect(options.source, options.token);
+  auto client = ServerClient::Connect(options.source, options.token, options.authorities);
   if (client)
   {
     return cache ? std::make_unique<CachedSource>(std::move(*client), cache, origin)
@@ -102,7 +107,9 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   if (!std::filesystem::exists(file, failure))
   {
     return Error{ ErrorCode::NotFound,
-      options.source + ": there is no such file, and the address of a server is http://HOST:PORT" };
+      options.source +
+        ": there is no such file, and the address of a server is http://HOST:PORT or "
+        "https://HOST:PORT" };
   }
   if (std::filesystem::is_directory(file, failure) || IsStore(file))
   {

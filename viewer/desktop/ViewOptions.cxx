@@ -158,7 +158,8 @@ void AddViewOptions(CLI::App& app, ViewOptions& line)
 {
   app
     .add_option("SOURCE", line.source,
-      "a server, http://HOST:PORT; or a store (.kds), a folder of stores, or a mesh, of which a "
+      "a server, http://HOST:PORT or https://HOST:PORT; or a store (.kds), a folder of stores, or "
+      "a mesh, of which a "
       "store is made first")
     ->required();
   app
@@ -166,6 +167,11 @@ void AddViewOptions(CLI::App& app, ViewOptions& line)
       "--token", line.token, "what the server gives to its guests [default: $KDSTREAM_TOKEN]")
     ->envname("KDSTREAM_TOKEN")
     ->type_name("TOKEN");
+  app
+    .add_option("--ca", line.authorities,
+      "trust servers whose certificate is signed by one of this PEM file [default: those that the "
+      "system trusts]")
+    ->type_name("FILE");
   const char* const model = "Model";
   app.add_option("--model", line.model, "its name [default: the only one; a window shows all]")
     ->type_name("ID")

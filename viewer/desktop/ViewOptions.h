@@ -15,8 +15,9 @@ namespace kdstream
 
 struct ViewOptions
 {
-  std::string source; // a server's URL, or a file or folder
-  std::string token;  // of the server
+  std::string source;      // a server's URL, or a file or folder
+  std::string token;       // of the server
+  std::string authorities; // a PEM file; empty: those of the system
   std::string model, offscreen, record, replay, screenshot, statistics, report;
   std::string cache; // folder; empty: that of the user
   std::uint64_t cacheBytes = std::uint64_t{ 10 } << 30;

@@ -30,14 +30,14 @@ inline void WriteKey(const std::filesystem::path& file, EVP_PKEY* key, std::stri
   std::fclose(out);
 }
 
-// A certificate for an hour, signed by itself.
+// A certificate for so many seconds from an hour ago on, signed by itself.
 inline void WriteCertificate(
-  const std::filesystem::path& file, EVP_PKEY* key, const std::string& name)
+  const std::filesystem::path& file, EVP_PKEY* key, const std::string& name, long seconds = 7200)
 {
   const std::unique_ptr<X509, void (*)(X509*)> x509(X509_new(), X509_free);
   ASN1_INTEGER_set(X509_get_serialNumber(x509.get()), 1);
-  X509_gmtime_adj(X509_getm_notBefore(x509.get()), 0);
-  X509_gmtime_adj(X509_getm_notAfter(x509.get()), 3600);
+  X509_gmtime_adj(X509_getm_notBefore(x509.get()), -3600);
+  X509_gmtime_adj(X509_getm_notAfter(x509.get()), seconds - 3600);
   X509_set_pubkey(x509.get(), key);
   X509_NAME* subject = X509_get_subject_name(x509.get());
   X509_NAME_add_entry_by_txt(

@@ -304,10 +304,11 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "w.jpg"));
   EXPECT_EQ(this->Run("nowhere " + offscreen), 1);
   EXPECT_EQ(this->Err, "kdstream-view: error: nowhere: there is no such file, and the address of a "
-                       "server is http://HOST:PORT\n");
-  EXPECT_EQ(this->Run("https://127.0.0.1 " + offscreen), 2);
-  EXPECT_EQ(this->Err.rfind("kdstream-view: error: 'https://127.0.0.1': https is not", 0), 0U)
-    << this->Err;
+                       "server is http://HOST:PORT or https://HOST:PORT\n");
+  EXPECT_EQ(this->View("--ca m.pem " + offscreen), 2);
+  EXPECT_NE(this->Err.find("--ca is of no use without https"), std::string::npos) << this->Err;
+  EXPECT_EQ(this->Run("https://127.0.0.1 --ca m.pem " + offscreen), 1);
+  EXPECT_NE(this->Err.find("m.pem: cannot be read"), std::string::npos) << this->Err;
   EXPECT_EQ(this->Run(". " + offscreen), 1);
   EXPECT_EQ(this->Err, "kdstream-view: error: .: no stores (.kds) are in this folder\n");
   this->Write("m.kds", "SQLite format 3");

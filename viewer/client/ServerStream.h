@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Bytes to and from a server, plain or in TLS.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ServerUrl.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/beast/core/role.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/websocket/teardown.hpp>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+
+// Which certificates are trusted: those that the system trusts, or, where a PEM file of authorities
+// is named, those that they have signed. TLS 1.2 at least.
+// Errors: NotFound, InvalidInput, naming the file.
+Result<std::shared_ptr<boost::asio::ssl::context>> MakeTlsContext(const std::string& authorities);
+
+// A connection that is made anew where it has to be: an AsyncStream of Boost.Beast, so that HTTP
+// and WebSocket go over it alike. All calls and callbacks are on the context's thread.
+class ServerStream
+{
+public:
+  using next_layer_type = boost::beast::tcp_stream;
+  using executor_type = next_layer_type::executor_type;
+
+  // tls: for https. REQUIRES: server.isSecure or no tls.
+  ServerStream(boost::asio::io_context& context, ServerUrl server,
+    std::shared_ptr<boost::asio::ssl::context> tls);
+
+  // Finds the server, connects, and checks its certificate, in at most so long each. What `done`
+  // captures has to keep this alive. Errors given to it: InputOutput, with the system's reason;
+  // InvalidInput for a server whose certificate is not trusted or which does not speak TLS.
+  void Connect(std::chrono::seconds atMost, std::function<void(Status)> done);
+  // Ends what is under way, with an error.
+  void Close();
+
+  executor_type get_executor() noexcept { return this->Plain.get_executor(); }
+  // For timeouts.
+  next_layer_type& next_layer() noexcept { return this->Plain; }
+  const next_layer_type& next_layer() const noexcept { return this->Plain; }
+
+  template <class Buffers, class Handler>
+  void async_read_some(const Buffers& buffers, Handler&& handler)
+  {
+    this->Secure ? this->Secure->async_read_some(buffers, std::forward<Handler>(handler))
+                 : this->Plain.async_read_some(buffers, std::forward<Handler>(handler));
+  }
+  template <class Buffers, class Handler>
+  void async_write_some(const Buffers& buffers, Handler&& handler)
+  {
+    this->Secure ? this->Secure->async_write_some(buffers, std::forward<Handler>(handler))
+                 : this->Plain.async_write_some(buffers, std::forward<Handler>(handler));
+  }
+
+private:
+  void Introduce(std::chrono::seconds atMost, std::function<void(Status)> done);
+  Status PrepareTls();
+  Error NotTrusted(const boost::system::error_code& error);
+
+  ServerUrl Server;
+  boost::asio::ip::tcp::resolver Resolver;
+  next_layer_type Plain;
+  std::shared_ptr<boost::asio::ssl::context> Tls;
+  std::optional<boost::asio::ssl::stream<next_layer_type&>> Secure;
+};
+
+// What Boost.Beast's WebSocket calls at its end: nothing is said that the closed socket does not
+// say.
+template <class Handler>
+void async_teardown(boost::beast::role_type role, ServerStream& stream, Handler&& handler)
+{
+  boost::beast::websocket::async_teardown(
+    role, stream.next_layer().socket(), std::forward<Handler>(handler));
+}
+
+}
