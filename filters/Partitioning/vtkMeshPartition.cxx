@@ -4,7 +4,7 @@
 #include "vtkMeshPartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/Partitioning/PartitionLayout.h"
+#include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/PolyDataMesh.h"
 

@@ -181,6 +181,21 @@ bool Store::AttributesFit(const Piece& piece) const
     [](const AttributeInfo& info, const Attribute& attribute) { return attribute.Info() == info; });
 }
 
+Result<std::vector<Piece>> Store::ReadPieces(
+  std::span<const PieceId> ids, const Execution& execution) const
+{
+  std::vector<Piece> pieces;
+  for (const PieceId id : ids)
+  {
+    KDSTREAM_TRY(execution.Report(
+      "pieces", static_cast<double>(pieces.size()) / static_cast<double>(ids.size())));
+    Result<Piece> piece = this->ReadPiece(id);
+    KDSTREAM_TRY(piece);
+    pieces.push_back(std::move(*piece));
+  }
+  return pieces;
+}
+
 Result<std::vector<Box>> Store::ReadBoxes() const
 {
   const TreeDepths& depths = this->Information.depths;

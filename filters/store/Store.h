@@ -7,6 +7,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
+#include "filters/store/PieceSource.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -22,7 +23,7 @@ namespace kdstream
 // by one descriptor: where another file takes its name, the old one is read on. Where the file
 // itself is written to or truncated (its size, times or digest differ), every read fails from then
 // on.
-class Store
+class Store final : public PieceSource
 {
 public:
   // No blob is larger: servers and clients would not take it.
@@ -32,9 +33,9 @@ public:
   // NotFound; Damaged, naming what; Unsupported for another store version; InputOutput where the
   // file cannot be opened or is being written; LimitExceeded for want of memory.
   static Result<std::shared_ptr<Store>> Open(const std::filesystem::path& file);
-  ~Store();
+  ~Store() override;
 
-  const ModelDescription& Info() const { return this->Information; }
+  const ModelDescription& Info() const override { return this->Information; }
 
   // Whether the file is still the one that was opened, as every read checks after it. Errors:
   // Changed; InputOutput and LimitExceeded where it cannot be told.
@@ -57,8 +58,10 @@ public:
 
   // Decoded.
   Result<Piece> ReadPiece(PieceId id) const;
+  Result<std::vector<Piece>> ReadPieces(
+    std::span<const PieceId> ids, const Execution& execution = {}) const override;
   // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order.
-  Result<std::vector<Box>> ReadBoxes() const;
+  Result<std::vector<Box>> ReadBoxes() const override;
   // What the pages of the tree tell of the pieces. boxes: of ReadBoxes. Errors: besides, Damaged
   // where a page's boxes are not these, rounded.
   Result<PieceTable> ReadPieceTable(std::span<const Box> boxes) const;

@@ -16,18 +16,19 @@ namespace
 class LoadedPieces
 {
 public:
-  explicit LoadedPieces(const Store& store)
-    : From(store)
+  LoadedPieces(const PieceSource& source, const Execution& execution)
+    : From(source)
+    , Runs(execution)
   {
   }
 
   Status Load(std::span<const PieceId> ids)
   {
-    for (const PieceId id : ids)
+    Result<std::vector<Piece>> read = this->From.ReadPieces(ids, this->Runs);
+    KDSTREAM_TRY(read);
+    for (Piece& piece : *read)
     {
-      Result<Piece> piece = this->From.ReadPiece(id);
-      KDSTREAM_TRY(piece);
-      this->Pieces.emplace(id, std::move(*piece));
+      this->Pieces.emplace(piece.id, std::move(piece));
     }
     return {};
   }
@@ -39,33 +40,47 @@ public:
       return found == this->Pieces.end() ? nullptr : &found->second;
     };
   }
-  Result<Mesh> Draw(const Cut& cut)
+  Result<Surface> Draw(const Cut& cut)
   {
     KDSTREAM_TRY(this->Load(MissingPieces(cut, this->Lookup())));
-    Result<Surface> surface = DrawSurface(cut, this->Lookup());
+    return DrawSurface(cut, this->Lookup());
+  }
+  Result<Mesh> DrawMesh(const Cut& cut)
+  {
+    Result<Surface> surface = this->Draw(cut);
     KDSTREAM_TRY(surface);
     return Mesh{ std::move(surface->points), std::move(surface->triangles),
       this->From.Info().grid.scalarType, std::move(surface->attributes) };
   }
 
 private:
-  const Store& From;
+  const PieceSource& From;
+  const Execution& Runs;
   std::map<PieceId, Piece> Pieces;
 };
 
 }
 
-Result<Mesh> DrawStoreMesh(const Store& store, const Cut& cut)
+Result<Mesh> DrawStoreMesh(const PieceSource& store, const Cut& cut, const Execution& execution)
 {
   KDSTREAM_TRY(CheckCut(cut));
-  return LoadedPieces(store).Draw(cut);
+  return LoadedPieces(store, execution).DrawMesh(cut);
 }
 
-Result<Mesh> DrawStorePieces(const Store& store, Resolution base, std::span<const PieceId> wanted)
+Result<Surface> DrawStoreSurface(
+  const PieceSource& store, const Cut& cut, const Execution& execution)
+{
+  KDSTREAM_TRY(CheckCut(cut));
+  return LoadedPieces(store, execution).Draw(cut);
+}
+
+Result<Mesh> DrawStorePieces(
+  const PieceSource& store, Resolution base, std::span<const PieceId> wanted)
 {
   Cut cut{ store.Info().depths, base };
   KDSTREAM_TRY(CheckCut(cut));
-  LoadedPieces loaded(store);
+  const Execution execution;
+  LoadedPieces loaded(store, execution);
   KDSTREAM_TRY(loaded.Load(MissingPieces(cut, loaded.Lookup())));
   for (;;)
   {
@@ -73,24 +88,24 @@ Result<Mesh> DrawStorePieces(const Store& store, Resolution base, std::span<cons
     if (closure.missing.empty())
     {
       cut.active = std::move(closure.pieces);
-      return loaded.Draw(cut);
+      return loaded.DrawMesh(cut);
     }
     KDSTREAM_TRY(loaded.Load(closure.missing));
   }
 }
 
-Result<Mesh> GlueStoreMesh(const Store& store, std::span<const std::uint32_t> partitions)
+Result<Mesh> GlueStoreMesh(
+  const PieceSource& store, std::span<const std::uint32_t> partitions, const Execution& execution)
 {
-  std::vector<Piece> pieces;
-  pieces.reserve(partitions.size());
+  std::vector<PieceId> ids;
+  ids.reserve(partitions.size());
   for (const std::uint32_t p : partitions)
   {
-    Result<Piece> piece =
-      store.ReadPiece({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
-    KDSTREAM_TRY(piece);
-    pieces.push_back(std::move(*piece));
+    ids.push_back({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
   }
-  return GluePartitions(pieces, store.Info().grid.scalarType);
+  const Result<std::vector<Piece>> pieces = store.ReadPieces(ids, execution);
+  KDSTREAM_TRY(pieces);
+  return GluePartitions(*pieces, store.Info().grid.scalarType);
 }
 
 }

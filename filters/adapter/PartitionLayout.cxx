@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/Partitioning/PartitionLayout.h"
+#include "filters/adapter/PartitionLayout.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files as VTK gets them: strips, arrays that are chosen, clouds, soups; errors with their place.
+#include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/adapter/Testing/FilterTools.h"
+
+#include <gtest/gtest.h>
+#include <vtkDataArraySelection.h>
+#include <vtkErrorCode.h>
+#include <vtkKdMeshReader.h>
+#include <vtkSTLWriter.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace
+{
+
+using namespace kdstream::testing;
+using kdstream::fixtures::TemporaryFolder;
+
+class TestKdMeshReader : public ::testing::Test
+{
+protected:
+  void Write(const std::string& name, const std::string& text)
+  {
+    this->File = this->Folder / name;
+    std::ofstream(this->File, std::ios::binary) << text;
+    this->Reader->SetFileName(this->File.c_str());
+  }
+  vtkPolyData& Read()
+  {
+    this->Reader->Update();
+    return *this->Reader->GetOutput();
+  }
+
+  TemporaryFolder Folder;
+  std::filesystem::path File;
+  vtkNew<vtkKdMeshReader> Reader;
+};
+
+// VTK 9.1's own reader gives an empty mesh for these.
+TEST_F(TestKdMeshReader, StripsBecomeTriangles)
+{
+  this->Write("strip.ply",
+    "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+    "property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n5 0 1 2 3 4\n");
+  vtkPolyData& mesh = this->Read();
+  ASSERT_EQ(mesh.GetNumberOfPolys(), 3);
+  EXPECT_EQ(CellPoints(mesh, 0), (Ids{ 0, 1, 2 }));
+  EXPECT_EQ(CellPoints(mesh, 1), (Ids{ 2, 1, 3 }));
+  EXPECT_EQ(mesh.GetPoints()->GetDataType(), VTK_FLOAT);
+}
+
+TEST_F(TestKdMeshReader, ArraysCanBeChosen)
+{
+  this->Write("arrays.ply",
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
+    "property double z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+    "property float quality\nelement face 1\nproperty list uchar int vertex_indices\n"
+    "property int label\nend_header\n0 0 0 1 2 3 0.5\n1 0 0 4 5 6 1.5\n1 1 0 7 8 9 2.5\n"
+    "0 1 0 10 11 12 3.5\n4 0 1 2 3 77\n");
+  this->Reader->UpdateInformation();
+  vtkDataArraySelection* const points = this->Reader->GetPointDataArraySelection();
+  EXPECT_EQ(points->GetNumberOfArrays(), 2);
+  EXPECT_EQ(this->Reader->GetCellDataArraySelection()->GetNumberOfArrays(), 1);
+  vtkPolyData& mesh = this->Read();
+  EXPECT_EQ(mesh.GetPoints()->GetDataType(), VTK_DOUBLE);
+  ASSERT_EQ(mesh.GetNumberOfPolys(), 2);
+  ASSERT_NE(mesh.GetPointData()->GetScalars(), nullptr);
+  EXPECT_STREQ(mesh.GetPointData()->GetScalars()->GetName(), "RGB");
+  EXPECT_EQ(mesh.GetPointData()->GetScalars()->GetComponent(3, 2), 12);
+  EXPECT_EQ(mesh.GetPointData()->GetArray("quality")->GetComponent(2, 0), 2.5);
+  ASSERT_NE(mesh.GetCellData()->GetArray("label"), nullptr);
+  EXPECT_EQ(mesh.GetCellData()->GetArray("label")->GetComponent(1, 0), 77);
+  points->DisableArray("RGB");
+  this->Reader->GetCellDataArraySelection()->DisableAllArrays();
+  vtkPolyData& fewer = this->Read();
+  EXPECT_EQ(fewer.GetPointData()->GetNumberOfArrays(), 1);
+  EXPECT_EQ(fewer.GetCellData()->GetNumberOfArrays(), 0);
+  EXPECT_EQ(fewer.GetNumberOfPolys(), 2);
+}
+
+TEST_F(TestKdMeshReader, PointsAloneAreCells)
+{
+  this->Write("cloud.ply",
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n");
+  vtkPolyData& cloud = this->Read();
+  EXPECT_EQ(cloud.GetNumberOfVerts(), 3);
+  EXPECT_EQ(cloud.GetNumberOfCells(), 3);
+  EXPECT_EQ(CellPoints(cloud, 2), Ids{ 2 });
+}
+
+TEST_F(TestKdMeshReader, PointsOfSoupsAreMerged)
+{
+  const PolyData sphere = MakePlate(9);
+  vtkNew<vtkSTLWriter> writer;
+  this->File = this->Folder / "plate.stl";
+  writer->SetInputData(sphere);
+  writer->SetFileTypeToBinary();
+  writer->SetFileName(this->File.c_str());
+  writer->Write();
+  this->Reader->SetFileName(this->File.c_str());
+  EXPECT_EQ(this->Read().GetNumberOfPoints(), 81);
+  EXPECT_EQ(this->Reader->GetOutput()->GetNumberOfPolys(), 128);
+  this->Reader->MergingOff();
+  EXPECT_EQ(this->Read().GetNumberOfPoints(), 3 * 128);
+}
+
+TEST_F(TestKdMeshReader, ErrorsNameFileAndPlace)
+{
+  const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                           "property float y\nproperty float z\nelement face 1\n"
+                           "property list uchar int vertex_indices\nend_header\n";
+  const std::vector<std::pair<std::string, std::string>> cases{
+    { head + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", "vertex 1" },
+    { head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "face 0" },
+    { head + "0 0 0\n1 0 0\n", "vertex 2" },
+    { "nonsense", "ply" },
+  };
+  for (const auto& [text, what] : cases)
+  {
+    this->Write("bad.ply", text);
+    FilterObserver heard(this->Reader);
+    EXPECT_EQ(this->Read().GetNumberOfPoints(), 0);
+    EXPECT_NE(heard.error.find("bad.ply: "), std::string::npos) << heard.error;
+    EXPECT_NE(heard.error.find(what), std::string::npos) << heard.error;
+    EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileFormatError);
+    this->Reader->Modified();
+  }
+  this->Reader->SetFileName((this->Folder / "none.ply").c_str());
+  FilterObserver heard(this->Reader);
+  this->Reader->Update();
+  EXPECT_NE(heard.error.find("none.ply: "), std::string::npos) << heard.error;
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileNotFoundError);
+  heard.error.clear();
+  this->Reader->SetFileName(nullptr);
+  this->Reader->Update();
+  EXPECT_NE(heard.error.find("no FileName is set"), std::string::npos) << heard.error;
+}
+
+TEST_F(TestKdMeshReader, TellsHowFarItIsAndStopsWhenToldTo)
+{
+  std::string text = "ply\nformat ascii 1.0\nelement vertex 300000\nproperty float x\n"
+                     "property float y\nproperty float z\nend_header\n";
+  for (int i = 0; i < 300000; ++i)
+  {
+    text += std::to_string(i) + " 0 0\n";
+  }
+  this->Write("long.ply", text);
+  {
+    FilterObserver heard(this->Reader);
+    EXPECT_EQ(this->Read().GetNumberOfPoints(), 300000);
+    EXPECT_GT(heard.progress.size(), 2u);
+    EXPECT_TRUE(std::is_sorted(heard.progress.begin(), heard.progress.end()));
+  }
+  FilterObserver heard(this->Reader);
+  heard.abortAt = 0.1;
+  this->Reader->Modified();
+  EXPECT_EQ(this->Read().GetNumberOfPoints(), 0);
+  EXPECT_EQ(heard.error, "");
+}
+
+}

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores of what a pipeline has: the same as of the mesh itself, also of its partitions.
+#include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/adapter/Testing/FilterTools.h"
+#include "filters/store/Store.h"
+#include "filters/store/StoreMesh.h"
+
+#include <gtest/gtest.h>
+#include <vtkImageData.h>
+#include <vtkKdStoreWriter.h>
+#include <vtkKdTreePartition.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkStringArray.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <numeric>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::testing;
+using kdstream::fixtures::TemporaryFolder;
+
+// Each triangle by the places of its corners, the lowest first; sorted. So of any numbering.
+std::vector<std::array<Vec3, 3>> Shape(const Mesh& mesh)
+{
+  std::vector<std::array<Vec3, 3>> shape;
+  for (const Triangle& t : mesh.triangles)
+  {
+    std::array<Vec3, 3> corners{ mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]] };
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    shape.push_back(corners);
+  }
+  std::sort(shape.begin(), shape.end());
+  return shape;
+}
+
+class TestKdStoreWriter : public ::testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    this->Writer->SetFileName(this->File.c_str());
+    this->Writer->SetGridBits(0);
+    this->Writer->SetVerticesPerPartition(100);
+  }
+  std::shared_ptr<Store> Written()
+  {
+    EXPECT_EQ(this->Writer->Write(), 1);
+    auto store = Store::Open(this->File);
+    EXPECT_TRUE(store) << store.GetError().message;
+    return store ? *store : nullptr;
+  }
+  static Mesh Whole(const Store& store)
+  {
+    std::vector<std::uint32_t> all(store.Info().partitions);
+    std::iota(all.begin(), all.end(), 0u);
+    return *GlueStoreMesh(store, all);
+  }
+
+  TemporaryFolder Folder;
+  const std::filesystem::path File = this->Folder / "model.kds";
+  vtkNew<vtkKdStoreWriter> Writer;
+};
+
+TEST_F(TestKdStoreWriter, AStoreHoldsTheMeshWithItsArrays)
+{
+  const PolyData sphere = MakeSphere(60);
+  this->Writer->SetInputData(sphere);
+  this->Writer->SetTitle("A sphere");
+  this->Writer->SetUnit("mm");
+  this->Writer->SetUp(0, 0, 2);
+  const auto store = this->Written();
+  ASSERT_TRUE(store);
+  EXPECT_TRUE(store->Verify().empty());
+  EXPECT_EQ(store->Info().title, "A sphere");
+  EXPECT_EQ(store->Info().unit, "mm");
+  EXPECT_EQ(store->Info().pose->up, (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(store->Info().triangles, static_cast<std::uint64_t>(sphere->GetNumberOfPolys()));
+  EXPECT_TRUE(store->Info().HasLevels());
+  ASSERT_EQ(store->Info().attributes.size(), 2u);
+  EXPECT_EQ(store->Info().attributes[0].name, "Point");
+  EXPECT_EQ(store->Info().attributes[1].name, "Cell");
+  // Its arrays number the points, so none are welded.
+  EXPECT_EQ(store->Info().vertices, static_cast<std::uint64_t>(sphere->GetNumberOfPoints()));
+}
+
+TEST_F(TestKdStoreWriter, PartitionsMakeTheStoreOfTheWholeMesh)
+{
+  const PolyData sphere = MakeSphere(60);
+  sphere->GetPointData()->Initialize();
+  sphere->GetCellData()->Initialize();
+  this->Writer->SetInputData(sphere);
+  const auto whole = this->Written();
+  ASSERT_TRUE(whole);
+  const auto shape = Shape(Whole(*whole));
+  const auto vertices = whole->Info().vertices;
+
+  vtkNew<vtkKdTreePartition> partition;
+  partition->SetInputData(sphere);
+  partition->SetVerticesPerPartition(200);
+  this->Writer->SetInputConnection(partition->GetOutputPort());
+  const auto store = this->Written();
+  ASSERT_TRUE(store);
+  EXPECT_GT(partition->GetOutput()->GetNumberOfPartitions(), 8u);
+  EXPECT_EQ(store->Info().vertices, vertices);
+  EXPECT_EQ(store->Info().triangles, static_cast<std::uint64_t>(sphere->GetNumberOfPolys()));
+  EXPECT_EQ(Shape(Whole(*store)), shape);
+}
+
+TEST_F(TestKdStoreWriter, ArraysThatSomePartsLackAreLeftOutWithAWarning)
+{
+  vtkNew<vtkPartitionedDataSet> parts;
+  parts->SetNumberOfPartitions(3); // the first is none
+  const PolyData first = MakePlate(5), second = MakePlate(6);
+  second->GetPointData()->RemoveArray("Point");
+  vtkNew<vtkStringArray> words;
+  words->SetName("Words");
+  words->SetNumberOfValues(first->GetNumberOfPoints());
+  first->GetPointData()->AddArray(words);
+  parts->SetPartition(1, first);
+  parts->SetPartition(2, second);
+  this->Writer->SetInputData(parts);
+  this->Writer->WeldOff();
+  FilterObserver heard(this->Writer);
+  const auto store = this->Written();
+  ASSERT_TRUE(store);
+  EXPECT_EQ(store->Info().vertices, 25u + 36u);
+  ASSERT_EQ(store->Info().attributes.size(), 1u);
+  EXPECT_EQ(store->Info().attributes[0].name, "Cell");
+  EXPECT_NE(heard.warning.find("\"Point\": not all parts have it"), std::string::npos)
+    << heard.warning;
+  EXPECT_NE(heard.warning.find("\"Words\": is not numeric"), std::string::npos) << heard.warning;
+}
+
+TEST_F(TestKdStoreWriter, OnePointIsAModel)
+{
+  this->Writer->SetInputData(MakePoints({ { 1, 2, 3 } }));
+  const auto store = this->Written();
+  ASSERT_TRUE(store);
+  EXPECT_EQ(store->Info().vertices, 1u);
+  EXPECT_EQ(store->Info().primitive, PrimitiveType::Points);
+}
+
+TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
+{
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  vtkNew<vtkPartitionedDataSet> images;
+  images->SetNumberOfPartitions(1);
+  vtkNew<vtkImageData> image;
+  images->SetPartition(0, image);
+  const std::vector<std::pair<vtkSmartPointer<vtkDataObject>, std::string>> cases{
+    { MakePoints({}), "no vertices" },
+    { MakePoints({ { 0, 0, 0 }, { nan, 0, 0 } }), "point 1: a coordinate is not finite" },
+    { images.Get(), "partition 0 is a vtkImageData" },
+  };
+  for (const auto& [input, what] : cases)
+  {
+    FilterObserver heard(this->Writer);
+    this->Writer->SetInputData(input);
+    EXPECT_EQ(this->Writer->Write(), 0);
+    EXPECT_NE(heard.error.find("model.kds: "), std::string::npos) << heard.error;
+    EXPECT_NE(heard.error.find(what), std::string::npos) << heard.error;
+    EXPECT_FALSE(std::filesystem::exists(this->File));
+  }
+  FilterObserver heard(this->Writer);
+  this->Writer->SetInputData(MakePlate(4));
+  this->Writer->SetFileName("/nonexistent/model.kds");
+  EXPECT_EQ(this->Writer->Write(), 0);
+  EXPECT_NE(heard.error.find("/nonexistent/model.kds"), std::string::npos) << heard.error;
+  heard.error.clear();
+  this->Writer->SetFileName(nullptr);
+  EXPECT_EQ(this->Writer->Write(), 0);
+  EXPECT_NE(heard.error.find("no FileName is set"), std::string::npos) << heard.error;
+}
+
+TEST_F(TestKdStoreWriter, TellsHowFarItIsAndStopsWhenToldTo)
+{
+  this->Writer->SetInputData(MakeSphere(150));
+  {
+    FilterObserver heard(this->Writer);
+    ASSERT_TRUE(this->Written());
+    EXPECT_GT(heard.progress.size(), 4u);
+  }
+  std::filesystem::remove(this->File);
+  FilterObserver heard(this->Writer);
+  heard.abortAt = 0.3;
+  EXPECT_EQ(this->Writer->Write(), 0);
+  EXPECT_EQ(heard.error, "");
+  EXPECT_TRUE(std::filesystem::is_empty(this->Folder.Path));
+}
+
+}

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/IO/WriterInput.h"
+
+#include "filters/adapter/PolyDataAttributes.h"
+#include "filters/adapter/PolyDataMesh.h"
+
+#include <vtkCellData.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned char notOwn = vtkDataSetAttributes::DUPLICATECELL |
+                                 vtkDataSetAttributes::HIDDENCELL |
+                                 vtkDataSetAttributes::REFINEDCELL;
+
+// Whether the ghost array marks an entry.
+class Marks
+{
+public:
+  Marks(vtkDataSetAttributes& attributes, unsigned char mask)
+    : Array(vtkUnsignedCharArray::SafeDownCast(
+        attributes.GetAbstractArray(vtkDataSetAttributes::GhostArrayName())))
+    , Mask(mask)
+  {
+  }
+  bool Has(vtkIdType i) const
+  {
+    return this->Array && i < this->Array->GetNumberOfValues() &&
+           (this->Array->GetValue(i) & this->Mask) != 0;
+  }
+
+private:
+  vtkUnsignedCharArray* Array;
+  unsigned char Mask;
+};
+
+// Joins parts into one mesh, whose arrays are those that all of them have.
+class Joining
+{
+public:
+  explicit Joining(WriterInput& joined)
+    : Joined(joined)
+  {
+  }
+
+  Status Add(vtkPolyData& part, const Execution& execution)
+  {
+    if (part.GetNumberOfPoints() == 0)
+    {
+      return {};
+    }
+    const Result<std::vector<Vec3>> points = ReadPoints(part, execution);
+    KDSTREAM_TRY(points);
+    if (points->size() >= noVertex - this->Joined.mesh.points.size())
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "more than 4294967294 points: at most so many fit a tree in memory" };
+    }
+    const Result<PolyDataElements> elements = ReadElements(part);
+    KDSTREAM_TRY(elements);
+    PolyDataAttributes read = ReadAttributes(part, *elements);
+    this->AddArrays(std::move(read));
+    this->AddPoints(part, *points);
+    this->AddTriangles(part, *elements);
+    this->Joined.mesh.scalarType = part.GetPoints()->GetDataType() == VTK_FLOAT && this->AllFloats
+                                     ? ScalarType::Float32
+                                     : ScalarType::Float64;
+    this->AllFloats = this->Joined.mesh.scalarType == ScalarType::Float32;
+    return {};
+  }
+
+private:
+  // Keeps the arrays that this part has too; the first part's say which there may be.
+  void AddArrays(PolyDataAttributes read)
+  {
+    for (std::string& skipped : read.skipped)
+    {
+      this->Skip(std::move(skipped));
+    }
+    std::vector<Attribute>& arrays = this->Joined.mesh.attributes;
+    if (std::exchange(this->IsFirst, false))
+    {
+      for (const Attribute& array : read.attributes)
+      {
+        arrays.push_back({ array.Info(), {} });
+      }
+    }
+    std::erase_if(arrays,
+      [&](const Attribute& array)
+      {
+        const bool lacks = !FindAttribute(read.attributes, array);
+        if (lacks)
+        {
+          this->Skip("array \"" + array.name + "\": not all parts have it");
+        }
+        return lacks;
+      });
+    this->Read = std::move(read.attributes);
+  }
+
+  void Skip(std::string what)
+  {
+    auto& skipped = this->Joined.skipped;
+    if (std::find(skipped.begin(), skipped.end(), what) == skipped.end())
+    {
+      skipped.push_back(std::move(what));
+    }
+  }
+
+  // Points that are another part's come along where a triangle of this one may use them: what no
+  // triangle uses is dropped at the end.
+  void AddPoints(vtkPolyData& part, const std::vector<Vec3>& points)
+  {
+    const Marks ghosts(*part.GetPointData(),
+      vtkDataSetAttributes::DUPLICATEPOINT | vtkDataSetAttributes::HIDDENPOINT);
+    this->First = static_cast<VertexId>(this->Joined.mesh.points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      this->Joined.mesh.points.push_back(points[i]);
+      this->IsGhost.push_back(ghosts.Has(static_cast<vtkIdType>(i)));
+      this->AppendTuples(AttributeAssociation::Point, i);
+    }
+  }
+
+  void AddTriangles(vtkPolyData& part, const PolyDataElements& elements)
+  {
+    const Marks ghosts(*part.GetCellData(), notOwn);
+    const auto triangles = elements.Triangles();
+    const std::size_t before = elements.vertices + elements.segments;
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+    {
+      if (!ghosts.Has(elements.cells[before + i]))
+      {
+        const Triangle& t = triangles[i];
+        this->Joined.mesh.triangles.push_back(
+          { this->First + t[0], this->First + t[1], this->First + t[2] });
+        this->AppendTuples(AttributeAssociation::Cell, i);
+      }
+    }
+  }
+
+  void AppendTuples(AttributeAssociation association, std::size_t tuple)
+  {
+    for (Attribute& array : this->Joined.mesh.attributes)
+    {
+      if (array.association == association)
+      {
+        array.Append(*FindAttribute(this->Read, array), tuple);
+      }
+    }
+  }
+
+public:
+  // Drops the ghosts that no triangle uses.
+  void DropGhosts()
+  {
+    Mesh& mesh = this->Joined.mesh;
+    std::vector<bool> isUsed(mesh.points.size(), false);
+    for (const Triangle& t : mesh.triangles)
+    {
+      for (const VertexId v : t)
+      {
+        isUsed[v] = true;
+      }
+    }
+    std::vector<VertexId> newId(mesh.points.size(), noVertex);
+    VertexId kept = 0;
+    for (VertexId v = 0; v < mesh.points.size(); ++v)
+    {
+      if (isUsed[v] || !this->IsGhost[v])
+      {
+        this->MovePoint(v, kept);
+        newId[v] = kept++;
+      }
+    }
+    mesh.points.resize(kept);
+    for (Attribute& array : mesh.attributes)
+    {
+      if (array.association == AttributeAssociation::Point)
+      {
+        array.values.resize(kept * array.TupleSize());
+      }
+    }
+    for (Triangle& t : mesh.triangles)
+    {
+      t = { newId[t[0]], newId[t[1]], newId[t[2]] };
+    }
+  }
+
+private:
+  void MovePoint(VertexId from, VertexId to)
+  {
+    Mesh& mesh = this->Joined.mesh;
+    mesh.points[to] = mesh.points[from];
+    for (Attribute& array : mesh.attributes)
+    {
+      if (array.association == AttributeAssociation::Point && from != to)
+      {
+        const std::size_t size = array.TupleSize();
+        std::copy_n(array.values.begin() + std::ptrdiff_t(from * size), size,
+          array.values.begin() + std::ptrdiff_t(to * size));
+      }
+    }
+  }
+
+  WriterInput& Joined;
+  std::vector<Attribute> Read; // of the part that is being added
+  std::vector<bool> IsGhost;   // of each point
+  VertexId First = 0;          // point of the part
+  bool IsFirst = true, AllFloats = true;
+};
+
+}
+
+Result<WriterInput> ReadWriterInput(vtkDataObject& input, const Execution& execution)
+{
+  WriterInput joined;
+  Joining joining(joined);
+  if (auto* const whole = vtkPolyData::SafeDownCast(&input))
+  {
+    KDSTREAM_TRY(joining.Add(*whole, execution));
+  }
+  else if (auto* const parts = vtkPartitionedDataSet::SafeDownCast(&input))
+  {
+    for (unsigned int i = 0; i < parts->GetNumberOfPartitions(); ++i)
+    {
+      vtkDataObject* const part = parts->GetPartitionAsDataObject(i);
+      auto* const mesh = vtkPolyData::SafeDownCast(part);
+      if (part && !mesh)
+      {
+        return Error{ ErrorCode::InvalidInput, "partition " + std::to_string(i) + " is a " +
+                                                 part->GetClassName() + ", and no vtkPolyData" };
+      }
+      const Status added = mesh ? joining.Add(*mesh, execution) : Status();
+      if (!added)
+      {
+        return Error{ added.GetError().code,
+          "partition " + std::to_string(i) + ": " + added.GetError().message };
+      }
+    }
+  }
+  else
+  {
+    return Error{ ErrorCode::InvalidInput,
+      std::string("a ") + input.GetClassName() + " cannot be written" };
+  }
+  joining.DropGhosts();
+  return joined;
+}
+
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkKdMeshReader.h"
+
+#include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/MeshPolyData.h"
+#include "filters/build/BuildInput.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/MeshReader.h"
+
+#include <vtkDataArraySelection.h>
+#include <vtkErrorCode.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <algorithm>
+#include <string>
+
+vtkStandardNewMacro(vtkKdMeshReader);
+
+namespace
+{
+
+using namespace kdstream;
+
+unsigned long CodeOf(const Error& error)
+{
+  switch (error.code)
+  {
+    case ErrorCode::NotFound:
+      return vtkErrorCode::FileNotFoundError;
+    case ErrorCode::Unsupported:
+      return vtkErrorCode::UnrecognizedFileTypeError;
+    case ErrorCode::InputOutput:
+      return vtkErrorCode::CannotOpenFileError;
+    default:
+      return vtkErrorCode::FileFormatError;
+  }
+}
+
+// What a text has to be gone through for is not asked of a file twice: counts are not needed.
+Result<std::unique_ptr<MeshReader>> OpenFile(const char* name, const Execution& execution)
+{
+  if (!name || !*name)
+  {
+    return Error{ ErrorCode::NotFound, "no FileName is set" };
+  }
+  return MeshReader::Open(name, execution);
+}
+
+Result<Mesh> ReadFile(const char* name, bool merging, const Execution& execution)
+{
+  const auto reader = OpenFile(name, execution);
+  KDSTREAM_TRY(reader);
+  Result<Mesh> mesh = ReadMesh(**reader, BuildOptions(), execution);
+  if (mesh && merging && (*reader)->Info().soup)
+  {
+    WeldVertices(*mesh, execution);
+  }
+  return mesh;
+}
+
+}
+
+vtkKdMeshReader::vtkKdMeshReader()
+{
+  this->SetNumberOfInputPorts(0);
+}
+
+vtkKdMeshReader::~vtkKdMeshReader()
+{
+  this->SetFileName(nullptr);
+}
+
+vtkMTimeType vtkKdMeshReader::GetMTime()
+{
+  return std::max(
+    { this->Superclass::GetMTime(), this->PointArrays->GetMTime(), this->CellArrays->GetMTime() });
+}
+
+int vtkKdMeshReader::RequestInformation(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector*)
+{
+  const auto reader = OpenFile(this->FileName, MakeAlgorithmExecution(*this, {}));
+  if (!reader)
+  {
+    if (reader.GetError().code != ErrorCode::Cancelled)
+    {
+      this->SetErrorCode(CodeOf(reader.GetError()));
+      vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << reader.GetError().message);
+    }
+    return 0;
+  }
+  for (const AttributeInfo& array : (*reader)->Info().attributes)
+  {
+    vtkDataArraySelection& arrays =
+      array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
+    arrays.AddArray(array.name.c_str()); // none twice; enabled
+  }
+  return 1;
+}
+
+int vtkKdMeshReader::RequestData(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  vtkPolyData* const output = vtkPolyData::GetData(outputVector);
+  vtkInformation* const outInfo = outputVector->GetInformationObject(0);
+  if (outInfo->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()) > 0)
+  {
+    return 1; // the first piece is all of it
+  }
+  const Execution execution = MakeAlgorithmExecution(*this, { { "read", 0.0, 0.9 } });
+  const Result<Mesh> mesh = ReadFile(this->FileName, this->Merging, execution);
+  const auto isWanted = [this](const AttributeInfo& array)
+  {
+    vtkDataArraySelection& arrays =
+      array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
+    return arrays.ArrayIsEnabled(array.name.c_str()) != 0;
+  };
+  const Status status =
+    mesh ? FillPolyData(*mesh, mesh->points.size(), isWanted, *output) : mesh.GetError();
+  if (status)
+  {
+    this->SetErrorCode(vtkErrorCode::NoError);
+    return 1;
+  }
+  output->Initialize();
+  if (status.GetError().code == ErrorCode::Cancelled)
+  {
+    return 1;
+  }
+  this->SetErrorCode(CodeOf(status.GetError()));
+  vtkErrorMacro(<< this->FileName << ": " << status.GetError().message);
+  return 0;
+}
+
+void vtkKdMeshReader::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "Merging: " << (this->Merging ? "on" : "off") << "\n";
+  os << indent << "PointArrays:\n";
+  this->PointArrays->PrintSelf(os, indent.GetNextIndent());
+  os << indent << "CellArrays:\n";
+  this->CellArrays->PrintSelf(os, indent.GetNextIndent());
+}

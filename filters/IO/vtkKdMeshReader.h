@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkKdMeshReader
+ * @brief   reads PLY, STL and OBJ files as KdStream's programs do
+ *
+ * Step "read" of the README's picture, as a VTK source: the chunked readers of kdstream-build. All
+ * of a file is read, or an error names what is wrong with it and where; there is no output then.
+ *
+ * PLY, as text and binary of either byte order: polygons, triangle strips ("tristrips"), point
+ * clouds; every property that is a number, of vertices and faces. STL as text and binary. OBJ:
+ * polygons and colours at vertices.
+ *
+ * Output: a vtkPolyData. Points are floats, or doubles where the file has doubles, or decimals that
+ * floats do not hold. Polygons become triangles, cut as a fan around their first vertex; strips
+ * triangles of alternating orientation. A file without faces gives a vertex cell for each point.
+ * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind.
+ *
+ * Complexity: linear in the size of the file; memory: that of the mesh twice, while the arrays of
+ * VTK are filled. Aborting leaves an empty output.
+ *
+ * @sa vtkKdStoreWriter
+ */
+#ifndef vtkKdMeshReader_h
+#define vtkKdMeshReader_h
+
+#include "vtkKdStreamFiltersIOModule.h" // for the export macro
+#include "vtkNew.h"                     // for the selections
+#include "vtkPolyDataAlgorithm.h"
+
+class vtkDataArraySelection;
+
+class VTKKDSTREAMFILTERSIO_EXPORT vtkKdMeshReader : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkKdMeshReader* New();
+  vtkTypeMacro(vtkKdMeshReader, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The file to read; its ending tells the format.
+   */
+  vtkSetFilePathMacro(FileName);
+  vtkGetFilePathMacro(FileName);
+  ///@}
+
+  ///@{
+  /**
+   * Whether points of one place become one, where a format gives each triangle points of its own
+   * (STL). Points that differ in a bit of an array stay apart. Default on.
+   */
+  vtkSetMacro(Merging, bool);
+  vtkGetMacro(Merging, bool);
+  vtkBooleanMacro(Merging, bool);
+  ///@}
+
+  /**
+   * The arrays of points and of cells that the file has, known after UpdateInformation: which of
+   * them to read. Default all.
+   */
+  vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
+  vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
+
+  vtkMTimeType GetMTime() override;
+
+protected:
+  vtkKdMeshReader();
+  ~vtkKdMeshReader() override;
+
+  int RequestInformation(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
+private:
+  vtkKdMeshReader(const vtkKdMeshReader&) = delete;
+  void operator=(const vtkKdMeshReader&) = delete;
+
+  char* FileName = nullptr;
+  bool Merging = true;
+  vtkNew<vtkDataArraySelection> PointArrays;
+  vtkNew<vtkDataArraySelection> CellArrays;
+};
+
+#endif

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. the input as one mesh of core's (WriterInput)  2. the build (filters/build).
+#include "vtkKdStoreWriter.h"
+
+#include "filters/IO/WriterInput.h"
+#include "filters/adapter/AlgorithmExecution.h"
+#include "filters/build/Builder.h"
+
+#include <vtkDataObject.h>
+#include <vtkErrorCode.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+vtkStandardNewMacro(vtkKdStoreWriter);
+
+namespace
+{
+
+using namespace kdstream;
+
+// Set by a member of three; none where it is (0, 0, 0).
+Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* member)
+{
+  const Vec3 vector{ member[0], member[1], member[2] };
+  if (vector == Vec3{})
+  {
+    return std::optional<Vec3>();
+  }
+  const std::optional<Vec3> direction = DirectionOf(vector);
+  return direction ? Result<std::optional<Vec3>>(direction)
+                   : Error{ ErrorCode::InvalidArgument, std::string(name) + " is no direction" };
+}
+
+}
+
+vtkKdStoreWriter::~vtkKdStoreWriter()
+{
+  this->SetFileName(nullptr);
+}
+
+void vtkKdStoreWriter::SetGridBits(int bits)
+{
+  const int clamped = bits <= 0 ? 0 : std::clamp(bits, 8, 24);
+  if (clamped != this->GridBits)
+  {
+    this->GridBits = clamped;
+    this->Modified();
+  }
+}
+
+int vtkKdStoreWriter::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPartitionedDataSet");
+  return 1;
+}
+
+void vtkKdStoreWriter::WriteData()
+{
+  const auto fail = [this](const Error& error)
+  {
+    this->SetErrorCode(error.code == ErrorCode::InputOutput ? vtkErrorCode::CannotOpenFileError
+                                                            : vtkErrorCode::UnknownError);
+    if (error.code != ErrorCode::Cancelled)
+    {
+      vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << error.message);
+    }
+  };
+  if (!this->FileName || !*this->FileName)
+  {
+    this->SetErrorCode(vtkErrorCode::NoFileNameError);
+    vtkErrorMacro(<< "no FileName is set");
+    return;
+  }
+  BuildOptions options;
+  options.tree.verticesPerPartition = static_cast<std::uint32_t>(this->VerticesPerPartition);
+  if (this->NumberOfPartitions > 0)
+  {
+    options.tree.partitions = static_cast<std::uint32_t>(this->NumberOfPartitions);
+  }
+  options.tree.cellVertices = static_cast<std::uint32_t>(this->CellVertices);
+  options.levels.maker = this->Maker == Collapse ? LevelMaker::Collapse : LevelMaker::Cluster;
+  options.weld = this->Weld;
+  options.bits = static_cast<std::uint8_t>(this->GridBits);
+  options.title = this->Title;
+  options.credit = this->Credit;
+  options.license = this->License;
+  options.unit = this->Unit;
+  const auto up = DirectionOfMember("Up", this->Up), view = DirectionOfMember("View", this->View);
+  if (!up || !view)
+  {
+    fail((up ? view : up).GetError());
+    return;
+  }
+  options.up = *up;
+  options.view = *view;
+
+  const Execution execution = MakeAlgorithmExecution(
+    *this, { { "tree", 0.05, 0.2 }, { "faces", 0.2, 0.25 }, { "levels", 0.25, 0.75 },
+             { "encode", 0.75, 0.95 }, { "write", 0.95, 1.0 } });
+  Result<WriterInput> input = ReadWriterInput(*this->GetInput(), execution);
+  if (!input)
+  {
+    fail(input.GetError());
+    return;
+  }
+  for (const std::string& skipped : input->skipped)
+  {
+    vtkWarningMacro(<< skipped << "; it is left out");
+  }
+  const std::string name = std::filesystem::path(this->FileName).stem().string();
+  const auto built = BuildStore(std::move(input->mesh), name, this->FileName, options, execution);
+  if (!built)
+  {
+    fail(built.GetError());
+  }
+}
+
+void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "GridBits: " << this->GridBits << "\n";
+  os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
+  os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";
+  os << indent << "CellVertices: " << this->CellVertices << "\n";
+  os << indent << "Maker: " << (this->Maker == Collapse ? "Collapse" : "Cluster") << "\n";
+  os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
+  os << indent << "Title: " << this->Title << "\n";
+  os << indent << "Credit: " << this->Credit << "\n";
+  os << indent << "License: " << this->License << "\n";
+  os << indent << "Unit: " << this->Unit << "\n";
+  os << indent << "Up: " << this->Up[0] << " " << this->Up[1] << " " << this->Up[2] << "\n";
+  os << indent << "View: " << this->View[0] << " " << this->View[1] << " " << this->View[2] << "\n";
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A mesh of core's as vtkPolyData: the way back from PolyDataMesh.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <vtkPolyData.h>
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+namespace kdstream
+{
+
+// Fills an empty vtkPolyData with the points (float or double, as the mesh's), the triangles, or,
+// of a cloud, a vertex cell for each of its first `cloudCells` points, and the arrays that
+// `isWanted` takes (WriteAttributes). O(size). Errors: those of WriteAttributes, before anything is
+// filled in but points and cells.
+Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
+  const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output);
+
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whoever has the pieces of a model: a store, or a server that is asked for them.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
+
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+class PieceSource
+{
+public:
+  virtual ~PieceSource() = default;
+
+  virtual const ModelDescription& Info() const = 0;
+
+  // Decoded, in the order that is asked for. Reports the step "pieces". Errors: NotFound where the
+  // model has no such piece; Damaged, naming the blob; those of where it comes from; Cancelled.
+  virtual Result<std::vector<Piece>> ReadPieces(
+    std::span<const PieceId> ids, const Execution& execution = {}) const = 0;
+
+  // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order. Errors: as above.
+  virtual Result<std::vector<Box>> ReadBoxes() const = 0;
+};
+
+}
