@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/IO/WriterInput.h"
 
+#include "filters/adapter/DropGhosts.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
 
@@ -78,6 +79,8 @@ public:
     this->AllFloats = this->Joined.mesh.scalarType == ScalarType::Float32;
     return {};
   }
+  // When all parts are there.
+  void DropGhosts() { DropUnusedGhosts(this->Joined.mesh, this->IsGhost); }
 
 private:
   // Keeps the arrays that this part has too; the first part's say which there may be.
@@ -156,59 +159,6 @@ private:
       if (array.association == association)
       {
         array.Append(*FindAttribute(this->Read, array), tuple);
-      }
-    }
-  }
-
-public:
-  // Drops the ghosts that no triangle uses.
-  void DropGhosts()
-  {
-    Mesh& mesh = this->Joined.mesh;
-    std::vector<bool> isUsed(mesh.points.size(), false);
-    for (const Triangle& t : mesh.triangles)
-    {
-      for (const VertexId v : t)
-      {
-        isUsed[v] = true;
-      }
-    }
-    std::vector<VertexId> newId(mesh.points.size(), noVertex);
-    VertexId kept = 0;
-    for (VertexId v = 0; v < mesh.points.size(); ++v)
-    {
-      if (isUsed[v] || !this->IsGhost[v])
-      {
-        this->MovePoint(v, kept);
-        newId[v] = kept++;
-      }
-    }
-    mesh.points.resize(kept);
-    for (Attribute& array : mesh.attributes)
-    {
-      if (array.association == AttributeAssociation::Point)
-      {
-        array.values.resize(kept * array.TupleSize());
-      }
-    }
-    for (Triangle& t : mesh.triangles)
-    {
-      t = { newId[t[0]], newId[t[1]], newId[t[2]] };
-    }
-  }
-
-private:
-  void MovePoint(VertexId from, VertexId to)
-  {
-    Mesh& mesh = this->Joined.mesh;
-    mesh.points[to] = mesh.points[from];
-    for (Attribute& array : mesh.attributes)
-    {
-      if (array.association == AttributeAssociation::Point && from != to)
-      {
-        const std::size_t size = array.TupleSize();
-        std::copy_n(array.values.begin() + std::ptrdiff_t(from * size), size,
-          array.values.begin() + std::ptrdiff_t(to * size));
       }
     }
   }

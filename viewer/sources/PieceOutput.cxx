@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/sources/PieceOutput.h"
+
+#include "filters/adapter/DropGhosts.h"
+#include "filters/adapter/MeshPolyData.h"
+#include "filters/adapter/PartitionLayout.h"
+#include "filters/core/pieces/Glue.h"
+#include "filters/core/tree/Region.h"
+#include "filters/store/StoreMesh.h"
+
+#include <vtkDataSetAttributes.h>
+#include <vtkNew.h>
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t piecesAtOnce = 256; // read before they are turned into VTK's data
+constexpr std::uint8_t duplicatePoint = vtkDataSetAttributes::DUPLICATEPOINT;
+constexpr std::uint8_t duplicateCell = vtkDataSetAttributes::DUPLICATECELL;
+
+using Marks = std::vector<std::uint8_t>;
+
+AttributeInfo MarksOf(AttributeAssociation association)
+{
+  return { vtkDataSetAttributes::GhostArrayName(), AttributeType::UInt8, association, 1 };
+}
+
+// Adds vtkGhostType.
+void AddMarks(std::vector<Attribute>& arrays, Marks points, Marks cells)
+{
+  arrays.push_back({ MarksOf(AttributeAssociation::Point), std::move(points) });
+  arrays.push_back({ MarksOf(AttributeAssociation::Cell), std::move(cells) });
+}
+
+// Removes the marked cells, and the marked points that are not used then.
+void DropMarked(Mesh& mesh)
+{
+  const auto find = [&mesh](AttributeAssociation association)
+  { return FindAttribute(mesh.attributes, MarksOf(association))->values; };
+  const Marks cells = find(AttributeAssociation::Cell), points = find(AttributeAssociation::Point);
+  std::vector<Triangle> kept;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+  {
+    if (cells[i] == 0)
+    {
+      kept.push_back(mesh.triangles[i]);
+    }
+  }
+  for (Attribute& array : mesh.attributes)
+  {
+    if (array.association == AttributeAssociation::Cell)
+    {
+      Attribute fewer{ array.Info(), {} };
+      for (std::size_t i = 0; i < cells.size(); ++i)
+      {
+        if (cells[i] == 0)
+        {
+          fewer.Append(array, i);
+        }
+      }
+      array = std::move(fewer);
+    }
+  }
+  mesh.triangles = std::move(kept);
+  std::vector<bool> isGhost(points.size());
+  std::transform(
+    points.begin(), points.end(), isGhost.begin(), [](auto mark) { return mark != 0; });
+  DropUnusedGhosts(mesh, isGhost);
+}
+
+// Of the partitions among `chosen` that have the triangle, the lowest.
+std::uint32_t OwnerOf(
+  const Piece& piece, const Triangle& triangle, const std::set<std::uint32_t>& chosen)
+{
+  std::uint32_t owner = PartitionOfKey(piece.keys[0]);
+  for (const VertexId v : triangle)
+  {
+    const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
+    if (partition < owner && chosen.count(partition) != 0)
+    {
+      owner = partition;
+    }
+  }
+  return owner;
+}
+
+// A partition by itself: what is marked is repeated in another one. isGhost: all of it is.
+void MarkPartition(Piece& piece, const std::set<std::uint32_t>& chosen, bool isGhost)
+{
+  Marks points(piece.VertexCount(), duplicatePoint);
+  std::fill_n(points.begin(), isGhost ? 0 : piece.ownVertices, 0);
+  Marks cells;
+  for (const Triangle& t : piece.triangles)
+  {
+    const bool isOther = OwnerOf(piece, t, chosen) != PartitionOfKey(piece.keys[0]);
+    cells.push_back(isGhost || isOther ? duplicateCell : 0);
+  }
+  AddMarks(piece.attributes, std::move(points), std::move(cells));
+}
+
+// A partition that is glued to others: what is marked is another share's.
+void MarkForGluing(
+  Piece& piece, const std::set<std::uint32_t>& chosen, const std::set<std::uint32_t>& own)
+{
+  const auto isOthers = [&](std::uint32_t partition)
+  { return chosen.count(partition) != 0 && own.count(partition) == 0; };
+  Marks points, cells;
+  for (const VertexKey key : piece.keys)
+  {
+    points.push_back(isOthers(PartitionOfKey(key)) ? duplicatePoint : 0);
+  }
+  for (const Triangle& t : piece.triangles)
+  {
+    cells.push_back(isOthers(OwnerOf(piece, t, chosen)) ? duplicateCell : 0);
+  }
+  AddMarks(piece.attributes, std::move(points), std::move(cells));
+}
+
+// A piece of a level. Keys ascend from piece to piece, and the lowest piece owns a triangle.
+void MarkLevelPiece(Piece& piece)
+{
+  Marks points(piece.VertexCount(), duplicatePoint);
+  std::fill_n(points.begin(), piece.ownVertices, 0);
+  Marks cells;
+  for (const Triangle& t : piece.triangles)
+  {
+    const bool isOther =
+      std::any_of(t.begin(), t.end(), [&](VertexId v) { return piece.keys[v] < piece.keys[0]; });
+    cells.push_back(isOther ? duplicateCell : 0);
+  }
+  AddMarks(piece.attributes, std::move(points), std::move(cells));
+}
+
+Mesh MeshOf(Piece piece, ScalarType scalarType)
+{
+  return { std::move(piece.positions), std::move(piece.triangles), scalarType,
+    std::move(piece.attributes) };
+}
+
+// The part of a level's surface that belongs to a share, with the triangles of others that touch
+// it, marked.
+Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> shareOf, const OutputShare& share,
+  ScalarType scalarType)
+{
+  const PartitionLayout layout(std::move(shareOf), share.pieces, surface.triangles);
+  const PartitionPiece cut = layout.Cut(share.piece);
+  Mesh mesh;
+  mesh.scalarType = scalarType;
+  for (const Attribute& array : surface.attributes)
+  {
+    mesh.attributes.push_back({ array.Info(), {} });
+  }
+  for (const VertexId v : cut.vertices)
+  {
+    mesh.points.push_back(surface.points[v]);
+    for (std::size_t k = 0; k < surface.attributes.size(); ++k)
+    {
+      mesh.attributes[k].Append(surface.attributes[k], v);
+    }
+  }
+  mesh.triangles = cut.corners;
+  Marks points(cut.vertices.size(), duplicatePoint), cells(cut.duplicate.size(), 0);
+  std::fill_n(points.begin(), cut.owned, 0);
+  std::transform(cut.duplicate.begin(), cut.duplicate.end(), cells.begin(),
+    [](std::uint8_t isOther) { return isOther != 0 ? duplicateCell : 0; });
+  AddMarks(mesh.attributes, std::move(points), std::move(cells));
+  return mesh;
+}
+
+}
+
+PieceOutput::PieceOutput(const PieceSource& source,
+  std::function<bool(const AttributeInfo&)> isWanted, const Execution& execution)
+  : Source(source)
+  , IsWanted([wanted = std::move(isWanted)](const AttributeInfo& array)
+      { return array.name == vtkDataSetAttributes::GhostArrayName() || wanted(array); })
+  , Runs(execution)
+{
+}
+
+// Of a cloud the first `ownPoints` get a cell each, marked as the point is.
+Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const
+{
+  const bool isCloud = this->Source.Info().primitive == PrimitiveType::Points;
+  const std::size_t cells = isCloud ? ownPoints : 0;
+  const AttributeInfo points = MarksOf(AttributeAssociation::Point);
+  const Attribute* const marks = FindAttribute(mesh.attributes, points);
+  for (Attribute& array : mesh.attributes)
+  {
+    if (isCloud && marks && array.Info() == MarksOf(AttributeAssociation::Cell))
+    {
+      array.values.resize(cells);
+      std::transform(marks->values.begin(), marks->values.begin() + std::ptrdiff_t(cells),
+        array.values.begin(), [](std::uint8_t mark) { return mark != 0 ? duplicateCell : 0; });
+    }
+  }
+  return FillPolyData(mesh, cells, this->IsWanted, output);
+}
+
+// The partitions in so many rings around these, and these.
+std::set<std::uint32_t> PieceOutput::Around(
+  const std::vector<std::uint32_t>& partitions, unsigned rings, Status& status) const
+{
+  std::set<std::uint32_t> around(partitions.begin(), partitions.end());
+  if (rings == 0 || partitions.empty())
+  {
+    return around;
+  }
+  const auto boxes = this->Source.ReadBoxes();
+  status = boxes ? Status() : boxes.GetError();
+  const TreeDepths& depths = this->Source.Info().depths;
+  for (const std::uint32_t partition : partitions)
+  {
+    const auto region = status
+                          ? FindRegion(*boxes, depths, NodeOfPartition(partition, depths), rings)
+                          : Result<std::vector<std::uint32_t>>(status.GetError());
+    if (!region)
+    {
+      status = region.GetError();
+      return around;
+    }
+    around.insert(region->begin(), region->end());
+  }
+  return around;
+}
+
+Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
+  const OutputShare& share, vtkPartitionedDataSet& output) const
+{
+  const ModelDescription& info = this->Source.Info();
+  const std::set<std::uint32_t> all(chosen.begin(), chosen.end());
+  std::vector<std::uint32_t> own;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(own),
+    [&](std::uint32_t p)
+    { return share.Has(p, info.partitions) && (!share.blocks || share.blocks->count(p) != 0); });
+  Status found;
+  const std::set<std::uint32_t> wanted = this->Around(own, share.ghostLevels, found);
+  KDSTREAM_TRY(found);
+  std::vector<PieceId> ids;
+  for (const std::uint32_t p : wanted)
+  {
+    ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+  }
+  output.SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
+  for (std::size_t first = 0; first < ids.size(); first += piecesAtOnce)
+  {
+    KDSTREAM_TRY(this->Runs.Report(
+      "partitions", static_cast<double>(first) / static_cast<double>(ids.size())));
+    const auto batch = std::span(ids).subspan(first, std::min(piecesAtOnce, ids.size() - first));
+    auto pieces = this->Source.ReadPieces(batch);
+    KDSTREAM_TRY(pieces);
+    for (std::size_t i = 0; i < pieces->size(); ++i)
+    {
+      Piece& piece = (*pieces)[i];
+      const std::uint32_t partition = batch[i].node - (NodeId{ 1 } << info.depths.partition);
+      vtkNew<vtkPolyData> part;
+      if (piece.ownVertices > 0)
+      {
+        MarkPartition(piece, all, !std::binary_search(own.begin(), own.end(), partition));
+        const std::size_t ownPoints = piece.ownVertices;
+        KDSTREAM_TRY(this->Fill(MeshOf(std::move(piece), info.grid.scalarType), ownPoints, *part));
+      }
+      output.SetPartition(partition, part);
+    }
+  }
+  return {};
+}
+
+Status PieceOutput::GlueInto(
+  const std::vector<std::uint32_t>& chosen, const OutputShare& share, vtkPolyData& output) const
+{
+  const ModelDescription& info = this->Source.Info();
+  const std::set<std::uint32_t> all(chosen.begin(), chosen.end());
+  std::vector<std::uint32_t> own;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(own),
+    [&](std::uint32_t p) { return share.Has(p, info.partitions); });
+  Status found;
+  const std::set<std::uint32_t> wanted = this->Around(own, share.ghostLevels, found);
+  KDSTREAM_TRY(found);
+  std::vector<PieceId> ids;
+  for (const std::uint32_t p : wanted)
+  {
+    if (all.count(p) != 0)
+    {
+      ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+    }
+  }
+  auto pieces = this->Source.ReadPieces(ids, this->Runs);
+  KDSTREAM_TRY(pieces);
+  if (share.pieces > 1)
+  {
+    const std::set<std::uint32_t> mine(own.begin(), own.end());
+    std::erase_if(*pieces, [](const Piece& piece) { return piece.ownVertices == 0; });
+    for (Piece& piece : *pieces)
+    {
+      MarkForGluing(piece, all, mine);
+    }
+  }
+  Result<Mesh> mesh = GluePartitions(*pieces, info.grid.scalarType);
+  KDSTREAM_TRY(mesh);
+  pieces->clear();
+  if (share.pieces > 1 && share.ghostLevels == 0 && !mesh->points.empty())
+  {
+    DropMarked(*mesh);
+  }
+  const std::size_t cells = mesh->points.size();
+  return this->Fill(std::move(*mesh), cells, output);
+}
+
+Status PieceOutput::AddPieces(
+  unsigned level, const OutputShare& share, vtkPartitionedDataSet& output) const
+{
+  const ModelDescription& info = this->Source.Info();
+  const Resolution resolution = Resolution::Level(level);
+  const NodeId first = NodeId{ 1 } << PieceDepth(resolution, info.depths);
+  std::vector<PieceId> ids;
+  for (NodeId i = 0; i < first; ++i)
+  {
+    const PieceId id{ resolution, first + i };
+    if (info.HasPiece(id) && share.Has(i, first) && (!share.blocks || share.blocks->count(i) != 0))
+    {
+      ids.push_back(id);
+    }
+  }
+  auto pieces = this->Source.ReadPieces(ids, this->Runs);
+  KDSTREAM_TRY(pieces);
+  output.SetNumberOfPartitions(first);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+  {
+    Piece& piece = (*pieces)[i];
+    vtkNew<vtkPolyData> part;
+    if (piece.ownVertices > 0)
+    {
+      MarkLevelPiece(piece);
+      const std::size_t ownPoints = piece.ownVertices;
+      KDSTREAM_TRY(this->Fill(MeshOf(std::move(piece), info.grid.scalarType), ownPoints, *part));
+    }
+    output.SetPartition(ids[i].node - first, part);
+  }
+  return {};
+}
+
+Status PieceOutput::DrawInto(unsigned level, const OutputShare& share, vtkPolyData& output) const
+{
+  const ModelDescription& info = this->Source.Info();
+  auto surface =
+    DrawStoreSurface(this->Source, { info.depths, Resolution::Level(level) }, this->Runs);
+  KDSTREAM_TRY(surface);
+  if (share.pieces == 1)
+  {
+    const std::size_t cells = surface->points.size();
+    return this->Fill({ std::move(surface->points), std::move(surface->triangles),
+                        info.grid.scalarType, std::move(surface->attributes) },
+      cells, output);
+  }
+  std::vector<std::uint32_t> shareOf;
+  const bool byPartition = level >= info.depths.stitch;
+  for (const Surface::Source& source : surface->sources)
+  {
+    const std::uint64_t place = byPartition ? PartitionOfKey(source.key) : source.key;
+    const std::uint64_t count = byPartition ? info.partitions : info.levels[level].vertices;
+    shareOf.push_back(static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(place * share.pieces / count, share.pieces - 1)));
+  }
+  const auto cells =
+    static_cast<std::size_t>(std::count(shareOf.begin(), shareOf.end(), share.piece));
+  Mesh mesh = CutShare(*surface, std::move(shareOf), share, info.grid.scalarType);
+  if (share.ghostLevels == 0)
+  {
+    DropMarked(mesh);
+  }
+  return this->Fill(std::move(mesh), cells, output);
+}
+
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pieces of a model as VTK's data: what vtkKdModelSource gives, without its pipeline.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/store/PieceSource.h"
+
+#include <vtkPartitionedDataSet.h>
+#include <vtkPolyData.h>
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <set>
+#include <vector>
+
+namespace kdstream
+{
+
+// What part of the output is wanted here: `piece` of `pieces`, with so many rings around.
+struct OutputShare
+{
+  std::uint32_t piece = 0, pieces = 1;
+  unsigned ghostLevels = 0;
+  std::optional<std::set<std::uint32_t>> blocks; // only these partitions; none: all
+
+  // Of `count` places in the tree's order, whether one is in this piece.
+  bool Has(std::uint64_t place, std::uint64_t count) const
+  {
+    return place * this->pieces / count == this->piece;
+  }
+};
+
+class PieceOutput
+{
+public:
+  // isWanted: which arrays. The arguments outlive this.
+  PieceOutput(const PieceSource& source, std::function<bool(const AttributeInfo&)> isWanted,
+    const Execution& execution);
+
+  // Partitions of the original, ascending. Errors: those of the source; InvalidInput for pieces
+  // that contradict each other. REQUIRES: below the model's partitions.
+  Status AddPartitions(const std::vector<std::uint32_t>& chosen, const OutputShare& share,
+    vtkPartitionedDataSet& output) const;
+  Status GlueInto(
+    const std::vector<std::uint32_t>& chosen, const OutputShare& share, vtkPolyData& output) const;
+
+  // A level. REQUIRES: a level of the model.
+  Status AddPieces(unsigned level, const OutputShare& share, vtkPartitionedDataSet& output) const;
+  Status DrawInto(unsigned level, const OutputShare& share, vtkPolyData& output) const;
+
+private:
+  Status Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const;
+  std::set<std::uint32_t> Around(
+    const std::vector<std::uint32_t>& partitions, unsigned rings, Status& status) const;
+
+  const PieceSource& Source;
+  std::function<bool(const AttributeInfo&)> IsWanted;
+  const Execution& Runs;
+};
+
+}

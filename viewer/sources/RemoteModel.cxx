@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/sources/RemoteModel.h"
+
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/PieceCodec.h"
+#include "viewer/client/CachedSource.h"
+#include "viewer/client/ServerClient.h"
+#include "viewer/client/ServerUrl.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t blobsAtOnce = 128;             // in one request
+constexpr std::chrono::milliseconds patience{ 100 }; // until it is asked whether to stop
+
+Result<std::unique_ptr<ModelSource>> Connect(const RemoteAddress& address)
+{
+  const auto url = ParseServerUrl(address.url);
+  KDSTREAM_TRY(url);
+  std::shared_ptr<DiskCache> cache;
+  if (!address.cache.empty())
+  {
+    auto opened = DiskCache::Open(address.cache, address.cacheBytes);
+    KDSTREAM_TRY(opened);
+    cache = std::move(*opened);
+  }
+  auto client = ServerClient::Connect(address.url, address.token, address.authorities);
+  if (client)
+  {
+    return cache ? std::make_unique<CachedSource>(std::move(*client), cache, url->Origin())
+                 : std::unique_ptr<ModelSource>(std::move(*client));
+  }
+  auto offline = cache && client.GetError().code == ErrorCode::InputOutput
+                   ? CachedSource::Offline(cache, url->Origin())
+                   : Result<std::unique_ptr<CachedSource>>(client.GetError());
+  return offline ? Result<std::unique_ptr<ModelSource>>(std::move(*offline)) : client.GetError();
+}
+
+Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted)
+{
+  std::string names;
+  for (const ModelSummary& model : models)
+  {
+    if (model.id == wanted || (wanted.empty() && models.size() == 1))
+    {
+      return model.id;
+    }
+    names += (names.empty() ? "" : ", ") + model.id;
+  }
+  return Error{ ErrorCode::NotFound, models.empty() ? "the server has no models"
+                                     : wanted.empty()
+                                       ? "it has several models, so one has to be named: " + names
+                                       : "it has no model " + wanted + ", but " + names };
+}
+
+}
+
+RemoteModel::RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::seconds timeout)
+  : Source(std::move(source))
+  , Timeout(timeout)
+{
+}
+
+Result<std::shared_ptr<const RemoteModel>> RemoteModel::Open(
+  const RemoteAddress& address, const Execution& execution)
+{
+  auto source = Connect(address);
+  KDSTREAM_TRY(source);
+  std::shared_ptr<RemoteModel> opened(new RemoteModel(std::move(*source), address.timeout));
+  const auto model = FindModel(opened->Source->Models(), address.model);
+  KDSTREAM_TRY(model);
+  KDSTREAM_TRY(opened->OpenModel(*model, execution));
+  return std::shared_ptr<const RemoteModel>(std::move(opened));
+}
+
+// At least one.
+Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execution) const
+{
+  const auto begin = Clock::now();
+  while (!this->Source->Wait(patience))
+  {
+    KDSTREAM_TRY(execution.Report("waiting", 0));
+    if (Clock::now() - begin > this->Timeout)
+    {
+      return Error{ ErrorCode::InputOutput,
+        "nothing has come for " + std::to_string(this->Timeout.count()) + " s" };
+    }
+  }
+  return this->Source->Take();
+}
+
+Status RemoteModel::OpenModel(const std::string& model, const Execution& execution)
+{
+  SessionRequest request;
+  request.kind = SessionRequest::Kind::Open;
+  request.id = ++this->LastRequest;
+  request.model = model;
+  this->Source->Send(request);
+  for (;;)
+  {
+    const auto events = this->NextEvents(execution);
+    KDSTREAM_TRY(events);
+    for (const ClientEvent& event : *events)
+    {
+      if (event.request == request.id)
+      {
+        this->Description = event.model;
+        return event.kind == ClientEvent::Kind::Opened
+                 ? Status()
+                 : Error{ ErrorCode::NotFound, model + " cannot be opened: " + event.message };
+      }
+    }
+  }
+}
+
+// All of these, or what is wrong with the first that cannot be had.
+Result<RemoteModel::Blobs> RemoteModel::Fetch(
+  std::span<const protocol::BlobId> wanted, const Execution& execution) const
+{
+  SessionRequest request;
+  request.kind = SessionRequest::Kind::Blobs;
+  request.id = ++this->LastRequest;
+  request.blobs.assign(wanted.begin(), wanted.end());
+  this->Source->Send(request);
+  const auto giveUp = [&](Error error)
+  {
+    request.kind = SessionRequest::Kind::Cancel;
+    request.blobs.clear();
+    this->Source->Send(request);
+    return error;
+  };
+  Blobs blobs;
+  std::set<protocol::BlobId> owed(wanted.begin(), wanted.end());
+  while (!owed.empty())
+  {
+    auto events = this->NextEvents(execution);
+    if (!events)
+    {
+      return giveUp(events.GetError());
+    }
+    for (ClientEvent& event : *events)
+    {
+      if (event.request != request.id)
+      {
+        continue; // of one that was given up
+      }
+      if (event.kind != ClientEvent::Kind::Blob)
+      {
+        const bool one = event.kind == ClientEvent::Kind::BlobFailed;
+        return giveUp({ one ? ErrorCode::NotFound : ErrorCode::InputOutput,
+          protocol::BlobName(one ? event.blob : *owed.begin()) +
+            " cannot be had: " + event.message });
+      }
+      if (owed.erase(event.blob) > 0)
+      {
+        blobs.emplace(event.blob, std::move(event.bytes));
+      }
+    }
+  }
+  return blobs;
+}
+
+Result<std::vector<Piece>> RemoteModel::ReadPieces(
+  std::span<const PieceId> ids, const Execution& execution) const
+{
+  const std::lock_guard lock(this->Mutex);
+  const CodecContext codec = this->Description.Codec();
+  std::vector<Piece> pieces;
+  while (pieces.size() < ids.size())
+  {
+    KDSTREAM_TRY(execution.Report(
+      "pieces", static_cast<double>(pieces.size()) / static_cast<double>(ids.size())));
+    const auto batch =
+      ids.subspan(pieces.size(), std::min(blobsAtOnce, ids.size() - pieces.size()));
+    std::vector<protocol::BlobId> wanted;
+    for (const PieceId id : batch)
+    {
+      wanted.push_back(BlobOfPiece(id, codec.depths));
+    }
+    const auto blobs = this->Fetch(wanted, execution);
+    KDSTREAM_TRY(blobs);
+    for (std::size_t i = 0; i < batch.size(); ++i)
+    {
+      auto piece = DecodePiece(blobs->at(wanted[i]), batch[i], codec);
+      if (!piece)
+      {
+        return Error{ piece.GetError().code,
+          protocol::BlobName(wanted[i]) + ": " + piece.GetError().message };
+      }
+      pieces.push_back(std::move(*piece));
+    }
+  }
+  return pieces;
+}
+
+Result<std::vector<Box>> RemoteModel::ReadBoxes() const
+{
+  const std::lock_guard lock(this->Mutex);
+  const TreeDepths& depths = this->Description.depths;
+  std::vector<Box> all(std::size_t{ 2 } << depths.partition);
+  const std::vector<NodeId> nodes = AllPartitionBoxes(depths);
+  for (std::size_t first = 0; first < nodes.size(); first += blobsAtOnce)
+  {
+    std::vector<protocol::BlobId> wanted;
+    for (std::size_t i = first; i < std::min(first + blobsAtOnce, nodes.size()); ++i)
+    {
+      wanted.push_back(protocol::BlobId::PartitionBoxes(nodes[i]));
+    }
+    const auto blobs = this->Fetch(wanted, {});
+    KDSTREAM_TRY(blobs);
+    for (const protocol::BlobId& blob : wanted)
+    {
+      const auto told = DecodePartitionBoxes(blobs->at(blob), blob.number, depths);
+      if (!told)
+      {
+        return Error{ told.GetError().code,
+          protocol::BlobName(blob) + ": " + told.GetError().message };
+      }
+      const NodeId begin = blob.number << (depths.partition - DepthOfNode(blob.number));
+      std::copy(told->begin(), told->end(), all.begin() + begin);
+    }
+  }
+  UniteBoxes(all);
+  return all;
+}
+
+}

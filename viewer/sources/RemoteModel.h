@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A model of a server, read as if it were a store: each read asks, and waits for the answers.
+#pragma once
+
+#include "filters/store/PieceSource.h"
+#include "viewer/client/ModelSource.h"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct RemoteAddress
+{
+  std::string url;                    // of the server
+  std::string model;                  // empty: the only one
+  std::string token, authorities;     // ServerClient::Connect
+  std::filesystem::path cache;        // a folder (DiskCache); empty: none
+  std::uint64_t cacheBytes = 0;       // of it at most
+  std::chrono::seconds timeout{ 60 }; // without anything that comes
+};
+
+class RemoteModel final : public PieceSource
+{
+public:
+  // Connects, and opens the model; where the server cannot be reached, what the cache has of it.
+  // Errors: those of ServerClient::Connect; NotFound for a model that it does not have, naming
+  // those that it has; InputOutput where no answer comes; Cancelled.
+  static Result<std::shared_ptr<const RemoteModel>> Open(
+    const RemoteAddress& address, const Execution& execution);
+
+  const ModelDescription& Info() const override { return this->Description; }
+  // Errors: besides, InputOutput where the connection is lost or falls silent.
+  Result<std::vector<Piece>> ReadPieces(
+    std::span<const PieceId> ids, const Execution& execution = {}) const override;
+  Result<std::vector<Box>> ReadBoxes() const override;
+
+private:
+  using Blobs = std::map<protocol::BlobId, std::vector<std::uint8_t>>;
+
+  RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::seconds timeout);
+  Status OpenModel(const std::string& model, const Execution& execution);
+  Result<Blobs> Fetch(std::span<const protocol::BlobId> wanted, const Execution& execution) const;
+  Result<std::vector<ClientEvent>> NextEvents(const Execution& execution) const;
+
+  mutable std::mutex Mutex; // one read at a time
+  std::unique_ptr<ModelSource> Source;
+  std::chrono::seconds Timeout;
+  ModelDescription Description;
+  mutable std::uint32_t LastRequest = 0;
+};
+
+}

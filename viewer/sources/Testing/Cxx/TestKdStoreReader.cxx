@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores as VTK gets them: whole and in parts, each cell once however many pieces ask for it.
+#include "filters/core/tree/Region.h"
+#include "filters/store/Store.h"
+#include "filters/store/StoreMesh.h"
+#include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
+
+#include <vtkCompositeDataPipeline.h>
+#include <vtkDataArraySelection.h>
+#include <vtkInformation.h>
+#include <vtkInformationIntegerKey.h>
+#include <vtkInformationIntegerVectorKey.h>
+#include <vtkInformationObjectBaseKey.h>
+#include <vtkKdStoreReader.h>
+#include <vtkKdTreePartition.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <fstream>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::testing;
+using fixtures::TemporaryFolder;
+
+class TestKdStoreReader : public ::testing::Test
+{
+protected:
+  void Open(const Mesh& mesh, std::uint32_t verticesPerPartition = 200,
+    Partitioner partitioner = Partitioner::KdTree)
+  {
+    BuildTo(this->File, mesh, verticesPerPartition, partitioner);
+    this->Reader->SetFileName(this->File.c_str());
+    this->Model = *Store::Open(this->File);
+  }
+  vtkDataObject* Update()
+  {
+    this->Reader->Update();
+    return this->Reader->GetOutputDataObject(0);
+  }
+  // Why there is nothing.
+  std::string Refusal()
+  {
+    FilterObserver heard(this->Reader);
+    this->Reader->Modified();
+    EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
+    return heard.error;
+  }
+
+  const Mesh Sphere = fixtures::DisplacedSphere(6);
+  TemporaryFolder Folder;
+  const std::filesystem::path File = this->Folder / "model.kds";
+  std::shared_ptr<Store> Model;
+  vtkNew<vtkKdStoreReader> Reader;
+};
+
+TEST_F(TestKdStoreReader, PartitionsAreThoseOfTheFilterToTheBit)
+{
+  this->Open(this->Sphere);
+  const PolyData mesh = AsPolyData(this->Sphere);
+  vtkNew<vtkKdTreePartition> filter;
+  filter->SetInputData(mesh);
+  filter->SetVerticesPerPartition(200);
+  filter->Update();
+  const unsigned int count = filter->GetOutput()->GetNumberOfPartitions();
+  ASSERT_EQ(count, 128u);
+  vtkDataObject* const output = this->Update();
+  ASSERT_EQ(vtkPartitionedDataSet::SafeDownCast(output)->GetNumberOfPartitions(), count);
+  for (unsigned int i = 0; i < count; ++i)
+  {
+    for (const bool marked : { false, true })
+    {
+      const Content here = ContentOfPartition(output, i, marked);
+      EXPECT_TRUE(here == ContentOfPartition(filter->GetOutput(), i, marked)) << i;
+      EXPECT_GT(here.cells.size(), 100u);
+    }
+  }
+  EXPECT_TRUE(ContentOf(output) == ContentOf(mesh));
+}
+
+TEST_F(TestKdStoreReader, OneMeshIsTheInput)
+{
+  for (const auto& [name, mesh] : fixtures::HardMeshes())
+  {
+    SCOPED_TRACE(name);
+    Mesh plain = mesh;
+    plain.attributes.clear();
+    this->Reader->SetOutputTypeToPolyData();
+    BuildOptions options;
+    options.bits = 0;
+    options.weld = false;
+    options.tree.verticesPerPartition = 20;
+    ASSERT_TRUE(BuildStore(plain, "mesh", this->File, options));
+    this->Reader->SetFileName(this->File.c_str());
+    this->Reader->Modified();
+    vtkDataObject* const output = this->Update();
+    const PolyData input = AsPolyData(plain);
+    EXPECT_TRUE(ContentOf(output) == ContentOf(input));
+    EXPECT_EQ(vtkPolyData::SafeDownCast(output)->GetPoints()->GetDataType(),
+      input->GetPoints()->GetDataType());
+  }
+}
+
+TEST_F(TestKdStoreReader, ALevelIsThereOnceInPiecesOrWhole)
+{
+  this->Open(this->Sphere, 50);
+  this->Reader->SetContentToLevel();
+  const ModelDescription& info = this->Model->Info();
+  for (unsigned level = 3; level <= info.depths.finest; ++level)
+  {
+    this->Reader->SetLevelDepth(static_cast<int>(level));
+    this->Reader->SetOutputTypeToPartitionedDataSet();
+    const Content pieces = ContentOf(this->Update());
+    EXPECT_EQ(pieces.cells.size(), info.levels[level].triangles);
+    EXPECT_EQ(pieces.points.size(), info.levels[level].vertices);
+    this->Reader->SetOutputTypeToPolyData();
+    EXPECT_TRUE(ContentOf(this->Update()) == pieces) << level;
+  }
+  this->Reader->SetLevelDepth(-1);
+  EXPECT_EQ(ContentOf(this->Update()).points.size(), info.levels[PreviewLevel(info)].vertices);
+  EXPECT_EQ(this->Reader->GetPreviewLevel(), static_cast<int>(PreviewLevel(info)));
+}
+
+TEST_F(TestKdStoreReader, PiecesOfAPipelineHaveAllOfItOnce)
+{
+  this->Open(this->Sphere, 50);
+  for (const int content : { vtkKdModelSource::Original, vtkKdModelSource::Level })
+  {
+    this->Reader->SetContent(content);
+    this->Reader->SetLevelDepth(static_cast<int>(this->Model->Info().depths.finest));
+    for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
+    {
+      this->Reader->SetOutputType(type);
+      const Content whole = ContentOf(this->Update());
+      for (const int pieces : { 2, 3, 4, 150 })
+      {
+        for (const int ghosts : { 0, 1 })
+        {
+          Content all;
+          std::size_t marked = 0;
+          for (int piece = 0; piece < pieces; ++piece)
+          {
+            this->Reader->UpdatePiece(piece, pieces, ghosts);
+            const Content part = ContentOf(this->Reader->GetOutputDataObject(0));
+            const Content with = ContentOf(this->Reader->GetOutputDataObject(0), true);
+            all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+            all.cells.insert(all.cells.end(), part.cells.begin(), part.cells.end());
+            marked += with.cells.size() - part.cells.size();
+          }
+          EXPECT_TRUE(all.Sort() == whole) << content << type << pieces << ghosts;
+          EXPECT_EQ(marked > 0, ghosts > 0 || type == vtkKdModelSource::PartitionedDataSet)
+            << content << type << pieces << ghosts;
+        }
+      }
+    }
+  }
+}
+
+// With ghost levels no point of one's own lacks a cell.
+TEST_F(TestKdStoreReader, GhostLevelsBringTheCellsAround)
+{
+  this->Open(this->Sphere, 50);
+  this->Reader->SetOutputTypeToPolyData();
+  const PolyData whole = AsPolyData(this->Sphere);
+  std::map<std::array<double, 3>, std::size_t> cellsAt;
+  for (const auto& corners : ContentOf(whole).cells)
+  {
+    for (const auto& corner : corners)
+    {
+      ++cellsAt[corner];
+    }
+  }
+  std::size_t cells = 0;
+  for (const int ghosts : { 1, 2 })
+  {
+    this->Reader->UpdatePiece(1, 4, ghosts);
+    const Content own = ContentOf(this->Reader->GetOutputDataObject(0));
+    const Content with = ContentOf(this->Reader->GetOutputDataObject(0), true);
+    std::map<std::array<double, 3>, std::size_t> here;
+    for (const auto& corners : with.cells)
+    {
+      for (const auto& corner : corners)
+      {
+        ++here[corner];
+      }
+    }
+    for (const auto& point : own.points)
+    {
+      EXPECT_EQ(here[point], cellsAt[point]);
+    }
+    EXPECT_GT(with.cells.size(), cells);
+    cells = with.cells.size();
+  }
+}
+
+TEST_F(TestKdStoreReader, ARegionIsThatOfTheViewers)
+{
+  this->Open(this->Sphere, 50);
+  const auto boxes = *this->Model->ReadBoxes();
+  const TreeDepths& depths = this->Model->Info().depths;
+  const Vec3 point{ 0.3, 0.9, 0.1 };
+  this->Reader->SetContentToRegion();
+  this->Reader->SetRegionPoint(point.data());
+  std::size_t last = 0;
+  for (const unsigned rings : { 0u, 1u, 3u })
+  {
+    const NodeId cell = NodeOfPartition(NearestPartition(boxes, depths, point), depths);
+    const auto partitions = *FindRegion(boxes, depths, cell, rings);
+    const PolyData expected = AsPolyData(*GlueStoreMesh(*this->Model, partitions));
+    this->Reader->SetRings(static_cast<int>(rings));
+    this->Reader->SetOutputTypeToPolyData();
+    EXPECT_TRUE(ContentOf(this->Update()) == ContentOf(expected)) << rings;
+    this->Reader->SetOutputTypeToPartitionedDataSet();
+    vtkDataObject* const parts = this->Update();
+    EXPECT_EQ(LoadedPartitions(parts), partitions.size());
+    EXPECT_TRUE(ContentOf(parts).cells == ContentOf(expected).cells);
+    EXPECT_GT(partitions.size(), last);
+    last = partitions.size();
+  }
+}
+
+TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
+{
+  this->Open(this->Sphere);
+  this->Reader->SetContentToPartitions();
+  for (const vtkIdType partition : { 9, 3, 9 })
+  {
+    this->Reader->AddPartition(partition);
+  }
+  EXPECT_EQ(LoadedPartitions(this->Update()), 2u);
+  this->Reader->RemoveAllPartitions();
+  EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
+
+  this->Reader->SetContentToOriginal();
+  this->Reader->UpdateInformation();
+  vtkInformation* const info = this->Reader->GetOutputInformation(0);
+  const int indices[] = { 1, 6, 128 };
+  info->Set(vtkCompositeDataPipeline::LOAD_REQUESTED_BLOCKS(), 1);
+  info->Set(vtkCompositeDataPipeline::UPDATE_COMPOSITE_INDICES(), indices, 3);
+  vtkDataObject* const output = this->Update();
+  EXPECT_EQ(LoadedPartitions(output), 3u);
+  auto* const parts = vtkPartitionedDataSet::SafeDownCast(output);
+  for (const unsigned int i : { 0u, 5u, 127u })
+  {
+    EXPECT_NE(parts->GetPartitionAsDataObject(i), nullptr) << i;
+  }
+}
+
+TEST_F(TestKdStoreReader, BoundsAreToldBeforeAnythingIsLoaded)
+{
+  this->Open(this->Sphere);
+  this->Reader->UpdateInformation();
+  auto* const told = vtkPartitionedDataSet::SafeDownCast(this->Reader->GetOutputInformation(0)->Get(
+    vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
+  ASSERT_NE(told, nullptr);
+  ASSERT_EQ(told->GetNumberOfPartitions(), 128u);
+  EXPECT_EQ(this->Reader->GetNumberOfModelPartitions(), 128);
+  EXPECT_EQ(
+    this->Reader->GetNumberOfModelPoints(), static_cast<vtkIdType>(this->Sphere.points.size()));
+  vtkDataObject* const output = this->Update();
+  for (unsigned int i = 0; i < 128; ++i)
+  {
+    const double* const box = told->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const auto points = ContentOfPartition(output, i, false).points;
+      const auto less = [axis](const auto& a, const auto& b)
+      { return a[static_cast<std::size_t>(axis)] < b[static_cast<std::size_t>(axis)]; };
+      const auto [low, high] = std::minmax_element(points.begin(), points.end(), less);
+      EXPECT_EQ((*low)[static_cast<std::size_t>(axis)], box[2 * axis]);
+      EXPECT_EQ((*high)[static_cast<std::size_t>(axis)], box[2 * axis + 1]);
+    }
+  }
+}
+
+TEST_F(TestKdStoreReader, ArraysCanBeChosen)
+{
+  Mesh mesh = this->Sphere;
+  for (const char* name : { "Heat", "Age" })
+  {
+    Attribute array{ { name, AttributeType::Float32, AttributeAssociation::Point, 1 }, {} };
+    array.values.resize(4 * mesh.points.size());
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    {
+      array.Set(i, 0, mesh.points[i][2]);
+    }
+    mesh.attributes.push_back(array);
+  }
+  this->Open(mesh);
+  this->Reader->SetOutputTypeToPolyData();
+  this->Reader->UpdateInformation();
+  EXPECT_EQ(this->Reader->GetPointDataArraySelection()->GetNumberOfArrays(), 2);
+  this->Reader->GetPointDataArraySelection()->DisableArray("Age");
+  auto* const output = vtkPolyData::SafeDownCast(this->Update());
+  ASSERT_EQ(output->GetPointData()->GetNumberOfArrays(), 1);
+  vtkDataArray* const heat = output->GetPointData()->GetArray("Heat");
+  ASSERT_NE(heat, nullptr);
+  for (vtkIdType i = 0; i < output->GetNumberOfPoints(); i += 100)
+  {
+    EXPECT_EQ(static_cast<float>(Point(*output, i)[2]), heat->GetComponent(i, 0));
+  }
+}
+
+TEST_F(TestKdStoreReader, StoresWithoutLevelsGiveTheirPartitions)
+{
+  this->Open(this->Sphere, 200, Partitioner::Octree);
+  EXPECT_TRUE(ContentOf(this->Update()) == ContentOf(AsPolyData(this->Sphere)));
+  EXPECT_EQ(this->Reader->GetFinestLevel(), -1);
+  this->Reader->UpdatePiece(0, 3, 0);
+  this->Reader->SetContentToLevel();
+  EXPECT_NE(this->Refusal().find("has no levels"), std::string::npos);
+}
+
+TEST_F(TestKdStoreReader, CloudsHaveACellForEachPoint)
+{
+  const Mesh cloud = fixtures::Cloud(4);
+  this->Open(cloud, 100);
+  for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
+  {
+    this->Reader->SetOutputType(type);
+    EXPECT_TRUE(ContentOf(this->Update()) == ContentOf(AsPolyData(cloud)));
+    for (const int ghosts : { 0, 1 })
+    {
+      Content all;
+      for (int piece = 0; piece < 3; ++piece)
+      {
+        this->Reader->UpdatePiece(piece, 3, ghosts);
+        const Content part = ContentOf(this->Reader->GetOutputDataObject(0));
+        all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+        all.cells.insert(all.cells.end(), part.cells.begin(), part.cells.end());
+      }
+      EXPECT_TRUE(all.Sort() == ContentOf(AsPolyData(cloud)));
+    }
+  }
+  this->Reader->SetContentToLevel();
+  EXPECT_GT(ContentOf(this->Update()).cells.size(), 100u);
+}
+
+TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
+{
+  EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
+  this->Reader->SetFileName((this->Folder / "none.kds").c_str());
+  EXPECT_NE(this->Refusal().find("none.kds: "), std::string::npos);
+  this->Open(this->Sphere);
+  this->Reader->SetContentToPartitions();
+  this->Reader->AddPartition(128);
+  EXPECT_NE(
+    this->Refusal().find("there is no partition 128: the model has 128"), std::string::npos);
+  this->Reader->SetContentToLevel();
+  this->Reader->SetLevelDepth(40);
+  EXPECT_NE(this->Refusal().find("there is no level 40: the finest is "), std::string::npos);
+  // A byte of what comes last in the file.
+  const auto size = std::filesystem::file_size(this->File);
+  std::fstream bytes(this->File, std::ios::in | std::ios::out | std::ios::binary);
+  for (auto at = static_cast<std::streamoff>(size / 2); at < static_cast<std::streamoff>(size);
+       at += 4096)
+  {
+    bytes.seekp(at + 100);
+    bytes.put('\x5a');
+  }
+  bytes.close();
+  this->Reader->SetContentToOriginal();
+  const std::string damaged = this->Refusal();
+  EXPECT_NE(damaged.find("model.kds: "), std::string::npos) << damaged;
+}
+
+TEST_F(TestKdStoreReader, TellsHowFarItIsAndStopsWhenToldTo)
+{
+  this->Open(this->Sphere, 20);
+  {
+    FilterObserver heard(this->Reader);
+    this->Update();
+    EXPECT_GT(heard.progress.size(), 2u);
+  }
+  FilterObserver heard(this->Reader);
+  heard.abortAt = 0.1;
+  this->Reader->Modified();
+  EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
+  EXPECT_EQ(heard.error, "");
+}
+
+}

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. what is asked for, against what the model has  2. its pieces as VTK's data
+// (PieceOutput).
+#include "vtkKdModelSource.h"
+
+#include "filters/adapter/AlgorithmExecution.h"
+#include "filters/core/tree/Region.h"
+#include "viewer/sources/PieceOutput.h"
+
+#include <vtkCompositeDataPipeline.h>
+#include <vtkDataArraySelection.h>
+#include <vtkInformation.h>
+#include <vtkInformationDoubleVectorKey.h>
+#include <vtkInformationIntegerKey.h>
+#include <vtkInformationIntegerVectorKey.h>
+#include <vtkInformationObjectBaseKey.h>
+#include <vtkInformationVector.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkPolyData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+namespace
+{
+
+using namespace kdstream;
+
+// What the pipeline asks of this process.
+OutputShare ShareOf(vtkInformation& outInfo)
+{
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  OutputShare share;
+  if (outInfo.Has(Pipeline::UPDATE_NUMBER_OF_PIECES()))
+  {
+    share.pieces =
+      static_cast<std::uint32_t>(std::max(outInfo.Get(Pipeline::UPDATE_NUMBER_OF_PIECES()), 1));
+    share.piece =
+      static_cast<std::uint32_t>(std::max(outInfo.Get(Pipeline::UPDATE_PIECE_NUMBER()), 0));
+    share.ghostLevels = static_cast<unsigned>(
+      std::clamp(outInfo.Get(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS()), 0, 16));
+  }
+  if (outInfo.Has(vtkCompositeDataPipeline::LOAD_REQUESTED_BLOCKS()))
+  {
+    share.blocks.emplace();
+    const int count = outInfo.Length(vtkCompositeDataPipeline::UPDATE_COMPOSITE_INDICES());
+    const int* indices = outInfo.Get(vtkCompositeDataPipeline::UPDATE_COMPOSITE_INDICES());
+    for (int i = 0; i < count; ++i)
+    {
+      if (indices[i] > 0)
+      {
+        share.blocks->insert(static_cast<std::uint32_t>(indices[i] - 1)); // 0 is the whole
+      }
+    }
+  }
+  return share;
+}
+
+// The partitions of the original that are asked for, ascending.
+Result<std::vector<std::uint32_t>> Choose(const PieceSource& model, int content,
+  const std::vector<vtkIdType>& chosen, const Vec3& point, unsigned rings)
+{
+  const ModelDescription& info = model.Info();
+  std::vector<std::uint32_t> partitions;
+  if (content == vtkKdModelSource::Original)
+  {
+    partitions.resize(info.partitions);
+    std::iota(partitions.begin(), partitions.end(), 0u);
+  }
+  else if (content == vtkKdModelSource::Partitions)
+  {
+    for (const vtkIdType each : chosen)
+    {
+      if (each < 0 || static_cast<std::uint64_t>(each) >= info.partitions)
+      {
+        return Error{ ErrorCode::InvalidArgument, "there is no partition " + std::to_string(each) +
+                                                    ": the model has " +
+                                                    std::to_string(info.partitions) };
+      }
+      partitions.push_back(static_cast<std::uint32_t>(each));
+    }
+  }
+  else
+  {
+    const auto boxes = model.ReadBoxes();
+    KDSTREAM_TRY(boxes);
+    const std::uint32_t nearest = NearestPartition(*boxes, info.depths, point);
+    auto region = FindRegion(*boxes, info.depths, NodeOfPartition(nearest, info.depths), rings);
+    KDSTREAM_TRY(region);
+    partitions = std::move(*region);
+  }
+  std::sort(partitions.begin(), partitions.end());
+  return partitions;
+}
+
+Result<unsigned> LevelOf(const ModelDescription& info, int depth)
+{
+  if (!info.HasLevels())
+  {
+    return Error{ ErrorCode::InvalidArgument, "the model has no levels, only partitions" };
+  }
+  if (depth > static_cast<int>(info.depths.finest))
+  {
+    return Error{ ErrorCode::InvalidArgument, "there is no level " + std::to_string(depth) +
+                                                ": the finest is " +
+                                                std::to_string(info.depths.finest) };
+  }
+  return depth < 0 ? PreviewLevel(info) : static_cast<unsigned>(depth);
+}
+
+}
+
+vtkKdModelSource::vtkKdModelSource()
+{
+  this->SetNumberOfInputPorts(0);
+}
+
+vtkKdModelSource::~vtkKdModelSource() = default;
+
+vtkMTimeType vtkKdModelSource::GetMTime()
+{
+  return std::max(
+    { this->Superclass::GetMTime(), this->PointArrays->GetMTime(), this->CellArrays->GetMTime() });
+}
+
+void vtkKdModelSource::AddPartition(vtkIdType partition)
+{
+  this->ChosenPartitions.push_back(partition);
+  this->Modified();
+}
+
+void vtkKdModelSource::RemoveAllPartitions()
+{
+  this->ChosenPartitions.clear();
+  this->Modified();
+}
+
+int vtkKdModelSource::GetFinestLevel() const
+{
+  return this->Model && this->Model->Info().HasLevels()
+           ? static_cast<int>(this->Model->Info().depths.finest)
+           : -1;
+}
+
+int vtkKdModelSource::GetPreviewLevel() const
+{
+  return this->Model && this->Model->Info().HasLevels()
+           ? static_cast<int>(PreviewLevel(this->Model->Info()))
+           : -1;
+}
+
+vtkIdType vtkKdModelSource::GetNumberOfModelPartitions() const
+{
+  return this->Model ? static_cast<vtkIdType>(this->Model->Info().partitions) : 0;
+}
+
+vtkIdType vtkKdModelSource::GetNumberOfModelPoints() const
+{
+  return this->Model ? static_cast<vtkIdType>(this->Model->Info().vertices) : 0;
+}
+
+vtkIdType vtkKdModelSource::GetNumberOfModelTriangles() const
+{
+  return this->Model ? static_cast<vtkIdType>(this->Model->Info().triangles) : 0;
+}
+
+int vtkKdModelSource::Fail(const std::string& why)
+{
+  vtkErrorMacro(<< this->ModelName() << ": " << why);
+  return 0;
+}
+
+int vtkKdModelSource::FillOutputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkDataObject");
+  return 1;
+}
+
+int vtkKdModelSource::RequestDataObject(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  vtkInformation* const outInfo = outputVector->GetInformationObject(0);
+  const bool whole = this->OutputType == PolyData;
+  const char* const type = whole ? "vtkPolyData" : "vtkPartitionedDataSet";
+  vtkDataObject* const now = vtkDataObject::GetData(outInfo);
+  if (!now || !now->IsA(type))
+  {
+    vtkSmartPointer<vtkDataObject> output;
+    if (whole)
+    {
+      output = vtkSmartPointer<vtkPolyData>::New();
+    }
+    else
+    {
+      output = vtkSmartPointer<vtkPartitionedDataSet>::New();
+    }
+    outInfo->Set(vtkDataObject::DATA_OBJECT(), output);
+  }
+  return 1;
+}
+
+int vtkKdModelSource::RequestInformation(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  std::string error;
+  this->Model = this->OpenModel(error);
+  if (!this->Model)
+  {
+    return this->Fail(error);
+  }
+  for (const AttributeInfo& array : this->Model->Info().attributes)
+  {
+    vtkDataArraySelection& arrays =
+      array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
+    arrays.AddArray(array.name.c_str()); // none twice; enabled
+  }
+  vtkInformation* const outInfo = outputVector->GetInformationObject(0);
+  outInfo->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
+  outInfo->Remove(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA());
+  if (this->OutputType == PartitionedDataSet && this->Content != Level && this->HasBoxesAtHand())
+  {
+    this->TellBounds(outInfo);
+  }
+  return 1;
+}
+
+void vtkKdModelSource::TellBounds(vtkInformation* outInfo)
+{
+  const auto boxes = this->Model->ReadBoxes();
+  if (!boxes)
+  {
+    vtkWarningMacro(<< this->ModelName()
+                    << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
+    return;
+  }
+  const ModelDescription& info = this->Model->Info();
+  vtkNew<vtkPartitionedDataSet> bounds;
+  bounds->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
+  for (std::uint32_t p = 0; p < info.partitions; ++p)
+  {
+    const Box& box = (*boxes)[NodeOfPartition(p, info.depths)];
+    const double each[6] = { box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2] };
+    if (!box.Empty())
+    {
+      bounds->GetMetaData(p)->Set(vtkDataObject::BOUNDING_BOX(), each, 6);
+    }
+  }
+  outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), bounds);
+}
+
+int vtkKdModelSource::RequestData(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  if (!this->Model)
+  {
+    return this->Fail("the model is not open");
+  }
+  vtkDataObject* const output = vtkDataObject::GetData(outputVector);
+  auto* const whole = vtkPolyData::SafeDownCast(output);
+  auto* const parts = vtkPartitionedDataSet::SafeDownCast(output);
+  const OutputShare share = ShareOf(*outputVector->GetInformationObject(0));
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "pieces", 0.0, 0.8 }, { "partitions", 0.0, 1.0 } });
+  const PieceOutput pieces(
+    *this->Model,
+    [this](const AttributeInfo& array)
+    {
+      vtkDataArraySelection& arrays =
+        array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
+      return arrays.ArrayIsEnabled(array.name.c_str()) != 0;
+    },
+    execution);
+
+  Status status;
+  if (this->Content == Level)
+  {
+    const auto level = LevelOf(this->Model->Info(), this->LevelDepth);
+    status = !level  ? Status(level.GetError())
+             : whole ? pieces.DrawInto(*level, share, *whole)
+                     : pieces.AddPieces(*level, share, *parts);
+  }
+  else
+  {
+    const Vec3 point{ this->RegionPoint[0], this->RegionPoint[1], this->RegionPoint[2] };
+    const auto chosen = Choose(*this->Model, this->Content, this->ChosenPartitions, point,
+      static_cast<unsigned>(this->Rings));
+    status = !chosen ? Status(chosen.GetError())
+             : whole ? pieces.GlueInto(*chosen, share, *whole)
+                     : pieces.AddPartitions(*chosen, share, *parts);
+  }
+  if (status)
+  {
+    return 1;
+  }
+  output->Initialize();
+  return status.GetError().code == ErrorCode::Cancelled ? 1 : this->Fail(status.GetError().message);
+}
+
+void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent
+     << "OutputType: " << (this->OutputType == PolyData ? "PolyData" : "PartitionedDataSet")
+     << "\n";
+  const char* const contents[] = { "Original", "Level", "Partitions", "Region" };
+  os << indent << "Content: " << contents[this->Content] << "\n";
+  os << indent << "LevelDepth: " << this->LevelDepth << "\n";
+  os << indent << "Partitions:";
+  for (const vtkIdType partition : this->ChosenPartitions)
+  {
+    os << " " << partition;
+  }
+  os << "\n";
+  os << indent << "RegionPoint: " << this->RegionPoint[0] << " " << this->RegionPoint[1] << " "
+     << this->RegionPoint[2] << "\n";
+  os << indent << "Rings: " << this->Rings << "\n";
+  os << indent << "PointArrays:\n";
+  this->PointArrays->PrintSelf(os, indent.GetNextIndent());
+  os << indent << "CellArrays:\n";
+  this->CellArrays->PrintSelf(os, indent.GetNextIndent());
+}

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkKdModelSource
+ * @brief   what a model has, as a VTK source: a level, partitions, a region, or all of the original
+ *
+ * What vtkKdStoreReader (a file) and vtkKdStreamSource (a server) have in common.
+ *
+ * Output, by OutputType: a vtkPartitionedDataSet, or one vtkPolyData. Points are floats or doubles,
+ * as those of the mesh that the store was built of; a cloud has a vertex cell for each point.
+ * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind;
+ * levels have only normals and colours.
+ *
+ * As vtkPartitionedDataSet: partition i is the model's partition i (of a level: its piece i, from
+ * left to right in the tree); what is not loaded is null. A partition's own points come first, then
+ * the points of others that its cells need; each cell that touches an own point is there. As of
+ * vtkKdTreePartition vtkGhostType marks what is repeated: DUPLICATEPOINT what is another
+ * partition's, DUPLICATECELL the cells that a loaded partition of a lower number has. In a store
+ * without loss (GridBits 0) the partitions of the original are those of vtkKdTreePartition with the
+ * same VerticesPerPartition, to the bit; points and cells are in the store's order. The same for
+ * points that were welded.
+ *
+ * As vtkPolyData: partitions are glued together, each point and cell once; a level is drawn as
+ * viewers draw it.
+ *
+ * Pieces of a pipeline (UPDATE_PIECE_NUMBER of UPDATE_NUMBER_OF_PIECES): each gets its part of the
+ * tree, a subtree where their number is a power of two, so that all cells come once. With ghost
+ * levels the cells around come along, marked: of the original those of so many rings of partitions
+ * (Rings), of a level those that touch its points. LOAD_REQUESTED_BLOCKS with
+ * UPDATE_COMPOSITE_INDICES loads the partitions of these flat indices only (partition i has i + 1);
+ * the output information tells the bounds of all partitions in COMPOSITE_DATA_META_DATA
+ * (vtkDataObject::BOUNDING_BOX), unless they would have to be fetched from far away.
+ *
+ * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong.
+ *
+ * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
+ *
+ * Source: sections 4 and 5 of the paper named in the README.
+ */
+#ifndef vtkKdModelSource_h
+#define vtkKdModelSource_h
+
+#include "vtkDataObjectAlgorithm.h"
+#include "vtkKdStreamViewerSourcesModule.h" // for the export macro
+#include "vtkNew.h"                         // for the selections
+
+#include <memory> // for what is open
+#include <string> // for errors
+#include <vector> // for partitions
+
+class vtkDataArraySelection;
+
+namespace kdstream
+{
+class PieceSource;
+}
+
+class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdModelSource : public vtkDataObjectAlgorithm
+{
+public:
+  vtkTypeMacro(vtkKdModelSource, vtkDataObjectAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum OutputTypes
+  {
+    PartitionedDataSet,
+    PolyData
+  };
+  ///@{
+  /**
+   * What the output is. Default PartitionedDataSet.
+   */
+  vtkSetClampMacro(OutputType, int, PartitionedDataSet, PolyData);
+  vtkGetMacro(OutputType, int);
+  void SetOutputTypeToPartitionedDataSet() { this->SetOutputType(PartitionedDataSet); }
+  void SetOutputTypeToPolyData() { this->SetOutputType(PolyData); }
+  ///@}
+
+  enum Contents
+  {
+    Original,   ///< all of it
+    Level,      ///< that of the member Level
+    Partitions, ///< of the original those of AddPartition
+    Region      ///< of the original what is around RegionPoint
+  };
+  ///@{
+  /**
+   * What of the model is loaded. Default Original.
+   */
+  vtkSetClampMacro(Content, int, Original, Region);
+  vtkGetMacro(Content, int);
+  void SetContentToOriginal() { this->SetContent(Original); }
+  void SetContentToLevel() { this->SetContent(Level); }
+  void SetContentToPartitions() { this->SetContent(Partitions); }
+  void SetContentToRegion() { this->SetContent(Region); }
+  ///@}
+
+  ///@{
+  /**
+   * The depth of the level, 0 to GetFinestLevel(), each twice as fine as the one before; -1, the
+   * default, is the preview's, of about 4,000 triangles.
+   */
+  vtkSetClampMacro(LevelDepth, int, -1, 62);
+  vtkGetMacro(LevelDepth, int);
+  ///@}
+
+  ///@{
+  /**
+   * The partitions that Content Partitions loads.
+   */
+  void AddPartition(vtkIdType partition);
+  void RemoveAllPartitions();
+  ///@}
+
+  ///@{
+  /**
+   * The point that Content Region is around, model units; and how many rings of cells around the
+   * partition nearest to it, 0 to 16. Default (0, 0, 0), and 1.
+   */
+  vtkSetVector3Macro(RegionPoint, double);
+  vtkGetVector3Macro(RegionPoint, double);
+  vtkSetClampMacro(Rings, int, 0, 16);
+  vtkGetMacro(Rings, int);
+  ///@}
+
+  /**
+   * The arrays of points and of cells that the model has, known after UpdateInformation: which of
+   * them to load. Default all.
+   */
+  vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
+  vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
+
+  ///@{
+  /**
+   * What the model has, known after UpdateInformation: -1 and 0 before. A store by another
+   * partitioner than the k-d tree has no levels: -1.
+   */
+  int GetFinestLevel() const;
+  int GetPreviewLevel() const;
+  vtkIdType GetNumberOfModelPartitions() const;
+  vtkIdType GetNumberOfModelPoints() const;
+  vtkIdType GetNumberOfModelTriangles() const;
+  ///@}
+
+  vtkMTimeType GetMTime() override;
+
+protected:
+  vtkKdModelSource();
+  ~vtkKdModelSource() override;
+
+  /**
+   * Opens the model, or gives the one that is open. Null: `error` says why.
+   */
+  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(std::string& error) = 0;
+  /**
+   * What errors name: the file or the server.
+   */
+  virtual std::string ModelName() const = 0;
+  /**
+   * Whether the boxes of all partitions can be told without much ado.
+   */
+  virtual bool HasBoxesAtHand() const = 0;
+
+  int RequestDataObject(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+  int RequestInformation(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+  int FillOutputPortInformation(int port, vtkInformation* info) override;
+
+private:
+  vtkKdModelSource(const vtkKdModelSource&) = delete;
+  void operator=(const vtkKdModelSource&) = delete;
+
+  int Fail(const std::string& why);
+  void TellBounds(vtkInformation* outInfo);
+
+  int OutputType = PartitionedDataSet;
+  int Content = Original;
+  int LevelDepth = -1;
+  std::vector<vtkIdType> ChosenPartitions;
+  double RegionPoint[3] = { 0, 0, 0 };
+  int Rings = 1;
+  vtkNew<vtkDataArraySelection> PointArrays;
+  vtkNew<vtkDataArraySelection> CellArrays;
+  std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
+};
+
+#endif

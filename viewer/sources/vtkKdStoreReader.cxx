@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkKdStoreReader.h"
+
+#include "filters/store/Store.h"
+
+#include <vtkObjectFactory.h>
+
+vtkStandardNewMacro(vtkKdStoreReader);
+
+vtkKdStoreReader::~vtkKdStoreReader()
+{
+  this->SetFileName(nullptr);
+}
+
+std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(std::string& error)
+{
+  if (!this->FileName || !*this->FileName)
+  {
+    error = "no FileName is set";
+    return nullptr;
+  }
+  auto store = kdstream::Store::Open(this->FileName);
+  if (!store)
+  {
+    error = store.GetError().message;
+    return nullptr;
+  }
+  return *store;
+}
+
+void vtkKdStoreReader::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+}

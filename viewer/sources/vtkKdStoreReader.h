@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkKdStoreReader
+ * @brief   reads a store: the file of kdstream-build, which KdStream's servers and viewers take
+ *
+ * Any part of it, at any resolution, without reading the rest: vtkKdModelSource tells what. The
+ * file is opened anew whenever the pipeline asks for information; while it is open it stays the one
+ * that was opened, even if another takes its name.
+ *
+ * @sa vtkKdStreamSource vtkKdStoreWriter
+ */
+#ifndef vtkKdStoreReader_h
+#define vtkKdStoreReader_h
+
+#include "vtkKdModelSource.h"
+
+class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdStoreReader : public vtkKdModelSource
+{
+public:
+  static vtkKdStoreReader* New();
+  vtkTypeMacro(vtkKdStoreReader, vtkKdModelSource);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The store.
+   */
+  vtkSetFilePathMacro(FileName);
+  vtkGetFilePathMacro(FileName);
+  ///@}
+
+protected:
+  vtkKdStoreReader() = default;
+  ~vtkKdStoreReader() override;
+
+  std::shared_ptr<const kdstream::PieceSource> OpenModel(std::string& error) override;
+  std::string ModelName() const override { return this->FileName ? this->FileName : ""; }
+  bool HasBoxesAtHand() const override { return true; }
+
+private:
+  vtkKdStoreReader(const vtkKdStoreReader&) = delete;
+  void operator=(const vtkKdStoreReader&) = delete;
+
+  char* FileName = nullptr;
+};
+
+#endif

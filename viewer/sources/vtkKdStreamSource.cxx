@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkKdStreamSource.h"
+
+#include "filters/adapter/AlgorithmExecution.h"
+#include "viewer/sources/RemoteModel.h"
+
+#include <vtkObjectFactory.h>
+
+vtkStandardNewMacro(vtkKdStreamSource);
+
+// All that makes another connection.
+std::string vtkKdStreamSource::Address() const
+{
+  std::string address;
+  for (const std::string& part :
+    { this->Url, this->ModelId, this->Token, this->CertificateAuthorities, this->CacheFolder,
+      std::to_string(this->CacheSize), std::to_string(this->Timeout) })
+  {
+    address += part + '\n';
+  }
+  return address;
+}
+
+std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(std::string& error)
+{
+  const std::string address = this->Address();
+  if (this->Connected && this->ConnectedTo == address)
+  {
+    return this->Connected;
+  }
+  this->Connected.reset();
+  if (this->Url.empty())
+  {
+    error = "no Url is set";
+    return nullptr;
+  }
+  const auto model = kdstream::RemoteModel::Open(
+    { this->Url, this->ModelId, this->Token, this->CertificateAuthorities, this->CacheFolder,
+      this->CacheSize, std::chrono::seconds(this->Timeout) },
+    kdstream::MakeAlgorithmExecution(*this, {}));
+  if (!model)
+  {
+    error = model.GetError().message;
+    return nullptr;
+  }
+  this->Connected = *model;
+  this->ConnectedTo = address;
+  return this->Connected;
+}
+
+void vtkKdStreamSource::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Url: " << this->Url << "\n";
+  os << indent << "ModelId: " << this->ModelId << "\n";
+  os << indent << "Token: " << (this->Token.empty() ? "(none)" : "(set)") << "\n";
+  os << indent << "CertificateAuthorities: " << this->CertificateAuthorities << "\n";
+  os << indent << "CacheFolder: " << this->CacheFolder << "\n";
+  os << indent << "CacheSize: " << this->CacheSize << "\n";
+  os << indent << "Timeout: " << this->Timeout << "\n";
+  os << indent << "BoundsOfPartitions: " << (this->BoundsOfPartitions ? "on" : "off") << "\n";
+}
