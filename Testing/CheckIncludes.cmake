@@ -78,6 +78,7 @@ check(filters/Parallel VTK filters/build filters/store filters/model filters/cod
 check(filters/app filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
+check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/convert VTK filters/adapter filters/meshio ${core})
 check(filters/Partitioning VTK filters/adapter ${core})
 check(filters/Simplification VTK filters/adapter ${core})
@@ -90,6 +91,8 @@ check(server/app server/http server/session server/access server/protocol filter
 check(viewer/session server/protocol filters/model filters/codec ${core})
 check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
 check(viewer/rendering VTK viewer/session ${core})
+check(viewer/sources VTK viewer/client viewer/session server/protocol filters/adapter filters/store filters/model
+  filters/codec ${core})
 check(viewer/mobile FLAT viewer/session ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session server/protocol filters/model ${core})
 check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session server/protocol

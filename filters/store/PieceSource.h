@@ -7,6 +7,7 @@
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,9 @@ public:
   // model has no such piece; Damaged, naming the blob; those of where it comes from; Cancelled.
   virtual Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const = 0;
+
+  // Encoded (TreePage.h), of a node that has one.
+  virtual Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const = 0;
 
   // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order. Errors: as above.
   virtual Result<std::vector<Box>> ReadBoxes() const = 0;

@@ -48,7 +48,7 @@ public:
   // bytes are wrong; Changed where the file is no longer the one that was opened; InputOutput and
   // LimitExceeded where the same may succeed later (the disk, memory).
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
-  Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const;
+  Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const override;
   Result<std::vector<std::uint8_t>> ReadBoxesBlob(NodeId node) const;
 
   // How many bytes they have; the bytes are neither read nor checked.

@@ -74,12 +74,11 @@ Result<Surface> DrawStoreSurface(
   return LoadedPieces(store, execution).Draw(cut);
 }
 
-Result<Mesh> DrawStorePieces(
-  const PieceSource& store, Resolution base, std::span<const PieceId> wanted)
+Result<Mesh> DrawStorePieces(const PieceSource& store, Resolution base,
+  std::span<const PieceId> wanted, const Execution& execution)
 {
   Cut cut{ store.Info().depths, base };
   KDSTREAM_TRY(CheckCut(cut));
-  const Execution execution;
   LoadedPieces loaded(store, execution);
   KDSTREAM_TRY(loaded.Load(MissingPieces(cut, loaded.Lookup())));
   for (;;)

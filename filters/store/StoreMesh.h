@@ -24,8 +24,8 @@ Result<Surface> DrawStoreSurface(
 
 // The same of a resolution with some pieces in it that are shown whole, and what lies between
 // (MakeClosure). REQUIRES: pieces of this store.
-Result<Mesh> DrawStorePieces(
-  const PieceSource& store, Resolution base, std::span<const PieceId> wanted);
+Result<Mesh> DrawStorePieces(const PieceSource& store, Resolution base,
+  std::span<const PieceId> wanted, const Execution& execution = {});
 
 // The original mesh of some partitions (GluePartitions). Errors: those of ReadPieces and
 // GluePartitions. REQUIRES: partitions below Info().partitions.

@@ -92,10 +92,18 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
     }
   }
   const double aspect = static_cast<double>(this->View.width) / this->View.height;
-  const double size = std::max(half[1], half[0] / aspect) / tangentOfHalfAngle;
+  const double size = std::max(half[1], half[0] / aspect) / this->Tangent;
   // The face of the box that is nearest to the eye fits; a flat or tiny box keeps its distance.
   this->EyeDistance =
     std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
+}
+
+void Camera::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
+{
+  this->FocalPoint = focal;
+  this->EyeDistance = Length(eye - focal);
+  this->Turn = LookingFrom(Normalized(eye - focal), up);
+  this->Tangent = tangent;
 }
 
 // Where pixel (x, y) lies on the ball under the window, in the camera's frame.
@@ -166,7 +174,7 @@ void Camera::Roll(double cosine, double sine, double x, double y)
 double Camera::Reach(double distance) const
 {
   const double aspect = double(this->View.width) / this->View.height;
-  return partOnScreen * tangentOfHalfAngle * std::min(1.0, aspect) * distance;
+  return partOnScreen * this->Tangent * std::min(1.0, aspect) * distance;
 }
 
 Vec3 Camera::Confined(const Vec3& focal) const
@@ -229,7 +237,7 @@ void Camera::FocusAtDepthOf(const Vec3& point)
 
 Ray Camera::RayOf(double x, double y) const
 {
-  const double unit = 2 * tangentOfHalfAngle / this->View.height;
+  const double unit = 2 * this->Tangent / this->View.height;
   const Vec3 direction{ (x - this->View.width * 0.5) * unit, (this->View.height * 0.5 - y) * unit,
     -1 };
   return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
@@ -239,7 +247,7 @@ std::array<Vec3, 5> Camera::InwardNormals() const
 {
   const double aspect = double(this->View.width) / this->View.height;
   const Vec3 ahead = this->Forward();
-  const Vec3 up = ahead * tangentOfHalfAngle, right = ahead * (tangentOfHalfAngle * aspect);
+  const Vec3 up = ahead * this->Tangent, right = ahead * (this->Tangent * aspect);
   return { ahead, Normalized(up - this->Up()), Normalized(up + this->Up()),
     Normalized(right - this->Right()), Normalized(right + this->Right()) };
 }
@@ -274,7 +282,7 @@ double Camera::DistanceTo(const Box& box) const
 
 double Camera::PointsPerUnit(double distance) const
 {
-  return this->View.height / (2 * tangentOfHalfAngle * distance * this->View.pixelRatio);
+  return this->View.height / (2 * this->Tangent * distance * this->View.pixelRatio);
 }
 
 double Camera::Eccentricity(const Vec3& point) const
@@ -286,12 +294,12 @@ double Camera::Eccentricity(const Vec3& point) const
     return std::numeric_limits<double>::infinity();
   }
   const double aside = std::max(0.0, Dot(sight, sight) - depth * depth);
-  return std::sqrt(aside) / (depth * tangentOfHalfAngle);
+  return std::sqrt(aside) / (depth * this->Tangent);
 }
 
 double Camera::PixelsPerUnit() const
 {
-  return this->View.height / (2 * tangentOfHalfAngle * this->EyeDistance);
+  return this->View.height / (2 * this->Tangent * this->EyeDistance);
 }
 
 }

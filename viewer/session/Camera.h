@@ -37,8 +37,8 @@ enum class Turning
 //
 // The state is the focal point, the distance to it, and an orientation; eye, up and rays follow
 // from these. In the camera's frame x is right, y up, and the view goes along -z. Model units
-// throughout. The vertical angle of view is fixed: its tangent is a literal, so that no library
-// function has a say in what is drawn.
+// throughout. A viewer's vertical angle of view is fixed: its tangent is a literal, so that no
+// library function has a say in what is drawn.
 class Camera
 {
 public:
@@ -58,6 +58,11 @@ public:
   // the window, portrait and landscape alike. Sets the limits of panning and zooming, in radii of
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
+
+  // As a camera of somebody else's looks, whatever it looks at. tangent: of half the vertical angle
+  // of view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of
+  // sight.
+  void LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
 
   // A finger went from one pixel to the other: turns about the focal point. Free: as if a ball
   // under the window followed it (Bell's trackball: a sphere in the middle, a hyperbola around it,
@@ -120,6 +125,7 @@ private:
   Viewport View;
   Vec3 FocalPoint{};
   double EyeDistance = 1;
+  double Tangent = tangentOfHalfAngle;
   Quaternion Turn;
   Turning Turns = Turning::Free;
   Vec3 UpAxis{ 0, 1, 0 };

@@ -347,6 +347,15 @@ Status PieceOutput::AddPieces(
   return {};
 }
 
+Status PieceOutput::DrawInto(const std::vector<PieceId>& shown, vtkPolyData& output) const
+{
+  const Resolution preview = Resolution::Level(PreviewLevel(this->Source.Info()));
+  auto mesh = DrawStorePieces(this->Source, preview, shown, this->Runs);
+  KDSTREAM_TRY(mesh);
+  const std::size_t points = mesh->points.size();
+  return this->Fill(std::move(*mesh), points, output);
+}
+
 Status PieceOutput::DrawInto(unsigned level, const OutputShare& share, vtkPolyData& output) const
 {
   const ModelDescription& info = this->Source.Info();

@@ -50,6 +50,9 @@ public:
   Status AddPieces(unsigned level, const OutputShare& share, vtkPartitionedDataSet& output) const;
   Status DrawInto(unsigned level, const OutputShare& share, vtkPolyData& output) const;
 
+  // Of the preview with these pieces in it, all.
+  Status DrawInto(const std::vector<PieceId>& shown, vtkPolyData& output) const;
+
 private:
   Status Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const;
   std::set<std::uint32_t> Around(

@@ -201,6 +201,15 @@ Result<std::vector<Piece>> RemoteModel::ReadPieces(
   return pieces;
 }
 
+Result<std::vector<std::uint8_t>> RemoteModel::ReadTreePageBlob(NodeId page) const
+{
+  const std::lock_guard lock(this->Mutex);
+  const protocol::BlobId blob = protocol::BlobId::TreePage(page);
+  auto blobs = this->Fetch(std::span(&blob, 1), {});
+  KDSTREAM_TRY(blobs);
+  return std::move(blobs->at(blob));
+}
+
 Result<std::vector<Box>> RemoteModel::ReadBoxes() const
 {
   const std::lock_guard lock(this->Mutex);

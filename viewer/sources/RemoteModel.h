@@ -40,6 +40,7 @@ public:
   // Errors: besides, InputOutput where the connection is lost or falls silent.
   Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
+  Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const override;
   Result<std::vector<Box>> ReadBoxes() const override;
 
 private:

@@ -6,6 +6,7 @@
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
+#include "viewer/sources/ViewCut.h"
 
 #include <vtkCompositeDataPipeline.h>
 #include <vtkDataArraySelection.h>
@@ -20,6 +21,7 @@
 #include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 #include <string>
 
@@ -56,6 +58,26 @@ OutputShare ShareOf(vtkInformation& outInfo)
     }
   }
   return share;
+}
+
+// What a camera needs; in a pipeline of several pieces the first has all of it.
+Status DrawView(const PieceSource& model, const ViewDemand& demand, const OutputShare& share,
+  const PieceOutput& pieces, vtkDataObject& output)
+{
+  vtkNew<vtkPolyData> drawn;
+  auto* const whole = vtkPolyData::SafeDownCast(&output);
+  if (share.piece == 0)
+  {
+    const auto shown = ChooseByView(model, demand);
+    KDSTREAM_TRY(shown);
+    KDSTREAM_TRY(pieces.DrawInto(*shown, whole ? *whole : *drawn));
+  }
+  if (auto* const parts = vtkPartitionedDataSet::SafeDownCast(&output))
+  {
+    parts->SetNumberOfPartitions(1);
+    parts->SetPartition(0, drawn);
+  }
+  return {};
 }
 
 // The partitions of the original that are asked for, ascending.
@@ -219,7 +241,8 @@ int vtkKdModelSource::RequestInformation(
   vtkInformation* const outInfo = outputVector->GetInformationObject(0);
   outInfo->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   outInfo->Remove(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA());
-  if (this->OutputType == PartitionedDataSet && this->Content != Level && this->HasBoxesAtHand())
+  if (this->OutputType == PartitionedDataSet && this->Content != Level && this->Content != View &&
+      this->HasBoxesAtHand())
   {
     this->TellBounds(outInfo);
   }
@@ -250,6 +273,19 @@ void vtkKdModelSource::TellBounds(vtkInformation* outInfo)
   outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), bounds);
 }
 
+ViewDemand vtkKdModelSource::Demand() const
+{
+  const auto vector = [](const double* v) { return Vec3{ v[0], v[1], v[2] }; };
+  ViewDemand demand;
+  demand.camera = { vector(this->CameraPosition), vector(this->CameraFocalPoint),
+    vector(this->CameraViewUp), this->CameraViewAngle * std::numbers::pi / 180 };
+  demand.width = std::max(this->PictureSize[0], 1);
+  demand.height = std::max(this->PictureSize[1], 1);
+  demand.tolerance = this->Tolerance;
+  demand.triangles = static_cast<std::uint64_t>(this->NumberOfTriangles);
+  return demand;
+}
+
 int vtkKdModelSource::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -274,7 +310,11 @@ int vtkKdModelSource::RequestData(
     execution);
 
   Status status;
-  if (this->Content == Level)
+  if (this->Content == View)
+  {
+    status = DrawView(*this->Model, this->Demand(), share, pieces, *output);
+  }
+  else if (this->Content == Level)
   {
     const auto level = LevelOf(this->Model->Info(), this->LevelDepth);
     status = !level  ? Status(level.GetError())
@@ -304,7 +344,7 @@ void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)
   os << indent
      << "OutputType: " << (this->OutputType == PolyData ? "PolyData" : "PartitionedDataSet")
      << "\n";
-  const char* const contents[] = { "Original", "Level", "Partitions", "Region" };
+  const char* const contents[] = { "Original", "Level", "Partitions", "Region", "View" };
   os << indent << "Content: " << contents[this->Content] << "\n";
   os << indent << "LevelDepth: " << this->LevelDepth << "\n";
   os << indent << "Partitions:";
@@ -316,6 +356,15 @@ void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "RegionPoint: " << this->RegionPoint[0] << " " << this->RegionPoint[1] << " "
      << this->RegionPoint[2] << "\n";
   os << indent << "Rings: " << this->Rings << "\n";
+  const auto vector = [&](const char* name, const double* v)
+  { os << indent << name << ": " << v[0] << " " << v[1] << " " << v[2] << "\n"; };
+  vector("CameraPosition", this->CameraPosition);
+  vector("CameraFocalPoint", this->CameraFocalPoint);
+  vector("CameraViewUp", this->CameraViewUp);
+  os << indent << "CameraViewAngle: " << this->CameraViewAngle << "\n";
+  os << indent << "PictureSize: " << this->PictureSize[0] << " " << this->PictureSize[1] << "\n";
+  os << indent << "Tolerance: " << this->Tolerance << "\n";
+  os << indent << "NumberOfTriangles: " << this->NumberOfTriangles << "\n";
   os << indent << "PointArrays:\n";
   this->PointArrays->PrintSelf(os, indent.GetNextIndent());
   os << indent << "CellArrays:\n";

@@ -20,7 +20,8 @@
  * points that were welded.
  *
  * As vtkPolyData: partitions are glued together, each point and cell once; a level is drawn as
- * viewers draw it.
+ * viewers draw it, and so is what a camera needs (Content View), of any mix of resolutions, as one
+ * surface; as vtkPartitionedDataSet that is its only partition.
  *
  * Pieces of a pipeline (UPDATE_PIECE_NUMBER of UPDATE_NUMBER_OF_PIECES): each gets its part of the
  * tree, a subtree where their number is a power of two, so that all cells come once. With ghost
@@ -52,6 +53,7 @@ class vtkDataArraySelection;
 namespace kdstream
 {
 class PieceSource;
+struct ViewDemand;
 }
 
 class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdModelSource : public vtkDataObjectAlgorithm
@@ -80,18 +82,20 @@ public:
     Original,   ///< all of it
     Level,      ///< that of the member Level
     Partitions, ///< of the original those of AddPartition
-    Region      ///< of the original what is around RegionPoint
+    Region,     ///< of the original what is around RegionPoint
+    View        ///< what the camera needs: fine where it looks, at most NumberOfTriangles
   };
   ///@{
   /**
    * What of the model is loaded. Default Original.
    */
-  vtkSetClampMacro(Content, int, Original, Region);
+  vtkSetClampMacro(Content, int, Original, View);
   vtkGetMacro(Content, int);
   void SetContentToOriginal() { this->SetContent(Original); }
   void SetContentToLevel() { this->SetContent(Level); }
   void SetContentToPartitions() { this->SetContent(Partitions); }
   void SetContentToRegion() { this->SetContent(Region); }
+  void SetContentToView() { this->SetContent(View); }
   ///@}
 
   ///@{
@@ -120,6 +124,43 @@ public:
   vtkGetVector3Macro(RegionPoint, double);
   vtkSetClampMacro(Rings, int, 0, 16);
   vtkGetMacro(Rings, int);
+  ///@}
+
+  ///@{
+  /**
+   * The camera of Content View, as a vtkCamera has them: position, focal point and up in the
+   * model's coordinates, the vertical angle in degrees, above 0 and below 180. Default: from (0, 0,
+   * 1) to the origin, y up, 30.
+   */
+  vtkSetVector3Macro(CameraPosition, double);
+  vtkGetVector3Macro(CameraPosition, double);
+  vtkSetVector3Macro(CameraFocalPoint, double);
+  vtkGetVector3Macro(CameraFocalPoint, double);
+  vtkSetVector3Macro(CameraViewUp, double);
+  vtkGetVector3Macro(CameraViewUp, double);
+  vtkSetMacro(CameraViewAngle, double);
+  vtkGetMacro(CameraViewAngle, double);
+  ///@}
+
+  ///@{
+  /**
+   * The picture that the camera takes, in pixels, each at least 1: the finer it is, the finer are
+   * the pieces. Default 800 x 600. Tolerance: an error of so many pixels is not seen, 0.01 to 100;
+   * default 1.
+   */
+  vtkSetVector2Macro(PictureSize, int);
+  vtkGetVector2Macro(PictureSize, int);
+  vtkSetClampMacro(Tolerance, double, 0.01, 100);
+  vtkGetMacro(Tolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * About the most triangles of Content View, at least 1000; the preview has up to about 5000.
+   * Default 2000000.
+   */
+  vtkSetClampMacro(NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX);
+  vtkGetMacro(NumberOfTriangles, vtkIdType);
   ///@}
 
   /**
@@ -173,6 +214,7 @@ private:
   void operator=(const vtkKdModelSource&) = delete;
 
   int Fail(const std::string& why);
+  kdstream::ViewDemand Demand() const;
   void TellBounds(vtkInformation* outInfo);
 
   int OutputType = PartitionedDataSet;
@@ -181,6 +223,13 @@ private:
   std::vector<vtkIdType> ChosenPartitions;
   double RegionPoint[3] = { 0, 0, 0 };
   int Rings = 1;
+  double CameraPosition[3] = { 0, 0, 1 };
+  double CameraFocalPoint[3] = { 0, 0, 0 };
+  double CameraViewUp[3] = { 0, 1, 0 };
+  double CameraViewAngle = 30;
+  int PictureSize[2] = { 800, 600 };
+  double Tolerance = 1;
+  vtkIdType NumberOfTriangles = 2000000;
   vtkNew<vtkDataArraySelection> PointArrays;
   vtkNew<vtkDataArraySelection> CellArrays;
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation

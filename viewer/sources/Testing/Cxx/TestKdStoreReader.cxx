@@ -220,6 +220,53 @@ TEST_F(TestKdStoreReader, ARegionIsThatOfTheViewers)
   }
 }
 
+// Fine where it looks; one closed surface; coarser where the budget is less.
+TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
+{
+  this->Open(fixtures::DisplacedSphere(8), 200); // 327,682 vertices
+  this->Reader->SetOutputTypeToPolyData();
+  this->Reader->SetContentToView();
+  this->Reader->SetCameraPosition(0, 0, 1.3);
+  this->Reader->SetPictureSize(800, 480);
+  const auto cells = [this]
+  {
+    const Content drawn = ContentOf(this->Update());
+    std::map<std::pair<std::array<double, 3>, std::array<double, 3>>, int> edges;
+    for (const auto& c : drawn.cells)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        ++edges[{ c[k], c[(k + 1) % 3] }];
+        --edges[{ c[(k + 1) % 3], c[k] }];
+      }
+    }
+    for (const auto& [edge, count] : edges)
+    {
+      EXPECT_EQ(count, 0); // both ways as often: closed
+    }
+    return drawn.cells;
+  };
+  const auto near = cells();
+  const auto before = [](const auto& corners) { return corners[0][2] > 0; };
+  const auto front = std::count_if(near.begin(), near.end(), before);
+  EXPECT_GT(front, 10 * (static_cast<std::ptrdiff_t>(near.size()) - front));
+  EXPECT_GT(near.size(), 20000u);
+  this->Reader->SetNumberOfTriangles(10000);
+  const auto few = cells();
+  EXPECT_LT(few.size(), 15000u);
+  EXPECT_GT(few.size(), 5000u);
+  this->Reader->SetNumberOfTriangles(2000000);
+  this->Reader->SetCameraPosition(0, 0, 50);
+  EXPECT_LT(cells().size(), 6000u);
+  // A narrower angle is a nearer look.
+  this->Reader->SetCameraViewAngle(0.5);
+  EXPECT_GT(cells().size(), 20000u);
+  this->Reader->SetOutputTypeToPartitionedDataSet();
+  EXPECT_EQ(LoadedPartitions(this->Update()), 1u);
+  this->Reader->SetCameraPosition(0, 0, 0);
+  EXPECT_NE(this->Refusal().find("camera: the eye is at the focal point"), std::string::npos);
+}
+
 TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
 {
   this->Open(this->Sphere);

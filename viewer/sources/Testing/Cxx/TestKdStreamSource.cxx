@@ -102,7 +102,7 @@ TEST_F(TestKdStreamSource, GivesWhatAReaderOfTheStoreGives)
     each->AddPartition(100);
   }
   for (const int content : { vtkKdModelSource::Original, vtkKdModelSource::Level,
-         vtkKdModelSource::Partitions, vtkKdModelSource::Region })
+         vtkKdModelSource::Partitions, vtkKdModelSource::Region, vtkKdModelSource::View })
   {
     for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
     {
@@ -111,7 +111,8 @@ TEST_F(TestKdStreamSource, GivesWhatAReaderOfTheStoreGives)
       {
         each->SetContent(content);
         each->SetOutputType(type);
-        each->UpdatePiece(1, 2, 1);
+        each->SetCameraPosition(0, 0, 2);
+        each->UpdatePiece(content == vtkKdModelSource::View ? 0 : 1, 2, 1);
       }
       EXPECT_TRUE(ContentOf(this->Source->GetOutputDataObject(0), true) ==
                   ContentOf(reader->GetOutputDataObject(0), true))

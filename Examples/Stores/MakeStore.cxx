@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Makes a store of what a pipeline has: here of a sphere with its heights.
+//   MakeStore STORE.kds
+#include <vtkElevationFilter.h>
+#include <vtkKdStoreWriter.h>
+#include <vtkNew.h>
+#include <vtkSphereSource.h>
+
+int main(int argc, char* argv[])
+{
+  if (argc != 2)
+  {
+    return 2;
+  }
+  vtkNew<vtkSphereSource> sphere;
+  sphere->SetThetaResolution(400);
+  sphere->SetPhiResolution(300);
+  vtkNew<vtkElevationFilter> heights;
+  heights->SetInputConnection(sphere->GetOutputPort());
+  heights->SetLowPoint(0, 0, -0.5);
+  heights->SetHighPoint(0, 0, 0.5);
+
+  vtkNew<vtkKdStoreWriter> writer;
+  writer->SetInputConnection(heights->GetOutputPort());
+  writer->SetFileName(argv[1]);
+  writer->SetGridBits(0); // as it is, to the bit
+  writer->SetVerticesPerPartition(1000);
+  writer->SetTitle("A sphere");
+  writer->SetUp(0, 0, 1);
+  return writer->Write() == 1 ? 0 : 1;
+}

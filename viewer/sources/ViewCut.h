@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which pieces a camera needs, chosen as viewers choose (ViewRefinement), all at once.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/store/PieceSource.h"
+#include "viewer/session/SceneRules.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ViewDemand
+{
+  SceneCamera camera;
+  int width = 800, height = 600;       // pixels
+  double tolerance = 1;                // pixels: an error of so many is not seen; above 0
+  std::uint64_t triangles = 2'000'000; // about the most; where more would be needed, it is coarser
+};
+
+// Pieces to be shown in the preview's place. Reads the pages of the tree along the way. Errors:
+// those of CheckCamera and of the source; Unsupported for a model without levels.
+Result<std::vector<PieceId>> ChooseByView(const PieceSource& source, const ViewDemand& demand);
+
+}
