@@ -29,6 +29,10 @@ Status MakeVaseFile(const CommandLine& line, const std::filesystem::path& file)
   {
     return Error{ ErrorCode::InvalidArgument, "a vase is not shuffled: only a relief is" };
   }
+  if (line.relief.detail > 0)
+  {
+    return Error{ ErrorCode::InvalidArgument, "a vase has no --detail: only a relief has" };
+  }
   const auto grid = generate::ClosedGrid::Of(line.vertices, generate::vaseColumnsPerRing);
   return grid ? generate::WritePly(*grid, generate::MakeVase(line.relief.seed), file)
               : Status{ grid.GetError() };
@@ -105,6 +109,13 @@ int main(int argc, char** argv)
     ->group(model);
   app.add_option("--seed", line.relief.seed, "another number makes another grain, and order")
     ->capture_default_str()
+    ->group(model);
+  app
+    .add_option("--detail", line.relief.detail,
+      "relief: as fine as one of so many vertices, without grain: the same shape for any "
+      "--vertices")
+    ->check(CLI::Range(std::uint64_t{ 8 }, std::uint64_t{ 1 } << 32))
+    ->type_name("N")
     ->group(model);
   app
     .add_flag("--shuffled", line.relief.shuffledTriangles,

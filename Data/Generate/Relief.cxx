@@ -71,17 +71,19 @@ std::string HeaderOf(const CubeGrid& grid)
 
 }
 
-Relief::Relief(const CubeGrid& grid, std::uint64_t seed)
+Relief::Relief(const CubeGrid& grid, const ReliefOptions& options)
   : Grid(grid)
-  , Seed(seed)
+  , Seed(options.seed)
   , Octaves(0)
 {
-  const double edge = 1.5 / static_cast<double>(grid.side); // a side is a sixth of the ball
+  const double side = options.detail > 0 ? std::sqrt(static_cast<double>(options.detail) / 6)
+                                         : static_cast<double>(grid.side);
+  const double edge = 1.5 / side; // a side is a sixth of the ball
   for (double wave = longestWave; wave >= shortestWave * edge; wave /= 2)
   {
     ++this->Octaves;
   }
-  this->Grain = std::min(grainHeight * edge, waveHeight);
+  this->Grain = options.detail > 0 ? 0 : std::min(grainHeight * edge, waveHeight);
 }
 
 Vec3 Relief::At(std::uint64_t point) const
@@ -120,7 +122,7 @@ Status WriteRelief(const CubeGrid& grid, const ReliefOptions& options,
   OutputFile output;
   KDSTREAM_TRY(output.Open(file));
   output.Write(HeaderOf(grid));
-  const Relief relief(grid, options.seed);
+  const Relief relief(grid, options);
   const Permutation points(grid.Points(), 2 * options.seed);
   const Permutation triangles(grid.Triangles(), 2 * options.seed + 1);
   KDSTREAM_TRY(WriteRecords(output, grid.Points(), pointBytes, "vertices", execution,

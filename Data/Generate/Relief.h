@@ -18,6 +18,9 @@ struct ReliefOptions
   std::uint64_t seed = 1;
   bool shuffledTriangles = false; // in an order that looks random instead of side by side
   bool shuffledPoints = false;
+  // As fine as the relief of a ball of so many points, and without grain: the same shape, whatever
+  // the number of points. 0: as fine as its own points tell.
+  std::uint64_t detail = 0;
 };
 
 // A ball of radius about 1 with relief of wavelengths from half its size down to a few edges, each
@@ -26,7 +29,7 @@ struct ReliefOptions
 class Relief
 {
 public:
-  Relief(const CubeGrid& grid, std::uint64_t seed);
+  Relief(const CubeGrid& grid, const ReliefOptions& options);
 
   // Where a point of the grid is. The same on every machine: nothing but +, ×, ÷ and roots.
   // REQUIRES: point < grid.Points().

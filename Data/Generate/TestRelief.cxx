@@ -13,6 +13,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -221,7 +222,7 @@ TEST(Relief, HasNoCoincidentPoints)
 TEST(Relief, IsRoughAtEveryScale)
 {
   const CubeGrid grid = GridOf(600000);
-  const Relief relief(grid, 1);
+  const Relief relief(grid, ReliefOptions());
   const auto radius = [&](std::uint64_t column, std::uint64_t row)
   {
     const Vec3 p = relief.At(grid.PointAt({ column, row, 0 }));
@@ -244,6 +245,27 @@ TEST(Relief, IsRoughAtEveryScale)
     EXPECT_GT(sum / count / length, 0.012) << step;
     EXPECT_LT(sum / count / length, 0.5) << step;
   }
+}
+
+// A grid of half the edges has all points of the other one.
+TEST(Relief, IsTheSameShapeForTheSameDetail)
+{
+  const std::uint64_t few = 6 * 16 * 16 + 2, many = 6 * 32 * 32 + 2;
+  const auto shared = [](const Mesh& coarse, const Mesh& fine)
+  {
+    std::size_t count = 0;
+    const std::set<Vec3> places(fine.points.begin(), fine.points.end());
+    for (const Vec3& point : coarse.points)
+    {
+      count += places.count(point);
+    }
+    return count;
+  };
+  ReliefOptions options;
+  options.detail = 100000;
+  EXPECT_EQ(shared(Read(few, options), Read(many, options)), few);
+  options.detail = 0;
+  EXPECT_LT(shared(Read(few, options), Read(many, options)), few / 10);
 }
 
 TEST(Relief, ShuffledIsTheSameSetOfTriangles)
