@@ -6,13 +6,32 @@
 // and v, solved by Cramer.
 #include "viewer/session/Picker.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace kdstream
 {
 namespace
 {
 
+// By how much boxes are larger, so that rounding loses nothing that is met in one: a point that is
+// found in the box of a triangle is in every box around it, twice as much enlarged.
+double MarginOf(const Box& box, const Ray& ray)
+{
+  double reach = 0, origin = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    origin = std::max(origin, std::abs(ray.origin[k]));
+    reach =
+      std::max({ reach, std::abs(box.lo[k] - ray.origin[k]), std::abs(box.hi[k] - ray.origin[k]) });
+  }
+  return 1e-9 * reach + 1e-15 * origin;
+}
+
 // The parameter t of the ray where it meets the triangle, in front of the origin.
-std::optional<double> Meet(const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c)
+std::optional<double> Meet(
+  const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c, double margin)
 {
   const Vec3 ab = b - a, ac = c - a;
   const Vec3 p = Cross(ray.direction, ac);
@@ -34,49 +53,143 @@ std::optional<double> Meet(const Ray& ray, const Vec3& a, const Vec3& b, const V
   {
     return std::nullopt;
   }
+  const Vec3 point = ray.origin + ray.direction * t;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (point[k] < std::min({ a[k], b[k], c[k] }) - margin ||
+        point[k] > std::max({ a[k], b[k], c[k] }) + margin)
+    {
+      return std::nullopt;
+    }
+  }
   return t;
 }
 
-std::optional<SurfaceHit> PickPoint(const Surface& cloud, const Ray& ray, double slack)
+std::optional<double> Meet(
+  const Ray& ray, const Surface& surface, std::size_t triangle, double margin)
 {
-  std::optional<SurfaceHit> best;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+  const Triangle& t = surface.triangles[triangle];
+  return Meet(ray, surface.points[t[0]], surface.points[t[1]], surface.points[t[2]], margin);
+}
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+// How far along a ray a box begins, enlarged by a margin; never where the ray misses it.
+double EntryOf(const Ray& ray, const Box& box, double margin)
+{
+  double begin = 0, end = never;
+  for (std::size_t k = 0; k < 3; ++k)
   {
-    const Vec3 toPoint = cloud.points[i] - ray.origin;
-    const double t = Dot(toPoint, ray.direction);
-    const Vec3 aside = toPoint - ray.direction * t;
-    const bool near = t > 0 && Dot(aside, aside) <= slack * t * (slack * t);
-    if (near && (!best || t < best->distance))
+    const double lo = box.lo[k] - margin - ray.origin[k], hi = box.hi[k] + margin - ray.origin[k];
+    const double d = ray.direction[k];
+    if (d == 0)
     {
-      best = SurfaceHit{ cloud.points[i], i, t };
+      if (lo > 0 || hi < 0)
+      {
+        return never;
+      }
+      continue;
+    }
+    begin = std::max(begin, std::min(lo / d, hi / d));
+    end = std::min(end, std::max(lo / d, hi / d));
+  }
+  return begin <= end ? begin : never;
+}
+
+// How far along a ray the points of a box are at least, of those that are no farther from the ray
+// than `slack` times that; never where there can be none. By the sphere around the box.
+double EntryOfCone(const Ray& ray, const Box& box, double slack, double margin)
+{
+  const Vec3 middle = box.lo * 0.5 + box.hi * 0.5 - ray.origin;
+  const double radius = Length(box.hi * 0.5 - box.lo * 0.5) + margin;
+  const double t = Dot(middle, ray.direction);
+  const double aside = Length(middle - ray.direction * t);
+  return t + radius > 0 && aside - radius <= slack * (t + radius) ? std::max(t - radius, 0.0)
+                                                                  : never;
+}
+
+// How far along the ray a point is that is near enough to it.
+std::optional<double> MeetPoint(const Ray& ray, const Vec3& point, double slack)
+{
+  const Vec3 toPoint = point - ray.origin;
+  const double t = Dot(toPoint, ray.direction);
+  const Vec3 aside = toPoint - ray.direction * t;
+  return t > 0 && Dot(aside, aside) <= slack * t * (slack * t) ? std::optional(t) : std::nullopt;
+}
+
+// The nearest of what is offered, of the lowest number among equals.
+struct Nearest
+{
+  std::optional<SurfaceHit> hit;
+
+  void Offer(std::optional<double> t, std::size_t number, const Vec3& point)
+  {
+    const bool isNearer = t && (!this->hit || *t < this->hit->distance ||
+                                 (*t == this->hit->distance && number < this->hit->triangle));
+    if (isNearer)
+    {
+      this->hit = SurfaceHit{ point, number, *t };
     }
   }
-  return best;
-}
+  double Distance() const { return this->hit ? this->hit->distance : never; }
+};
+
+// What a triangle, or a point of a cloud, is for a ray.
+class Target
+{
+public:
+  Target(const Surface& surface, const Box& bounds, const Ray& ray, double slack)
+    : Of(surface)
+    , Along(ray)
+    , Slack(slack)
+    , Margin(MarginOf(bounds, ray))
+  {
+  }
+
+  void Offer(std::size_t i, Nearest& nearest) const
+  {
+    if (this->IsCloud())
+    {
+      const Vec3& point = this->Of.points[i];
+      nearest.Offer(MeetPoint(this->Along, point, this->Slack), i, point);
+      return;
+    }
+    const auto t = Meet(this->Along, this->Of, i, this->Margin);
+    nearest.Offer(t, i, this->Along.origin + this->Along.direction * t.value_or(0));
+  }
+  double Entry(const Box& box) const
+  {
+    return this->IsCloud() ? EntryOfCone(this->Along, box, this->Slack, 2 * this->Margin)
+                           : EntryOf(this->Along, box, 2 * this->Margin);
+  }
+  // What is nearer than its box by rounding is not nearer by more.
+  double Tolerance() const { return 4 * this->Margin; }
+
+private:
+  bool IsCloud() const { return this->Of.triangles.empty(); }
+
+  const Surface& Of;
+  const Ray& Along;
+  double Slack, Margin;
+};
 
 }
 
 std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack)
 {
-  if (surface.triangles.empty())
+  const Target target(surface, BoundsOf(surface), ray, slack);
+  const std::size_t count =
+    surface.triangles.empty() ? surface.points.size() : surface.triangles.size();
+  Nearest nearest;
+  for (std::size_t i = 0; i < count; ++i)
   {
-    return PickPoint(surface, ray, slack);
+    target.Offer(i, nearest);
   }
-  std::optional<SurfaceHit> best;
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i)
-  {
-    const Triangle& triangle = surface.triangles[i];
-    const auto t = Meet(
-      ray, surface.points[triangle[0]], surface.points[triangle[1]], surface.points[triangle[2]]);
-    if (t && (!best || *t < best->distance))
-    {
-      best = SurfaceHit{ ray.origin + ray.direction * *t, i, *t };
-    }
-  }
-  return best;
+  return nearest.hit;
 }
 
-std::optional<SurfaceHit> PickSurface(const DrawnSurface& surface, const Ray& ray, double slack)
+std::optional<SurfaceHit> PickSurface(
+  const DrawnSurface& surface, const Ray& ray, double slack, std::size_t* visited)
 {
   std::optional<SurfaceHit> best;
   for (const DrawnSurface::Part& each : surface.Parts())
@@ -86,10 +199,30 @@ std::optional<SurfaceHit> PickSurface(const DrawnSurface& surface, const Ray& ra
     {
       continue; // points without triangles are not drawn
     }
-    const auto hit = PickSurface(part, ray, slack);
-    if (hit && (!best || hit->distance < best->distance))
+    const Target target(part, each.part->Bounds(), ray, slack);
+    Nearest nearest;
+    const double sofar = best ? best->distance : never;
+    const auto enter = [&](const Box& box)
     {
-      best = hit;
+      const double entry = target.Entry(box);
+      return entry - target.Tolerance() > std::min(sofar, nearest.Distance()) ? never : entry;
+    };
+    if (enter(each.part->Bounds()) == never)
+    {
+      continue;
+    }
+    each.part->Tree().Walk(enter,
+      [&](std::size_t i)
+      {
+        target.Offer(i, nearest);
+        if (visited)
+        {
+          ++*visited;
+        }
+      });
+    if (nearest.Distance() < sofar)
+    {
+      best = nearest.hit;
     }
   }
   return best;
@@ -99,16 +232,23 @@ bool IsAround(const DrawnSurface& surface, const Vec3& point)
 {
   const auto isOdd = [&](const Vec3& direction)
   {
+    const Ray ray{ point, direction };
     bool odd = false;
     for (const DrawnSurface::Part& each : surface.Parts())
     {
       const Surface& part = each.part->surface;
-      for (const Triangle& t : part.triangles)
+      if (part.triangles.empty())
       {
-        odd =
-          odd != Meet({ point, direction }, part.points[t[0]], part.points[t[1]], part.points[t[2]])
-                   .has_value();
+        continue;
       }
+      const double margin = MarginOf(each.part->Bounds(), ray);
+      const auto enter = [&](const Box& box) { return EntryOf(ray, box, 2 * margin); };
+      if (enter(each.part->Bounds()) == never)
+      {
+        continue;
+      }
+      each.part->Tree().Walk(
+        enter, [&](std::size_t i) { odd = odd != Meet(ray, part, i, margin).has_value(); });
     }
     return odd;
   };

@@ -19,19 +19,23 @@ struct SurfaceHit
 };
 
 // The nearest point of `surface` that `ray` meets, seen from either side; the triangle with the
-// lowest index among equals; nothing where the ray misses. Degenerate triangles are never met.
+// lowest index among equals; nothing where the ray misses. Degenerate triangles are never met, and
+// where so thin a one is met that rounding puts the point outside its box, it is not met either.
 // Möller and Trumbore's test in doubles for every triangle: O(triangles), no memory.
 //
 // Of a surface without triangles (a cloud, or a mesh whose level is too coarse for any) the nearest
 // point before the eye that is no farther from the ray than `slack` times its distance: the tangent
 // of the angle that a finger covers. O(points).
 std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack = 0);
-// The same for all parts of a surface; `triangle` is one of some part then.
+// The same for all parts of a surface, of the first part among equals; `triangle` is one of some
+// part then. Goes down the trees of the parts that the ray may meet, and makes those that were not
+// asked for before (SurfacePart::Tree): in practice O(log triangles). visited: how many triangles,
+// or points, were looked at.
 std::optional<SurfaceHit> PickSurface(
-  const DrawnSurface& surface, const Ray& ray, double slack = 0);
+  const DrawnSurface& surface, const Ray& ray, double slack = 0, std::size_t* visited = nullptr);
 
 // Whether a closed surface is around a point: rays from there cross it an odd number of times. What
-// two of three say, since one may go through an edge or a small hole. O(triangles), no memory.
+// two of three say, since one may go through an edge or a small hole. As PickSurface.
 bool IsAround(const DrawnSurface& surface, const Vec3& point);
 
 }

@@ -355,6 +355,24 @@ std::vector<Attribute> MergeAttributes(const SurfacePartList& parts)
 
 }
 
+const Box& SurfacePart::Bounds() const
+{
+  if (!this->KeptBounds)
+  {
+    this->KeptBounds = BoundsOf(this->surface);
+  }
+  return *this->KeptBounds;
+}
+
+const SurfaceTree& SurfacePart::Tree() const
+{
+  if (!this->KeptTree)
+  {
+    this->KeptTree.emplace(this->surface);
+  }
+  return *this->KeptTree;
+}
+
 SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece)
 {
   const auto place = std::partition_point(

@@ -5,6 +5,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/SurfaceTree.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -35,6 +36,15 @@ struct SurfacePart
   Surface surface;
   std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
   std::vector<Borrowed> borrowed;
+
+  // Of `surface`, which does not change any more; made when they are asked for first: O(n),
+  // O(n log n). Threads: one at a time.
+  const Box& Bounds() const;
+  const SurfaceTree& Tree() const;
+
+private:
+  mutable std::optional<Box> KeptBounds;
+  mutable std::optional<SurfaceTree> KeptTree;
 };
 
 // In the order of pieces; those that show nothing are left out.

@@ -2,8 +2,12 @@
 // Rays against triangles, compared with a search by another formula.
 #include "viewer/session/Picker.h"
 
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/ViewerSession.h"
+
 #include <gtest/gtest.h>
 
+#include <iostream>
 #include <random>
 
 using namespace kdstream;
@@ -131,6 +135,158 @@ TEST(TestPicker, TellsWhetherAClosedSurfaceIsAroundAPoint)
   }
   EXPECT_TRUE(IsAround(surface, {})) << "rays through edges and corners";
   EXPECT_FALSE(IsAround(DrawnSurface(), {}));
+}
+
+// What every triangle of every part says.
+std::optional<SurfaceHit> PickByForce(const DrawnSurface& surface, const Ray& ray, double slack)
+{
+  std::optional<SurfaceHit> best;
+  for (const DrawnSurface::Part& part : surface.Parts())
+  {
+    const auto hit = PickSurface(part.part->surface, ray, slack);
+    if (hit && (!best || hit->distance < best->distance))
+    {
+      best = hit;
+    }
+  }
+  return best;
+}
+
+// Rays from around a box, and from within, towards what is in it: at random, along an axis, or
+// straight at a vertex.
+class Rays
+{
+public:
+  explicit Rays(const Surface& whole)
+    : Points(whole.points)
+    , Bounds(BoundsOf(whole))
+  {
+  }
+  Ray Next()
+  {
+    const Vec3 size = this->Bounds.hi - this->Bounds.lo;
+    const auto inside = [&]
+    {
+      Vec3 point = this->Bounds.lo;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        point[k] += size[k] * this->Unit(this->Random);
+      }
+      return point;
+    };
+    const Vec3 middle = this->Bounds.lo * 0.5 + this->Bounds.hi * 0.5;
+    const Vec3 from = middle + (inside() - middle) * (this->Random() % 4 == 0 ? 1 : 4);
+    Vec3 at = inside();
+    const auto kind = this->Random() % 4;
+    if (kind == 0)
+    {
+      at = this->Points[this->Random() % this->Points.size()];
+    }
+    else if (kind == 1)
+    {
+      at = from;
+      at[this->Random() % 3] += this->Random() % 2 == 0 ? 1 : -1;
+    }
+    return { from, Normalized(at - from) };
+  }
+
+private:
+  const std::vector<Vec3>& Points;
+  Box Bounds;
+  std::mt19937 Random{ 7 };
+  std::uniform_real_distribution<double> Unit{ 0, 1 };
+};
+
+// How many triangles, or points, each of so many rays has visited on average; the same is met as by
+// force.
+double VisitedByRays(const DrawnSurface& surface, double slack, std::size_t rays)
+{
+  Rays from(surface.Whole());
+  std::size_t visited = 0, hits = 0;
+  for (std::size_t i = 0; i < rays; ++i)
+  {
+    const Ray ray = from.Next();
+    const auto here = PickSurface(surface, ray, slack, &visited);
+    const auto there = PickByForce(surface, ray, slack);
+    EXPECT_EQ(here.has_value(), there.has_value()) << i;
+    if (here && there)
+    {
+      ++hits;
+      EXPECT_EQ(here->distance, there->distance) << i;
+      EXPECT_EQ(here->triangle, there->triangle) << i;
+      EXPECT_EQ(here->point, there->point) << i;
+    }
+  }
+  EXPECT_GT(hits, rays / 4);
+  return static_cast<double>(visited) / static_cast<double>(rays);
+}
+
+// A session's surface, of a part a piece.
+TEST(TestPicker, TheTreeFindsWhatTheListHasAndVisitsLittleOfIt)
+{
+  kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 128, 2);
+  SessionOptions options;
+  options.refinement.tolerance = 0.2;
+  ViewerSession session(options);
+  session.Resize({ 800, 600, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  server.Serve(session);
+  const DrawnSurface& surface = *session.Scene().surface;
+  ASSERT_GT(surface.Parts().size(), 20u);
+  ASSERT_GT(surface.TriangleCount(), 15000u);
+  const double visited = VisitedByRays(surface, 0, 10000);
+  EXPECT_LT(visited, 0.01 * static_cast<double>(surface.TriangleCount()));
+  std::cout << visited << " of " << surface.TriangleCount() << " triangles\n";
+}
+
+// Slivers, degenerate triangles and equal ones, near the origin and far away from it.
+TEST(TestPicker, TheTreeIsRightAboutTrianglesThatRoundingIsHardOn)
+{
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto anywhere = [&] { return Vec3{ unit(random), unit(random), unit(random) }; };
+  for (const double offset : { 0.0, 5e6, 1e12 })
+  {
+    for (const double width : { 1e-3, 1e-9, 1e-13, 0.0 })
+    {
+      Surface surface;
+      for (VertexId i = 0; i < 500; ++i)
+      {
+        const Vec3 a = anywhere() + Vec3{ offset, 0, 0 }, b = a + anywhere() * 2;
+        surface.points.insert(
+          surface.points.end(), { a, b, a * 0.5 + b * 0.5 + anywhere() * width });
+        surface.triangles.push_back({ 3 * i, 3 * i + 1, 3 * i + 2 });
+        if (i % 5 == 0)
+        {
+          surface.triangles.push_back(surface.triangles.back());
+        }
+      }
+      Surface dense = surface; // and what is surely met
+      for (std::size_t i = 0; i + 9 < surface.points.size(); i += 7)
+      {
+        const auto v = static_cast<VertexId>(i);
+        dense.triangles.push_back({ v, v + 3, v + 8 });
+      }
+      dense.sources.resize(dense.points.size());
+      VisitedByRays(DrawnSurface(dense), 0, 500);
+    }
+  }
+}
+
+TEST(TestPicker, TheTreeFindsPointsOfCloudsThatAFingerCovers)
+{
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Surface cloud;
+  for (int i = 0; i < 20000; ++i)
+  {
+    cloud.points.push_back(Normalized({ unit(random), unit(random), unit(random) }));
+  }
+  cloud.points.insert(cloud.points.end(), cloud.points.begin(), cloud.points.begin() + 1000);
+  cloud.sources.resize(cloud.points.size());
+  const DrawnSurface surface(cloud);
+  EXPECT_LT(VisitedByRays(surface, 0.02, 2000), 0.05 * 21000);
 }
 
 }

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The triangles of a surface in a tree of boxes, for rays: step "pick" of the README's picture.
+#pragma once
+
+#include "filters/core/drawing/Surface.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace kdstream
+{
+
+// The box of the triangles of a surface, or, where it has none, of its points. O(n).
+Box BoundsOf(const Surface& surface);
+
+// Over the triangles of a surface, or, where it has none, its points: halved at the median of their
+// middles along the longest side of the box around these, until at most eight are left. O(n log n)
+// to make; 16 to 28 bytes a triangle. The surface is not kept.
+class SurfaceTree
+{
+public:
+  explicit SurfaceTree(const Surface& surface);
+
+  // The box of all of them; empty where there are none.
+  const Box& Bounds() const { return this->Boxes[1]; }
+
+  // enter(box): how far away what is in a box is at least, or infinity where it is of no use; asked
+  // again before the farther of two is gone into. visit(i): of the triangle, or point, i. The
+  // nearer of two is gone into first.
+  template <class Enter, class Visit>
+  void Walk(const Enter& enter, const Visit& visit) const
+  {
+    if (!this->Order.empty() && enter(this->Bounds()) < never)
+    {
+      this->WalkFrom(1, 0, enter, visit);
+    }
+  }
+
+private:
+  static constexpr double never = std::numeric_limits<double>::infinity();
+
+  std::size_t Begin(std::size_t place, unsigned depth) const // of a node among those of its depth
+  {
+    return static_cast<std::size_t>(
+      std::uint64_t{ place } * std::uint64_t{ this->Order.size() } >> depth);
+  }
+  void Build(const Surface& surface, std::size_t node, unsigned depth);
+
+  template <class Enter, class Visit>
+  void WalkFrom(std::size_t node, unsigned depth, const Enter& enter, const Visit& visit) const
+  {
+    if (depth == this->Depth)
+    {
+      const std::size_t place = node - (std::size_t{ 1 } << depth);
+      for (std::size_t i = this->Begin(place, depth); i < this->Begin(place + 1, depth); ++i)
+      {
+        visit(this->Order[i]);
+      }
+      return;
+    }
+    std::size_t first = 2 * node, second = 2 * node + 1;
+    double near = enter(this->Boxes[first]), far = enter(this->Boxes[second]);
+    if (far < near)
+    {
+      std::swap(first, second);
+      std::swap(near, far);
+    }
+    if (near < never)
+    {
+      this->WalkFrom(first, depth + 1, enter, visit);
+    }
+    if (far < never && enter(this->Boxes[second]) < never)
+    {
+      this->WalkFrom(second, depth + 1, enter, visit);
+    }
+  }
+
+  unsigned Depth = 0;               // of the leaves
+  std::vector<std::uint32_t> Order; // of the leaves, one after the other
+  std::vector<Box> Boxes;           // heap order; the first entry is unused
+};
+
+}
