@@ -34,11 +34,11 @@ TEST_F(StoreProgram, HelpAndVersion)
   EXPECT_EQ(this->Store({ "--version" }).out, "kdstream-store 0.1.0\n");
   // A command that there is not has no help, least of all that of the program.
   for (const std::vector<std::string>& arguments :
-    { std::vector<std::string>{ "export", "--help" }, { "-h", "export" }, { "export" } })
+    { std::vector<std::string>{ "publish", "--help" }, { "-h", "publish" }, { "publish" } })
   {
     this->ExpectError(this->Store(arguments), 2,
-      "kdstream-store: error: there is no command \"export\"; there is info, verify, "
-      "extract, distance or edit (--help tells the options)");
+      "kdstream-store: error: there is no command \"publish\"; there is info, verify, "
+      "extract, distance, edit or export (--help tells the options)");
   }
   const std::string edit = this->Store({ "edit", "--help" }).out;
   EXPECT_EQ(edit.find("SIGHUP"), std::string::npos) << "a server sees it by itself";

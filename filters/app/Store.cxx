@@ -3,6 +3,7 @@
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
 #include "filters/app/DirectionText.h"
+#include "filters/app/ExportStore.h"
 #include "filters/app/ExtractMesh.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
@@ -15,6 +16,7 @@
 #include "filters/store/StoreEdit.h"
 
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <iostream>
 #include <string>
@@ -26,7 +28,7 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Tells what a store holds, checks it, and writes meshes out of it.";
+  "Tells what a store holds, checks it, and writes meshes out of it, or the files of a server.";
 
 // What each command's help ends with, and the program's with all of them.
 constexpr const char* infoExample = "  kdstream-store info dragon.kds\n";
@@ -39,9 +41,13 @@ constexpr const char* distanceExample =
 constexpr const char* editExample =
   "  kdstream-store edit dragon.kds --title \"Stanford dragon\" --unit mm\n";
 
+constexpr const char* exportExample =
+  "  kdstream-store export dragon.kds /var/www/scans --page /usr/share/kdstream/web\n";
+
 struct CommandLine
 {
   std::string store, output, against;
+  ExportOptions exported;
   bool json = false, all = false, quiet = false;
   WantedMesh wanted;
   StoreTexts texts;
@@ -122,6 +128,18 @@ public:
   int Extract()
   {
     return this->WithStore([this](const Store& store) { return this->Extract(store); });
+  }
+
+  int Export()
+  {
+    return this->WithStore(
+      [this](const Store& store)
+      {
+        CatchInterrupts();
+        const int exitCode = this->Export(store);
+        ReleaseInterrupts();
+        return exitCode;
+      });
   }
 
   int Edit()
@@ -205,6 +223,48 @@ private:
       mesh->triangles.empty() ? std::to_string(mesh->points.size()) + " points"
                               : std::to_string(mesh->triangles.size()) + " triangles",
       begin);
+    return exitDone;
+  }
+
+  int Export(const Store& store) const
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    ExportOptions options = this->Line.exported;
+    if (options.model.empty())
+    {
+      options.model = std::filesystem::path(this->Line.store).stem().string();
+    }
+    if (!IsModelId(options.model))
+    {
+      return PrintError(this->Program, this->Line.store,
+        { ErrorCode::InvalidArgument, "'" + options.model +
+                                        "' is no name that viewers can ask for: " +
+                                        std::string(modelIdRule) + "; --model gives another one" });
+    }
+    if (!options.page.empty() && !std::filesystem::is_regular_file(options.page / "index.html"))
+    {
+      return PrintError(this->Program, options.page.string(),
+        { ErrorCode::NotFound, "is no page: it has no index.html" });
+    }
+    Result<ExportReport> report = Error{};
+    {
+      ProgressReporter progress(this->Program, this->Line.quiet);
+      Execution execution;
+      execution.progress = std::ref(progress);
+      report = ExportStore(store, this->Line.output, options, execution);
+    }
+    if (!report)
+    {
+      const Error& error = report.GetError();
+      return PrintError(this->Program, error.file.empty() ? this->Line.store : error.file, error);
+    }
+    if (!this->Line.quiet)
+    {
+      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+      std::cerr << this->Program << ": wrote " << report->files << " files of " << options.model
+                << " to " << this->Line.output << ", " << report->bytes / 1000 << " kB in "
+                << std::round(seconds.count() * 10) / 10 << " s\n";
+    }
     return exitDone;
   }
 
@@ -325,6 +385,21 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   extract.footer(std::string("Examples:\n") + extractExamples);
 }
 
+void AddExport(CLI::App& exported, CommandLine& line)
+{
+  exported.add_option("STORE", line.store, "the store")->required();
+  exported.add_option("DIR", line.output, "the folder to write to; models that are there stay")
+    ->required();
+  exported
+    .add_option("--model", line.exported.model, "what viewers call it [default: the store's name]")
+    ->type_name("ID");
+  exported
+    .add_option("--page", line.exported.page, "copy the viewer's page along, from this folder")
+    ->type_name("WEB");
+  exported.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
+  exported.footer(std::string("Example:\n") + exportExample);
+}
+
 void AddEdit(CLI::App& edit, CommandLine& line)
 {
   edit.add_option("STORE", line.store, "the store")->required();
@@ -374,7 +449,7 @@ int main(int argc, char** argv)
   CLI::App app(description, "kdstream-store");
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n") + infoExample + verifyExample + extractExamples +
-             distanceExample + editExample);
+             distanceExample + editExample + exportExample);
   CLI::App* info = app.add_subcommand("info", "tells what the store holds");
   info->add_option("STORE", line.store, "the store")->required();
   info->add_flag("--json", line.json, "as JSON")->group("Output");
@@ -392,6 +467,9 @@ int main(int argc, char** argv)
                                               "and its digest stay. A server that is running "
                                               "shows them by itself, within some 2 seconds");
   AddEdit(*edit, line);
+  CLI::App* exported = app.add_subcommand("export",
+    "writes what a server would send as files, for nginx, Apache, object stores and other hosts");
+  AddExport(*exported, line);
   return RunProgram(app, argc, argv,
     [&]()
     {
@@ -400,6 +478,7 @@ int main(int argc, char** argv)
              : verify->parsed()   ? commands.Verify()
              : distance->parsed() ? commands.Distance()
              : edit->parsed()     ? commands.Edit()
+             : exported->parsed() ? commands.Export()
                                   : commands.Extract();
     });
 }

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A store as files: what a server would send, byte for byte, and a viewer content with them.
+#include "Testing/EndToEnd/ProgramsTest.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/model/ModelJson.h"
+#include "filters/store/Store.h"
+#include "server/protocol/ResourcePath.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <csignal>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+std::string Uncompressed(const fs::path& file)
+{
+  gzFile input = gzopen(file.c_str(), "rb");
+  std::string text(1 << 20, '\0');
+  text.resize(static_cast<std::size_t>(
+    std::max(gzread(input, text.data(), static_cast<unsigned>(text.size())), 0)));
+  gzclose(input);
+  return text;
+}
+
+class TestExport : public ProgramsTest
+{
+protected:
+  void SetUp() override
+  {
+    this->ProgramsTest::Write("ring.ply", Torus(200, 100));
+    ASSERT_EQ(this->Build({ "ring.ply", "-o", "ring.kds", "--title", "A ring" }).exitCode, 0);
+  }
+  Outcome Export(std::vector<std::string> arguments)
+  {
+    arguments.insert(arguments.begin(), "export");
+    return this->Store(arguments);
+  }
+  std::vector<ModelSummary> List() const
+  {
+    const auto list = ParseModelList(ReadWhole(this->Folder / "www/api/models.json"));
+    EXPECT_TRUE(list);
+    return list ? *list : std::vector<ModelSummary>();
+  }
+};
+
+TEST_F(TestExport, EveryPathHasWhatAServerSends)
+{
+  const Outcome outcome = this->Export({ "ring.kds", "www" });
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find(" files of ring to www, "), std::string::npos) << outcome.err;
+  const auto store = *kdstream::Store::Open(this->Folder / "ring.kds");
+  std::size_t blobs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "www/api"))
+  {
+    if (!entry.is_regular_file() || entry.path().extension() == ".gz")
+    {
+      continue;
+    }
+    EXPECT_NE(entry.path().extension(), ".new");
+    const std::string path = "/" + entry.path().lexically_relative(this->Folder / "www").string();
+    const auto resource = protocol::ParseResourcePath(path);
+    ASSERT_TRUE(resource) << path;
+    if (resource->kind != protocol::ResourcePath::Kind::Blob)
+    {
+      EXPECT_EQ(Uncompressed(entry.path().string() + ".gz"), ReadWhole(entry.path())) << path;
+      continue;
+    }
+    ++blobs;
+    EXPECT_EQ(resource->digest, store->Info().digest);
+    const protocol::BlobId& blob = resource->blob;
+    const auto node = NodeId{ blob.number };
+    const NodeId first = NodeId{ 1 } << store->Info().depths.partition;
+    const auto bytes = blob.kind == protocol::BlobKind::Tree    ? store->ReadTreePageBlob(node)
+                       : blob.kind == protocol::BlobKind::Boxes ? store->ReadBoxesBlob(node)
+                       : blob.kind == protocol::BlobKind::Partition
+                         ? store->ReadPieceBlob({ Resolution::Original(), first + node })
+                         : store->ReadPieceBlob({ Resolution::Level(blob.level), node });
+    ASSERT_TRUE(bytes) << path;
+    EXPECT_EQ(ReadWhole(entry.path()), std::string(bytes->begin(), bytes->end())) << path;
+  }
+  EXPECT_GT(blobs, store->PieceIds().size() + 1);
+  const auto model = ParseModel(ReadWhole(this->Folder / "www/api/models/ring/model.json"));
+  ASSERT_TRUE(model);
+  EXPECT_EQ(model->title, "A ring");
+  EXPECT_EQ(model->digest, store->Info().digest);
+  EXPECT_TRUE(fs::exists(this->Folder / "www/kdstream.nginx.conf"));
+  EXPECT_TRUE(fs::exists(this->Folder / "www/.htaccess"));
+}
+
+TEST_F(TestExport, ModelsAreAddedAndReplaced)
+{
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--quiet" }).exitCode, 0);
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "another" }).exitCode, 0);
+  ASSERT_EQ(this->List().size(), 2u);
+  EXPECT_EQ(this->List()[0].id, "another");
+  EXPECT_EQ(this->List()[1].id, "ring");
+  const std::string before = this->List()[1].digest;
+  this->ProgramsTest::Write("ring.ply", Torus(100, 50));
+  ASSERT_EQ(this->Build({ "ring.ply", "-o", "ring.kds" }).exitCode, 0);
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  ASSERT_EQ(this->List().size(), 2u);
+  EXPECT_NE(this->List()[1].digest, before);
+  // Whoever looks at the old one goes on.
+  EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / before));
+}
+
+// A host of plain files, which knows neither streams nor regions.
+TEST_F(TestExport, AViewerIsContentWithAHostOfFiles)
+{
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  const std::string said = (this->Folder / "said").string();
+  const pid_t host = ::fork();
+  if (host == 0)
+  {
+    if (std::freopen(said.c_str(), "w", stdout) && std::freopen("/dev/null", "w", stderr))
+    {
+      ::execlp("python3", "python3", "-u", "-m", "http.server", "--bind", "127.0.0.1",
+        "--directory", (this->Folder / "www").c_str(), "0", nullptr);
+    }
+    ::_exit(127);
+  }
+  std::string port;
+  for (int i = 0; i < 200 && port.empty(); ++i)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const std::string text = ReadWhole(said); // "Serving HTTP on 127.0.0.1 port N (…"
+    const auto at = text.find(" port ");
+    port = at == std::string::npos ? "" : text.substr(at + 6, text.find(' ', at + 6) - at - 6);
+  }
+  const std::string url = "http://127.0.0.1:" + port;
+  const auto look = [this](const std::string& source, const std::string& picture)
+  {
+    return RunTool(this->Folder, "view",
+      { source, "--offscreen", "auto", "--size", "400x300", "--screenshot", picture });
+  };
+  const Outcome outcome = look(url, "files.png");
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_EQ(look("ring.kds", "store.png").exitCode, 0);
+  EXPECT_EQ(ReadWhole(this->Folder / "files.png"), ReadWhole(this->Folder / "store.png"));
+  EXPECT_GT(ReadWhole(this->Folder / "files.png").size(), 5000u);
+  ::kill(host, SIGTERM);
+  ::waitpid(host, nullptr, 0);
+}
+
+TEST_F(TestExport, WhatCannotBeWrittenIsSaid)
+{
+  this->WriteText("file", "");
+  const Outcome noFolder = this->Export({ "ring.kds", "file" });
+  EXPECT_EQ(noFolder.exitCode, 1);
+  EXPECT_NE(noFolder.err.find("cannot be written"), std::string::npos) << noFolder.err;
+  const Outcome name = this->Export({ "ring.kds", "www", "--model", "a b" });
+  EXPECT_EQ(name.exitCode, 2);
+  EXPECT_NE(name.err.find("'a b' is no name that viewers can ask for"), std::string::npos)
+    << name.err;
+  const Outcome page = this->Export({ "ring.kds", "www", "--page", "." });
+  EXPECT_EQ(page.exitCode, 1);
+  EXPECT_NE(page.err.find("is no page: it has no index.html"), std::string::npos) << page.err;
+  fs::create_directories(this->Folder / "www/api");
+  this->WriteText("www/api/models.json", "something else");
+  const Outcome list = this->Export({ "ring.kds", "www" });
+  EXPECT_EQ(list.exitCode, 1);
+  EXPECT_NE(list.err.find("www/api/models.json"), std::string::npos) << list.err;
+  EXPECT_FALSE(fs::exists(this->Folder / "www/api/models"));
+  EXPECT_EQ(this->Export({ "none.kds", "www" }).exitCode, 1);
+}
+
+}

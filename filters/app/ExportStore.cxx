@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/app/ExportStore.h"
+
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/TreePage.h"
+#include "filters/core/SystemReason.h"
+#include "filters/model/ModelJson.h"
+#include "server/protocol/ResourcePath.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view nginxRules =
+  R"(# Include this in a server { } whose root is this folder.
+gzip_static on;
+location = /kdstream.wasm {
+  types { application/wasm wasm; }
+}
+location /api/ {
+  add_header Cache-Control no-cache;
+  add_header Access-Control-Allow-Origin *;
+  types { application/json json; }
+  default_type application/octet-stream;
+  # A path with a digest never changes its content.
+  location ~ "^/api/models/[^/]+/[0-9a-f]{32}/" {
+    add_header Cache-Control "public, max-age=31536000, immutable";
+    add_header Access-Control-Allow-Origin *;
+    types { }
+    default_type application/octet-stream;
+  }
+}
+)";
+
+constexpr std::string_view apacheRules =
+  R"(# A path with a digest never changes its content.
+<IfModule mod_headers.c>
+  Header set Access-Control-Allow-Origin "*"
+  Header set Cache-Control "no-cache"
+  <If "%{REQUEST_URI} =~ m#/api/models/[^/]+/[0-9a-f]{32}/#">
+    Header set Cache-Control "public, max-age=31536000, immutable"
+    ForceType application/octet-stream
+  </If>
+</IfModule>
+)";
+
+// Writes files below a folder, and counts them.
+class Writer
+{
+public:
+  Writer(fs::path folder, const Execution& execution)
+    : Folder(std::move(folder))
+    , Runs(execution)
+  {
+  }
+
+  ExportReport Report;
+
+  // path: of the protocol, "/api/…". Another file in its place is replaced at once, or not at all.
+  Status Put(const std::string& path, std::string_view bytes)
+  {
+    const fs::path file = this->Folder / path.substr(1);
+    std::error_code failure;
+    fs::create_directories(file.parent_path(), failure);
+    const fs::path unfinished = file.string() + ".new";
+    errno = 0;
+    std::ofstream output(unfinished, std::ios::binary);
+    output.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    output.close();
+    if (!output)
+    {
+      const int reason = errno;
+      fs::remove(unfinished, failure);
+      return SystemError("cannot be written", reason, file.string());
+    }
+    fs::rename(unfinished, file, failure);
+    if (failure)
+    {
+      fs::remove(unfinished);
+      return SystemError("cannot be written", failure.value(), file.string());
+    }
+    ++this->Report.files;
+    this->Report.bytes += bytes.size();
+    return {};
+  }
+
+  Status PutText(const std::string& path, const std::string& text)
+  {
+    KDSTREAM_TRY(this->Put(path, text));
+    const auto small = Compressed(text);
+    KDSTREAM_TRY(small);
+    return this->Put(path + ".gz", *small);
+  }
+
+  // What is there already is the same: its path has the digest. (From a call that was interrupted.)
+  template <class Read>
+  Status PutBlob(const std::string& path, const Read& read)
+  {
+    std::error_code failure;
+    const auto there = fs::file_size(this->Folder / path.substr(1), failure);
+    const auto bytes = read();
+    KDSTREAM_TRY(bytes);
+    if (!failure && there == bytes->size())
+    {
+      return {};
+    }
+    return this->Put(path, { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
+  }
+
+  Status Tell(std::size_t done, std::size_t all) const
+  {
+    return this->Runs.Report("export", static_cast<double>(done) / static_cast<double>(all));
+  }
+
+private:
+  static Result<std::string> Compressed(const std::string& text)
+  {
+    z_stream stream{};
+    constexpr int gzip = 16; // beside the bits of the window
+    if (deflateInit2(
+          &stream, Z_BEST_COMPRESSION, Z_DEFLATED, MAX_WBITS + gzip, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    {
+      return Error{ ErrorCode::LimitExceeded, "there is no memory for compressing" };
+    }
+    std::string small(deflateBound(&stream, text.size()), '\0');
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+    stream.avail_in = static_cast<uInt>(text.size());
+    stream.next_out = reinterpret_cast<Bytef*>(small.data());
+    stream.avail_out = static_cast<uInt>(small.size());
+    deflate(&stream, Z_FINISH); // cannot fail: all of it has room
+    small.resize(stream.total_out);
+    deflateEnd(&stream);
+    return small;
+  }
+
+  fs::path Folder;
+  const Execution& Runs;
+};
+
+protocol::BlobId BlobOf(PieceId piece, const TreeDepths& depths)
+{
+  return piece.resolution.IsOriginal()
+           ? protocol::BlobId::Partition(piece.node - (NodeId{ 1 } << depths.partition))
+           : protocol::BlobId::LevelPiece(
+               static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
+}
+
+Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
+{
+  const ModelDescription& info = store.Info();
+  const auto pathOf = [&](const protocol::BlobId& blob)
+  { return protocol::BlobPath(model, info.digest, blob); };
+  const std::vector<PieceId> pieces = store.PieceIds();
+  const std::vector<NodeId> pages = TreePages(info.depths);
+  const std::vector<NodeId> boxes = AllPartitionBoxes(info.depths);
+  const std::size_t all = pieces.size() + pages.size() + boxes.size();
+  std::size_t done = 0;
+  for (const PieceId piece : pieces)
+  {
+    KDSTREAM_TRY(writer.Tell(done++, all));
+    KDSTREAM_TRY(writer.PutBlob(
+      pathOf(BlobOf(piece, info.depths)), [&] { return store.ReadPieceBlob(piece); }));
+  }
+  for (const NodeId page : pages)
+  {
+    KDSTREAM_TRY(writer.Tell(done++, all));
+    KDSTREAM_TRY(writer.PutBlob(
+      pathOf(protocol::BlobId::TreePage(page)), [&] { return store.ReadTreePageBlob(page); }));
+  }
+  for (const NodeId node : boxes)
+  {
+    KDSTREAM_TRY(writer.Tell(done++, all));
+    KDSTREAM_TRY(writer.PutBlob(
+      pathOf(protocol::BlobId::PartitionBoxes(node)), [&] { return store.ReadBoxesBlob(node); }));
+  }
+  return {};
+}
+
+// The models that the folder's list names, with this one.
+Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSummary& model)
+{
+  std::vector<ModelSummary> models;
+  std::error_code failure;
+  if (fs::exists(file, failure))
+  {
+    std::ifstream input(file, std::ios::binary);
+    auto list = ParseModelList(std::string(std::istreambuf_iterator<char>(input), {}));
+    if (!list)
+    {
+      return Error{ ErrorCode::InvalidInput, list.GetError().message, file.string() };
+    }
+    models = std::move(*list);
+  }
+  std::erase_if(models, [&](const ModelSummary& other) { return other.id == model.id; });
+  models.push_back(model);
+  std::sort(models.begin(), models.end(),
+    [](const ModelSummary& a, const ModelSummary& b) { return a.id < b.id; });
+  return models;
+}
+
+Status CopyPage(const fs::path& page, const fs::path& folder)
+{
+  std::error_code failure;
+  fs::copy(
+    page, folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing, failure);
+  return failure ? Status(SystemError("the page cannot be copied", failure.value(), page.string()))
+                 : Status();
+}
+
+}
+
+Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
+  const ExportOptions& options, const Execution& execution)
+{
+  ModelDescription told = store.Info();
+  told.id = options.model;
+  const auto models = ListWith(folder / protocol::modelListPath.substr(1), Summarize(told));
+  KDSTREAM_TRY(models);
+  Writer writer(folder, execution);
+  KDSTREAM_TRY(PutBlobs(store, options.model, writer));
+  KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
+  KDSTREAM_TRY(writer.Put("/kdstream.nginx.conf", nginxRules));
+  KDSTREAM_TRY(writer.Put("/.htaccess", apacheRules));
+  if (!options.page.empty())
+  {
+    KDSTREAM_TRY(CopyPage(options.page, folder));
+  }
+  KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath), WriteModelList(*models)));
+  return writer.Report;
+}
+
+}

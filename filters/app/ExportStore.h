@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A store as the files that a server would send: for hosts of plain files.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace kdstream
+{
+
+struct ExportOptions
+{
+  std::string model;          // IsModelId: what viewers call it
+  std::filesystem::path page; // the folder of the page, copied beside; empty: none
+};
+
+struct ExportReport
+{
+  std::uint64_t files = 0, bytes = 0; // that were written
+};
+
+// Writes every path of doc/protocol.md#get below `folder`, texts also compressed (".gz"); a
+// list of models that is there is added to, and the same model replaced. The list is written last:
+// so a host that serves the folder never names what is not there. Also rules for caching, for nginx
+// (kdstream.nginx.conf) and Apache (.htaccess). Reports the step "export". Errors: those of the
+// store; InvalidInput for a list that is none; InputOutput; Cancelled. What has been written then
+// stays, and the same call goes on.
+Result<ExportReport> ExportStore(const Store& store, const std::filesystem::path& folder,
+  const ExportOptions& options, const Execution& execution = {});
+
+}
