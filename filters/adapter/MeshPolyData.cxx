@@ -55,7 +55,7 @@ Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
   }
   else
   {
-    corners->SetNumberOfValues(static_cast<vtkIdType>(3 * mesh.triangles.size()));
+    corners->SetNumberOfValues(3 * static_cast<vtkIdType>(mesh.triangles.size()));
     vtkIdType* out = corners->GetPointer(0);
     for (const Triangle& t : mesh.triangles)
     {

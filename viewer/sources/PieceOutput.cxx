@@ -246,7 +246,10 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
   std::vector<PieceId> ids;
   for (const std::uint32_t p : wanted)
   {
-    ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+    if (all.count(p) != 0)
+    {
+      ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+    }
   }
   output.SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
   for (std::size_t first = 0; first < ids.size(); first += piecesAtOnce)
