@@ -276,7 +276,7 @@ TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
     this->Reader->AddPartition(partition);
   }
   EXPECT_EQ(LoadedPartitions(this->Update()), 2u);
-  this->Reader->UpdatePiece(0, 1, 2); // around them is nothing that was asked for
+  this->Reader->UpdatePiece(0, 2, 2); // around them is nothing that was asked for
   EXPECT_EQ(LoadedPartitions(this->Reader->GetOutputDataObject(0)), 2u);
   this->Reader->RemoveAllPartitions();
   EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
