@@ -132,6 +132,7 @@ private:
 
   void Answer()
   {
+    this->HasAnswered = true;
     const auto field = this->Parser->get()[http::field::retry_after];
     HttpReply reply{ this->Parser->get().result_int(), std::move(this->Parser->get().body()),
       RetryAfterIn(std::string(field.data(), field.size())) };
@@ -153,8 +154,10 @@ private:
       this->Connect();
       return;
     }
+    const bool mayWantTls = untouched && !this->HasAnswered && !this->Server.isSecure;
     this->Finish(Error{ ErrorCode::InputOutput,
-      "the connection to " + this->Server.Authority() + " was lost: " + error.message() });
+      "the connection to " + this->Server.Authority() + " was lost: " + error.message() +
+        (mayWantTls ? "; does it speak https?" : "") });
   }
 
   Error Unreachable(const Error& error) const
@@ -179,6 +182,7 @@ private:
   ServerUrl Server;
   ServerStream Stream;
   bool Open = false;
+  bool HasAnswered = false; // ever
   int Retries = 0;
   HttpFetch What;
   Handler Done;
