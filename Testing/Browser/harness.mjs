@@ -10,6 +10,7 @@
 //   KDSTREAM_DRAGON    dragon.ply
 //   KDSTREAM_PICTURES  folder that gets a screenshot of each stage
 //   KDSTREAM_CHROMIUM  the browser (/usr/bin/chromium)
+//   KDSTREAM_NGINX     nginx, for the test of what is exported (nginx)
 //   KDSTREAM_LONGEST_WAIT  seconds until a wait is given up (180)
 
 import assert from "node:assert/strict";

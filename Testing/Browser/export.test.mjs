@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What kdstream-store export writes, served by nginx, which knows nothing of models: the same page, the same surface.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { chmodSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { createServer } from "node:net";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { Server, Visit, launchBrowser, longest, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
+
+// nginx over a folder, with what the export says of it.
+class FileHost {
+  #process;
+  url;
+
+  static async start(root) {
+    const probe = createServer().listen(0, "127.0.0.1"); // nginx cannot tell which port it was given
+    await once(probe, "listening");
+    const { port } = probe.address();
+    probe.close();
+    await once(probe, "close");
+
+    const work = temporaryFolder();
+    const temporary = ["client_body", "proxy", "fastcgi", "uwsgi", "scgi"].map((name) => `${name}_temp_path ${work}/${name};`);
+    writeFileSync(join(work, "nginx.conf"), `daemon off; pid ${work}/pid; error_log ${work}/error.log;
+      events {}
+      http { include /etc/nginx/mime.types; access_log ${work}/access.log; ${temporary.join(" ")}
+        server { listen 127.0.0.1:${port}; root ${root}; include ${root}/kdstream.nginx.conf; } }`);
+    for (const folder of [work, root]) {
+      chmodSync(folder, 0o755); // where nginx's workers are somebody else
+    }
+    const host = new FileHost();
+    host.#process = spawn(process.env.KDSTREAM_NGINX ?? "nginx", ["-e", join(work, "error.log"), "-c", join(work, "nginx.conf")], { stdio: "inherit" });
+    process.on("exit", () => host.#process.kill("SIGTERM"));
+    host.url = `http://127.0.0.1:${port}`;
+    for (const end = Date.now() + longest; ;) {
+      const answer = await fetch(host.url).catch(() => null);
+      if (answer?.ok) {
+        return host;
+      }
+      assert.ok(Date.now() < end && host.#process.exitCode === null, `nginx: ${answer?.status} ${readFileSync(join(work, "error.log"))}`);
+    }
+  }
+
+  async stop() {
+    const ended = once(this.#process, "exit");
+    this.#process.kill("SIGTERM");
+    await ended;
+  }
+}
+
+let server, host, browser;
+
+before(async () => {
+  const models = makeModels({ dragon: false });
+  const root = temporaryFolder();
+  for (const store of readdirSync(models)) {
+    runProgram("kdstream-store", "export", join(models, store), root, "--quiet", "--page", process.env.KDSTREAM_PAGE);
+  }
+  server = await Server.start(models);
+  host = await FileHost.start(root);
+  browser = await launchBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await host?.stop();
+  await server?.stop();
+});
+
+// Opens the first model, taps a region, and tells what is shown then.
+async function walk(url) {
+  const visit = await Visit.phone(browser);
+  await visit.open(url);
+  await visit.untilIdle();
+  await visit.tap(await visit.centre());
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  await visit.doubleTap(await visit.centre());
+  await visit.until("a region", ({ idle, region }) => idle && region !== null && region.shown === region.partitions);
+  const { triangles, region } = await visit.status();
+  const names = await visit.page.evaluate(() => [...document.querySelectorAll("#models [data-model]")].map((entry) => entry.dataset.model));
+  await visit.close();
+  return { triangles, region, names };
+}
+
+test("a host of files shows what our server shows", async () => {
+  const here = await walk(host.url);
+  assert.deepEqual(here, await walk(server.url));
+  assert.deepEqual(here.names, ["pebble", "shell"]);
+  assert.ok(here.region.partitions > 1);
+});
+
+test("what has a digest in its path may be kept for ever, the rest is asked for again", async () => {
+  const header = async (path, name) => (await fetch(host.url + path)).headers.get(name);
+  const { models } = await (await fetch(`${host.url}/api/models.json`)).json();
+  const blob = `/api/models/${models[0].id}/${models[0].digest}/partitions/0`;
+  assert.match(await header(blob, "cache-control"), /public, max-age=31536000, immutable/);
+  assert.equal(await header(blob, "content-type"), "application/octet-stream");
+  assert.equal(await header("/api/models.json", "cache-control"), "no-cache");
+  assert.equal(await header("/api/models.json", "content-encoding"), "gzip");
+  assert.equal(await header("/kdstream.wasm", "content-type"), "application/wasm");
+  const missing = await fetch(`${host.url}/api/models/${models[0].id}/${models[0].digest}/partitions/999999`);
+  assert.equal(missing.status, 404);
+  assert.equal(missing.headers.get("cache-control"), null, "what is not there may come");
+});
