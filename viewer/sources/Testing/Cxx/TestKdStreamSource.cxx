@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Models of a server as VTK gets them: what a reader of the store has, and only what is asked for.
+#include "server/access/Testing/ForgedToken.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 #include "viewer/client/Testing/TorusCatalog.h"
@@ -30,7 +31,7 @@ protected:
     this->Serve(std::make_unique<StoreCatalog>(
       this->Models.Path, [](const std::filesystem::path&, const std::string&) {}));
   }
-  void Serve(std::unique_ptr<Catalog> models)
+  void Serve(std::unique_ptr<Catalog> models, std::shared_ptr<TokenGuard> guard = nullptr)
   {
     this->Server.reset();
     this->Served = std::move(models);
@@ -40,6 +41,7 @@ protected:
     }
     HttpServerOptions options;
     options.drainTimeout = std::chrono::milliseconds(100);
+    options.guard = std::move(guard);
     auto server = HttpServer::Start(*this->Served, options);
     ASSERT_TRUE(server) << server.GetError().message;
     this->Server = std::move(*server);
@@ -198,6 +200,22 @@ TEST_F(TestKdStreamSource, ADamagedPartitionIsNamed)
   this->Serve(std::move(torus));
   const std::string error = this->Refusal();
   EXPECT_NE(error.find("partitions/2 cannot be had"), std::string::npos) << error;
+}
+
+TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
+{
+  this->Serve(std::make_unique<TorusCatalog>(),
+    std::make_shared<TokenGuard>(forged::Keys(), [] { return std::int64_t{ 1000 }; }));
+  this->Source->SetContentToLevel();
+  const std::string none = this->Refusal();
+  EXPECT_NE(none.find("the server says 401: this server asks for a token"), std::string::npos)
+    << none;
+  this->Source->SetToken(forged::Token(
+    forged::header, R"({"sub":"ann","exp":2000,"models":["torus"],"detail":"levels"})"));
+  EXPECT_GT(ContentOf(this->Update()).cells.size(), 1000u);
+  this->Source->SetContentToOriginal();
+  const std::string original = this->Refusal();
+  EXPECT_NE(original.find("the token is for the levels of torus"), std::string::npos) << original;
 }
 
 TEST_F(TestKdStreamSource, StopsWhenToldTo)
