@@ -40,7 +40,6 @@ unsigned long CodeOf(const Error& error)
   }
 }
 
-// What a text has to be gone through for is not asked of a file twice: counts are not needed.
 Result<std::unique_ptr<MeshReader>> OpenFile(const char* name, const Execution& execution)
 {
   if (!name || !*name)

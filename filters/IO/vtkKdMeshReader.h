@@ -15,8 +15,9 @@
  * triangles of alternating orientation. A file without faces gives a vertex cell for each point.
  * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind.
  *
- * Complexity: linear in the size of the file; memory: that of the mesh twice, while the arrays of
- * VTK are filled. Aborting leaves an empty output.
+ * Complexity: linear in the size of the file, where text without a header (OBJ, STL) is gone
+ * through twice before it is read: for the names of its arrays, and for its counts; memory: that of
+ * the mesh twice, while the arrays of VTK are filled. Aborting leaves an empty output.
  *
  * @sa vtkKdStoreWriter
  */

@@ -12,6 +12,7 @@
 #include <vtkNew.h>
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 #include <string>
 #include <utility>
@@ -204,53 +205,47 @@ Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) 
   return FillPolyData(mesh, cells, this->IsWanted, output);
 }
 
-// The partitions in so many rings around these, and these.
-std::set<std::uint32_t> PieceOutput::Around(
-  const std::vector<std::uint32_t>& partitions, unsigned rings, Status& status) const
+// Of the chosen partitions those of this share, and what of the others is around them.
+Result<PieceOutput::Selection> PieceOutput::Select(
+  const std::vector<std::uint32_t>& chosen, const OutputShare& share) const
 {
-  std::set<std::uint32_t> around(partitions.begin(), partitions.end());
-  if (rings == 0 || partitions.empty())
+  const ModelDescription& info = this->Source.Info();
+  Selection selected;
+  selected.all.insert(chosen.begin(), chosen.end());
+  std::copy_if(selected.all.begin(), selected.all.end(),
+    std::inserter(selected.own, selected.own.end()),
+    [&](std::uint32_t p)
+    { return share.Has(p, info.partitions) && (!share.blocks || share.blocks->count(p) != 0); });
+  std::set<std::uint32_t> wanted = selected.own;
+  if (share.ghostLevels > 0 && !wanted.empty())
   {
-    return around;
-  }
-  const auto boxes = this->Source.ReadBoxes();
-  status = boxes ? Status() : boxes.GetError();
-  const TreeDepths& depths = this->Source.Info().depths;
-  for (const std::uint32_t partition : partitions)
-  {
-    const auto region = status
-                          ? FindRegion(*boxes, depths, NodeOfPartition(partition, depths), rings)
-                          : Result<std::vector<std::uint32_t>>(status.GetError());
-    if (!region)
+    const auto boxes = this->Source.ReadBoxes();
+    KDSTREAM_TRY(boxes);
+    for (const std::uint32_t p : selected.own)
     {
-      status = region.GetError();
-      return around;
+      const auto region =
+        FindRegion(*boxes, info.depths, NodeOfPartition(p, info.depths), share.ghostLevels);
+      KDSTREAM_TRY(region);
+      wanted.insert(region->begin(), region->end());
     }
-    around.insert(region->begin(), region->end());
   }
-  return around;
+  for (const std::uint32_t p : wanted)
+  {
+    if (selected.all.count(p) != 0)
+    {
+      selected.ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+    }
+  }
+  return selected;
 }
 
 Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
   const OutputShare& share, vtkPartitionedDataSet& output) const
 {
   const ModelDescription& info = this->Source.Info();
-  const std::set<std::uint32_t> all(chosen.begin(), chosen.end());
-  std::vector<std::uint32_t> own;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(own),
-    [&](std::uint32_t p)
-    { return share.Has(p, info.partitions) && (!share.blocks || share.blocks->count(p) != 0); });
-  Status found;
-  const std::set<std::uint32_t> wanted = this->Around(own, share.ghostLevels, found);
-  KDSTREAM_TRY(found);
-  std::vector<PieceId> ids;
-  for (const std::uint32_t p : wanted)
-  {
-    if (all.count(p) != 0)
-    {
-      ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
-    }
-  }
+  const auto selected = this->Select(chosen, share);
+  KDSTREAM_TRY(selected);
+  const std::vector<PieceId>& ids = selected->ids;
   output.SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
   for (std::size_t first = 0; first < ids.size(); first += piecesAtOnce)
   {
@@ -266,7 +261,7 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
       vtkNew<vtkPolyData> part;
       if (piece.ownVertices > 0)
       {
-        MarkPartition(piece, all, !std::binary_search(own.begin(), own.end(), partition));
+        MarkPartition(piece, selected->all, selected->own.count(partition) == 0);
         const std::size_t ownPoints = piece.ownVertices;
         KDSTREAM_TRY(this->Fill(MeshOf(std::move(piece), info.grid.scalarType), ownPoints, *part));
       }
@@ -279,34 +274,19 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
 Status PieceOutput::GlueInto(
   const std::vector<std::uint32_t>& chosen, const OutputShare& share, vtkPolyData& output) const
 {
-  const ModelDescription& info = this->Source.Info();
-  const std::set<std::uint32_t> all(chosen.begin(), chosen.end());
-  std::vector<std::uint32_t> own;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(own),
-    [&](std::uint32_t p) { return share.Has(p, info.partitions); });
-  Status found;
-  const std::set<std::uint32_t> wanted = this->Around(own, share.ghostLevels, found);
-  KDSTREAM_TRY(found);
-  std::vector<PieceId> ids;
-  for (const std::uint32_t p : wanted)
-  {
-    if (all.count(p) != 0)
-    {
-      ids.push_back({ Resolution::Original(), NodeOfPartition(p, info.depths) });
-    }
-  }
-  auto pieces = this->Source.ReadPieces(ids, this->Runs);
+  const auto selected = this->Select(chosen, share);
+  KDSTREAM_TRY(selected);
+  auto pieces = this->Source.ReadPieces(selected->ids, this->Runs);
   KDSTREAM_TRY(pieces);
   if (share.pieces > 1)
   {
-    const std::set<std::uint32_t> mine(own.begin(), own.end());
     std::erase_if(*pieces, [](const Piece& piece) { return piece.ownVertices == 0; });
     for (Piece& piece : *pieces)
     {
-      MarkForGluing(piece, all, mine);
+      MarkForGluing(piece, selected->all, selected->own);
     }
   }
-  Result<Mesh> mesh = GluePartitions(*pieces, info.grid.scalarType);
+  Result<Mesh> mesh = GluePartitions(*pieces, this->Source.Info().grid.scalarType);
   KDSTREAM_TRY(mesh);
   pieces->clear();
   if (share.pieces > 1 && share.ghostLevels == 0 && !mesh->points.empty())

@@ -55,8 +55,13 @@ public:
 
 private:
   Status Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const;
-  std::set<std::uint32_t> Around(
-    const std::vector<std::uint32_t>& partitions, unsigned rings, Status& status) const;
+  struct Selection
+  {
+    std::set<std::uint32_t> all, own; // that were chosen; of these, this share's
+    std::vector<PieceId> ids;         // to be read, ascending: with the rings around
+  };
+  Result<Selection> Select(
+    const std::vector<std::uint32_t>& chosen, const OutputShare& share) const;
 
   const PieceSource& Source;
   std::function<bool(const AttributeInfo&)> IsWanted;
