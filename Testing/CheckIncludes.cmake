@@ -88,16 +88,18 @@ check(server/access filters/store filters/model filters/core)
 check(server/session server/access server/protocol filters/store filters/model filters/codec ${core})
 check(server/http server/session server/access server/protocol filters/model ${core})
 check(server/app server/http server/session server/access server/protocol filters/program filters/store filters/model ${core})
-check(viewer/session server/protocol filters/model filters/codec ${core})
+check(viewer/session/look viewer/session/Geometry.h filters/model ${core})
+check(viewer/session FLAT server/protocol filters/model filters/codec ${core})
 check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
-check(viewer/rendering VTK viewer/session ${core})
-check(viewer/sources VTK viewer/client viewer/session server/protocol filters/adapter filters/store filters/model
+check(viewer/rendering VTK viewer/session viewer/session/look ${core})
+check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/model
   filters/codec ${core})
-check(viewer/mobile FLAT viewer/session ${core})
-check(viewer/mobile/web viewer/mobile viewer/client viewer/session server/protocol filters/model ${core})
-check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session server/protocol
+check(viewer/mobile FLAT viewer/session viewer/session/look ${core})
+check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model ${core})
+check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look
+  server/protocol filters/program filters/model ${core})
+check(viewer/desktop/window VTK viewer/desktop viewer/rendering viewer/client viewer/session viewer/session/look
   filters/program filters/model ${core})
-check(viewer/desktop/window VTK viewer/desktop viewer/rendering viewer/client viewer/session filters/program filters/model ${core})
 
 if(problems)
   list(JOIN problems "\n" text)

@@ -197,6 +197,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   KDSTREAM_TRY(first);
   SceneStyle style;
   style.coloring = line.coloring;
+  style.occlusion = line.occlusion;
   const auto window = line.offscreen.empty()
                         ? SessionWindow::MakeOnScreen(line.width, line.height, style)
                         : SessionWindow::MakeOffscreen(

@@ -70,6 +70,15 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
     ->type_name("own|none|partition|resolution")
     ->default_str("own")
     ->group(group);
+  const std::map<std::string, bool> lights{ { "relief", true }, { "plain", false } };
+  app
+    .add_option("--light", line.occlusion,
+      "relief: hollows are darker, so that fine relief is seen (a slow window: while the view "
+      "rests); plain: lamps alone")
+    ->transform(CLI::CheckedTransformer(lights).description(""))
+    ->type_name("relief|plain")
+    ->default_str("relief")
+    ->group(group);
   app.add_option("--screenshot", line.screenshot, "write what is shown at the end (NAME.png)")
     ->check(CLI::Validator(CheckPicture, ""))
     ->type_name("FILE")

@@ -26,6 +26,7 @@ struct ViewOptions
   std::uint64_t triangles = RefinementOptions().triangles;
   std::uint64_t memory = std::uint64_t{ 1 } << 30;
   SurfaceColoring coloring = SurfaceColoring::Own;
+  bool occlusion = true;
   int width = 1280, height = 720;
 
   bool OpensWindow() const { return this->offscreen.empty() && this->replay.empty(); }

@@ -2,13 +2,15 @@
 // Draws a session's scene with OpenGL ES 3.0: see GlesRenderer.h.
 #include "viewer/mobile/GlesRenderer.h"
 
+#include "viewer/mobile/GlesOcclusion.h"
 #include "viewer/mobile/GlesProgram.h"
 #include "viewer/mobile/GlesShaders.h"
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/SceneLook.h"
-#include "viewer/session/SceneRules.h"
-#include "viewer/session/SplatRadii.h"
+#include "viewer/session/look/OcclusionShaders.h"
+#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/look/SplatRadii.h"
 
 #include <algorithm>
 #include <array>
@@ -236,6 +238,11 @@ void GlesRenderer::Free()
 
 void GlesRenderer::Forget()
 {
+  if (this->Occlusion)
+  {
+    this->Occlusion->Forget();
+    this->Occlusion.reset();
+  }
   this->Compiled.reset();
   this->Parts.clear();
   this->Tried.reset();
@@ -458,40 +465,60 @@ void GlesRenderer::DrawBackground()
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewport)
+// Where a scene is seen from, in the units of the graphics memory.
+struct GlesRenderer::Sight
 {
-  // The camera's axes, and the projection.
+  Vec3 eye;             // relative to Center
+  Vec3 right, up, back; // unit vectors
+  double nearest, farthest;
+  double tangent; // of half the vertical field of view
+  GlesProjection projection;
+};
+
+GlesRenderer::Sight GlesRenderer::SightOf(const SceneCamera& camera, const Viewport& viewport) const
+{
+  Sight sight{};
   const Vec3 eye = camera.eye - this->Center;
   const ClippingPlanes planes = PlanesAround(
     Enlarged(this->Bounds, this->LongestWay.value_or(0)), eye, camera.focal - this->Center);
-  const Vec3 back = Normalized(camera.eye - camera.focal);
-  const Vec3 right = Normalized(Cross(camera.up, back));
-  const Vec3 up = Cross(back, right);
-  const double tangent = Tangent(0.5 * camera.verticalFieldOfView);
-  const double nearest = planes.nearest * this->Scale;
-  const double farthest = planes.farthest * this->Scale;
-  const double depth = farthest - nearest;
+  sight.eye = eye * this->Scale;
+  sight.back = Normalized(camera.eye - camera.focal);
+  sight.right = Normalized(Cross(camera.up, sight.back));
+  sight.up = Cross(sight.back, sight.right);
+  sight.tangent = Tangent(0.5 * camera.verticalFieldOfView);
+  sight.nearest = planes.nearest * this->Scale;
+  sight.farthest = planes.farthest * this->Scale;
+  const double depth = sight.farthest - sight.nearest;
+  sight.projection = { static_cast<float>(viewport.height / (sight.tangent * viewport.width)),
+    static_cast<float>(1.0 / sight.tangent),
+    static_cast<float>(-(sight.farthest + sight.nearest) / depth),
+    static_cast<float>(-2.0 * sight.farthest * sight.nearest / depth) };
+  return sight;
+}
 
+// Into the bound framebuffer, `height` pixels high.
+void GlesRenderer::DrawChunks(const Sight& sight, int height)
+{
   const GLuint program = this->Points > 0 ? this->Compiled->cloud : this->Compiled->surface;
   glUseProgram(program);
-  SetVector(program, "eye", eye * this->Scale);
+  SetVector(program, "eye", sight.eye);
   std::array<float, 9> turn{}; // column by column
   for (std::size_t k = 0; k < 3; ++k)
   {
-    turn[3 * k] = static_cast<float>(right[k]);
-    turn[3 * k + 1] = static_cast<float>(up[k]);
-    turn[3 * k + 2] = static_cast<float>(back[k]);
+    turn[3 * k] = static_cast<float>(sight.right[k]);
+    turn[3 * k + 1] = static_cast<float>(sight.up[k]);
+    turn[3 * k + 2] = static_cast<float>(sight.back[k]);
   }
   glUniformMatrix3fv(glGetUniformLocation(program, "turn"), 1, GL_FALSE, turn.data());
-  glUniform4f(glGetUniformLocation(program, "projection"),
-    static_cast<float>(viewport.height / (tangent * viewport.width)),
-    static_cast<float>(1.0 / tangent), static_cast<float>(-(farthest + nearest) / depth),
-    static_cast<float>(-2.0 * farthest * nearest / depth));
+  const GlesProjection& projection = sight.projection;
+  glUniform4f(glGetUniformLocation(program, "projection"), projection[0], projection[1],
+    projection[2], projection[3]);
   if (this->Points > 0)
   {
     SetVector(
-      program, "splatPixels", Vec3{ 0.5 * viewport.height / tangent, smallestSplat, largestSplat });
-    SetVector(program, "depthRange", Vec3{ nearest, farthest, 1.0 / depth });
+      program, "splatPixels", Vec3{ 0.5 * height / sight.tangent, smallestSplat, largestSplat });
+    SetVector(program, "depthRange",
+      Vec3{ sight.nearest, sight.farthest, 1.0 / (sight.farthest - sight.nearest) });
   }
 
   glUniform1f(glGetUniformLocation(program, "smoothness"),
@@ -517,6 +544,29 @@ void GlesRenderer::DrawChunks(const SceneCamera& camera, const Viewport& viewpor
       }
     }
   }
+}
+
+// The depths that occlusion follows from; false where the device has none of it.
+bool GlesRenderer::DrawDepths(const Sight& sight, const Viewport& viewport)
+{
+  if (!this->Occlusion)
+  {
+    auto made = GlesOcclusion::Make();
+    if (!made)
+    {
+      this->HasOcclusion = false;
+      return false;
+    }
+    this->Occlusion = std::move(*made);
+  }
+  if (!this->Occlusion->BeginDepths(viewport))
+  {
+    return false;
+  }
+  this->DrawChunks(sight, HalfSide(viewport.height));
+  glBindVertexArray(this->Compiled->emptyArray);
+  this->Occlusion->EndDepths(sight.projection);
+  return true;
 }
 
 Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
@@ -545,7 +595,6 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
     this->StopGliding();
   }
 
-  glViewport(0, 0, viewport.width, viewport.height);
   constexpr std::array<GLenum, 6> off{ GL_BLEND, GL_CULL_FACE, GL_DITHER, GL_SCISSOR_TEST,
     GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL };
   for (const GLenum each : off)
@@ -556,11 +605,20 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_LEQUAL);
   glClearDepthf(1.0f);
+  const Sight sight = this->SightOf(camera, viewport);
+  const bool occludes =
+    this->HasOcclusion && !this->Parts.empty() && this->DrawDepths(sight, viewport);
+  glViewport(0, 0, viewport.width, viewport.height);
   glClear(GL_DEPTH_BUFFER_BIT);
   this->DrawBackground();
   if (!this->Parts.empty())
   {
-    this->DrawChunks(camera, viewport);
+    this->DrawChunks(sight, viewport.height);
+  }
+  if (occludes)
+  {
+    glBindVertexArray(this->Compiled->emptyArray);
+    this->Occlusion->Darken();
   }
   glBindVertexArray(0);
   return this->Outcome;

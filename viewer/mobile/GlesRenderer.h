@@ -7,9 +7,9 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "viewer/session/Palette.h"
-#include "viewer/session/SceneRules.h"
 #include "viewer/session/SessionTypes.h"
+#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/SceneRules.h"
 
 #include <cstdint>
 #include <memory>
@@ -18,6 +18,8 @@
 
 namespace kdstream
 {
+
+class GlesOcclusion;
 
 // Threads: that of the context. A context of OpenGL ES 3.0 or WebGL 2 must be current in every
 // call, the destructor included; all of the context's state but the bound framebuffer may change.
@@ -36,6 +38,9 @@ public:
   void Forget();
 
   void SetColoring(SurfaceColoring coloring);
+  // Whether hollows are darker (viewer/session/look/OcclusionShaders.h), from the next Draw on; not
+  // at first. It draws the surface a second time, into a quarter of the pixels.
+  void SetOcclusion(bool occlusion) { this->HasOcclusion = occlusion; }
   // Red, green, blue (0-1) of the gradient behind the model.
   void SetBackground(const Vec3& bottom, const Vec3& top);
 
@@ -60,6 +65,7 @@ private:
   struct Chunk;
   struct Part;
   struct Programs;
+  struct Sight;
 
   GlesRenderer();
   Status Compile();
@@ -68,10 +74,13 @@ private:
   void UploadPart(Part& part);
   void Free();
   void StopGliding();
+  Sight SightOf(const SceneCamera& camera, const Viewport& viewport) const;
+  bool DrawDepths(const Sight& sight, const Viewport& viewport);
   void DrawBackground();
-  void DrawChunks(const SceneCamera& camera, const Viewport& viewport);
+  void DrawChunks(const Sight& sight, int height);
 
-  std::unique_ptr<Programs> Compiled; // null: to be compiled in the context that is current
+  std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
+  std::unique_ptr<Programs> Compiled;       // null: to be compiled in the context that is current
   std::vector<Part> Parts;
   // What is in the graphics memory, and how it is to be looked at.
   struct Content
@@ -91,6 +100,7 @@ private:
   std::size_t Points = 0; // of a cloud; 0 if it has triangles
 
   SurfaceColoring Coloring = SurfaceColoring::Own;
+  bool HasOcclusion = false;
   double Glided = 1;
   std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does
   Vec3 Bottom;

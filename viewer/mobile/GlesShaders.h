@@ -11,14 +11,14 @@ namespace kdstream::shaders
 inline constexpr const char* header = "#version 300 es\n"
                                       "precision highp float;\n";
 
-// One triangle over the whole picture, made of vertex numbers alone; above it the gradient.
+// One triangle over the whole picture, as far away as can be, made of vertex numbers alone.
 inline constexpr const char* backgroundVertex = R"(
 out float height;
 void main()
 {
   vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
   height = 0.5 + 0.5 * corner.y;
-  gl_Position = vec4(corner, 0.0, 1.0);
+  gl_Position = vec4(corner, 1.0, 1.0);
 })";
 
 inline constexpr const char* backgroundFragment = R"(

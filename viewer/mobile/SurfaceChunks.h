@@ -5,8 +5,8 @@
 
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/Palette.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/VertexNormals.h"
 
 #include <array>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // The points of a cloud as round splats: see CloudSplats.h.
 #include "viewer/rendering/CloudSplats.h"
 
-#include "viewer/session/SplatRadii.h"
+#include "viewer/session/look/SplatRadii.h"
 
 #include <vtkActor.h>
 #include <vtkDataObject.h>

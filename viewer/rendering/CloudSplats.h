@@ -8,7 +8,7 @@
 // away: all as in viewer/mobile/GlesShaders.h.
 #pragma once
 
-#include "viewer/session/SceneRules.h"
+#include "viewer/session/look/SceneRules.h"
 
 class vtkActor;
 class vtkPolyDataMapper;

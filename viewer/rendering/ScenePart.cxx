@@ -4,8 +4,8 @@
 
 #include "viewer/rendering/CloudSplats.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/SceneLook.h"
-#include "viewer/session/SplatRadii.h"
+#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/look/SplatRadii.h"
 
 #include <vtkActor.h>
 #include <vtkCellArray.h>

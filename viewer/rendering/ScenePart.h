@@ -5,8 +5,8 @@
 #include "filters/core/drawing/Surface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/SurfaceScene.h"
-#include "viewer/session/SceneRules.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/look/VertexNormals.h"
 
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
@@ -38,6 +38,7 @@ public:
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
   void SetStyle(const SceneStyle& style);
+  bool IsOfPoints() const { return this->IsCloud; }
   // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
   void AimSplats(const ClippingPlanes& planes, double tangent, int height);
 

@@ -2,9 +2,10 @@
 // Draws one surface in a VTK renderer: see SurfaceScene.h.
 #include "viewer/rendering/SurfaceScene.h"
 
+#include "viewer/rendering/SceneOcclusion.h"
 #include "viewer/rendering/ScenePart.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/SceneLook.h"
+#include "viewer/session/look/SceneLook.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -53,6 +54,7 @@ void SetUpBackground(vtkRenderer& renderer)
 }
 
 SurfaceScene::SurfaceScene()
+  : Occlusion(std::make_unique<SceneOcclusion>())
 {
   SetUpLights(*this->SceneRenderer);
   SetUpBackground(*this->SceneRenderer);
@@ -62,12 +64,15 @@ SurfaceScene::SurfaceScene()
   // Just before drawing, when the size of the window is known.
   this->SplatObserver =
     this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::ApplySplats);
+  this->OcclusionObserver =
+    this->SceneRenderer->AddObserver(vtkCommand::EndEvent, this, &SurfaceScene::ApplyOcclusion);
 }
 
 // The renderer lives on in a window that lives on.
 SurfaceScene::~SurfaceScene()
 {
   this->SceneRenderer->RemoveObserver(this->SplatObserver);
+  this->SceneRenderer->RemoveObserver(this->OcclusionObserver);
 }
 
 Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, const Vec3& center)
@@ -165,7 +170,11 @@ void SurfaceScene::Take(std::vector<Entry> entries)
 
 void SurfaceScene::SetStyle(const SceneStyle& style)
 {
-  this->Style = style;
+  const SceneStyle before = std::exchange(this->Style, style);
+  if (style.coloring == before.coloring && style.flat == before.flat)
+  {
+    return;
+  }
   for (const Entry& entry : this->Entries)
   {
     entry.scene->SetStyle(style);
@@ -179,6 +188,14 @@ void SurfaceScene::ApplySplats()
   for (const Entry& entry : this->Entries)
   {
     entry.scene->AimSplats({ range[0], range[1] }, tangent, this->SceneRenderer->GetSize()[1]);
+  }
+}
+
+void SurfaceScene::ApplyOcclusion()
+{
+  if (this->Style.occlusion && !this->Entries.empty())
+  {
+    this->Occlusion->Darken(*this->SceneRenderer, this->Entries.front().scene->IsOfPoints());
   }
 }
 

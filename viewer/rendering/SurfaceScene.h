@@ -10,7 +10,7 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/session/SceneRules.h"
+#include "viewer/session/look/SceneRules.h"
 
 #include <vtkNew.h>
 
@@ -22,12 +22,14 @@ class vtkRenderer;
 namespace kdstream
 {
 
+class SceneOcclusion;
 class ScenePart;
 
 struct SceneStyle
 {
   SurfaceColoring coloring = SurfaceColoring::Own;
-  bool flat = false; // a normal a triangle instead of one a vertex
+  bool flat = false;      // a normal a triangle instead of one a vertex
+  bool occlusion = false; // hollows are darker (viewer/session/look/OcclusionShaders.h)
 };
 
 // A renderer with one surface, which may be replaced while the camera stays.
@@ -52,6 +54,7 @@ public:
   // The same, where only parts that differ from the last surface cost anything: each is an actor.
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center);
 
+  // O(points + triangles) where the coloring changes.
   void SetStyle(const SceneStyle& style);
 
   // Near and far planes are found from the surface, now and at each Update. Errors: those of
@@ -69,6 +72,7 @@ private:
   void Take(std::vector<Entry> entries);
   void ApplyCamera();
   void ApplySplats();
+  void ApplyOcclusion();
 
   vtkNew<vtkRenderer> SceneRenderer;
   std::vector<Entry> Entries;
@@ -78,7 +82,8 @@ private:
   TreeDepths Depths;
   Vec3 Center{ 0.0, 0.0, 0.0 };
   Box Bounds; // of what is drawn, relative to Center
-  unsigned long SplatObserver = 0;
+  std::unique_ptr<SceneOcclusion> Occlusion;
+  unsigned long SplatObserver = 0, OcclusionObserver = 0;
 };
 
 }

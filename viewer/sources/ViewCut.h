@@ -4,7 +4,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/store/PieceSource.h"
-#include "viewer/session/SceneRules.h"
+#include "viewer/session/look/SceneRules.h"
 
 #include <cstdint>
 #include <vector>

@@ -411,6 +411,7 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
   Choice("Partitions", settings.coloring, SurfaceColoring::Partition);
   ImGui::SameLine();
   Choice("Detail", settings.coloring, SurfaceColoring::Resolution);
+  ImGui::Checkbox("Relief: hollows are darker", &settings.occlusion);
   Text("At most");
   auto triangles = static_cast<float>(settings.triangles) / 1e6f;
   if (ImGui::SliderFloat("million triangles", &triangles, 0.01f, 20.0f, "%.2f",

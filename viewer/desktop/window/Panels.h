@@ -27,6 +27,7 @@ struct ViewSettings
   DetailMode detail = DetailMode::View;
   Turning turning = Turning::Upright;
   SurfaceColoring coloring = SurfaceColoring::Own;
+  bool occlusion = true;
   unsigned rings = 1;
   std::uint64_t triangles = 0, memory = 0; // budgets
   bool fetchAhead = true;

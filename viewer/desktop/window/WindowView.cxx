@@ -11,7 +11,8 @@
 #include "viewer/desktop/window/WindowInput.h"
 #include "viewer/desktop/window/WindowSession.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/session/SceneLook.h"
+#include "viewer/session/look/OcclusionClock.h"
+#include "viewer/session/look/SceneLook.h"
 
 #include <vtkRenderer.h>
 
@@ -64,11 +65,20 @@ ViewSettings SettingsOf(const ViewOptions& options)
   ViewSettings settings;
   settings.detail = options.detail;
   settings.coloring = options.coloring;
+  settings.occlusion = options.occlusion;
   settings.rings = options.rings;
   settings.triangles = options.triangles;
   settings.memory = options.memory;
   return settings;
 }
+
+// What the model is seen as.
+struct SceneSight
+{
+  std::uint64_t surfaceVersion = 0;
+  Vec3 eye, focal, up;
+  bool operator==(const SceneSight&) const = default;
+};
 
 // One window, one person, one session.
 class WindowView
@@ -89,6 +99,7 @@ private:
   void TakeNews();
   void GoBack();
   void Frame();
+  void DrawPicture();
   void Layout();
   PanelFacts Facts() const;
   void Apply(const ViewSettings& settings);
@@ -102,6 +113,7 @@ private:
   {
     return std::max(turningSeconds, this->FrameSeconds / turningShare);
   }
+  bool OwesOcclusion(double now) { return this->LacksOcclusion && this->Occlusion.Has(false, now); }
   bool PreviewsTurn() const { return this->Shelf && this->Shelf->AnyIsShown(); }
 
   ViewOptions Options;
@@ -122,6 +134,9 @@ private:
 
   std::vector<Tile> Tiles;
   Viewport View;
+  OcclusionClock Occlusion;
+  bool LacksOcclusion = false;    // the picture, which is to have it
+  std::optional<SceneSight> Seen; // in the last picture
   bool PressIsOfWords = false;
   bool Ended = false;
   // After each change: panels take their size in the second.
@@ -147,7 +162,6 @@ WindowView::WindowView(std::string program, const ViewOptions& options,
   window.AddRenderer(this->Ground);
   this->Scene.Renderer().SetLayer(modelLayer);
   this->Scene.Renderer().PreserveColorBufferOff();
-  this->Scene.SetStyle({ this->Settings.coloring });
   window.AddRenderer(&this->Scene.Renderer());
   this->Session.SetAhead(aheadBytes);
 }
@@ -162,7 +176,8 @@ void WindowView::Run()
     this->WakeIf(this->Display->TakeDamage());
     const double now = Now();
     const bool turns = this->PreviewsTurn() && now - this->LastTurn >= this->TurningPause();
-    if (this->FramesLeft > 0 || turns || this->Session.Viewer().GetStatus().coasting)
+    if (this->FramesLeft > 0 || turns || this->OwesOcclusion(now) ||
+        this->Session.Viewer().GetStatus().coasting)
     {
       this->Frame();
     }
@@ -179,7 +194,8 @@ double WindowView::Wait()
   const bool waits = this->Session.IsOpening() || !this->Session.Viewer().IsIdle() ||
                      (this->Shelf && this->Shelf->IsLoading());
   const double turning = this->PreviewsTurn() ? this->LastTurn + this->TurningPause() - Now() : 1;
-  return std::clamp(waits ? 0.01 : turning, 0.0, 0.2);
+  const bool soon = waits || this->LacksOcclusion;
+  return std::clamp(soon ? 0.01 : turning, 0.0, 0.2);
 }
 
 // ---- what people do
@@ -357,13 +373,33 @@ void WindowView::Frame()
   {
     this->FramesLeft = std::max(this->FramesLeft, 1);
   }
-  this->Display->Window().Render();
+  this->DrawPicture();
   this->LastFrame = begin;
   this->FrameSeconds = Now() - begin;
   this->Session.EndFrame(this->FrameSeconds, this->Input.Touching());
   this->Report.AddFrame(this->Session.Viewer().GetStatus());
   this->Apply(settings);
   this->Fulfil(wishes);
+}
+
+// With occlusion, where that is wanted and quick enough for a view that moves.
+void WindowView::DrawPicture()
+{
+  const double begin = Now();
+  const ViewerScene scene = this->Session.Viewer().Scene();
+  const SceneSight sight{ scene.surfaceVersion, scene.eye, scene.focal, scene.up };
+  const bool moves = this->Seen != sight;
+  const bool fresh = !this->Seen || this->Seen->surfaceVersion != sight.surfaceVersion;
+  const bool may = this->Occlusion.Has(moves, begin);
+  this->Seen = sight;
+  this->LacksOcclusion = this->Settings.occlusion && !may;
+  this->Scene.SetStyle({ this->Settings.coloring, false, this->Settings.occlusion && may });
+  this->Display->Window().Render();
+  const double end = Now();
+  if (!fresh)
+  {
+    this->Occlusion.Drawn(this->Settings.occlusion && may, end - begin, end);
+  }
 }
 
 // Which part of the window the model has.
@@ -435,7 +471,6 @@ void WindowView::Apply(const ViewSettings& settings)
     this->Session.SetBudgets(settings.triangles, settings.memory);
   }
   this->Session.SetAhead(settings.fetchAhead ? aheadBytes : 0);
-  this->Scene.SetStyle({ settings.coloring });
   this->FramesLeft = 2;
 }
 
@@ -484,6 +519,7 @@ void WindowView::TakePicture()
 Status WindowView::WriteModelPicture(const std::string& file)
 {
   this->Interface.SetVisible(false);
+  this->Scene.SetStyle({ this->Settings.coloring, false, this->Settings.occlusion });
   const auto picture = Pixels(this->Display->Window());
   this->Interface.SetVisible(true);
   KDSTREAM_TRY(picture);

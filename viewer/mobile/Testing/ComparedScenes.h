@@ -2,8 +2,8 @@
 // The scenes that both renderers draw: the same for DrawWithVtk and TestGlesAgainstVtk.
 #pragma once
 
-#include "viewer/session/Palette.h"
 #include "viewer/session/SessionTypes.h"
+#include "viewer/session/look/Palette.h"
 
 #include <string>
 #include <vector>
@@ -32,6 +32,8 @@ bool HasDragon();
 inline constexpr const char* usualSuffix = ".vtk.png";
 inline constexpr const char* blackSuffix = ".vtk.black.png";
 inline constexpr const char* whiteSuffix = ".vtk.white.png";
+// With occlusion.
+inline constexpr const char* hollowSuffix = ".vtk.hollow.png";
 inline constexpr const char* darkerSuffix = ".vtk.darker.png";
 
 }

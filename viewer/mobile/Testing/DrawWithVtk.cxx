@@ -44,6 +44,11 @@ Status DrawAll(const ComparedScene& compared)
   {
     KDSTREAM_TRY(status);
   }
+  style.occlusion = true;
+  drawn.SetStyle(style);
+  KDSTREAM_TRY(DrawTo(compared.name + hollowSuffix, **window));
+  style.occlusion = false;
+  drawn.SetStyle(style);
   auto* fill = vtkLight::SafeDownCast(drawn.Renderer().GetLights()->GetItemAsObject(1));
   fill->SwitchOff();
   KDSTREAM_TRY(DrawTo(compared.name + darkerSuffix, **window));

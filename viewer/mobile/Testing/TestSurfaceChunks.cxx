@@ -3,10 +3,10 @@
 #include "Testing/Fixtures/Model.h"
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/mobile/Testing/GlesTools.h"
-#include "viewer/session/SceneRules.h"
-#include "viewer/session/SplatRadii.h"
 #include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/look/VertexNormals.h"
 
 #include <map>
 #include <random>

@@ -4,7 +4,7 @@
 
 #include "filters/model/ModelJson.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/SceneRules.h"
+#include "viewer/session/look/SceneRules.h"
 
 #include <algorithm>
 #include <utility>
@@ -145,7 +145,7 @@ std::string PageSession::ModelsJson() const
   return json.Text();
 }
 
-void PageSession::Describe(JsonWriter& json, bool gliding) const
+void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
   const ViewerScene scene = this->Viewer.Scene();
@@ -163,7 +163,7 @@ void PageSession::Describe(JsonWriter& json, bool gliding) const
     .Member("blobsWanted", status.blobsWanted)
     .Member("bytesLoaded", status.bytesLoaded)
     .Member("error", status.error.empty() ? this->Refusal : status.error)
-    .Member("idle", this->Viewer.IsIdle() && !gliding)
+    .Member("idle", this->Viewer.IsIdle() && !isOnItsWay)
     .Member("canUndo", status.canUndo)
     .Member("turnsOn", status.coasting)
     .Member("surface", scene.surfaceVersion)

@@ -36,9 +36,9 @@ public:
 
   // [{"id","title","vertices","triangles"}], the models of the list.
   std::string ModelsJson() const;
-  // What to tell the person, into an object; page.js tells the members. gliding: whether what is
-  // drawn still moves to its place.
-  void Describe(JsonWriter& json, bool gliding) const;
+  // What to tell the person, into an object; page.js tells the members. isOnItsWay:
+  // whether what is drawn is not yet what it comes to.
+  void Describe(JsonWriter& json, bool isOnItsWay) const;
 
 private:
   void Send(double now);

@@ -11,6 +11,7 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/web/PageSession.h"
+#include "viewer/session/look/OcclusionClock.h"
 
 #include <emscripten/emscripten.h>
 #include <emscripten/html5.h>
@@ -46,6 +47,7 @@ struct PictureState
   Viewport viewport;
   SurfaceColoring coloring = SurfaceColoring::Own;
   double glided = 1;
+  bool occluded = false;
   bool operator==(const PictureState&) const = default;
 };
 
@@ -62,6 +64,8 @@ struct WebViewer
   double nextSurface = 0; // time of the next one, while parts keep coming
   bool mayGlide = false;
   GlideClock glide;
+  OcclusionClock occlusion;
+  double lastPicture = -1; // begin of the last frame, where the view moved in it; else below 0
   std::uint64_t frames = 0;
   std::string drawingError;
 
@@ -101,6 +105,22 @@ double TimeOfNextSurface(double begin, double end)
   return end + std::min(2 * (end - begin), 1.0);
 }
 
+// Whether the picture has occlusion. How quick the device is shows in the time to the browser's
+// next frame: what draws works on after Draw has returned.
+bool ChooseOcclusion(WebViewer& viewer, PictureState state, double now)
+{
+  const std::optional<PictureState>& last = viewer.drawn;
+  state.occluded = last && last->occluded;
+  if (viewer.lastPicture >= 0)
+  {
+    viewer.occlusion.Drawn(state.occluded, now - viewer.lastPicture, now);
+  }
+  const bool moves = last != state;
+  const bool fresh = !last || last->surfaceVersion != state.surfaceVersion;
+  viewer.lastPicture = moves && !fresh ? now : -1;
+  return viewer.occlusion.Has(moves, now);
+}
+
 // Draws if anything has changed; whether it did. A new surface that glides looks at first as the
 // one before it, and counts its time from there.
 bool Draw(WebViewer& viewer)
@@ -119,13 +139,15 @@ bool Draw(WebViewer& viewer)
   const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != scene.surfaceVersion;
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
-  const PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
+  PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
     viewer.coloring, glided };
+  state.occluded = ChooseOcclusion(viewer, state, begin);
   if (viewer.drawn == state)
   {
     return false;
   }
   viewer.renderer->SetGlided(glided);
+  viewer.renderer->SetOcclusion(state.occluded);
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
   viewer.drawingError = drawn ? "" : drawn.GetError().message;
   viewer.drawn = state;
@@ -415,8 +437,10 @@ extern "C"
     kdstream::JsonWriter json;
     json.BeginObject();
     const bool gliding = viewer->drawn && viewer->drawn->glided < 1;
-    viewer->page.Describe(json, gliding);
+    const bool plain = viewer->drawn && !viewer->drawn->occluded;
+    viewer->page.Describe(json, gliding || plain);
     json.Member("gliding", gliding)
+      .Member("plain", plain)
       .Member("frames", viewer->frames)
       .Member("drawingError", viewer->drawingError)
       .EndObject();

@@ -68,12 +68,16 @@ const functions = {
   glCreateProgram: () => numberOf(gl.createProgram()),
   glCreateShader: (kind) => numberOf(gl.createShader(kind)),
   glDeleteBuffers: deleteSome("deleteBuffer"),
+  glDeleteFramebuffers: deleteSome("deleteFramebuffer"),
+  glDeleteTextures: deleteSome("deleteTexture"),
   glDeleteVertexArrays: deleteSome("deleteVertexArray"),
   glGenBuffers: makeSome("createBuffer"),
+  glGenFramebuffers: makeSome("createFramebuffer"),
+  glGenTextures: makeSome("createTexture"),
   glGenVertexArrays: makeSome("createVertexArray"),
-  // Asked for the version alone.
+  // Asked for the version, and for the framebuffer, which is the canvas's.
   glGetIntegerv(name, begin) {
-    integers(begin, 1)[0] = gl ? 3 : 0;
+    integers(begin, 1)[0] = gl && name !== gl.DRAW_FRAMEBUFFER_BINDING ? 3 : 0;
   },
   glGetProgramInfoLog: (program, most, length, begin) => putText(gl.getProgramInfoLog(thingOf(program)), most, begin),
   glGetProgramiv(program, name, begin) {
@@ -100,9 +104,10 @@ const functions = {
 
 // All others are as in WebGL; beside them the places of their arguments that are objects.
 const alike = [
-  ["", "clear colorMask depthFunc depthMask disable disableVertexAttribArray drawArrays drawElements enable enableVertexAttribArray getError vertexAttrib4f vertexAttribPointer viewport"],
-  ["0", "bindVertexArray compileShader linkProgram uniform1f uniform3f uniform4f useProgram"],
-  ["1", "bindBuffer"],
+  ["", "activeTexture blendFunc checkFramebufferStatus clear colorMask depthFunc depthMask disable disableVertexAttribArray drawArrays drawElements enable enableVertexAttribArray getError texParameteri texStorage2D vertexAttrib4f vertexAttribPointer viewport"],
+  ["0", "bindVertexArray compileShader linkProgram uniform1f uniform1i uniform3f uniform4f useProgram"],
+  ["1", "bindBuffer bindFramebuffer bindTexture"],
+  ["3", "framebufferTexture2D"],
   ["01", "attachShader"],
 ];
 for (const [objects, names] of alike) {

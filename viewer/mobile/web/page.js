@@ -25,6 +25,7 @@
 //     trouble       why nothing comes, or ""
 //     stale         what the list says of the selected model: "removed", "replaced" or ""
 //     gliding       whether new vertices are on the way to their places
+//     plain         whether hollows are still to become darker, once a slow device's view rests
 //     frames        pictures drawn so far; drawingError: why the last one could not be
 
 import { Fingers } from "./fingers.js";
@@ -246,10 +247,11 @@ function wake() {
 function drawFrame() {
   frameAsked = false;
   fingers.flush();
-  viewer.frame();
+  const drawn = viewer.frame();
   line.exchange();
   show();
-  if (lastStatus.turnsOn) {
+  // After each picture one frame more: it tells how quick the device is.
+  if (drawn || lastStatus.plain || lastStatus.turnsOn) {
     wake();
   }
 }

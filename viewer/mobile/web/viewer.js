@@ -152,9 +152,9 @@ class Viewer {
     this.#call("Resize", width, height, pixelRatio);
   }
 
-  // Draws what has changed.
+  // Draws what has changed; whether anything had.
   frame() {
-    this.#call("Frame");
+    return this.#call("Frame") === 1;
   }
 
   // ---- the line to the server

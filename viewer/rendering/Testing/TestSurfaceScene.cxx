@@ -4,7 +4,7 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "viewer/rendering/Testing/RenderTools.h"
 
-#include "viewer/session/Palette.h"
+#include "viewer/session/look/Palette.h"
 
 #include <vtkActorCollection.h>
 #include <vtkCamera.h>

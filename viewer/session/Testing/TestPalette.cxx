@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/Palette.h"
+#include "viewer/session/look/Palette.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/SceneRules.h"
+#include "viewer/session/look/SceneRules.h"
 
 #include "viewer/session/Geometry.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/look/VertexNormals.h"
 
 #include <gtest/gtest.h>
 

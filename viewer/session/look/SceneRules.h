@@ -6,8 +6,8 @@
 #include "filters/core/Result.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/Palette.h"
-#include "viewer/session/VertexNormals.h"
+#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/VertexNormals.h"
 
 #include <array>
 #include <cstddef>

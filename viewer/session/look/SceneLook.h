@@ -35,7 +35,8 @@ struct SceneMaterial
 };
 inline constexpr SceneMaterial sceneMaterial{ 0.06, 0.88, 0.14, 30.0 };
 
-inline constexpr Vec3 backgroundBottom{ 0.36, 0.37, 0.39 }; // red, green, blue: 0-1
-inline constexpr Vec3 backgroundTop{ 0.13, 0.14, 0.16 };
+// Red, green, blue: 0-1. Whole 255ths, since VTK cuts a gradient's ends to these.
+inline constexpr Vec3 backgroundBottom{ 91.0 / 255.0, 94.0 / 255.0, 99.0 / 255.0 };
+inline constexpr Vec3 backgroundTop{ 33.0 / 255.0, 35.0 / 255.0, 40.0 / 255.0 };
 
 }

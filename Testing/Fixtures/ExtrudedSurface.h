@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A surface with grooves and ridges along y, for tests of how relief is drawn.
+#pragma once
+
+#include "filters/core/drawing/Surface.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream::test
+{
+
+// A line of (x, z), x rising, drawn along y from -2 to 2; seen from +z it shows its front.
+inline Surface Extruded(const std::vector<std::array<double, 2>>& line)
+{
+  Surface surface;
+  for (const auto& [x, z] : line)
+  {
+    for (const double y : { -2.0, 2.0 })
+    {
+      surface.sources.push_back(
+        { Resolution::Level(7), MakeKey(0, static_cast<std::uint32_t>(surface.points.size())) });
+      surface.points.push_back({ x, y, z });
+    }
+  }
+  for (VertexId i = 0; i + 3 < surface.points.size(); i += 2)
+  {
+    surface.triangles.push_back({ i, i + 2, i + 1 });
+    surface.triangles.push_back({ i + 1, i + 2, i + 3 });
+  }
+  return surface;
+}
+
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Ambient occlusion in the phone's picture: the passes of viewer/session/look/OcclusionShaders.h
+// with OpenGL ES 3.0. Internal to viewer/mobile.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <GLES3/gl3.h>
+
+#include <array>
+#include <cstddef>
+#include <memory>
+
+namespace kdstream
+{
+
+// How the picture is projected: the scales of x and y, and the two terms of the depth.
+using GlesProjection = std::array<float, 4>;
+
+// Threads and context: as GlesRenderer's.
+class GlesOcclusion
+{
+public:
+  // Errors: those of MakeProgram.
+  static Result<std::unique_ptr<GlesOcclusion>> Make();
+  ~GlesOcclusion();
+  GlesOcclusion(const GlesOcclusion&) = delete;
+  GlesOcclusion& operator=(const GlesOcclusion&) = delete;
+
+  // The context was lost: nothing is deleted.
+  void Forget();
+
+  // Binds a framebuffer of half the picture's sides for the depths of the model, and clears it;
+  // draw it there. False where there is no memory for it: then the picture goes without.
+  bool BeginDepths(const Viewport& picture);
+  // Finds the occluded light, and binds again what was bound before BeginDepths. REQUIRES: an
+  // empty vertex array is bound.
+  void EndDepths(const GlesProjection& projection);
+  // Darkens the picture, where something is nearer than the background. REQUIRES: an empty vertex
+  // array is bound; the depths of the picture are in the bound framebuffer.
+  void Darken();
+
+private:
+  struct Target
+  {
+    GLuint texture = 0, framebuffer = 0;
+  };
+  enum Index : std::size_t
+  {
+    depths, // drawn by the renderer
+    occluded,
+    mean,
+    count
+  };
+
+  GlesOcclusion() = default;
+  bool Resize(int width, int height);
+  void Free();
+  void Use(GLuint program, const GlesProjection& projection) const;
+  void Fill(Index target) const;
+
+  GLuint Occlude = 0, Average = 0, Light = 0; // programs
+  std::array<Target, count> Targets{};
+  int Width = 0, Height = 0; // of the targets; 0 where there are none
+  Viewport Picture;
+  GLint Before = 0; // the framebuffer
+};
+
+}

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Hollows in the phone's pictures: darker where they should be, nothing else anywhere.
+#include "Testing/Fixtures/ExtrudedSurface.h"
+#include "viewer/mobile/Testing/GlesTools.h"
+
+#include <cmath>
+#include <string>
+
+namespace kdstream::test
+{
+namespace
+{
+
+constexpr int width = 201, height = 150; // odd, so that half of it is not exact
+
+ViewerScene SceneBefore(Surface surface, const Vec3& eye, double viewAngle = 0.6)
+{
+  ViewerScene scene = SceneOf(std::move(surface));
+  scene.eye = eye;
+  scene.focal = { 0, 0, 0 };
+  scene.viewAngle = viewAngle;
+  return scene;
+}
+
+struct Pair
+{
+  Image plain, occluded;
+};
+
+Pair DrawBoth(Easel& easel, const ViewerScene& scene)
+{
+  easel.renderer->SetOcclusion(false);
+  Pair pair;
+  pair.plain = easel.Draw(scene);
+  easel.renderer->SetOcclusion(true);
+  pair.occluded = easel.Draw(scene);
+  return pair;
+}
+
+// How much light is left at a pixel, of 1.
+double LeftAt(const Pair& pair, int x, int y)
+{
+  const std::size_t i = 3 * static_cast<std::size_t>(y * width + x);
+  return static_cast<double>(pair.occluded[i]) / pair.plain[i];
+}
+
+// Whichever way a plane leans, and however wide the angle.
+TEST(GlesOcclusion, APlaneStaysAsItIs)
+{
+  for (const double slope : { 0.0, 0.5, -1.0, 2.0 })
+  {
+    for (const double viewAngle : { 0.2, 1.2 })
+    {
+      SCOPED_TRACE(std::to_string(slope) + ", " + std::to_string(viewAngle));
+      Easel easel(width, height);
+      const double distance = 1.5 / std::tan(0.5 * viewAngle);
+      const Pair pair = DrawBoth(easel,
+        SceneBefore(Extruded({ { -1, -slope }, { 1, slope } }), { 0, 0, distance }, viewAngle));
+      EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
+    }
+  }
+}
+
+// A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. As much
+// whatever the size of the model, and however far it is from the origin.
+TEST(GlesOcclusion, AGrooveIsDark)
+{
+  const std::vector<std::array<double, 2>> profile{ { -1, 0 }, { -0.15, 0 }, { 0, -0.3 },
+    { 0.15, 0 }, { 1, 0 } };
+  for (const double unit : { 1.0, 1e-6, 1e7 })
+  {
+    SCOPED_TRACE(unit);
+    Surface groove = Extruded(profile);
+    for (Vec3& point : groove.points)
+    {
+      point = point * unit;
+    }
+    Easel easel(width, height);
+    ViewerScene scene = SceneBefore(std::move(groove), { 0, 0, 5 * unit });
+    scene.up = { 0, 1, 0 };
+    const Pair pair = DrawBoth(easel, scene);
+    const double bottom = LeftAt(pair, 100, 75), wall = LeftAt(pair, 104, 75),
+                 beside = LeftAt(pair, 130, 75);
+    EXPECT_LT(bottom, 0.55);
+    EXPECT_LT(bottom, wall - 0.05);
+    EXPECT_LT(wall, 0.95);
+    EXPECT_GT(beside, 0.97);
+  }
+  std::vector<std::array<double, 2>> ridge = profile;
+  ridge[2][1] = 0.3;
+  Easel easel(width, height);
+  const Pair pair = DrawBoth(easel, SceneBefore(Extruded(ridge), { 0, 0, 5 }));
+  EXPECT_GT(LeftAt(pair, 100, 75), 0.97);
+  EXPECT_LT(LeftAt(pair, 108, 75), 0.9); // its foot
+}
+
+// What is far behind is not darkened by what stands before it, nor is the background, not at
+// outlines either.
+TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
+{
+  Surface two = Extruded({ { -1, 0 }, { 1, 0 } });
+  const Surface before = Extruded({ { -0.2, 3 }, { 0.2, 3 } });
+  for (const Triangle& t : before.triangles)
+  {
+    const auto first = static_cast<VertexId>(two.points.size());
+    two.triangles.push_back({ t[0] + first, t[1] + first, t[2] + first });
+  }
+  two.points.insert(two.points.end(), before.points.begin(), before.points.end());
+  two.sources.insert(two.sources.end(), before.sources.begin(), before.sources.end());
+  Easel easel(width, height);
+  const Pair pair = DrawBoth(easel, SceneBefore(std::move(two), { 0, 0, 8 }));
+  EXPECT_NE(pair.plain[0], pair.plain[3 * (75 * width + 100)]); // there is a background
+  EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
+}
+
+TEST(GlesOcclusion, FollowsSizesAndSurvivesALostContext)
+{
+  const ViewerScene scene = SceneOf(BumpySphere(40));
+  Easel easel(width, height);
+  const Pair pair = DrawBoth(easel, scene);
+  EXPECT_GT(Compare(pair.plain, pair.occluded).mean, 0.3);
+  for (const Viewport& other :
+    { Viewport{ 64, 48, 1 }, Viewport{ 1, 1, 1 }, Viewport{ 2, 149, 1 } })
+  {
+    ASSERT_TRUE(easel.renderer->Draw(scene, other));
+  }
+  EXPECT_EQ(easel.Draw(scene), pair.occluded);
+  // The context is still there, so what is forgotten stays in it until it ends.
+  easel.renderer->Forget();
+  EXPECT_EQ(easel.Draw(scene), pair.occluded);
+}
+
+TEST(GlesOcclusion, NothingIsDrawnWithoutATriangle)
+{
+  ViewerScene scene = SceneOf(Surface());
+  scene.box = {};
+  Easel easel(width, height);
+  const Pair pair = DrawBoth(easel, scene);
+  EXPECT_EQ(pair.plain, pair.occluded);
+}
+
+}
+}

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Ambient occlusion in a VTK renderer's picture: see SceneOcclusion.h.
+#include "viewer/rendering/SceneOcclusion.h"
+
+#include "viewer/session/look/OcclusionShaders.h"
+
+#include <vtkCamera.h>
+#include <vtkOpenGLFramebufferObject.h>
+#include <vtkOpenGLQuadHelper.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+#include <vtkRenderer.h>
+#include <vtkShaderProgram.h>
+#include <vtkTextureObject.h>
+
+#include <GL/gl.h> // names of states; nothing of it is called
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+// As far away as can be, so that the depth test tells the model from the background. Both
+// attributes say where a corner is; VTK complains of one that is not used.
+constexpr const char* vertexShader = R"(//VTK::System::Dec
+in vec4 ndCoordIn;
+in vec2 texCoordIn;
+void main()
+{
+  gl_Position = vec4(0.5 * ndCoordIn.xy + texCoordIn - 0.5, 1.0, 1.0);
+})";
+constexpr const char* header = "//VTK::System::Dec\n";
+
+// Of each 2 × 2 pixels of an area (its left and bottom in the window, its width and height) the
+// depth in their middle: the mean of two samples that lie on either side of it, where these are of
+// one surface; of clouds, whose splats are not, one of them.
+std::string GatherShader(int samples)
+{
+  const bool many = samples > 1;
+  return std::string(header) + "#define SAMPLES sampler2D" + (many ? "MS" : "") +
+         "\nconst int lastSample = " + std::to_string(many ? samples - 1 : 0) + R"(;
+uniform SAMPLES depths;
+uniform vec4 area;
+uniform vec4 projection;
+uniform vec4 grid;
+uniform float likeness; // of one surface: the most between them, of the reach
+out vec4 fragment;
+float distanceOf(float depth)
+{
+  return projection.w / (2.0 * depth - 1.0 + projection.z);
+}
+void main()
+{
+  vec2 pixel = 2.0 * floor(gl_FragCoord.xy);
+  vec2 most = area.zw - 1.0;
+  float one = texelFetch(depths, ivec2(area.xy + min(pixel, most)), lastSample).x;
+  float other = texelFetch(depths, ivec2(area.xy + min(pixel + 1.0, most)), 0).x;
+  float between = abs(distanceOf(one) - distanceOf(other));
+  bool alike = max(one, other) < 1.0 && between < likeness * grid.w * distanceOf(one);
+  fragment = vec4(alike ? 0.5 * (one + other) : one);
+})";
+}
+
+std::string WithDepths(const char* shader)
+{
+  return std::string(header) + shaders::occlusionDepths + shader;
+}
+
+}
+
+// Of the window: what the renderer draws into, in pixels; and its projection.
+struct SceneOcclusion::Area
+{
+  std::array<float, 4> place;
+  std::array<int, 2> half;
+  std::array<float, 4> projection;
+  float likeness;
+  std::array<float, 4> Grid() const
+  {
+    const auto reach = static_cast<float>(occlusionReach);
+    const auto height = static_cast<float>(this->half[1]);
+    return { static_cast<float>(this->half[0]), height, reach * height,
+      2.0f * reach / this->projection[1] };
+  }
+};
+
+SceneOcclusion::SceneOcclusion() = default;
+SceneOcclusion::~SceneOcclusion() = default;
+
+// Makes textures and programs for the window where they are another's or of another size.
+bool SceneOcclusion::Prepare(
+  vtkOpenGLRenderWindow& window, vtkTextureObject& depths, const Area& area)
+{
+  const int samples = static_cast<int>(depths.GetSamples());
+  if (&window != this->Window || samples != this->Samples || !this->Gather)
+  {
+    this->Window = &window;
+    this->Samples = samples;
+    this->Sides[0] = 0;
+    const auto make = [&window](const std::string& fragmentShader)
+    {
+      return std::make_unique<vtkOpenGLQuadHelper>(
+        &window, vertexShader, fragmentShader.c_str(), "");
+    };
+    this->Gather = make(GatherShader(samples));
+    this->Occlude = make(WithDepths(shaders::occlusionFragment));
+    this->Average = make(WithDepths(shaders::occlusionMeanFragment));
+    this->Light = make(std::string(header) + shaders::occlusionLightFragment);
+  }
+  for (const auto* pass : { &this->Gather, &this->Occlude, &this->Average, &this->Light })
+  {
+    if (!(*pass)->Program || !(*pass)->Program->GetCompiled())
+    {
+      return false;
+    }
+  }
+  if (this->Sides[0] != area.half[0] || this->Sides[1] != area.half[1])
+  {
+    for (vtkTextureObject* texture : { this->Depths.Get(), this->Occluded.Get(), this->Mean.Get() })
+    {
+      texture->ReleaseGraphicsResources(&window);
+      texture->SetContext(&window);
+      const int filter =
+        texture == this->Mean ? vtkTextureObject::Linear : vtkTextureObject::Nearest;
+      texture->SetMinificationFilter(filter);
+      texture->SetMagnificationFilter(filter);
+      texture->SetWrapS(vtkTextureObject::ClampToEdge);
+      texture->SetWrapT(vtkTextureObject::ClampToEdge);
+      texture->Allocate2D(static_cast<unsigned>(area.half[0]), static_cast<unsigned>(area.half[1]),
+        1, texture == this->Depths ? VTK_FLOAT : VTK_UNSIGNED_CHAR);
+    }
+    this->Framebuffer->SetContext(&window);
+    std::copy(area.half.begin(), area.half.end(), this->Sides);
+  }
+  return true;
+}
+
+// Fills what is bound with what the pass computes.
+void SceneOcclusion::Run(
+  vtkOpenGLQuadHelper& pass, const Area& area, vtkTextureObject& depths, vtkTextureObject* occluded)
+{
+  this->Window->GetShaderCache()->ReadyShaderProgram(pass.Program);
+  depths.Activate();
+  pass.Program->SetUniformi("depths", depths.GetTextureUnit());
+  if (occluded)
+  {
+    occluded->Activate();
+    pass.Program->SetUniformi("occluded", occluded->GetTextureUnit());
+  }
+  pass.Program->SetUniform4f("area", area.place.data());
+  pass.Program->SetUniform4f("grid", area.Grid().data());
+  pass.Program->SetUniform4f("projection", area.projection.data());
+  pass.Program->SetUniformf("likeness", area.likeness);
+  pass.Program->SetUniformf("strength", static_cast<float>(occlusionStrength));
+  pass.Render();
+  if (occluded)
+  {
+    occluded->Deactivate();
+  }
+  depths.Deactivate();
+}
+
+void SceneOcclusion::FindOcclusion(vtkTextureObject& depths, const Area& area)
+{
+  vtkOpenGLState* state = this->Window->GetState();
+  state->PushFramebufferBindings();
+  const auto fill = [&](vtkTextureObject& target, vtkOpenGLQuadHelper& pass,
+                      vtkTextureObject& source, vtkTextureObject* occluded)
+  {
+    this->Framebuffer->Bind();
+    this->Framebuffer->AddColorAttachment(0, &target);
+    this->Framebuffer->ActivateDrawBuffer(0);
+    this->Run(pass, area, source, occluded);
+  };
+  state->vtkglViewport(0, 0, area.half[0], area.half[1]);
+  state->vtkglScissor(0, 0, area.half[0], area.half[1]);
+  fill(*this->Depths, *this->Gather, depths, nullptr);
+  fill(*this->Occluded, *this->Occlude, *this->Depths, nullptr);
+  fill(*this->Mean, *this->Average, *this->Depths, this->Occluded);
+  state->PopFramebufferBindings();
+}
+
+void SceneOcclusion::Darken(vtkRenderer& renderer, bool isCloud)
+{
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer.GetRenderWindow());
+  vtkOpenGLFramebufferObject* drawn = window ? window->GetRenderFramebuffer() : nullptr;
+  vtkTextureObject* depths = drawn ? drawn->GetDepthAttachmentAsTextureObject() : nullptr;
+  int left = 0;
+  int bottom = 0;
+  int width = 0;
+  int height = 0;
+  renderer.GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
+  if (!depths || width < 1 || height < 1)
+  {
+    return;
+  }
+  vtkCamera* camera = renderer.GetActiveCamera();
+  const double scale = 1.0 / std::tan(camera->GetViewAngle() * std::numbers::pi / 360.0);
+  const double* range = camera->GetClippingRange();
+  const double depth = range[1] - range[0];
+  Area area{};
+  area.place = { static_cast<float>(left), static_cast<float>(bottom), static_cast<float>(width),
+    static_cast<float>(height) };
+  area.half = { HalfSide(width), HalfSide(height) };
+  area.projection = { static_cast<float>(scale * height / width), static_cast<float>(scale),
+    static_cast<float>(-(range[1] + range[0]) / depth),
+    static_cast<float>(-2.0 * range[1] * range[0] / depth) };
+  area.likeness = isCloud ? 0.0f : 0.5f;
+  if (!this->Prepare(*window, *depths, area))
+  {
+    return;
+  }
+  vtkOpenGLState* state = window->GetState();
+  const vtkOpenGLState::ScopedglViewport viewport(state);
+  const vtkOpenGLState::ScopedglScissor scissor(state);
+  const vtkOpenGLState::ScopedglDepthMask mask(state);
+  const vtkOpenGLState::ScopedglDepthFunc function(state);
+  const vtkOpenGLState::ScopedglBlendFuncSeparate blending(state);
+  const vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
+  const vtkOpenGLState::ScopedglEnableDisable test(state, GL_DEPTH_TEST);
+  state->vtkglDepthMask(GL_FALSE);
+  state->vtkglDisable(GL_BLEND);
+  state->vtkglDisable(GL_DEPTH_TEST);
+  this->FindOcclusion(*depths, area);
+  state->vtkglViewport(left, bottom, width, height);
+  state->vtkglScissor(left, bottom, width, height);
+  state->vtkglEnable(GL_BLEND);
+  state->vtkglBlendFuncSeparate(GL_ZERO, GL_SRC_COLOR, GL_ZERO, GL_ONE);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglDepthFunc(GL_GREATER);
+  this->Run(*this->Light, area, *this->Depths, this->Mean);
+}
+
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Ambient occlusion in a VTK renderer's picture: the passes of
+// viewer/session/look/OcclusionShaders.h. Internal to viewer/rendering.
+#pragma once
+
+#include <vtkNew.h>
+#include <vtkWeakPointer.h>
+
+#include <memory>
+
+class vtkOpenGLFramebufferObject;
+class vtkOpenGLQuadHelper;
+class vtkOpenGLRenderWindow;
+class vtkRenderer;
+class vtkTextureObject;
+class vtkWindow;
+
+namespace kdstream
+{
+
+// Threads: that of the window.
+class SceneOcclusion
+{
+public:
+  SceneOcclusion();
+  ~SceneOcclusion();
+  SceneOcclusion(const SceneOcclusion&) = delete;
+  SceneOcclusion& operator=(const SceneOcclusion&) = delete;
+
+  // Darkens what the renderer has drawn, before its window shows it: to be called at its EndEvent.
+  // Nothing where its window is not of OpenGL, or has no depths that can be read.
+  void Darken(vtkRenderer& renderer, bool isCloud);
+
+private:
+  struct Area;
+
+  bool Prepare(vtkOpenGLRenderWindow& window, vtkTextureObject& depths, const Area& area);
+  void FindOcclusion(vtkTextureObject& depths, const Area& area);
+  void Run(vtkOpenGLQuadHelper& pass, const Area& area, vtkTextureObject& depths,
+    vtkTextureObject* occluded);
+
+  vtkWeakPointer<vtkOpenGLRenderWindow> Window; // that the following are of
+  vtkNew<vtkOpenGLFramebufferObject> Framebuffer;
+  vtkNew<vtkTextureObject> Depths, Occluded, Mean;
+  std::unique_ptr<vtkOpenGLQuadHelper> Gather, Occlude, Average, Light;
+  int Samples = 0; // that Gather reads
+  int Sides[2]{};  // of the textures
+};
+
+}

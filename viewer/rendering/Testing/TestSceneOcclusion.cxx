@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Hollows in VTK's pictures: what is not the same with OpenGL ES (viewer/mobile/Testing has the
+// rest, and compares): windows, their parts, and what else is drawn in them.
+#include "Testing/Fixtures/ExtrudedSurface.h"
+#include "viewer/rendering/Testing/RenderTools.h"
+
+#include <vtkRenderer.h>
+
+namespace kdstream::test
+{
+namespace
+{
+
+constexpr int side = 160;
+constexpr TreeDepths depths{ 3, 7, 7 };
+
+Surface Groove()
+{
+  return Extruded({ { -3, 0 }, { -0.15, 0 }, { 0, -0.3 }, { 0.15, 0 }, { 3, 0 } });
+}
+
+void Show(const Stage& stage, bool occlusion)
+{
+  SceneStyle style;
+  style.occlusion = occlusion;
+  stage.scene->SetStyle(style);
+  ASSERT_TRUE(stage.scene->Update(Groove(), depths, { 0, 0, 0 }));
+  ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
+}
+
+int RedAt(const Picture& picture, int x, int y)
+{
+  return picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)];
+}
+
+Picture DrawGroove(bool occlusion, WindowBackend backend = WindowBackend::Egl, int samples = 4)
+{
+  const Stage stage(backend, side, side);
+  stage.window->SetMultiSamples(samples);
+  Show(stage, occlusion);
+  return stage.Draw();
+}
+
+// Where a picture has one sample a pixel too.
+TEST(SceneOcclusion, AGrooveIsDark)
+{
+  for (const int samples : { 0, 4 })
+  {
+    const Picture plain = DrawGroove(false, WindowBackend::Egl, samples);
+    const Picture hollow = DrawGroove(true, WindowBackend::Egl, samples);
+    EXPECT_LT(RedAt(hollow, side / 2, side / 2), 0.6 * RedAt(plain, side / 2, side / 2));
+    EXPECT_GE(RedAt(hollow, side / 4, side / 2), RedAt(plain, side / 4, side / 2) - 2);
+  }
+}
+
+TEST(SceneOcclusion, OsMesaDrawsTheSame)
+{
+  EXPECT_EQ(DrawGroove(true).rgb, DrawGroove(true, WindowBackend::OsMesa).rgb);
+}
+
+// Each in its own half of a window, one with hollows and one without; and again after a change of
+// size, and drawn into another window.
+TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
+{
+  const Stage stage(WindowBackend::Egl, 2 * side, side);
+  Show(stage, true);
+  stage.scene->Renderer().SetViewport(0.5, 0, 1, 1);
+  SurfaceScene left;
+  ASSERT_TRUE(left.Update(Groove(), depths, { 0, 0, 0 }));
+  ASSERT_TRUE(left.SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
+  left.Renderer().SetViewport(0, 0, 0.5, 1);
+  stage.window->AddRenderer(&left.Renderer());
+  const Picture plain = DrawGroove(false), hollow = DrawGroove(true);
+  for (int again = 0; again < 2; ++again)
+  {
+    const Picture both = stage.Draw();
+    ASSERT_EQ(both.width, 2 * side);
+    for (int y = 0; y < side; ++y)
+    {
+      for (int x = 0; x < side; ++x)
+      {
+        ASSERT_EQ(RedAt(both, x, y), RedAt(plain, x, y)) << x << ", " << y;
+        ASSERT_NEAR(RedAt(both, side + x, y), RedAt(hollow, x, y), 1) << x << ", " << y;
+      }
+    }
+    stage.window->SetSize(side, side / 2);
+    stage.Draw();
+    stage.window->SetSize(2 * side, side);
+  }
+  stage.window->RemoveRenderer(&left.Renderer());
+}
+
+// What is drawn after it in the same window is not touched, nor does it change the other's state.
+TEST(SceneOcclusion, LeavesWhatComesAfter)
+{
+  const Stage stage(WindowBackend::Egl, side, side);
+  Show(stage, true);
+  SurfaceScene over;
+  const Surface small = Extruded({ { -0.5, 0 }, { 0.5, 0 } });
+  ASSERT_TRUE(over.Update(small, depths, { 0, 0, 0 }));
+  ASSERT_TRUE(over.SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
+  stage.window->SetNumberOfLayers(2);
+  over.Renderer().SetLayer(1);
+  stage.window->AddRenderer(&over.Renderer());
+  const Picture with = stage.Draw();
+  Show(stage, false);
+  const Picture without = stage.Draw();
+  EXPECT_EQ(RedAt(with, side / 2, side / 2), RedAt(without, side / 2, side / 2));
+  EXPECT_EQ(RedAt(with, side / 2 + 4, side / 3), RedAt(without, side / 2 + 4, side / 3));
+  stage.window->RemoveRenderer(&over.Renderer());
+}
+
+}
+}

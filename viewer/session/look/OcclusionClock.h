@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which pictures have occlusion (OcclusionShaders.h): all of them on a quick device; on a slow one
+// those of a view that rests.
+#pragma once
+
+namespace kdstream
+{
+
+// Times are seconds of a steady clock.
+class OcclusionClock
+{
+public:
+  static constexpr double slowFrame = 0.045;
+  static constexpr int slowFrames = 3; // one after the other: the device is slow
+  static constexpr double pause = 10;  // then it is tried again
+  static constexpr double stillness = 0.25;
+
+  // Whether a picture that is drawn now has it. moves: it is another than the last one.
+  bool Has(bool moves, double now)
+  {
+    this->Moves = moves;
+    if (moves)
+    {
+      this->LastMove = now;
+    }
+    return now >= this->PausesUntil || now - this->LastMove >= stillness;
+  }
+
+  // A picture came onto the screen. seconds: since the one before it, where these follow each
+  // other; its own time, where that is known. Waiting for new surfaces does not count.
+  void Drawn(bool occluded, double seconds, double now)
+  {
+    if (!this->Moves || !occluded)
+    {
+      return;
+    }
+    this->Slow = seconds > slowFrame ? this->Slow + 1 : 0;
+    if (this->Slow >= slowFrames)
+    {
+      this->Slow = 0;
+      this->PausesUntil = now + pause;
+    }
+  }
+
+  // Whether the picture with it is still to come once the view has rested.
+  bool Waits(double now) const
+  {
+    return now < this->PausesUntil && now - this->LastMove < stillness;
+  }
+
+private:
+  double LastMove = -1e9, PausesUntil = -1e9;
+  bool Moves = false;
+  int Slow = 0;
+};
+
+}

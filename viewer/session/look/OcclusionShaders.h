@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Ambient occlusion in screen space: what every renderer computes from the depths of a picture, in
+// shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the README's
+// picture.
+//
+// Where a surface is hollow, light from around reaches it less: grooves, folds and the feet of what
+// stands out become darker, also on the side that is away from the lights. Around each place
+// horizons are looked for along lines across the picture, always in two opposite directions at once
+// (Bavoil, Sainz, Dimitrov: Image-Space Horizon-Based Ambient Occlusion, SIGGRAPH 2008): on a
+// plane, however it leans, one rises by what the other sinks, so that no normals are needed. How
+// far is looked is a share of the picture's height, so that every zoom shows the relief of its
+// size.
+//
+// Four passes, the first three in half of the picture's width and height: the depths; occluded
+// light, by lines turned otherwise in each of 4 × 4 neighbours; the mean of such neighbours that
+// lie about as far away; the picture times that, nowhere but where the model is.
+#pragma once
+
+namespace kdstream
+{
+
+inline constexpr double occlusionReach = 0.08;    // of the picture's height
+inline constexpr double occlusionStrength = 1.4; // 1 would be what is geometrically hidden
+
+// The side of the passes' targets for one of the picture.
+constexpr int HalfSide(int side)
+{
+  return (side + 1) / 2;
+}
+
+namespace shaders
+{
+
+// Before the following. depths: 0-1, 1 where nothing is. projection: the scales of x and y, and the
+// two terms of the depth, as of a matrix of OpenGL's. grid: width and height of the half picture,
+// reach in its texels, and the reach over the distance from the eye.
+inline constexpr const char* occlusionDepths = R"(
+uniform highp sampler2D depths;
+uniform vec4 projection;
+uniform vec4 grid;
+out vec4 fragment;
+float distanceAt(vec2 place)
+{
+  return projection.w / (2.0 * texture(depths, place).x - 1.0 + projection.z);
+}
+vec3 positionAt(vec2 place)
+{
+  return distanceAt(place) * vec3((2.0 * place - 1.0) / projection.xy, -1.0);
+}
+)";
+
+// How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
+// texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
+// walked in 4 steps that become longer.
+inline constexpr const char* occlusionFragment = R"(
+vec3 here, toEye;
+float reach;
+const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
+// The sine of how far a place rises from the plane across the line of sight; -1 where nothing
+// is, out of reach, and out of the picture.
+float rise(vec2 texel)
+{
+  vec2 place = texel / grid.xy;
+  if (place != clamp(place, 0.0, 1.0) || texture(depths, place).x == 1.0)
+  {
+    return -1.0;
+  }
+  vec3 way = positionAt(place) - here;
+  float square = max(dot(way, way), 1e-12 * reach * reach);
+  float near = clamp(2.0 - 2.0 * square / (reach * reach), 0.0, 1.0);
+  return mix(-1.0, dot(way, toEye) * inversesqrt(square), near);
+}
+void main()
+{
+  vec2 texel = gl_FragCoord.xy;
+  vec2 place = texel / grid.xy;
+  float closed = 0.0;
+  if (texture(depths, place).x < 1.0)
+  {
+    here = positionAt(place);
+    toEye = -normalize(here);
+    reach = grid.w * -here.z;
+    vec2 cell = mod(floor(texel), 4.0);
+    vec2 way = ways[int(mod(cell.x + 2.0 * cell.y, 4.0))];
+    float most = max(grid.z / length(way), 1.0);
+    float part = 0.25 * cell.y; // of a step
+    for (int i = 0; i < 2; ++i)
+    {
+      float ahead = -1.0, behind = -1.0;
+      for (int k = 0; k < 4; ++k)
+      {
+        float share = (float(k) + part) / 4.0;
+        vec2 far = way * floor(1.5 + (most - 1.0) * share * share);
+        ahead = max(ahead, rise(texel + far));
+        behind = max(behind, rise(texel - far));
+      }
+      closed += clamp(0.5 * (ahead + behind) - 0.02, 0.0, 1.0);
+      way = vec2(-way.y, way.x);
+    }
+  }
+  fragment = vec4(0.5 * closed);
+})";
+
+// The mean of 4 × 4 neighbours, times strength.
+inline constexpr const char* occlusionMeanFragment = R"(
+uniform sampler2D occluded;
+uniform float strength;
+void main()
+{
+  float here = distanceAt(gl_FragCoord.xy / grid.xy);
+  float sum = 0.0, all = 1e-6;
+  for (int i = 0; i < 16; ++i)
+  {
+    vec2 texel = gl_FragCoord.xy + vec2(i % 4 - 2, i / 4 - 2);
+    vec2 place = clamp(texel, vec2(0.5), grid.xy - 0.5) / grid.xy;
+    float like = clamp(1.0 - 2.0 * abs(distanceAt(place) - here) / (grid.w * here), 0.0, 1.0);
+    sum += like * texture(occluded, place).x;
+    all += like;
+  }
+  fragment = vec4(min(strength * sum / all, 1.0));
+})";
+
+// What the picture is multiplied by. area: left, bottom, width, height of the picture.
+inline constexpr const char* occlusionLightFragment = R"(
+uniform sampler2D occluded;
+uniform vec4 area;
+out vec4 fragment;
+void main()
+{
+  float taken = texture(occluded, (gl_FragCoord.xy - area.xy) / area.zw).x;
+  fragment = vec4(vec3(1.0 - taken), 1.0);
+})";
+
+}
+
+}
