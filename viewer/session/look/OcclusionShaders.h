@@ -51,7 +51,7 @@ vec3 positionAt(vec2 place)
 
 // How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
 // texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
-// walked in 4 steps that become longer.
+// walked in 6 steps that become longer.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;
@@ -87,9 +87,9 @@ void main()
     for (int i = 0; i < 2; ++i)
     {
       float ahead = -1.0, behind = -1.0;
-      for (int k = 0; k < 4; ++k)
+      for (int k = 0; k < 6; ++k)
       {
-        float share = (float(k) + part) / 4.0;
+        float share = (float(k) + part) / 6.0;
         vec2 far = way * floor(1.5 + (most - 1.0) * share * share);
         ahead = max(ahead, rise(texel + far));
         behind = max(behind, rise(texel - far));
@@ -113,7 +113,7 @@ void main()
   {
     vec2 texel = gl_FragCoord.xy + vec2(i % 4 - 2, i / 4 - 2);
     vec2 place = clamp(texel, vec2(0.5), grid.xy - 0.5) / grid.xy;
-    float like = clamp(1.0 - 2.0 * abs(distanceAt(place) - here) / (grid.w * here), 0.0, 1.0);
+    float like = clamp(2.0 - 4.0 * abs(distanceAt(place) - here) / (grid.w * here), 0.0, 1.0);
     sum += like * texture(occluded, place).x;
     all += like;
   }
