@@ -137,6 +137,18 @@ TEST_F(TestView, EglAndOsMesaShowTheOnlyModelInFullScreen)
   EXPECT_EQ(ReadText(this->Folder / "egl.png"), ReadText(this->Folder / "osmesa.png"));
 }
 
+TEST_F(TestView, LightShowsReliefUnlessItIsPlain)
+{
+  const auto look = [this](const std::string& light)
+  {
+    EXPECT_EQ(this->View("--size 200x300 --offscreen auto --screenshot p.png" + light), 0);
+    return ReadText(this->Folder / "p.png");
+  };
+  const std::string usual = look("");
+  EXPECT_EQ(look(" --light relief"), usual);
+  EXPECT_NE(look(" --light plain"), usual);
+}
+
 TEST_F(TestView, ALookThatWritesNothingSaysSo)
 {
   const std::string offscreen = "--offscreen auto --size 64x64 ";
@@ -285,6 +297,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { offscreen + "--rings 4", 2, "rings" },
     { offscreen + "--cache-size lots", 2, "--cache-size" },
     { offscreen + "--colour-by height", 2, "colour-by" },
+    { offscreen + "--light dark", 2, "--light" },
     { offscreen + "--model nobody", 1, "'nobody'" },
     { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
     { offscreen + "--replay bad.jsonl", 1, "bad.jsonl: line 2: " },
@@ -427,7 +440,7 @@ TEST_F(TestView, TellsItsOptionsAndVersion)
 {
   EXPECT_EQ(this->Run("--help"), 0);
   for (const char* word : { "--replay", "--offscreen", "--rings", "--stats", "--size", "--record",
-         "--colour-by", "own (the model", "Example", "WxH" })
+         "--colour-by", "--light", "own (the model", "Example", "WxH" })
   {
     EXPECT_NE(this->Out.find(word), std::string::npos) << word;
   }

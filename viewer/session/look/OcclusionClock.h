@@ -42,12 +42,6 @@ public:
     }
   }
 
-  // Whether the picture with it is still to come once the view has rested.
-  bool Waits(double now) const
-  {
-    return now < this->PausesUntil && now - this->LastMove < stillness;
-  }
-
 private:
   double LastMove = -1e9, PausesUntil = -1e9;
   bool Moves = false;
