@@ -38,7 +38,8 @@ public:
   // empty vertex array is bound.
   void EndDepths(const GlesProjection& projection);
   // Darkens the picture, where something is nearer than the background. REQUIRES: an empty vertex
-  // array is bound; the depths of the picture are in the bound framebuffer.
+  // array is bound; the depths of the picture are in the bound framebuffer. Leaves blending on, and
+  // a depth test of its own.
   void Darken();
 
 private:

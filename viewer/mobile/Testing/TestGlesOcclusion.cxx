@@ -113,6 +113,28 @@ TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
   EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
 }
 
+// Not one of its pixels, where a groove runs into the outline.
+TEST(GlesOcclusion, TheBackgroundStaysAsItIs)
+{
+  const ViewerScene scene = SceneBefore(
+    Extruded({ { -1, 0 }, { -0.2, 0 }, { 0, -0.6 }, { 0.2, 0 }, { 1, 0 } }), { 0, 0, 12 });
+  Easel easel(width, height);
+  easel.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
+  const Image black = easel.Draw(scene);
+  easel.renderer->SetBackground({ 1, 1, 1 }, { 1, 1, 1 });
+  const Pair pair = DrawBoth(easel, scene);
+  std::size_t around = 0, darker = 0;
+  for (std::size_t i = 0; i < black.size(); ++i)
+  {
+    const bool isBackground = black[i] == 0 && pair.plain[i] == 255;
+    around += isBackground ? 1 : 0;
+    darker += pair.occluded[i] + 20 < pair.plain[i] ? 1 : 0;
+    EXPECT_TRUE(!isBackground || pair.occluded[i] == 255) << i;
+  }
+  EXPECT_GT(around, black.size() / 4);
+  EXPECT_GT(darker, 100U);
+}
+
 TEST(GlesOcclusion, FollowsSizesAndSurvivesALostContext)
 {
   const ViewerScene scene = SceneOf(BumpySphere(40));
