@@ -10,13 +10,8 @@
 #include "filters/store/Store.h"
 #include "server/protocol/ResourcePath.h"
 
-#include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http/read.hpp>
-#include <boost/beast/http/string_body.hpp>
-#include <boost/beast/http/write.hpp>
 
 #include <unistd.h>
 
@@ -54,23 +49,6 @@ std::string ReadWhole(const path& file)
   return { std::istreambuf_iterator<char>(in), {} };
 }
 
-// The body of the answer; "" where there is none yet.
-std::string Get(std::uint16_t port, const std::string& target)
-{
-  namespace http = boost::beast::http;
-  boost::asio::io_context context;
-  tcp::socket socket(context);
-  boost::system::error_code error;
-  socket.connect({ boost::asio::ip::address_v4::loopback(), port }, error);
-  http::request<http::string_body> request(http::verb::get, target, 11);
-  request.set(http::field::host, "127.0.0.1");
-  error ? 0 : http::write(socket, request, error);
-  boost::beast::flat_buffer buffer;
-  http::response<http::string_body> response;
-  error ? 0 : http::read(socket, buffer, response, error);
-  return !error && response.result() == http::status::ok ? response.body() : "";
-}
-
 std::uint16_t FreePort()
 {
   boost::asio::io_context context;
@@ -106,12 +84,13 @@ struct Host
   std::unique_ptr<ServerProcess> process;
   std::uint16_t port = 0;
   std::vector<double> rates; // requests a second
+  std::vector<double> costs; // microseconds of the processors a request
 };
 
 Host StartNginx(const std::string& name, const path& nginx, const path& folder,
   const std::string& more, std::optional<rlim_t> descriptors)
 {
-  Host host{ name, nullptr, FreePort(), {} };
+  Host host{ name, nullptr, FreePort(), {}, {} };
   const auto file = folder / (name + ".conf");
   std::ofstream(file) << NginxConfiguration(folder, host.port, more);
   host.process =
@@ -120,22 +99,30 @@ Host StartNginx(const std::string& name, const path& nginx, const path& folder,
   return host;
 }
 
-// Asks for so long; requests a second.
-double Load(const path& wrk, const Host& host, const std::string& target, const std::string& time,
-  const path& folder)
+// The figure after `name` in what wrk prints.
+double FigureIn(const std::string& text, const std::string& name)
 {
-  const auto url = "http://127.0.0.1:" + std::to_string(host.port) + target;
-  const auto output = folder / "wrk.txt";
-  RunMeasured({ wrk, "-t1", std::string("-c") + connections, "-d" + time + "s", url }, output);
-  const auto text = ReadWhole(output);
-  const std::string name = "Requests/sec:";
   const auto at = text.find(name);
   if (at == text.npos || text.find("Non-2xx") != text.npos ||
       text.find("Socket errors") != text.npos)
   {
-    Fail(host.name + " does not answer all: " + text);
+    Fail("not all is answered: " + text);
   }
   return std::atof(text.c_str() + at + name.size());
+}
+
+// Asks for so long.
+void Load(const path& wrk, Host& host, const std::string& target, const std::string& time,
+  const path& folder)
+{
+  const auto url = "http://127.0.0.1:" + std::to_string(host.port) + target;
+  const auto output = folder / "wrk.txt";
+  const double before = host.process->ProcessorSeconds();
+  const Cost cost =
+    RunMeasured({ wrk, "-t1", std::string("-c") + connections, "-d" + time + "s", url }, output);
+  const double rate = FigureIn(ReadWhole(output), "Requests/sec:");
+  host.rates.push_back(rate);
+  host.costs.push_back(1e6 * (host.process->ProcessorSeconds() - before) / (rate * cost.seconds));
 }
 
 double Median(std::vector<double> values)
@@ -187,7 +174,7 @@ std::vector<Host> StartHosts(
     std::make_unique<ServerProcess>(std::vector<std::string>{ programs / "kdstream-serve",
                                       store.parent_path(), "--port", "0", "--threads", workers },
       folder / "serve.log", descriptors),
-    0, {} });
+    0, {}, {} });
   hosts[0].port = hosts[0].process->ReadPort();
   const auto nginx = Find("nginx");
   hosts.push_back(StartNginx("nginx", nginx, folder, "", descriptors));
@@ -228,14 +215,18 @@ bool Compare(std::vector<Host>& hosts, const std::string& target, int rounds,
   {
     for (Host& host : hosts)
     {
-      const auto rate = Load(wrk, host, target, round < 0 ? "1" : time, folder);
-      round < 0 ? void() : host.rates.push_back(rate);
+      Load(wrk, host, target, round < 0 ? "1" : time, folder);
+      if (round < 0)
+      {
+        host.rates.clear();
+        host.costs.clear();
+      }
     }
   }
   for (const Host& host : hosts)
   {
-    std::printf(
-      "  %-24s %8.0f requests/s (median of %d)\n", host.name.c_str(), Median(host.rates), rounds);
+    std::printf("  %-24s %8.0f requests/s (median of %d), %.1f us of the processors each\n",
+      host.name.c_str(), Median(host.rates), rounds, Median(host.costs));
   }
   const double ours = Median(hosts[0].rates);
   const double ratio = ours / Median(hosts[1].rates);

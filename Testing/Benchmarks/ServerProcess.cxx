@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Benchmarks/ServerProcess.h"
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,6 +18,8 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <numeric>
+#include <sstream>
 
 namespace kdstream::benchmarks
 {
@@ -83,6 +92,37 @@ double ServerProcess::ResidentMebibytes() const
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
+namespace
+{
+
+// Its own and its threads', of /proc/ID/stat: fields 14 and 15 of proc(5), in ticks.
+double SecondsOf(const std::string& id)
+{
+  std::ifstream file("/proc/" + id + "/stat");
+  const std::string text{ std::istreambuf_iterator<char>(file), {} };
+  const auto name = text.rfind(')'); // which may hold blanks
+  std::istringstream fields(name == std::string::npos ? "" : text.substr(name + 2));
+  std::string field;
+  for (int skipped = 3; skipped < 14; ++skipped)
+  {
+    fields >> field;
+  }
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+}
+
+double ServerProcess::ProcessorSeconds() const
+{
+  const auto id = std::to_string(this->Id);
+  std::ifstream children("/proc/" + id + "/task/" + id + "/children");
+  return std::accumulate(std::istream_iterator<std::string>(children),
+    std::istream_iterator<std::string>(), SecondsOf(id),
+    [](double sum, const std::string& child) { return sum + SecondsOf(child); });
+}
+
 std::size_t ServerProcess::Descriptors() const
 {
   std::error_code error;
@@ -106,6 +146,22 @@ bool ServerProcess::End()
   const bool ended = ::waitpid(this->Id, &status, 0) == this->Id;
   this->Id = -1;
   return ended && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+std::string Get(std::uint16_t port, const std::string& target)
+{
+  namespace http = boost::beast::http;
+  boost::asio::io_context context;
+  boost::asio::ip::tcp::socket socket(context);
+  boost::system::error_code error;
+  socket.connect({ boost::asio::ip::address_v4::loopback(), port }, error);
+  http::request<http::string_body> request(http::verb::get, target, 11);
+  request.set(http::field::host, "127.0.0.1");
+  error ? 0 : http::write(socket, request, error);
+  boost::beast::flat_buffer buffer;
+  http::response<http::string_body> response;
+  error ? 0 : http::read(socket, buffer, response, error);
+  return !error && response.result() == http::status::ok ? response.body() : "";
 }
 
 }

@@ -31,6 +31,7 @@ public:
   std::uint16_t ReadPort() const;
 
   double ResidentMebibytes() const; // now
+  double ProcessorSeconds() const;  // so far, with those of its children
   std::size_t Descriptors() const;  // that are open
   bool IsAlive() const;
   // Tells it to end, and waits. Whether it did so without an error.
@@ -40,5 +41,8 @@ private:
   pid_t Id = -1;
   int Out = -1;
 };
+
+// What a server of this machine answers to GET, once it is 200; else "".
+std::string Get(std::uint16_t port, const std::string& target);
 
 }
