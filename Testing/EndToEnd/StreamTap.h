@@ -155,6 +155,12 @@ public:
     this->Hold = std::numeric_limits<std::size_t>::max();
     this->Changed.notify_all();
   }
+  // That have been made so far.
+  std::size_t Connections() const
+  {
+    const std::lock_guard lock(this->Mutex);
+    return this->Made;
+  }
   // How often each blob has come whole.
   std::map<protocol::BlobId, std::size_t> Counts() const
   {
@@ -180,7 +186,7 @@ private:
       Pair& pair = this->Pairs.emplace_back(this->Context);
       boost::system::error_code error;
       this->Listening.accept(pair.client, error);
-      if (std::unique_lock lock(this->Mutex); this->Ends)
+      if (!this->CountConnection())
       {
         return;
       }
@@ -197,6 +203,14 @@ private:
             [&](const char* bytes, std::size_t size) { reader.Take(bytes, size); });
         });
     }
+  }
+
+  // false: the tap ends.
+  bool CountConnection()
+  {
+    const std::lock_guard lock(this->Mutex);
+    ++this->Made;
+    return !this->Ends;
   }
 
   void Count(const protocol::BlobId& blob)
@@ -232,7 +246,7 @@ private:
   const std::uint16_t Server;
   mutable std::mutex Mutex;
   std::condition_variable Changed;
-  std::size_t Hold, Blobs = 0;
+  std::size_t Hold, Blobs = 0, Made = 0;
   bool Held = false, Ends = false;
   std::map<protocol::BlobId, std::size_t> Seen;
   boost::asio::io_context Context;

@@ -281,9 +281,19 @@ struct Crowd
   {
     std::for_each(this->taps.begin(), this->taps.end(), [](StreamTap& tap) { tap.AwaitHold(); });
   }
-  void Finish()
+  void LetThrough()
   {
     std::for_each(this->taps.begin(), this->taps.end(), [](StreamTap& tap) { tap.LetThrough(); });
+  }
+  // Each has connected once more, after its list of models and its stream.
+  bool HaveAllComeBack() const
+  {
+    return std::all_of(this->taps.begin(), this->taps.end(),
+      [](const StreamTap& tap) { return tap.Connections() > 2; });
+  }
+  void Finish()
+  {
+    this->LetThrough();
     std::for_each(
       this->threads.begin(), this->threads.end(), [](std::thread& thread) { thread.join(); });
   }
@@ -404,6 +414,34 @@ TEST_F(TwoServers, OneThatStopsIsPassedOver)
   for (int i = 0; i < 20; ++i)
   {
     EXPECT_EQ(this->Get("/api/models.json").status, 200u);
+  }
+}
+
+// Until one is there again.
+TEST_F(TwoServers, ClientsWaitWhileBothAreGone)
+{
+  this->Start({});
+  Crowd crowd(this->proxy->Port, this->Model(), { "" });
+  crowd.AwaitHold();
+  for (auto& server : this->servers)
+  {
+    server->Signal(SIGKILL);
+    EXPECT_EQ(server->Wait(), -SIGKILL);
+  }
+  EXPECT_EQ(this->Get("/api/models.json").status, 502u);
+  crowd.LetThrough();
+  while (!crowd.HaveAllComeBack())
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const auto port = std::to_string(this->ports[1]);
+  const Process again({ this->stores, "--port", port, "--trusted-proxy", "127.0.0.1" });
+  EXPECT_EQ(again.Port(), this->ports[1]);
+  crowd.Finish();
+  for (const Looked& looked : crowd.looks)
+  {
+    EXPECT_EQ(looked.trouble, "");
+    EXPECT_EQ(looked.blobs.size(), crowd.levels.size() + this->Model().partitions);
   }
 }
 
