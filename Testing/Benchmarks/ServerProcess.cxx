@@ -62,8 +62,7 @@ ServerProcess::~ServerProcess()
 {
   if (this->Id > 0)
   {
-    ::kill(this->Id, SIGKILL);
-    ::waitpid(this->Id, nullptr, 0);
+    (void)this->End(); // nginx killed at once would leave its workers
   }
   ::close(this->Out);
 }

@@ -22,7 +22,7 @@ public:
   // descriptors: how many it may have; without a number as many as this process.
   ServerProcess(const std::vector<std::string>& command, const std::filesystem::path& log,
     std::optional<rlim_t> descriptors = {});
-  // Ends it at once.
+  // Tells it to end, and waits.
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;

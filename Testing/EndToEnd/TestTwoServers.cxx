@@ -52,6 +52,13 @@ public:
     }
   }
 
+  // Not at once, or its workers would stay.
+  ~Proxy()
+  {
+    this->Process_.Signal(SIGTERM);
+    EXPECT_EQ(this->Process_.Wait(), 0);
+  }
+
   const fs::path Cache;
   const std::uint16_t Port;
 
@@ -70,7 +77,7 @@ private:
     const auto site = Replaced(fixtures::ReadWhole(KDSTREAM_NGINX_EXAMPLE),
       { { "127.0.0.1:8701", "127.0.0.1:" + std::to_string(first) },
         { "127.0.0.1:8702", "127.0.0.1:" + std::to_string(second) },
-        { "/var/cache/nginx/kdstream", this->Cache },
+        { "/var/lib/nginx/kdstream", this->Cache },
         { "listen 80;", "listen 127.0.0.1:" + std::to_string(this->Port) + " sndbuf=8k;" } });
     const auto file = folder / "nginx.conf";
     std::ofstream text(file);
