@@ -7,7 +7,7 @@
 // PROGRAMS: the folder of kdstream-serve and kdstream-store. STORE: NAME.kds, alone in its folder.
 // FOLDER: for what is exported, and logs. Ends with an error where the bar is missed.
 #include "Testing/Benchmarks/MeasuredRun.h"
-#include "Testing/Benchmarks/ServerProcess.h"
+#include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/store/Store.h"
 #include "server/protocol/ResourcePath.h"
 

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Testing/Benchmarks/CrowdViewer.h"
+#include "Testing/Benchmarks/Serving/CrowdViewer.h"
 
 #include "filters/codec/Seal.h"
-#include "filters/codec/TreePage.h"
-#include "filters/core/tree/PieceDepth.h"
-#include "filters/core/tree/Region.h"
 #include "server/protocol/ControlMessage.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetch.h"
@@ -20,8 +17,6 @@
 #include <algorithm>
 #include <deque>
 #include <map>
-#include <random>
-#include <set>
 #include <utility>
 
 namespace kdstream::benchmarks
@@ -67,6 +62,7 @@ class CrowdViewer::Mind : public std::enable_shared_from_this<Mind>
     std::string sending;
     bool reading = false, writing = false;
   };
+
   // A handler that is called only as long as the line is this viewer's.
   template <class Handler>
   auto OfLine(Handler handler)
@@ -88,7 +84,7 @@ public:
     , Model(model)
     , Server(asio::ip::address_v4::loopback(), port)
     , Nature(manner)
-    , Chance(seed)
+    , Wishes(model, seed)
     , Tally(tally)
     , Timer(context)
     , Deafness(context)
@@ -100,7 +96,7 @@ public:
     this->Wanted = true;
     this->Talk = {};
     this->Tasks.clear();
-    this->Held.clear();
+    this->Wishes.Forget();
     this->Opened = this->Holding = false;
     this->Current = std::make_shared<Line>(this->Context);
     auto& stream = beast::get_lowest_layer(this->Current->socket);
@@ -136,15 +132,8 @@ public:
       return;
     }
     this->Holding = true;
-    const auto& model = this->Model.description;
-    this->AskFor(this->LevelPieces(model.depths.finest));
-    std::vector<BlobId> original;
-    for (std::uint32_t partition = 0; partition < std::min(partitions, model.partitions);
-         ++partition)
-    {
-      original.push_back(BlobId::Partition(partition));
-    }
-    this->AskFor(std::move(original));
+    this->Ask(this->Wishes.FinestLevel());
+    this->Ask(this->Wishes.Partitions(partitions));
   }
 
   void GoOn()
@@ -159,7 +148,7 @@ public:
     this->Timer.cancel();
     this->Deafness.cancel();
     const auto line = this->Current;
-    if (line && this->Opened && !this->Holding && !line->writing && this->Below(2) == 0)
+    if (line && this->Opened && !this->Holding && !line->writing && this->Wishes.Below(2) == 0)
     {
       line->socket.async_close(websocket::close_code::going_away,
         [self = this->shared_from_this(), line](error_code) { self->Drop(line); });
@@ -241,7 +230,7 @@ private:
   void TurnedAway(double retryAfter)
   {
     ++this->Tally.refused;
-    this->ComeBack(Seconds(std::max(retryAfter, 0.5) * this->Uniform(1, 3)));
+    this->ComeBack(Seconds(std::max(retryAfter, 0.5) * this->Wishes.Uniform(1, 3)));
   }
 
   void ComeBack(Seconds pause)
@@ -291,7 +280,8 @@ private:
     {
       ++this->Tally.dropped;
     }
-    this->Wanted ? this->ComeBack(Seconds(this->Uniform(0.5, 1.5))) : this->Drop(this->Current);
+    this->Wanted ? this->ComeBack(Seconds(this->Wishes.Uniform(0.5, 1.5)))
+                 : this->Drop(this->Current);
   }
 
   void Take()
@@ -366,7 +356,7 @@ private:
       if (task.isRegion && this->Nature == Manner::Vanishing)
       {
         ++this->Tally.vanished;
-        this->ComeBack(Seconds(this->Uniform(0.5, 1.5)));
+        this->ComeBack(Seconds(this->Wishes.Uniform(0.5, 1.5)));
         return;
       }
       if (task.isMoot)
@@ -405,137 +395,59 @@ private:
     }
   }
 
-  // --- what viewers do
+  // --- what it asks
 
   void LookAtPreview()
   {
     this->Opened = true;
-    SessionRequest preview;
-    preview.kind = SessionRequest::Kind::Preview;
-    preview.blobs = { BlobId::LevelPiece(
-      static_cast<std::uint8_t>(PreviewLevel(this->Model.description)), 1) };
-    this->Ask(std::move(preview));
-    this->AskFor({ BlobId::TreePage(1) });
+    this->Ask(this->Wishes.Preview());
+    this->Ask(this->Wishes.LookAround());
   }
 
   void ActLater()
   {
-    this->After(Seconds(std::exponential_distribution<>(1 / this->Pause.count())(this->Chance)),
+    this->After(Seconds(this->Wishes.Exponential(this->Pause.count())),
       [this] { this->Opened ? this->Act() : void(); });
   }
 
   void Act()
   {
     ++this->Tally.acts;
-    const double what = this->Uniform(0, 1);
-    what < 0.6 ? this->Zoom() : what < 0.85 ? this->Tap() : this->LookAround();
-    if (this->Nature == Manner::Deaf && what >= 0.6 && what < 0.85)
+    const double what = this->Wishes.Uniform(0, 1);
+    const bool isMoot = this->Wishes.Below(8) == 0;
+    if (what < 0.6)
     {
-      this->Holding = true;
-      this->Deafness.expires_after(deafness);
-      this->Deafness.async_wait(
-        [self = this->shared_from_this()](error_code error) { error ? void() : self->GoOn(); });
+      this->Ask(this->Wishes.Zoom(), isMoot);
+    }
+    else if (what < 0.85)
+    {
+      this->Ask(this->Wishes.Tap(), isMoot);
+      this->Nature == Manner::Deaf ? this->GoDeaf() : void();
+    }
+    else
+    {
+      this->Ask(this->Wishes.LookAround());
     }
   }
 
-  // Four to eight pieces side by side, of two levels, as a view near the surface wants them.
-  void Zoom()
+  void GoDeaf()
   {
-    const auto& depths = this->Model.description.depths;
-    const unsigned level = this->Below(depths.finest - depths.onePiece) + depths.onePiece;
-    auto pieces = this->LevelPieces(level);
-    const auto wanted = std::min<std::size_t>(pieces.size(), 4 + this->Below(5));
-    const auto from = this->Below(static_cast<std::uint32_t>(pieces.size() - wanted + 1));
-    std::vector<BlobId> blobs(
-      pieces.begin() + from, pieces.begin() + from + static_cast<std::ptrdiff_t>(wanted));
-    const auto finer = this->LevelPieces(level + 1);
-    blobs.push_back(finer[from * finer.size() / pieces.size()]);
-    this->AskFor(std::move(blobs), this->Below(8) == 0);
+    this->Holding = true;
+    this->Deafness.expires_after(deafness);
+    this->Deafness.async_wait(
+      [self = this->shared_from_this()](error_code error) { error ? void() : self->GoOn(); });
   }
 
-  // The region around a partition, but for what it has of it.
-  void Tap()
+  void Ask(SessionRequest request, bool isMoot = false)
   {
-    const auto& model = this->Model.description;
-    SessionRequest region;
-    region.kind = SessionRequest::Kind::Region;
-    region.cell = (NodeId{ 1 } << model.depths.partition) +
-                  this->Below(static_cast<std::uint32_t>(model.partitions));
-    region.rings = 1;
-    const auto found = FindRegion(this->Model.boxes, model.depths, region.cell, region.rings);
-    std::set<std::uint32_t> had;
-    for (const auto partition : found ? *found : std::vector<std::uint32_t>())
-    {
-      had.insert(partition);
-      if (this->Held.count(partition) != 0)
-      {
-        region.except.push_back(partition);
-        continue;
-      }
-      region.blobs.push_back(BlobId::Partition(partition));
-    }
-    if (region.blobs.empty())
-    {
-      this->Zoom();
-      return;
-    }
-    this->Held = std::move(had);
-    const bool isMoot = this->Below(8) == 0;
-    const auto asked = region.blobs.size();
-    this->Ask(std::move(region), asked, isMoot);
-  }
-
-  void LookAround()
-  {
-    const auto& depths = this->Model.description.depths;
-    std::vector<BlobId> pages;
-    for (unsigned depth = 0; depth < depths.partition; ++depth)
-    {
-      const auto first = NodeId{ 1 } << depth;
-      const auto page = first + this->Below(first);
-      if (IsTreePage(page, depths))
-      {
-        pages.push_back(BlobId::TreePage(page));
-      }
-    }
-    this->AskFor(std::move(pages));
-  }
-
-  std::vector<BlobId> LevelPieces(unsigned level) const
-  {
-    const unsigned depth = PieceDepth(Resolution::Level(level), this->Model.description.depths);
-    std::vector<BlobId> pieces;
-    for (NodeId node = NodeId{ 1 } << depth; node < NodeId{ 2 } << depth; ++node)
-    {
-      pieces.push_back(BlobId::LevelPiece(static_cast<std::uint8_t>(level), node));
-    }
-    return pieces;
-  }
-
-  // --- how they say it
-
-  void AskFor(std::vector<BlobId> blobs, bool isMoot = false)
-  {
-    SessionRequest request;
-    request.kind = SessionRequest::Kind::Blobs;
-    const auto owed = blobs.size();
-    request.blobs = std::move(blobs);
-    this->Ask(std::move(request), owed, isMoot);
-  }
-
-  void Ask(SessionRequest request, std::size_t owed = 0, bool isMoot = false)
-  {
-    if (request.kind != SessionRequest::Kind::Cancel)
+    using Kind = SessionRequest::Kind;
+    if (request.kind != Kind::Cancel)
     {
       request.id = ++this->LastRequest;
     }
-    if (request.kind == SessionRequest::Kind::Preview)
+    if (!request.blobs.empty())
     {
-      owed = 1;
-    }
-    if (owed > 0)
-    {
-      this->Tasks[request.id] = { Clock::now(), owed, request.kind == SessionRequest::Kind::Region,
+      this->Tasks[request.id] = { Clock::now(), request.blobs.size(), request.kind == Kind::Region,
         false, isMoot };
     }
     this->Talk.Send(request, SecondsOf(Clock::now()));
@@ -574,28 +486,17 @@ private:
     }
   }
 
-  // 0 … end - 1.
-  std::uint32_t Below(std::uint32_t end)
-  {
-    return std::uniform_int_distribution<std::uint32_t>(0, std::max(end, 1u) - 1)(this->Chance);
-  }
-  double Uniform(double low, double high)
-  {
-    return std::uniform_real_distribution<>(low, high)(this->Chance);
-  }
-
   asio::io_context& Context;
   const CrowdModel& Model;
   const tcp::endpoint Server;
   const Manner Nature;
-  std::minstd_rand Chance;
+  CrowdWishes Wishes;
   CrowdTally& Tally;
   asio::steady_timer Timer, Deafness;
   bool Wanted = false; // it has not been told to leave
   std::shared_ptr<Line> Current;
   StreamConversation Talk;
   std::map<std::uint32_t, Task> Tasks; // by request
-  std::set<std::uint32_t> Held;        // partitions of the last region
   std::uint32_t LastRequest = 0;
   bool Opened = false, Holding = false;
   Seconds Pause{ 0 };

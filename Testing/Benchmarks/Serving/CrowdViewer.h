@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One of thousands of viewers that look at a model over a server's stream, on one thread for all of
-// them: what a real viewer asks (viewer/client/StreamConversation), without what it draws.
+// them: what a real viewer asks (viewer/client/StreamConversation.h), without what it draws.
 #pragma once
 
-#include "filters/core/Types.h"
-#include "filters/model/ModelDescription.h"
+#include "Testing/Benchmarks/Serving/CrowdWishes.h"
 
 #include <boost/asio/io_context.hpp>
 
@@ -17,12 +16,6 @@
 
 namespace kdstream::benchmarks
 {
-
-struct CrowdModel
-{
-  ModelDescription description;
-  std::vector<Box> boxes; // of the tree, heap order: regions are found here, as viewers do
-};
 
 enum class Manner
 {

@@ -7,8 +7,8 @@
 // and 5,000 viewers) is weighed, roams for so long (1 minute), and roams for 20 seconds where the
 // server may have 1,024 descriptors: three servers, one after the other. Ends with an error where a
 // bar is missed.
-#include "Testing/Benchmarks/CrowdViewer.h"
-#include "Testing/Benchmarks/ServerProcess.h"
+#include "Testing/Benchmarks/Serving/CrowdViewer.h"
+#include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/store/Store.h"
 
 #include <boost/asio/executor_work_guard.hpp>
