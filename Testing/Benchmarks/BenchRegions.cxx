@@ -11,7 +11,7 @@
 // and over 20 Mbit/s with 30 ms, in one request as viewers ask and, as the paper's client got its
 // files, one after the other. Prints means over the taps, writes regions.tsv and fig10-MODEL.png.
 #include "Testing/Benchmarks/ErrorChart.h"
-#include "Testing/Benchmarks/ServeProcess.h"
+#include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "Testing/Benchmarks/ShapedProxy.h"
 #include "filters/codec/PieceCodec.h"
 #include "server/session/StoreCatalog.h"
@@ -239,9 +239,10 @@ class Bench
 public:
   Bench(const path& programs, const path& stores, path folder)
     : Folder(std::move(folder))
-    , Server(programs, stores)
-    , Short(this->Server.Port(), {})
-    , Long(this->Server.Port(), { 20e6 / 8, 0.03 })
+    , Server({ programs / "kdstream-serve", stores, "--port", "0" }, this->Folder / "serve.log")
+    , Port(this->Server.ReadPort())
+    , Short(this->Port, {})
+    , Long(this->Port, { 20e6 / 8, 0.03 })
     , Catalog(stores, [](const path& file, const std::string& wrong)
         { std::fprintf(stderr, "%s: %s\n", file.c_str(), wrong.c_str()); })
     , Table(this->Folder / "regions.tsv")
@@ -408,7 +409,8 @@ private:
   }
 
   path Folder;
-  ServeProcess Server;
+  ServerProcess Server;
+  std::uint16_t Port;
   ShapedProxy Short, Long;
   StoreCatalog Catalog;
   std::ofstream Table;

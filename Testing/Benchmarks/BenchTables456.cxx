@@ -11,7 +11,7 @@
 // that have at least as many vertices as the paper's), and a double tap. Prints medians and
 // writes tables456.csv. Each picture has 800 x 480 pixels and is drawn without a graphics card.
 #include "Testing/Benchmarks/MeasuredRun.h"
-#include "Testing/Benchmarks/ServeProcess.h"
+#include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "Testing/Benchmarks/ShapedProxy.h"
 #include "Testing/Benchmarks/SimulatedLine.h"
 #include "server/session/StoreCatalog.h"
@@ -228,7 +228,9 @@ public:
     : Programs(std::move(folderOfPrograms))
     , Folder(std::move(folder))
     , Trials(repeats)
-    , Server(this->Programs, stores)
+    , Server(
+        { this->Programs / "kdstream-serve", stores, "--port", "0" }, this->Folder / "serve.log")
+    , Port(this->Server.ReadPort())
     , Catalog(stores, [](const path& file, const std::string& wrong)
         { std::fprintf(stderr, "%s: %s\n", file.c_str(), wrong.c_str()); })
     , Table(this->Folder / "tables456.csv")
@@ -264,7 +266,7 @@ private:
   void Measure(const PaperTable& table, const Play& play, const std::string& line,
     const ShapedProxy::Line& shape)
   {
-    const ShapedProxy proxy(this->Server.Port(), shape);
+    const ShapedProxy proxy(this->Port, shape);
     std::array<std::vector<Row>, 4> trials;
     for (int trial = 0; trial < this->Trials; ++trial)
     {
@@ -321,7 +323,8 @@ private:
 
   path Programs, Folder;
   int Trials;
-  ServeProcess Server;
+  ServerProcess Server;
+  std::uint16_t Port;
   StoreCatalog Catalog;
   std::ofstream Table;
 };

@@ -508,6 +508,10 @@ private:
     {
       counters.CountRefusal(Metrics::Reason::Slow);
     }
+    if (!this->State.Options.onAccess)
+    {
+      return;
+    }
     const auto method = request.method_string();
     const auto target = request.target();
     this->State.Log({ this->Admitted.client.address, std::string(method.data(), method.size()),

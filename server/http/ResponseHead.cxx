@@ -13,18 +13,31 @@ namespace kdstream
 namespace
 {
 
-// The current time in the format of the Date field, whatever the locale.
-std::string HttpDate()
+// A time in the format of the Date field, whatever the locale.
+std::string HttpDate(std::time_t time)
 {
   constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
   constexpr const char* months[] = { "Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep",
     "Oct", "Nov", "Dec" };
-  const std::time_t now = std::time(nullptr);
   std::tm utc{};
-  gmtime_r(&now, &utc);
+  gmtime_r(&time, &utc);
   char text[40];
   std::snprintf(text, sizeof text, "%s, %02d %s %d %02d:%02d:%02d GMT", days[utc.tm_wday],
     utc.tm_mday, months[utc.tm_mon], utc.tm_year + 1900, utc.tm_hour, utc.tm_min, utc.tm_sec);
+  return text;
+}
+
+// That of now, written once a second.
+const std::string& DateNow()
+{
+  thread_local std::time_t written = -1;
+  thread_local std::string text;
+  const std::time_t now = std::time(nullptr);
+  if (now != written)
+  {
+    text = HttpDate(now);
+    written = now;
+  }
   return text;
 }
 
@@ -35,7 +48,9 @@ std::string WriteResponseHead(
 {
   namespace http = boost::beast::http;
   const auto reason = http::obsolete_reason(static_cast<http::status>(response.status));
-  std::string head = isOld ? "HTTP/1.0 " : "HTTP/1.1 ";
+  std::string head;
+  head.reserve(512);
+  head = isOld ? "HTTP/1.0 " : "HTTP/1.1 ";
   head += std::to_string(response.status) + " ";
   head.append(reason.data(), reason.size());
   head += "\r\n";
@@ -45,7 +60,7 @@ std::string WriteResponseHead(
   {
     field(name, value);
   }
-  field("Date", HttpDate());
+  field("Date", DateNow());
   if (strictTransport.count() > 0)
   {
     field("Strict-Transport-Security", "max-age=" + std::to_string(strictTransport.count()));

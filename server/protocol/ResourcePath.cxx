@@ -31,16 +31,18 @@ Result<ResourcePath> ParseResourcePath(std::string_view path)
   {
     return resource;
   }
-  const Error unknown{ ErrorCode::NotFound, "there is nothing at " + Quoted(path) };
+  const auto unknown = [path] {
+    return Error{ ErrorCode::NotFound, "there is nothing at " + Quoted(path) };
+  };
   if (path.substr(0, modelsPrefix.size()) != modelsPrefix)
   {
-    return unknown;
+    return unknown();
   }
   const auto rest = path.substr(modelsPrefix.size());
   const auto idEnd = rest.find('/');
   if (idEnd == std::string_view::npos)
   {
-    return unknown;
+    return unknown();
   }
   if (!IsModelId(rest.substr(0, idEnd)))
   {
@@ -57,12 +59,12 @@ Result<ResourcePath> ParseResourcePath(std::string_view path)
   const auto digestEnd = below.find('/');
   if (digestEnd == std::string_view::npos)
   {
-    return unknown;
+    return unknown();
   }
   auto blob = ParseBlobName(below.substr(digestEnd + 1));
   if (!blob)
   {
-    return blob.GetError().code == ErrorCode::NotFound ? unknown : blob.GetError();
+    return blob.GetError().code == ErrorCode::NotFound ? unknown() : blob.GetError();
   }
   if (!IsDigest(below.substr(0, digestEnd)))
   {

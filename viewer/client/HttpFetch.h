@@ -23,10 +23,11 @@ struct HttpReply
   double retryAfter = 0; // s; what the server asks for with 429 and 503, 0 = nothing
 };
 
-// 429 and 503 say nothing about what was asked for: it is to be asked for again.
+// 429 and 503, and 502 and 504 of a proxy that finds no server, say nothing about what was asked
+// for: it is to be asked for again.
 constexpr bool IsBusy(unsigned status)
 {
-  return status == 429 || status == 503;
+  return status == 429 || (status >= 502 && status <= 504);
 }
 
 // The seconds that a Retry-After field asks for: at most an hour; a date counts as none.

@@ -42,7 +42,7 @@ public:
   // sent.
   void Adopt(const std::string& model, const std::string& digest);
 
-  // Whether something is to be asked for again later: the server was busy (429, 503).
+  // Whether something is to be asked for again later: the server was busy (IsBusy).
   bool IsResting() const;
   // Asks for it, if it was not asked for `most` times already; else it has failed.
   void AskAgain(std::size_t most, double now);

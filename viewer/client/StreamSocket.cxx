@@ -11,6 +11,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <utility>
@@ -101,7 +102,7 @@ private:
         !declined       ? error.message()
         : status == 401 ? "the server says 401: the token has expired, or was revoked"
                         : "the server says " + std::to_string(status),
-        busy ? RetryAfterIn(pause) : 0);
+        busy ? std::max(1.0, RetryAfterIn(pause)) : 0); // proxies do not say
     }
     else if (this->Answer[http::field::sec_websocket_protocol].to_string() !=
              protocol::streamSubprotocol)

@@ -357,7 +357,7 @@ const std::string partition1 = "fetch /api/models/m/" + std::string(32, 'a') + "
 
 TEST(TestServerLine, ABusyServerIsAskedAgainWhenItSays)
 {
-  for (const unsigned status : { 429u, 503u })
+  for (const unsigned status : { 429u, 502u, 503u, 504u })
   {
     ServerLine line(Patient());
     Get(line);

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What one viewer of a crowd wants to see next, by chance: the requests of a person who zooms, taps
+// and looks around.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/model/ModelDescription.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <cstdint>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace kdstream::benchmarks
+{
+
+struct CrowdModel
+{
+  ModelDescription description;
+  std::vector<Box> boxes; // of the tree, heap order: regions are found here, as viewers do
+};
+
+class CrowdWishes
+{
+public:
+  // REQUIRES: the model outlives this.
+  CrowdWishes(const CrowdModel& model, std::uint32_t seed)
+    : Model(model)
+    , Chance(seed)
+  {
+  }
+
+  // Each is a request without a number.
+  SessionRequest Preview() const;
+  // Four to eight pieces side by side and one that is finer, as a view near the surface wants them.
+  SessionRequest Zoom();
+  // The region around a partition, but for what it has of the last one; a Zoom where it has all.
+  SessionRequest Tap();
+  SessionRequest LookAround(); // pages of the tree
+  // The finest level, or so many partitions.
+  SessionRequest FinestLevel() const;
+  SessionRequest Partitions(std::uint64_t count) const;
+
+  // It has nothing any more.
+  void Forget() { this->Held.clear(); }
+
+  // 0 … end - 1.
+  std::uint32_t Below(std::uint32_t end);
+  double Uniform(double low, double high);
+  double Exponential(double mean);
+
+private:
+  std::vector<protocol::BlobId> LevelPieces(unsigned level) const;
+
+  const CrowdModel& Model;
+  std::minstd_rand Chance;
+  std::set<std::uint32_t> Held; // partitions of the last region
+};
+
+}
