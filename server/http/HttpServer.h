@@ -73,8 +73,8 @@ struct HttpServerOptions
   // How long a client may take for the handshake of TLS and to send a request's header, from the
   // connection or the last answer on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
-  // How long a client may take to receive an answer, or a message of a stream (of at most 64 KiB),
-  // plus a second for each `slowestBytes`.
+  // How long a client may take to receive an answer, 64 KiB of it, or a message of a stream (which
+  // is no larger), each plus a second for each `slowestBytes`.
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
