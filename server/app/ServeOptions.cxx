@@ -107,6 +107,16 @@ void AddPages(CLI::App& app, ServeOptions& line)
     ->group(pages);
 }
 
+// "5%" is 5 of a number in percent.
+std::string WithoutPercent(std::string text)
+{
+  if (text.size() > 1 && text.back() == '%')
+  {
+    text.pop_back();
+  }
+  return text;
+}
+
 // How much of the original the bearers of tokens may have.
 void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
 {
@@ -123,6 +133,7 @@ void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
         .add_option_function<double>(
           "--quota-partitions", [&line](double percent) { line.quotas.share = percent / 100; },
           "of a model's partitions a name may have so many in a window, in percent [default: all]")
+        ->transform(WithoutPercent)
         ->check(CLI::Range(1e-9, 100.0))
         ->type_name("PERCENT"));
   add(app
