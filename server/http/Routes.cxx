@@ -410,16 +410,22 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   {
     return std::nullopt;
   }
-  if (request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag)) // no byte of it is sent
+  // Where no byte of it is sent none is read. A part is read as a whole: so is its checksum.
+  const bool isKnown = request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag);
+  if (isKnown || !request.range.empty())
   {
     const auto size = model.BlobSize(id);
     if (!size)
     {
       return refuse(size.GetError());
     }
-    auto response = Cacheable(request, type, Bytes({}), std::move(tag), policy);
+    auto response = Cacheable(request, type, Bytes({}), tag, policy);
     response.length = response.status == 200 ? static_cast<std::size_t>(*size) : 0;
-    return Ranged(request, std::move(response));
+    response = Ranged(request, std::move(response));
+    if (isKnown || response.status == 416)
+    {
+      return response;
+    }
   }
   auto blob = model.ReadBlob(id);
   if (!blob)

@@ -5,6 +5,7 @@
 #include "server/session/BlobCache.h"
 #include "server/session/Catalog.h"
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -38,7 +39,8 @@ public:
   // that have not changed stay open. Stores that cannot be opened and names that are not model ids
   // are reported; where the name had a model before, that one stays. Models whose file is gone are
   // found no more. Pointers to earlier models stay valid. Errors: NotFound or InputOutput where the
-  // folder cannot be read: the models stay as they were. Memory: 48 bytes a node of each tree.
+  // folder cannot be read, LimitExceeded where memory runs out: the models stay as they were, and
+  // Refresh tries again. Memory: 48 bytes a node of each tree.
   Status Reload();
 
   // What Reload does, where stores may have come or gone; but nothing is reported again.
@@ -79,6 +81,7 @@ private:
     None,
     WithNew // what was written just now, and is no store, may become one: it is not reported yet
   };
+  Status Try(Patience patience);
   Status ReadFolder(Patience patience);
   void Add(
     State& state, const std::filesystem::path& file, const State& before, Patience patience) const;
@@ -88,7 +91,8 @@ private:
   std::chrono::seconds Grace;
   std::shared_ptr<Reporter> Reports;
   std::shared_ptr<BlobCache> Cache;
-  std::mutex ReloadMutex; // one reload at a time
+  std::mutex ReloadMutex;           // one reload at a time
+  std::atomic<bool> Again{ false }; // the folder is to be read again soon
   mutable std::mutex Mutex;
   std::shared_ptr<const State> Present;
 };

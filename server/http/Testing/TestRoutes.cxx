@@ -145,7 +145,12 @@ TEST_F(Site, WhatIsNotSentIsNotRead)
   EXPECT_EQ(head.fields, whole.fields);
   const std::string tag(whole.Field("ETag"));
   EXPECT_EQ(this->routes.Answer({ "GET", path, tag, "", "" }).status, 304u);
+  const auto beyond = this->routes.Answer({ "GET", path, "", "bytes=9999999-", "" });
+  EXPECT_EQ(beyond.status, 416u);
+  EXPECT_EQ(beyond.Field("Content-Range"), "bytes */" + std::to_string(whole.length));
   EXPECT_EQ(this->model->reads, reads);
+  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=0-9", "" }).length, 10u);
+  EXPECT_EQ(this->model->reads, reads + 1);
   const auto missing = this->Blob(BlobId::Partition(1000));
   EXPECT_EQ(this->routes.Answer({ "HEAD", missing, "", "", "" }).status, 404u);
   EXPECT_EQ(this->routes.Answer({ "GET", missing, "*", "", "" }).status, 404u);

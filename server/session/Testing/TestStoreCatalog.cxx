@@ -4,6 +4,7 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
+#include "server/http/Testing/ScarceMemory.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>
@@ -327,6 +328,46 @@ TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
   this->Build("other.kds", 20);
   this->catalog.Refresh();
   EXPECT_TRUE(this->catalog.Find("other"));
+}
+
+// Each allocation of a reload fails in its turn. By a link a store comes and goes without a change
+// to it, for which one would have to wait.
+TEST_F(Folder, WantOfMemoryAtAReloadChangesNothingAndPasses)
+{
+  this->Build("same.kds", 30);
+  const auto more = this->temporary / "more", link = this->temporary / "link";
+  fs::create_directory(more);
+  fs::create_hard_link(this->folder / "same.kds", more / "same.kds");
+  this->Build("new", 20);
+  fs::rename(this->folder / "new", more / "new.kds");
+  const auto lead = [&](const fs::path& target)
+  {
+    fs::create_directory_symlink(target, this->temporary / "next");
+    fs::rename(this->temporary / "next", link);
+  };
+  lead(this->folder);
+  StoreCatalog linked(link, [](const fs::path&, const std::string&) {});
+  ASSERT_TRUE(linked.Reload());
+  const auto same = linked.Find("same");
+  bool failed = true;
+  for (long tried = 0; failed; ++tried)
+  {
+    lead(more);
+    Status status;
+    {
+      const ScarceMemory scarce(tried, ScarceMemory::Where::Everywhere);
+      status = linked.Reload();
+      failed = scarce.HasFailed();
+    }
+    EXPECT_TRUE(status || status.GetError().code == ErrorCode::LimitExceeded) << tried;
+    EXPECT_EQ(linked.Find("same"), same) << tried;
+    linked.Refresh(); // there is memory again
+    EXPECT_TRUE(linked.Find("new")) << tried;
+    lead(this->folder);
+    ASSERT_TRUE(linked.Reload());
+    EXPECT_FALSE(linked.Find("new"));
+  }
+  EXPECT_TRUE(same->ReadBlob(BlobId::Partition(0)));
 }
 
 TEST_F(Folder, AReplacedModelIsFoundByItsDigestForAWhile)
