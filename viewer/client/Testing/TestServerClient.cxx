@@ -426,6 +426,34 @@ TEST_F(TestClientWithToken, SaysWhyItIsRefused)
     << session.GetStatus().error;
 }
 
+// As one that is being restarted says to whoever comes at that moment.
+TEST_F(TestServerClient, ABusyServerIsAskedForItsModelsAgain)
+{
+  std::atomic<int> asked{ 0 };
+  const auto toServer = ProxyTo(this->Server->Port(), [] { return std::int64_t{ 1 } << 30; });
+  Acceptor busy(
+    [&](tcp::socket& socket)
+    {
+      if (asked++ != 0)
+      {
+        toServer(socket);
+        return;
+      }
+      const std::string refusal =
+        "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
+        "Content-Length: 0\r\n\r\n";
+      boost::system::error_code error;
+      boost::asio::write(socket, boost::asio::buffer(refusal), error);
+      socket.shutdown(tcp::socket::shutdown_send, error);
+    });
+  auto client = ServerClient::Connect(busy.Url());
+  ASSERT_TRUE(client) << client.GetError().message;
+  EXPECT_EQ((*client)->Models().size(), 1u);
+  ViewerSession session;
+  Walk(**client, session);
+  ExpectWholeWalk(session);
+}
+
 TEST_F(TestServerClient, SaysWhyThereIsNoConnection)
 {
   std::string url;
