@@ -446,7 +446,7 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
 HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
   BlobBytes body;
-  if (this->Options.guard)
+  if (!permission.AllowsAllModels())
   {
     auto models = this->Models.Models();
     std::erase_if(models, [&permission](const auto& model)

@@ -11,6 +11,7 @@
 #include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -31,7 +32,7 @@ public:
   virtual ~ServedModel() = default;
 
   virtual const ModelDescription& Description() const = 0;
-  // It as JSON, for clients that may have so much; for those that may have all, written once.
+  // It as JSON, as clients are told that may have so much; written once for each detail.
   BlobBytes Json(ModelDetail detail = ModelDetail::Regions) const;
 
   // Whether the model can still be read as it is described. Errors: Changed where its store was
@@ -59,7 +60,7 @@ public:
 
 private:
   mutable std::mutex JsonMutex;
-  mutable BlobBytes Written;
+  mutable std::array<BlobBytes, 3> Written; // by detail
 };
 
 // How a memory of blobs has done so far.

@@ -438,9 +438,8 @@ void Conversation::FinishOpening(Errand& errand)
   else
   {
     this->Model = std::move(errand.Model);
-    protocol::OpenedAnswer opened{ this->Model->Description() };
-    opened.model.detail = this->May.Detail();
-    this->Answer({ request, std::move(opened) });
+    this->Answer({ request,
+      protocol::OpenedAnswer{ ToldWith(this->Model->Description(), this->May.Detail()) } });
   }
 }
 
