@@ -83,7 +83,6 @@ private:
   Store();
   class Verification;
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
-  Status DecodeBoxes(std::span<const std::uint8_t> blob, NodeId node, std::span<Box> all) const;
   Status DecodePage(std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes,
     PieceTable& pieces) const;
   bool AttributesFit(const Piece& piece) const;

@@ -62,7 +62,7 @@ bool FolderWatch::Watch()
     return false;
   }
   constexpr std::uint32_t events =
-    IN_CLOSE_WRITE | IN_MOVED_TO | IN_MOVED_FROM | IN_DELETE | IN_ONLYDIR;
+    IN_CLOSE_WRITE | IN_CREATE | IN_MOVED_TO | IN_MOVED_FROM | IN_DELETE | IN_ONLYDIR;
   const int next = ::inotify_add_watch(this->File, this->Folder.c_str(), events);
   if (next < 0)
   {
@@ -83,6 +83,15 @@ bool FolderWatch::HasChanged()
   return this->Watch() || changed;
 }
 
+bool FolderWatch::IsLink(const char* name) const
+{
+  struct stat found
+  {
+  };
+  return ::lstat((this->Folder / name).c_str(), &found) == 0 &&
+         (S_ISLNK(found.st_mode) || found.st_nlink > 1);
+}
+
 bool FolderWatch::TakeEvents()
 {
   bool changed = false;
@@ -98,7 +107,10 @@ bool FolderWatch::TakeEvents()
     {
       const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
       const std::string_view name = event->len == 0 ? "" : event->name;
-      changed = changed || (event->mask & IN_Q_OVERFLOW) != 0 || name.ends_with(".kds");
+      // What is created is whole only where it is a link: others tell when they are closed.
+      const bool isWhole = (event->mask & IN_CREATE) == 0 || this->IsLink(event->name);
+      changed =
+        changed || (event->mask & IN_Q_OVERFLOW) != 0 || (name.ends_with(".kds") && isWhole);
       if ((event->mask & IN_IGNORED) != 0 && event->wd == this->Number) // the folder is gone
       {
         this->Watched = {};

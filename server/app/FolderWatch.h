@@ -24,8 +24,8 @@ public:
   // Becomes readable when something has happened in the folder.
   int Descriptor() const { return this->File; }
 
-  // Whether, since it was asked last, a NAME.kds has been closed by who wrote it, has got its name,
-  // or has lost it; or the folder is another one.
+  // Whether, since it was asked last, a NAME.kds has been closed by who wrote it, has got its name
+  // (as a link too), or has lost it; or the folder is another one.
   bool HasChanged();
 
 private:
@@ -38,6 +38,7 @@ private:
   }
   bool Watch();
   bool TakeEvents();
+  bool IsLink(const char* name) const;
 
   int File;
   std::filesystem::path Folder;

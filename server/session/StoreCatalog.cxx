@@ -260,8 +260,9 @@ void StoreCatalog::KeepReplaced(State& state, const State& before) const
 void StoreCatalog::Refresh()
 {
   const auto present = this->Current();
+  // Also where a link leads to another file now, of which no folder tells.
   const bool changed = std::any_of(present->byId.begin(), present->byId.end(),
-    [](const auto& entry) { return !entry.second->CheckUnchanged(); });
+    [this](const auto& entry) { return !entry.second->IsFile(this->FileOf(entry.first)); });
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
@@ -269,6 +270,11 @@ void StoreCatalog::Refresh()
   {
     this->Look();
   }
+}
+
+std::filesystem::path StoreCatalog::FileOf(const std::string& id) const
+{
+  return this->Folder / (id + ".kds");
 }
 
 std::shared_ptr<const StoreCatalog::State> StoreCatalog::Current() const

@@ -47,8 +47,9 @@ public:
   void Look();
 
   // To be called now and then: lets go of replaced models after their grace, and where a store was
-  // overwritten, or a store or the folder could not be opened, does what Reload does. What has been
-  // reported already is not reported again.
+  // overwritten, or its name leads to another file, or a store or the folder could not be opened,
+  // does what Reload does. What has been reported already is not reported again. Throws nothing
+  // but for want of memory.
   void Refresh();
 
   std::vector<std::shared_ptr<const ServedModel>> Models() const override;
@@ -75,6 +76,7 @@ private:
     BlobBytes list;
   };
   std::shared_ptr<const State> Current() const;
+  std::filesystem::path FileOf(const std::string& id) const;
   void Publish(State state);
   enum class Patience
   {

@@ -48,6 +48,20 @@ TEST_F(Watch, SeesStoresComeChangeAndGo)
   EXPECT_TRUE(watch.HasChanged());
 }
 
+TEST_F(Watch, SeesLinksButNotWhatIsStillWritten)
+{
+  Write(this->away);
+  auto watch = this->Open();
+  std::ofstream slow(this->folder / "slow.kds");
+  EXPECT_FALSE(watch.HasChanged());
+  fs::create_symlink(this->away, this->folder / "soft.kds");
+  EXPECT_TRUE(watch.HasChanged());
+  fs::create_hard_link(this->away, this->folder / "hard.kds");
+  EXPECT_TRUE(watch.HasChanged());
+  slow.close();
+  EXPECT_TRUE(watch.HasChanged());
+}
+
 TEST_F(Watch, FollowsItsNameToAnotherFolder)
 {
   auto watch = this->Open();

@@ -316,6 +316,26 @@ TEST_F(Folder, AnOverwrittenStoreIsOpenedAgain)
   EXPECT_TRUE(found->CheckUnchanged());
 }
 
+// Nothing happens in the folder that is served.
+TEST_F(Folder, AStoreThatALinkLeadsToIsSeenWhenItIsReplaced)
+{
+  const auto elsewhere = this->temporary / "elsewhere.kds", next = this->temporary / "next.kds";
+  this->Build("one", 60);
+  fs::rename(this->folder / "one", elsewhere);
+  fs::create_symlink(elsewhere, this->folder / "sheet.kds");
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto old = this->catalog.Find("sheet");
+  ASSERT_TRUE(old);
+  const auto other = this->Build("other", 40);
+  fs::rename(this->folder / "other", next);
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.Find("sheet"), old);
+  fs::rename(next, elsewhere);
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.Find("sheet")->Description().digest, other.digest);
+  EXPECT_EQ(this->catalog.FindDigest("sheet", old->Description().digest), old) << "in its grace";
+}
+
 TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
 {
   this->Build("sheet.kds", 20);
