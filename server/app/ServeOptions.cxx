@@ -193,6 +193,13 @@ void AddLimits(CLI::App& app, HttpServerOptions& server)
     ->type_name("N")
     ->group(limits);
   app
+    .add_option("--max-header", server.headerBytes,
+      "bytes of a request's header, token included; larger ones are answered 431")
+    ->check(CLI::Range(std::size_t{ 1024 }, std::size_t{ 1 } << 20))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(limits);
+  app
     .add_option(
       "--max-region", server.regionPartitions, "most partitions of a region that is asked for")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 30))

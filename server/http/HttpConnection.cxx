@@ -94,7 +94,6 @@ public:
   }
 
 private:
-  static constexpr std::uint32_t headerBytes = 8192;
   static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
   // How long a client may take for its first request if its seat is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
@@ -175,7 +174,7 @@ private:
   {
     this->Answering = false;
     this->Parser.emplace();
-    this->Parser->header_limit(headerBytes);
+    this->Parser->header_limit(static_cast<std::uint32_t>(this->State.Options.headerBytes));
     this->Parser->body_limit(0);
     this->Parser->eager(true);
     this->Socket.ExpireAfter(this->State.Options.requestTimeout);
@@ -225,8 +224,8 @@ private:
     }
     else if (error == http::error::header_limit || error == http::error::buffer_overflow)
     {
-      this->Refuse(
-        431, "the request's header is larger than " + std::to_string(headerBytes) + " bytes");
+      this->Refuse(431, "the request's header is larger than " +
+                          std::to_string(this->State.Options.headerBytes) + " bytes");
     }
     else if (error == http::error::body_limit || error == http::error::unexpected_body)
     {
@@ -571,7 +570,7 @@ private:
   ClientSocket Socket;
   ServerState& State;
   Admission Admitted;
-  beast::flat_buffer Input{ headerBytes + 1024 };
+  beast::flat_buffer Input{ this->State.Options.headerBytes + 1024 };
   std::optional<beast::http::request_parser<beast::http::empty_body>> Parser;
   HttpResponse Answer;
   std::string Head;                        // what is sent before the body

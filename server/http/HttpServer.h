@@ -56,6 +56,7 @@ struct HttpServerOptions
   // The hosts that requests may name (but those to /healthz and /readyz); none: any.
   std::vector<std::string> allowedHosts;
   std::size_t regionPartitions = 65536; // most in a region
+  std::size_t headerBytes = 8192;       // most of a request's header
   std::string allowOrigin;              // RouteOptions::allowOrigin
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;

@@ -63,6 +63,18 @@ TEST_F(Limits, RefusesMoreConnectionsThanItHasSeats)
   }
 }
 
+TEST_F(Limits, AHeaderHasSoManyBytes)
+{
+  this->options.headerBytes = 1024;
+  HttpTestClient client(this->Start());
+  EXPECT_EQ(client.Get("/healthz", "X: " + std::string(900, 'x') + "\r\n")->status, 200u);
+  const auto refused = client.Get("/healthz", "X: " + std::string(1024, 'x') + "\r\n");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 431u);
+  EXPECT_NE(refused->body.find("1024 bytes"), std::string::npos);
+  EXPECT_TRUE(client.Ends());
+}
+
 TEST_F(Limits, AnAddressHasSoManyConnections)
 {
   this->options.connectionsOfAddress = 2;
