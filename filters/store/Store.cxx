@@ -64,6 +64,11 @@ Status Store::CheckUnchanged() const
   return this->Database->CheckUnchanged();
 }
 
+std::optional<bool> Store::LooksUnchanged() const
+{
+  return this->Database->LooksUnchanged();
+}
+
 bool Store::IsFile(const std::filesystem::path& file) const
 {
   return this->Database->CheckUnchanged() && FileState::Of(file) == this->Database->State();

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,8 @@ public:
   // Whether the model can still be read as it is described. Errors: Changed where its store was
   // written to; InputOutput where that cannot be told.
   virtual Status CheckUnchanged() const { return {}; }
+  // The same where it can be told without a disk, else nothing. Waits for nobody.
+  virtual std::optional<bool> LooksUnchanged() const { return bool(this->CheckUnchanged()); }
 
   // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model.
   // Errors: Damaged; Changed; InputOutput and LimitExceeded where the same may succeed later.

@@ -134,6 +134,25 @@ TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
   EXPECT_NE(this->metrics.Text({}).find("kdstream_failed_blobs_total 2\n"), std::string::npos);
 }
 
+// The thread of the event loop asks first.
+TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
+{
+  const auto atOnce = [this](const std::string& path)
+  {
+    const auto answer = this->routes.AnswerAtOnce({ "GET", path, "", "", "" });
+    return answer ? answer->status : 0;
+  };
+  const std::string description = "/api/models/dragon/model.json";
+  EXPECT_EQ(atOnce(description), 200u);
+  EXPECT_EQ(atOnce(this->Blob(BlobId::Partition(3))), 0u);
+  this->model->inMemory = true;
+  EXPECT_EQ(atOnce(this->Blob(BlobId::Partition(3))), 200u);
+  this->model->unclear = true;
+  EXPECT_EQ(atOnce(description), 0u);
+  EXPECT_EQ(this->Get(description).status, 200u);
+  EXPECT_EQ(atOnce("/readyz"), 200u) << "as far as one can see";
+}
+
 TEST_F(Site, WhatIsNotSentIsNotRead)
 {
   const auto path = this->Blob(BlobId::Partition(3));

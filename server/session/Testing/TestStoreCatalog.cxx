@@ -336,6 +336,27 @@ TEST_F(Folder, AStoreThatALinkLeadsToIsSeenWhenItIsReplaced)
   EXPECT_EQ(this->catalog.FindDigest("sheet", old->Description().digest), old) << "in its grace";
 }
 
+// Another name or permission says that something has happened to the file. To see that its content
+// is what it was takes reading it, which those who wait for nobody leave to others.
+TEST_F(Folder, WhatTakesADiskToTellIsNotToldWithoutOne)
+{
+  this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  const auto blob = *model->ReadBlob(BlobId::Partition(0));
+  EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), blob);
+  EXPECT_EQ(model->LooksUnchanged(), std::optional(true));
+  fs::create_hard_link(this->folder / "sheet.kds", this->temporary / "again");
+  EXPECT_EQ(model->LooksUnchanged(), std::nullopt);
+  EXPECT_FALSE(model->FindBlob(BlobId::Partition(0)));
+  EXPECT_EQ(*model->ReadBlob(BlobId::Partition(0)), blob);
+  EXPECT_EQ(model->LooksUnchanged(), std::optional(true));
+  EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), blob);
+  fs::resize_file(this->folder / "sheet.kds", 4096);
+  EXPECT_EQ(model->LooksUnchanged(), std::optional(false));
+  EXPECT_FALSE(model->FindBlob(BlobId::Partition(0)));
+}
+
 TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
 {
   this->Build("sheet.kds", 20);
