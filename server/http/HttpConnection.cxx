@@ -420,6 +420,7 @@ private:
     }
     if (!this->State.Answers.MayStream(text(http::field::origin), text(http::field::host)))
     {
+      this->State.Counters.CountRefusal(Metrics::Reason::Origin);
       this->Refuse(403, "pages of this origin may not open a stream");
       return;
     }
