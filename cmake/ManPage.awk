@@ -46,12 +46,13 @@ function Close() {
 }
 
 # One help text: its sections under headings that begin with `section`, its groups with `group`.
-function Body(section, group, isCommand,    i, part, heading) {
+function Body(section, group, isCommand,    i, part, last, heading) {
   for (i = 1; i <= count && line[i] !~ /^Usage: /; ++i) description[i] = line[i]
   part = i
   if (!isCommand) print section " SYNOPSIS"
   if (isCommand) print ".PP"
   heading = substr(line[part], 8)
+  for (last = part; line[last + 1] != ""; ) heading = heading " " line[++last] # a long one goes on
   print ".B " Text(heading)
   if (!isCommand) print section " DESCRIPTION"
   if (isCommand) print ".PP"
@@ -60,7 +61,7 @@ function Body(section, group, isCommand,    i, part, heading) {
     if (line[i] != "") print Text(line[i]) (i + 1 < part && length(line[i]) < 85 ? "\n.br" : "")
   }
   if (!isCommand) print section " OPTIONS"
-  for (i = part + 1; i <= count; ++i) {
+  for (i = last + 1; i <= count; ++i) {
     if (line[i] ~ /^Examples?:$/) {
       if (isCommand) print group " Examples"
       else print section " EXAMPLES"
@@ -78,6 +79,9 @@ function Body(section, group, isCommand,    i, part, heading) {
     } else if (heading == "commands" && line[i] ~ /^  [a-z]/) {
       split(line[i], word, " ")
       command[++commands] = word[1]
+    } else if (heading != "commands" && line[i] ~ /^[^ ]/) { # what is said of them all
+      if (line[i - 1] == "") print ".PP"
+      print Text(line[i])
     } else if (heading != "commands" && line[i] != "") {
       Row(line[i])
     }

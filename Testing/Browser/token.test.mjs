@@ -73,6 +73,25 @@ test("without a link, and with one that has expired, the page says what is wrong
   await late.close();
 });
 
+test("a token that is entered is in no address at all", async () => {
+  const token = tokenFor("pebble", "levels");
+  const visit = await Visit.phone(browser);
+  const given = ["nonsense!", `${server.url}/#token=${token}`];
+  visit.page.on("dialog", (dialog) => dialog.accept(given.shift()));
+  await visit.open(server.url);
+  await visit.untilSaid(/the server asks for a token: open the link that you were given/);
+  await visit.page.click("#message-action");
+  await visit.untilSaid(/the server asks for a token: open the link that you were given/);
+  await visit.page.click("#message-action");
+  await visit.untilIdle();
+  await visit.page.reload();
+  await visit.untilIdle();
+  assert.deepEqual(given, []);
+  assert.equal(visit.page.url(), `${server.url}/`);
+  assert.ok(visit.requests.every((address) => !address.includes(token)));
+  await visit.close();
+});
+
 test("levels without the original: nothing is missing until it is asked for", async () => {
   const visit = await Visit.phone(browser);
   await visit.open(`${server.url}/#token=${tokenFor("pebble", "levels")}`);

@@ -170,4 +170,13 @@ void UniteBoxes(std::span<Box> boxes)
   }
 }
 
+std::vector<Box> BoxesAbove(std::span<const Box> partitions)
+{
+  std::vector<Box> boxes(2 * partitions.size());
+  std::copy(partitions.begin(), partitions.end(),
+    boxes.begin() + static_cast<std::ptrdiff_t>(partitions.size()));
+  UniteBoxes(boxes);
+  return boxes;
+}
+
 }

@@ -35,5 +35,7 @@ Result<std::vector<Box>> DecodePartitionBoxes(
 
 // Fills the nodes above the partitions. boxes: heap order, 2^(P+1) entries.
 void UniteBoxes(std::span<Box> boxes);
+// The boxes of all nodes, heap order, the first unused, given those of all 2^P partitions.
+std::vector<Box> BoxesAbove(std::span<const Box> partitions);
 
 }

@@ -87,6 +87,21 @@ Vec3 FrontOf(const Vec3& up)
   return DirectionOf(level).value_or(front);
 }
 
+ModelDescription ToldWith(ModelDescription model, ModelDetail detail)
+{
+  model.detail = detail;
+  if (detail != ModelDetail::Regions)
+  {
+    model.original = {};
+  }
+  for (std::size_t level = PreviewLevel(model) + std::size_t{ 1 };
+       detail == ModelDetail::Preview && level < model.levels.size(); ++level)
+  {
+    model.levels[level] = {};
+  }
+  return model;
+}
+
 unsigned PreviewLevel(const ModelDescription& model)
 {
   return PreviewLevel(model.depths);

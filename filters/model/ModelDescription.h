@@ -109,6 +109,10 @@ struct ModelDescription
   bool operator==(const ModelDescription&) const = default;
 };
 
+// As much of it as a client is told who may have so much: of finer resolutions no more than that
+// they are there.
+ModelDescription ToldWith(ModelDescription model, ModelDetail detail);
+
 // An entry of a server's list of models.
 struct ModelSummary
 {

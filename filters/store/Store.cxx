@@ -64,6 +64,11 @@ Status Store::CheckUnchanged() const
   return this->Database->CheckUnchanged();
 }
 
+std::optional<bool> Store::LooksUnchanged() const
+{
+  return this->Database->LooksUnchanged();
+}
+
 bool Store::IsFile(const std::filesystem::path& file) const
 {
   return this->Database->CheckUnchanged() && FileState::Of(file) == this->Database->State();
@@ -199,25 +204,17 @@ Result<std::vector<Piece>> Store::ReadPieces(
 Result<std::vector<Box>> Store::ReadBoxes() const
 {
   const TreeDepths& depths = this->Information.depths;
-  std::vector<Box> all(std::size_t{ 2 } << depths.partition);
-  for (const NodeId node : AllPartitionBoxes(depths))
+  const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
+  std::vector<Box> partitions; // as many as there are, not as many as are claimed
+  for (NodeId node = first; node < 2 * first; ++node)
   {
     const auto blob = this->ReadBoxesBlob(node);
     KDSTREAM_TRY(blob);
-    KDSTREAM_TRY(this->DecodeBoxes(*blob, node, all));
+    const auto told = DecodePartitionBoxes(*blob, node, depths);
+    KDSTREAM_TRY(told);
+    partitions.insert(partitions.end(), told->begin(), told->end());
   }
-  UniteBoxes(all);
-  return all;
-}
-
-Status Store::DecodeBoxes(std::span<const std::uint8_t> blob, NodeId node, std::span<Box> all) const
-{
-  const TreeDepths& depths = this->Information.depths;
-  const auto told = DecodePartitionBoxes(blob, node, depths);
-  KDSTREAM_TRY(told);
-  const NodeId first = node << (depths.partition - DepthOfNode(node));
-  std::copy(told->begin(), told->end(), all.begin() + first);
-  return {};
+  return BoxesAbove(partitions);
 }
 
 Result<PieceTable> Store::ReadPieceTable(std::span<const Box> boxes) const

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ public:
   // Whether the file is still the one that was opened, as every read checks after it. Errors:
   // Changed; InputOutput and LimitExceeded where it cannot be told.
   Status CheckUnchanged() const;
+  // The same without reading anything; nothing where it cannot be told so.
+  std::optional<bool> LooksUnchanged() const;
   // Whether the path `file` leads to the very file that is open, unchanged.
   bool IsFile(const std::filesystem::path& file) const;
 
@@ -83,7 +86,6 @@ private:
   Store();
   class Verification;
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
-  Status DecodeBoxes(std::span<const std::uint8_t> blob, NodeId node, std::span<Box> all) const;
   Status DecodePage(std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes,
     PieceTable& pieces) const;
   bool AttributesFit(const Piece& piece) const;

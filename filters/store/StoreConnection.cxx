@@ -41,6 +41,16 @@ Error OfBlob(const std::string& blob, const Error& error)
 
 }
 
+namespace
+{
+
+Error WasChanged()
+{
+  return { ErrorCode::Changed, "the file was changed while it was open" };
+}
+
+}
+
 Error DamagedBlob(const std::string& blob, const std::string& what)
 {
   return { ErrorCode::Damaged, blob + ": " + what };
@@ -110,18 +120,13 @@ Store::Connection::~Connection() = default;
 
 Status Store::Connection::CheckUnchanged()
 {
-  const std::lock_guard lock(this->Mutex);
-  for (int tries = 0; tries < 3 && !this->Changed; ++tries)
+  for (int tries = 0; tries < 3; ++tries)
   {
     const Result<FileState> now = this->File->State();
     KDSTREAM_TRY(now);
-    if (*now == this->LastState)
+    if (const std::optional<bool> same = this->Compare(*now))
     {
-      return {};
-    }
-    if (!now->SameContent(this->LastState))
-    {
-      break;
+      return *same ? Status() : WasChanged();
     }
     const Result<std::string> digestNow = this->ReadDigest();
     const Result<FileState> after = this->File->State();
@@ -133,12 +138,32 @@ Status Store::Connection::CheckUnchanged()
       {
         break;
       }
+      const std::lock_guard lock(this->Mutex);
       this->LastState = *now; // it has got another name or permission, no other content
-      return {};
+      return this->Changed ? WasChanged() : Status();
     }
   }
+  const std::lock_guard lock(this->Mutex);
   this->Changed = true;
-  return Error{ ErrorCode::Changed, "the file was changed while it was open" };
+  return WasChanged();
+}
+
+std::optional<bool> Store::Connection::LooksUnchanged()
+{
+  const Result<FileState> now = this->File->State();
+  return now ? this->Compare(*now) : std::nullopt;
+}
+
+// Whether the file is what it was, where its state alone tells that.
+std::optional<bool> Store::Connection::Compare(const FileState& now)
+{
+  const std::lock_guard lock(this->Mutex);
+  this->Changed = this->Changed || !now.SameContent(this->LastState);
+  if (this->Changed)
+  {
+    return false;
+  }
+  return now == this->LastState ? std::optional(true) : std::nullopt;
 }
 
 FileState Store::Connection::State()

@@ -51,6 +51,8 @@ public:
   // changes its state first. Errors: Changed; InputOutput and LimitExceeded where it cannot be
   // told.
   Status CheckUnchanged();
+  // The same by the file's state alone: nothing where that does not tell it. Reads nothing.
+  std::optional<bool> LooksUnchanged();
   FileState State();
 
   // The blob of a piece, whose checksum holds. name: what errors call it, here and below.
@@ -66,6 +68,7 @@ public:
 private:
   struct Reader;
 
+  std::optional<bool> Compare(const FileState& now);
   Result<std::string> ReadDigest() const;
   Result<std::unique_ptr<Reader>> Take();
   void Return(std::unique_ptr<Reader> reader);

@@ -6,6 +6,7 @@
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreSchema.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace kdstream
@@ -78,11 +79,18 @@ private:
     for (const NodeId node : AllPartitionBoxes(depths))
     {
       const auto blob = this->Whole.ReadBoxesBlob(node);
-      this->Note(
-        BoxesName(node), blob ? this->Whole.DecodeBoxes(*blob, node, boxes) : OnlyStatus(blob));
-      if (blob)
+      this->Note(BoxesName(node), OnlyStatus(blob));
+      if (!blob)
       {
-        this->Digest.AddBoxes(node, *blob);
+        continue;
+      }
+      this->Digest.AddBoxes(node, *blob);
+      const auto told = DecodePartitionBoxes(*blob, node, depths);
+      this->Note(BoxesName(node), OnlyStatus(told));
+      if (told)
+      {
+        std::copy(told->begin(), told->end(),
+          boxes.begin() + (node << (depths.partition - DepthOfNode(node))));
       }
     }
     UniteBoxes(boxes);

@@ -9,6 +9,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <ctime>
 #include <mutex>
@@ -73,6 +74,7 @@ QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t end
 struct QuotaBook::File
 {
   std::mutex mutex;
+  std::atomic<std::uint64_t> failures{ 0 }; // to begin
   Database database;
   Statement begin, commit, rollback, expire, lower, has, count, oldest, add, raise, due, pace;
 
@@ -173,8 +175,18 @@ template <class Work>
 QuotaBook::Taken QuotaBook::InTransaction(const Work& work)
 {
   auto& file = *this->Kept;
+  const auto failures = file.failures.load();
   const std::lock_guard lock(file.mutex);
-  KDSTREAM_TRY(file.Ask(file.begin));
+  if (file.failures != failures) // it was tried meanwhile: who waits waits once, not one after all
+  {
+    return Error{ ErrorCode::InputOutput, "the quotas cannot be kept: the file is locked" };
+  }
+  const auto begun = file.Ask(file.begin);
+  if (!begun)
+  {
+    ++file.failures;
+    return begun.GetError();
+  }
   Taken taken = work(this->Now());
   const bool entered = taken && !*taken;
   const auto ended = file.Ask(entered ? file.commit : file.rollback);

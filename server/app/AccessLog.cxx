@@ -196,15 +196,15 @@ AccessLog::~AccessLog()
 
 void AccessLog::Write(const AccessRecord& record)
 {
-  this->Add(LineOf(record));
+  this->Write(LineOf(record));
 }
 
 void AccessLog::Write(const PartitionRecord& record)
 {
-  this->Add(LineOf(record));
+  this->Write(LineOf(record));
 }
 
-void AccessLog::Add(const std::string& line)
+void AccessLog::Write(const std::string& line)
 {
   const std::lock_guard lock(this->Lines->mutex);
   if (this->Lines->waiting.size() + line.size() > waitingBytes)

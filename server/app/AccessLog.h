@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The logs of kdstream-serve. The access log: one line a request.
+// The logs of kdstream-serve, and its messages once it serves. The access log: one line a request.
 //
 //   2026-01-31T12:00:00Z 127.0.0.1 "GET /api/models.json" 200 512 0.3
 //
@@ -44,6 +44,7 @@ public:
   // Waits for nobody. From any thread.
   void Write(const AccessRecord& record);
   void Write(const PartitionRecord& record);
+  void Write(const std::string& line); // with its end
 
   // What comes from now on goes to what has the file's name now: log rotation. Errors: InputOutput;
   // then the lines go on where they went.
@@ -51,7 +52,6 @@ public:
 
 private:
   struct Writer;
-  void Add(const std::string& line);
   AccessLog(std::string file, std::shared_ptr<Writer> writer);
   std::string File;
   std::shared_ptr<Writer> Lines;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tells when stores of a folder have come, changed or gone (inotify).
+// Tells when stores of a folder have come, changed or gone (inotify), and when another folder has
+// taken its name: one that was renamed into its place, or that a link leads to now.
 #pragma once
 
 #include "filters/core/Result.h"
 
+#include <cstdint>
 #include <filesystem>
+#include <utility>
 
 namespace kdstream
 {
@@ -18,19 +21,29 @@ public:
   FolderWatch(FolderWatch&& other) noexcept;
   FolderWatch& operator=(FolderWatch&&) = delete;
 
-  // Becomes readable when something has happened.
+  // Becomes readable when something has happened in the folder.
   int Descriptor() const { return this->File; }
 
-  // Whether, since it was asked last, a NAME.kds has been closed by who wrote it, has got its name,
-  // or has lost it.
+  // Whether, since it was asked last, a NAME.kds has been closed by who wrote it, has got its name
+  // (as a link too), or has lost it; or the folder is another one.
   bool HasChanged();
 
 private:
-  explicit FolderWatch(int file)
+  using Identity = std::pair<std::uint64_t, std::uint64_t>; // device and number; 0, 0: none
+
+  FolderWatch(int file, std::filesystem::path folder)
     : File(file)
+    , Folder(std::move(folder))
   {
   }
+  bool Watch();
+  bool TakeEvents();
+  bool IsLink(const char* name) const;
+
   int File;
+  std::filesystem::path Folder;
+  Identity Watched;
+  int Number = -1; // of the watch
 };
 
 }

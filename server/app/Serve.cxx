@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve: streams the stores of a folder. The contract is doc/cli.md#kdstream-serve; the
 // protocol is doc/protocol.md.
+#include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
 #include "server/app/FolderWatch.h"
+#include "server/app/Messages.h"
 #include "server/app/ServeOptions.h"
 #include "server/app/TokenCommand.h"
 #include "server/app/TokensFile.h"
+#include "server/app/TokensWatch.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
@@ -60,35 +63,19 @@ sigset_t BlockSignals()
   return signals;
 }
 
-// What is wrong, though the server goes on.
-void PrintWarning(const std::string& program, const std::string& file, const std::string& what)
-{
-  std::cerr << program << ": warning: " << file << (file.empty() ? "" : ": ") << what << std::endl;
-}
-
-void WarnOfEmptyFolder(
-  const std::string& program, const std::string& folder, const StoreCatalog& catalog)
+void WarnOfEmptyFolder(Messages& messages, const std::string& folder, const StoreCatalog& catalog)
 {
   if (catalog.Models().empty())
   {
-    PrintWarning(program, folder, "there is no store (NAME.kds) to serve in this folder yet");
+    messages.Warn(folder, "there is no store (NAME.kds) to serve in this folder yet");
   }
 }
 
-void WarnOfTokens(const std::string& program, const std::string& file, const Status& status)
-{
-  if (!status)
-  {
-    PrintWarning(program, file, status.GetError().message + "; the keys of before count");
-  }
-}
-
-void Reopen(
-  const std::string& program, const std::string& file, const std::shared_ptr<AccessLog>& log)
+void Reopen(Messages& messages, const std::string& file, const std::shared_ptr<AccessLog>& log)
 {
   if (const auto status = log ? log->Reopen() : Status{}; !status)
   {
-    PrintWarning(program, file, status.GetError().message + "; the file of before is kept");
+    messages.Warn(file, status.GetError().message + "; the file of before is kept");
   }
 }
 
@@ -101,71 +88,106 @@ struct Logs
 // What runs beside the server.
 struct Surroundings
 {
-  const std::string& program;
   const ServeOptions& line;
+  Messages& messages;
   StoreCatalog& catalog;
   const Logs& logs;
-  std::optional<TokensFile>& tokens;
+  TokensWatch* tokens; // null: none are asked for
   HttpServer& server;
 };
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, logs, tokens, server] = around;
+  const auto& [line, messages, catalog, logs, tokens, server] = around;
+  if (tokens)
+  {
+    tokens->Reload();
+  }
   if (const auto status = catalog.Reload(); !status)
   {
-    PrintWarning(
-      program, line.folder, status.GetError().message + "; the models of before are served");
+    messages.Warn(line.folder, status.GetError().message + "; the models of before are served");
   }
-  WarnOfEmptyFolder(program, line.folder, catalog);
+  WarnOfEmptyFolder(messages, line.folder, catalog);
   if (line.server.web)
   {
     line.server.web->Forget();
   }
   if (const auto status = server.ReloadTls(); !status)
   {
-    PrintWarning(program, "", status.GetError().message + "; the one of before is shown");
+    messages.Warn("", status.GetError().message + "; the one of before is shown");
   }
-  if (tokens)
-  {
-    WarnOfTokens(program, line.tokens, tokens->Reload());
-  }
-  Reopen(program, line.accessLog, logs.access);
-  Reopen(program, line.auditLog, logs.audit);
+  Reopen(messages, line.accessLog, logs.access);
+  Reopen(messages, line.auditLog, logs.audit);
 }
+
+// Where memory runs out something is left undone, and said: the server goes on.
+template <class Work>
+void Try(Messages& messages, const Work& work)
+{
+  try
+  {
+    try
+    {
+      work();
+    }
+    catch (...)
+    {
+      messages.Fail(CaughtError().message);
+    }
+  }
+  catch (...) // nor is there memory to say so
+  {
+  }
+}
+
+// Follows the folder of stores.
+class FolderFollower
+{
+public:
+  explicit FolderFollower(const Surroundings& around)
+    : Catalog(around.catalog)
+    , Watch(FolderWatch::Open(around.line.folder))
+  {
+    if (this->Watch)
+    {
+      this->Catalog.Look(); // what came before it was watched
+      return;
+    }
+    around.messages.Warn(around.line.folder,
+      this->Watch.GetError().message + ": what changes in it is seen at SIGHUP");
+  }
+
+  int Descriptor() const { return this->Watch ? this->Watch->Descriptor() : -1; }
+
+  void Look()
+  {
+    if (this->Watch && this->Watch->HasChanged())
+    {
+      this->Catalog.Look();
+    }
+    else
+    {
+      this->Catalog.Refresh();
+    }
+  }
+
+private:
+  StoreCatalog& Catalog;
+  Result<FolderWatch> Watch;
+};
 
 // Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
 void WaitForEnd(const sigset_t& signals, const Surroundings& around)
 {
-  auto watch = FolderWatch::Open(around.line.folder);
-  if (!watch)
-  {
-    PrintWarning(around.program, around.line.folder,
-      watch.GetError().message + ": what changes in it is seen at SIGHUP");
-  }
-  else
-  {
-    around.catalog.Look(); // what came before it was watched
-  }
+  FolderFollower folder(around);
   const int signalFile = ::signalfd(-1, &signals, SFD_CLOEXEC);
   std::array<pollfd, 2> sources{ { { signalFile, POLLIN, 0 },
-    { watch ? watch->Descriptor() : -1, POLLIN, 0 } } };
+    { folder.Descriptor(), POLLIN, 0 } } };
+  constexpr int untilNextLook = 1000; // ms
   for (;;)
   {
-    // Who is revoked must be gone within a second.
-    (void)::poll(sources.data(), sources.size(), around.tokens ? 250 : 1000);
-    if (around.tokens)
-    {
-      WarnOfTokens(around.program, around.line.tokens, around.tokens->Look());
-    }
-    if (watch && watch->HasChanged())
-    {
-      around.catalog.Look();
-    }
-    else
-    {
-      around.catalog.Refresh();
-    }
+    (void)::poll(sources.data(), sources.size(), untilNextLook);
+    Try(around.messages, [&folder] { folder.Look(); });
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);
     if (signal == SIGTERM || signal == SIGINT)
@@ -174,7 +196,7 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
     }
     if (signal == SIGHUP)
     {
-      Reload(around);
+      Try(around.messages, [&around] { Reload(around); });
     }
   }
   ::close(signalFile);
@@ -193,7 +215,7 @@ void Drain(const sigset_t& signals, const Surroundings& around)
     const bool hurries = signal == SIGTERM || signal == SIGINT;
     if (hurries || std::chrono::steady_clock::now() >= until)
     {
-      PrintWarning(around.program, "", "it ends before all answers are finished");
+      around.messages.Warn("", "it ends before all answers are finished");
       return;
     }
   }
@@ -201,7 +223,7 @@ void Drain(const sigset_t& signals, const Surroundings& around)
 
 // Takes all the descriptors that the system gives, and no more clients than they are enough for:
 // one each, and what the program itself needs.
-void FitDescriptors(const std::string& program, HttpServerOptions& server)
+void FitDescriptors(Messages& messages, HttpServerOptions& server)
 {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
@@ -216,7 +238,7 @@ void FitDescriptors(const std::string& program, HttpServerOptions& server)
   const std::uint64_t most = std::max<std::uint64_t>(1, limit.rlim_cur - own);
   if (limit.rlim_cur != RLIM_INFINITY && server.maximumConnections > most)
   {
-    PrintWarning(program, "--max-connections " + std::to_string(server.maximumConnections),
+    messages.Warn("--max-connections " + std::to_string(server.maximumConnections),
       "this process may have " + std::to_string(limit.rlim_cur) + " descriptors, enough for " +
         std::to_string(most) + " clients");
     server.maximumConnections = static_cast<std::size_t>(most);
@@ -240,18 +262,15 @@ Result<std::shared_ptr<AccessLog>> OpenLog(
   return AccessLog::Open(file, form);
 }
 
-void SayWhoMay(
-  const std::string& program, const std::string& file, const std::optional<TokensFile>& tokens)
+void SayWhoMay(Messages& messages, const std::string& file, const std::optional<TokensFile>& tokens)
 {
   if (!tokens)
   {
-    std::cerr << program
-              << ": open to all: without --tokens whoever reaches it may have every model"
-              << std::endl;
+    messages.Say("open to all: without --tokens whoever reaches it may have every model");
   }
   else if (tokens->IsForAll())
   {
-    PrintWarning(program, file, "everybody on this machine may read these keys: chmod 600");
+    messages.Warn(file, "everybody on this machine may read these keys: chmod 600");
   }
 }
 
@@ -316,15 +335,42 @@ Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
   return std::optional(std::move(*tokens));
 }
 
+// Serves until it is told to end.
+void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
+  StoreCatalog& catalog, const Logs& logs, std::optional<TokensFile> tokens, HttpServer& server)
+{
+  if (line.server.admin)
+  {
+    messages.Say("metrics on " + server.AdminUrl() + "/metrics");
+  }
+  SayWhoMay(messages, line.tokens, tokens);
+  std::cout << "listening on " << server.Url() << std::endl;
+  WarnOfEmptyFolder(messages, line.folder, catalog);
+  if (const auto status = messages.WaitForNobody(); !status)
+  {
+    messages.Warn("", status.GetError().message);
+  }
+  std::optional<TokensWatch> watch;
+  if (tokens)
+  {
+    watch.emplace(
+      std::move(*tokens), [&](const std::string& what) { messages.Warn(line.tokens, what); });
+  }
+  const Surroundings around{ line, messages, catalog, logs, watch ? &*watch : nullptr, server };
+  WaitForEnd(signals, around);
+  Drain(signals, around);
+}
+
 int Serve(const std::string& program, ServeOptions& line)
 {
+  Messages messages(program);
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
-  FitDescriptors(program, line.server);
+  FitDescriptors(messages, line.server);
   const sigset_t signals = BlockSignals();
   StoreCatalog catalog(
     line.folder,
-    [&program](const std::filesystem::path& file, const std::string& what)
-    { PrintWarning(program, file.string(), what); },
+    [&messages](const std::filesystem::path& file, const std::string& what)
+    { messages.Warn(file.string(), what); },
     std::chrono::seconds(line.grace), line.cacheBytes);
   if (const auto status = catalog.Reload(); !status)
   {
@@ -350,9 +396,7 @@ int Serve(const std::string& program, ServeOptions& line)
   {
     return PrintError(program, "", tokens.GetError());
   }
-  line.server.onError = [&program](const std::string& what) {
-    PrintError(program, "", { ErrorCode::InputOutput, what });
-  };
+  line.server.onError = [&messages](const std::string& what) { messages.Fail(what); };
   line.server.version = KDSTREAM_VERSION;
 
   const auto server = HttpServer::Start(catalog, line.server);
@@ -361,16 +405,7 @@ int Serve(const std::string& program, ServeOptions& line)
     PrintError(program, "", server.GetError());
     return exitFailed; // also of a --host that no name server knows today
   }
-  if (line.server.admin)
-  {
-    std::cerr << program << ": metrics on " << (*server)->AdminUrl() << "/metrics" << std::endl;
-  }
-  SayWhoMay(program, line.tokens, *tokens);
-  std::cout << "listening on " << (*server)->Url() << std::endl;
-  WarnOfEmptyFolder(program, line.folder, catalog);
-  const Surroundings around{ program, line, catalog, *logs, *tokens, **server };
-  WaitForEnd(signals, around);
-  Drain(signals, around);
+  Run(signals, line, messages, catalog, *logs, std::move(*tokens), **server);
   return exitDone; // what is still under way ends with the server
 }
 

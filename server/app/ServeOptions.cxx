@@ -107,6 +107,16 @@ void AddPages(CLI::App& app, ServeOptions& line)
     ->group(pages);
 }
 
+// "5%" is 5 of a number in percent.
+std::string WithoutPercent(std::string text)
+{
+  if (text.size() > 1 && text.back() == '%')
+  {
+    text.pop_back();
+  }
+  return text;
+}
+
 // How much of the original the bearers of tokens may have.
 void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
 {
@@ -123,6 +133,7 @@ void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
         .add_option_function<double>(
           "--quota-partitions", [&line](double percent) { line.quotas.share = percent / 100; },
           "of a model's partitions a name may have so many in a window, in percent [default: all]")
+        ->transform(WithoutPercent)
         ->check(CLI::Range(1e-9, 100.0))
         ->type_name("PERCENT"));
   add(app
@@ -180,6 +191,13 @@ void AddLimits(CLI::App& app, HttpServerOptions& server)
       "requests of one address; more are answered 429; 0: any number [default: 6000, for others "
       "than this machine]")
     ->type_name("N")
+    ->group(limits);
+  app
+    .add_option("--max-header", server.headerBytes,
+      "bytes of a request's header, token included; larger ones are answered 431")
+    ->check(CLI::Range(std::size_t{ 1024 }, std::size_t{ 1 } << 20))
+    ->type_name("N")
+    ->capture_default_str()
     ->group(limits);
   app
     .add_option(

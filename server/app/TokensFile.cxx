@@ -1,12 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/TokensFile.h"
 
+#include "filters/core/CaughtError.h"
+
 #include <sys/stat.h>
 
 #include <utility>
 
 namespace kdstream
 {
+
+namespace
+{
+
+bool MayPass(const Error& error)
+{
+  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
+}
+
+Result<TokenKeys> Caught(const std::filesystem::path& file)
+{
+  try
+  {
+    return ReadTokenKeys(file);
+  }
+  catch (...)
+  {
+    return CaughtError();
+  }
+}
+
+}
 
 TokensFile::Stamp TokensFile::StampOf(const std::filesystem::path& file)
 {
@@ -43,16 +67,29 @@ Result<TokensFile> TokensFile::Open(std::filesystem::path file)
 
 Status TokensFile::Look()
 {
-  return StampOf(this->File) == this->Seen ? Status{} : this->Reload();
+  const bool again = this->Again;
+  if (!again && StampOf(this->File) == this->Seen)
+  {
+    return {};
+  }
+  const auto before = this->Told;
+  auto status = this->Reload();
+  return again && this->Again && this->Told == before ? Status{} : status;
 }
 
 Status TokensFile::Reload()
 {
-  this->Seen = StampOf(this->File);
-  auto keys = ReadTokenKeys(this->File);
-  KDSTREAM_TRY(keys);
-  this->Keeper->Replace(std::move(*keys));
-  return {};
+  this->Again = true; // should it end here
+  const auto now = StampOf(this->File);
+  auto keys = Caught(this->File);
+  if (keys)
+  {
+    this->Keeper->Replace(std::move(*keys));
+  }
+  this->Seen = now;
+  this->Again = !keys && MayPass(keys.GetError());
+  this->Told = keys ? "" : keys.GetError().message;
+  return keys ? Status{} : keys.GetError();
 }
 
 }

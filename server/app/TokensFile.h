@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 namespace kdstream
 {
@@ -26,8 +27,9 @@ public:
   // Whether others than its owner and group may read the file, and so sign tokens.
   bool IsForAll() const { return (this->Seen[0] & 07) != 0; }
 
-  // Reads the file again if it is another one, or was written to, since it was read last.
-  // Errors: those of ReadTokenKeys, once for each change; the keys of before stay then.
+  // Reads the file again if it is another one, or was written to, since it was read last; and where
+  // it could not be read for a reason that may pass, such as a want of descriptors. Errors: those
+  // of ReadTokenKeys, once for each change; the keys of before stay then.
   Status Look();
   // Reads it in any case.
   Status Reload();
@@ -41,6 +43,8 @@ private:
 
   std::filesystem::path File;
   Stamp Seen{};
+  bool Again = false; // what failed may succeed
+  std::string Told;   // the error of the last reading
   std::shared_ptr<TokenGuard> Keeper;
 };
 

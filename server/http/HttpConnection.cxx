@@ -94,7 +94,7 @@ public:
   }
 
 private:
-  static constexpr std::uint32_t headerBytes = 8192;
+  static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
   // How long a client may take for its first request if its seat is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
 
@@ -174,7 +174,7 @@ private:
   {
     this->Answering = false;
     this->Parser.emplace();
-    this->Parser->header_limit(headerBytes);
+    this->Parser->header_limit(static_cast<std::uint32_t>(this->State.Options.headerBytes));
     this->Parser->body_limit(0);
     this->Parser->eager(true);
     this->Socket.ExpireAfter(this->State.Options.requestTimeout);
@@ -224,8 +224,8 @@ private:
     }
     else if (error == http::error::header_limit || error == http::error::buffer_overflow)
     {
-      this->Refuse(
-        431, "the request's header is larger than " + std::to_string(headerBytes) + " bytes");
+      this->Refuse(431, "the request's header is larger than " +
+                          std::to_string(this->State.Options.headerBytes) + " bytes");
     }
     else if (error == http::error::body_limit || error == http::error::unexpected_body)
     {
@@ -420,6 +420,7 @@ private:
     }
     if (!this->State.Answers.MayStream(text(http::field::origin), text(http::field::host)))
     {
+      this->State.Counters.CountRefusal(Metrics::Reason::Origin);
       this->Refuse(403, "pages of this origin may not open a stream");
       return;
     }
@@ -460,16 +461,30 @@ private:
       this->KeepAlive, isSecured ? this->State.Options.strictTransport : std::chrono::seconds(0));
     const bool hasBody = this->Answer.body && !this->Answer.omitBody;
     this->BodyBytes = hasBody ? this->Answer.length : 0;
-    const auto* body = hasBody ? this->Answer.body->data() + this->Answer.begin : nullptr;
-    this->Socket.ExpireAfter(this->State.PatienceFor(this->BodyBytes));
+    this->BodySent = 0;
+    this->TakenBy = Clock::now() + this->State.PatienceFor(this->BodyBytes);
+    this->SendPart(asio::const_buffer(this->Head.data(), this->Head.size()));
+  }
+
+  // The next part of the body, with what comes before it. Each has a time of its own: who takes
+  // nothing at all is not waited for as long as a large answer may take.
+  void SendPart(asio::const_buffer before)
+  {
+    const auto bytes = std::min(this->BodyBytes - this->BodySent, bytesAtOnce);
+    const auto* part =
+      bytes == 0 ? nullptr : this->Answer.body->data() + this->Answer.begin + this->BodySent;
+    this->BodySent += bytes;
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(this->TakenBy - Clock::now());
+    this->Socket.ExpireAfter(std::clamp(left, {}, this->State.PatienceFor(bytes)));
     asio::async_write(
-      this->Socket,
-      std::array{ asio::const_buffer(this->Head.data(), this->Head.size()),
-        asio::const_buffer(body, this->BodyBytes) },
+      this->Socket, std::array{ before, asio::const_buffer(part, bytes) },
       [](beast::error_code error, std::size_t) // how much to write at once
       { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
       [self = this->shared_from_this()](beast::error_code error, std::size_t)
-      { self->Guard([&] { self->OnSent(error); }); });
+      {
+        const bool goesOn = !error && self->BodySent < self->BodyBytes;
+        self->Guard([&] { goesOn ? self->SendPart({}) : self->OnSent(error); });
+      });
   }
 
   void OnSent(beast::error_code error)
@@ -560,11 +575,12 @@ private:
   ClientSocket Socket;
   ServerState& State;
   Admission Admitted;
-  beast::flat_buffer Input{ headerBytes + 1024 };
+  beast::flat_buffer Input{ this->State.Options.headerBytes + 1024 };
   std::optional<beast::http::request_parser<beast::http::empty_body>> Parser;
   HttpResponse Answer;
-  std::string Head; // what is sent before the body
-  std::size_t BodyBytes = 0;
+  std::string Head;                        // what is sent before the body
+  std::size_t BodyBytes = 0, BodySent = 0; // BodySent: or on its way
+  Clock::time_point TakenBy;               // all of the answer
   bool KeepAlive = false;
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;

@@ -56,6 +56,7 @@ struct HttpServerOptions
   // The hosts that requests may name (but those to /healthz and /readyz); none: any.
   std::vector<std::string> allowedHosts;
   std::size_t regionPartitions = 65536; // most in a region
+  std::size_t headerBytes = 8192;       // most of a request's header
   std::string allowOrigin;              // RouteOptions::allowOrigin
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
@@ -73,8 +74,8 @@ struct HttpServerOptions
   // How long a client may take for the handshake of TLS and to send a request's header, from the
   // connection or the last answer on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
-  // How long a client may take to receive an answer, or a message of a stream (of at most 64 KiB),
-  // plus a second for each `slowestBytes`.
+  // How long a client may take to receive an answer, 64 KiB of it, or a message of a stream (which
+  // is no larger), each plus a second for each `slowestBytes`.
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.

@@ -82,7 +82,7 @@ std::string Metrics::Text(const CacheUse& memory) const
     "Connections refused because there were too many.", this->RefusedConnections);
   constexpr std::array<const char*, static_cast<std::size_t>(Reason::Count)> reasons{ "address",
     "requests", "host", "slow", "idle", "descriptors", "stopping", "handshake", "proxy", "token",
-    "quota" };
+    "quota", "origin" };
   Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
   for (std::size_t i = 0; i < reasons.size(); ++i)
   {

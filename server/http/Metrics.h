@@ -64,6 +64,7 @@ public:
     Proxy,       // a proxy's header could not be read
     Token,       // it had none, or none for what it asked for
     Quota,       // it has had enough
+    Origin,      // a page of another origin wanted a stream
     Count
   };
   void CountRefusal(Reason reason) { ++this->Refusals[static_cast<std::size_t>(reason)]; }

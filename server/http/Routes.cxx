@@ -303,8 +303,8 @@ HttpResponse Routes::AnswerReady() const
     return this->Failure(503, "the server is stopping");
   }
   const auto models = this->Models.Models();
-  const bool any = std::any_of(
-    models.begin(), models.end(), [](const auto& model) { return bool(model->CheckUnchanged()); });
+  const bool any = std::any_of(models.begin(), models.end(),
+    [](const auto& model) { return model->LooksUnchanged().value_or(true); });
   return any ? Fleeting(200, "text/plain; charset=utf-8", "ready\n")
              : this->Failure(503, "there is no model to serve");
 }
@@ -356,7 +356,7 @@ Routes::Answered Routes::AnswerModels(
   }
   if (resource.kind == protocol::ResourcePath::Kind::Model)
   {
-    return this->AnswerModel(request, *model, permission->Detail());
+    return this->AnswerModel(request, *model, permission->Detail(), patience);
   }
   const auto same = this->Models.FindDigest(resource.model, resource.digest);
   if (!same)
@@ -370,10 +370,15 @@ Routes::Answered Routes::AnswerModels(
   return this->AnswerBlob(request, *same, resource.blob, *permission, patience);
 }
 
-HttpResponse Routes::AnswerModel(
-  const HttpRequest& request, const ServedModel& model, ModelDetail detail) const
+Routes::Answered Routes::AnswerModel(
+  const HttpRequest& request, const ServedModel& model, ModelDetail detail, Patience patience) const
 {
-  if (!model.CheckUnchanged())
+  const auto unchanged = model.LooksUnchanged();
+  if (!unchanged && patience == Patience::None)
+  {
+    return std::nullopt;
+  }
+  if (unchanged ? !*unchanged : !model.CheckUnchanged())
   {
     const auto refusal = RefuseModel(model.Description().id);
     return this->Failure(refusal.status, refusal.message);
@@ -410,16 +415,22 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
   {
     return std::nullopt;
   }
-  if (request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag)) // no byte of it is sent
+  // Where no byte of it is sent none is read. A part is read as a whole: so is its checksum.
+  const bool isKnown = request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag);
+  if (isKnown || !request.range.empty())
   {
     const auto size = model.BlobSize(id);
     if (!size)
     {
       return refuse(size.GetError());
     }
-    auto response = Cacheable(request, type, Bytes({}), std::move(tag), policy);
+    auto response = Cacheable(request, type, Bytes({}), tag, policy);
     response.length = response.status == 200 ? static_cast<std::size_t>(*size) : 0;
-    return Ranged(request, std::move(response));
+    response = Ranged(request, std::move(response));
+    if (isKnown || response.status == 416)
+    {
+      return response;
+    }
   }
   auto blob = model.ReadBlob(id);
   if (!blob)
@@ -440,7 +451,7 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
 HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
   BlobBytes body;
-  if (this->Options.guard)
+  if (!permission.AllowsAllModels())
   {
     auto models = this->Models.Models();
     std::erase_if(models, [&permission](const auto& model)

@@ -81,8 +81,8 @@ private:
   Answered AnswerModels(
     const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const;
   HttpResponse AnswerModelList(const HttpRequest& request, const Permission& permission) const;
-  HttpResponse AnswerModel(
-    const HttpRequest& request, const ServedModel& model, ModelDetail detail) const;
+  Answered AnswerModel(const HttpRequest& request, const ServedModel& model, ModelDetail detail,
+    Patience patience) const;
   Answered AnswerBlob(const HttpRequest& request, const ServedModel& model,
     const protocol::BlobId& id, const Permission& permission, Patience patience) const;
   Answered AnswerFile(const HttpRequest& request, std::string_view path, Patience patience) const;

@@ -193,10 +193,7 @@ private:
       return;
     }
     auto message = this->Talk.NextReadyMessage();
-    for (; this->FailedBlobs < this->Talk.FailedBlobs(); ++this->FailedBlobs)
-    {
-      this->State.Counters.CountFailedBlob();
-    }
+    this->CountWhatWasRefused();
     if (!message)
     {
       this->RunErrand();
@@ -226,6 +223,24 @@ private:
           self->GoOn();
         }
       });
+  }
+
+  void CountWhatWasRefused()
+  {
+    const auto& now = this->Talk.Counted();
+    auto& counters = this->State.Counters;
+    for (; this->Counted.failedBlobs < now.failedBlobs; ++this->Counted.failedBlobs)
+    {
+      counters.CountFailedBlob();
+    }
+    for (; this->Counted.forbidden < now.forbidden; ++this->Counted.forbidden)
+    {
+      counters.CountRefusal(Metrics::Reason::Token);
+    }
+    for (; this->Counted.tooMany < now.tooMany; ++this->Counted.tooMany)
+    {
+      counters.CountRefusal(Metrics::Reason::Requests);
+    }
   }
 
   // If what was sent is the first or the last that its request is owed.
@@ -361,7 +376,7 @@ private:
   Seat Place;
   AccessRecord Record;
   Conversation Talk;
-  std::uint64_t FailedBlobs = 0; // that have been counted
+  Conversation::Tally Counted; // what the metrics know of
   Clock::time_point Opened = Clock::now();
   beast::flat_buffer Input;
   Conversation::Message Output;    // that is being sent

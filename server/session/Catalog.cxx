@@ -18,18 +18,13 @@ BlobBytes JsonBytes(const std::string& text)
 
 BlobBytes ServedModel::Json(ModelDetail detail) const
 {
-  if (detail != ModelDetail::Regions)
-  {
-    auto told = this->Description();
-    told.detail = detail;
-    return JsonBytes(WriteModel(told));
-  }
   const std::lock_guard lock(this->JsonMutex);
-  if (!this->Written)
+  auto& written = this->Written.at(static_cast<std::size_t>(detail));
+  if (!written)
   {
-    this->Written = JsonBytes(WriteModel(this->Description()));
+    written = JsonBytes(WriteModel(ToldWith(this->Description(), detail)));
   }
-  return this->Written;
+  return written;
 }
 
 BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models)

@@ -11,9 +11,11 @@
 #include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -31,12 +33,14 @@ public:
   virtual ~ServedModel() = default;
 
   virtual const ModelDescription& Description() const = 0;
-  // It as JSON, for clients that may have so much; for those that may have all, written once.
+  // It as JSON, as clients are told that may have so much; written once for each detail.
   BlobBytes Json(ModelDetail detail = ModelDetail::Regions) const;
 
   // Whether the model can still be read as it is described. Errors: Changed where its store was
   // written to; InputOutput where that cannot be told.
   virtual Status CheckUnchanged() const { return {}; }
+  // The same where it can be told without a disk, else nothing. Waits for nobody.
+  virtual std::optional<bool> LooksUnchanged() const { return bool(this->CheckUnchanged()); }
 
   // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model.
   // Errors: Damaged; Changed; InputOutput and LimitExceeded where the same may succeed later.
@@ -59,7 +63,7 @@ public:
 
 private:
   mutable std::mutex JsonMutex;
-  mutable BlobBytes Written;
+  mutable std::array<BlobBytes, 3> Written; // by detail
 };
 
 // How a memory of blobs has done so far.

@@ -167,6 +167,7 @@ void Conversation::Receive(std::string_view text, bool busy)
   }
   else if (this->Waiting.size() + (this->Current ? 1 : 0) >= maximumRequests)
   {
+    ++this->Counts.tooMany;
     this->AnswerError(message->request, 429,
       "there are already " + std::to_string(maximumRequests) + " unfinished requests");
   }
@@ -207,6 +208,7 @@ void Conversation::EndUnlessPermitted()
   {
     return;
   }
+  ++this->Counts.forbidden;
   this->Answers.clear();
   if (this->IsIdle())
   {
@@ -378,6 +380,7 @@ void Conversation::Start(Received received)
   }
   if (const auto refused = this->RefusalOf(message))
   {
+    ++this->Counts.forbidden;
     this->AnswerError(message.request, refused->status, refused->message);
     return;
   }
@@ -435,9 +438,8 @@ void Conversation::FinishOpening(Errand& errand)
   else
   {
     this->Model = std::move(errand.Model);
-    protocol::OpenedAnswer opened{ this->Model->Description() };
-    opened.model.detail = this->May.Detail();
-    this->Answer({ request, std::move(opened) });
+    this->Answer({ request,
+      protocol::OpenedAnswer{ ToldWith(this->Model->Description(), this->May.Detail()) } });
   }
 }
 
@@ -454,7 +456,7 @@ void Conversation::FinishBlob(Errand& errand)
   }
   const auto refusal =
     RefusePart(job.model->Description().id, protocol::BlobName(errand.Blob), *errand.Failure);
-  this->Failed += refusal.IsFailure();
+  this->Counts.failedBlobs += refusal.IsFailure();
   if (errand.Failure->code == ErrorCode::Changed)
   {
     this->AnswerError(job.request, refusal.status, refusal.message);

@@ -129,8 +129,14 @@ public:
   // most one blob is read.
   std::optional<Message> NextMessage();
 
-  // Blobs that could not be read, in all requests so far.
-  std::uint64_t FailedBlobs() const { return this->Failed; }
+  // What became of its requests so far.
+  struct Tally
+  {
+    std::uint64_t failedBlobs = 0; // that could not be read
+    std::uint64_t forbidden = 0;   // requests that its token does not allow, and that it has ended
+    std::uint64_t tooMany = 0;     // requests beyond maximumRequests
+  };
+  const Tally& Counted() const { return this->Counts; }
 
   // Whether the client has nothing to wait for.
   bool IsIdle() const { return !this->Current && this->Waiting.empty() && this->Answers.empty(); }
@@ -172,7 +178,7 @@ private:
   std::shared_ptr<Errand> Pending;             // of the current request
   std::deque<protocol::ServerMessage> Answers; // before anything else
   Milestone Latest;
-  std::uint64_t Failed = 0;
+  Tally Counts;
   bool Draining = false;
   std::optional<CloseReason> Close;
 };

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/Permission.h"
 
-#include "filters/codec/TreePage.h"
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -26,13 +24,8 @@ ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
   {
     case BlobKind::Level:
       return blob.level <= preview ? ModelDetail::Preview : ModelDetail::Levels;
-    case BlobKind::Tree:
-    {
-      const bool isCoarse =
-        IsTreePage(blob.number, model.depths) &&
-        DepthOfNode(blob.number) + DepthsOfTreePage(blob.number, model.depths) <= preview;
-      return isCoarse ? ModelDetail::Preview : ModelDetail::Levels;
-    }
+    case BlobKind::Tree: // the first page already tells of pieces of the next levels
+      return ModelDetail::Levels;
     case BlobKind::Partition:
     case BlobKind::Boxes:
       break;
@@ -82,6 +75,11 @@ Permission::Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<
 ModelDetail Permission::Detail() const
 {
   return this->Guard ? this->Held->claims.detail : ModelDetail::Regions;
+}
+
+bool Permission::AllowsAllModels() const
+{
+  return !this->Guard || this->Held->claims.allModels;
 }
 
 Permission::Refused Permission::TakePartition(

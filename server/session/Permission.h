@@ -2,10 +2,11 @@
 // What one client may have by its token: the same by GET and by stream. Step "serve" of the
 // README's picture.
 //
-//   preview   the description of a model, the level of its preview and coarser ones, and the pages
-//             of its tree that tell of nothing finer
-//   levels    all levels, and all pages of the tree
+//   preview   the description of a model, the level of its preview and coarser ones
+//   levels    all levels, and the pages of the tree
 //   regions   the original too, and the boxes of its partitions
+//
+// Of what is finer the description tells nothing (ToldWith).
 //
 // All functions from any thread.
 #pragma once
@@ -50,6 +51,7 @@ public:
 
   // How much of the models that it is for.
   ModelDetail Detail() const;
+  bool AllowsAllModels() const;
 
   // Whether a blob has to be taken by TakePartition before it is sent.
   bool IsCounted(const protocol::BlobId& blob) const

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/StoreCatalog.h"
 
+#include "filters/core/CaughtError.h"
+#include "filters/core/SystemReason.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/StoreModel.h"
 
+#include <dirent.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <system_error>
 #include <utility>
 
@@ -79,29 +84,43 @@ std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
   return models;
 }
 
-// The stores of a folder, by name.
+Error UnreadableFolder(int number)
+{
+  switch (number)
+  {
+    case ENOENT:
+      return { ErrorCode::NotFound, "there is no such folder" };
+    case ENOTDIR:
+      return { ErrorCode::InputOutput,
+        "is a file, not a folder: the folder that it is in is served" };
+    default:
+      return SystemError("cannot be read", number);
+  }
+}
+
+// The stores of a folder, by name. By readdir: std::filesystem's iterator ends the program where it
+// has no memory.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
-  std::error_code error;
-  std::vector<std::filesystem::path> files;
-  std::filesystem::directory_iterator entry(folder, error);
-  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
+  const std::unique_ptr<DIR, int (*)(DIR*)> opened(::opendir(folder.c_str()), &::closedir);
+  if (!opened)
   {
-    if (entry->path().extension() == ".kds")
-    {
-      files.push_back(entry->path());
-    }
+    return UnreadableFolder(errno);
   }
-  if (error)
+  std::vector<std::filesystem::path> files;
+  errno = 0;
+  for (const dirent* entry = ::readdir(opened.get()); entry; entry = ::readdir(opened.get()))
   {
-    if (error == std::errc::no_such_file_or_directory)
+    std::filesystem::path file = folder / entry->d_name;
+    if (file.extension() == ".kds")
     {
-      return Error{ ErrorCode::NotFound, "there is no such folder" };
+      files.push_back(std::move(file));
     }
-    return Error{ ErrorCode::InputOutput,
-      error == std::errc::not_a_directory
-        ? "is a file, not a folder: the folder that it is in is served"
-        : "cannot be read: " + error.message() };
+    errno = 0;
+  }
+  if (errno != 0)
+  {
+    return UnreadableFolder(errno);
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -124,33 +143,43 @@ StoreCatalog::~StoreCatalog() = default;
 Status StoreCatalog::Reload()
 {
   this->Reports->Forget();
-  return this->ReadFolder(Patience::None);
+  return this->Try(Patience::None);
 }
 
 void StoreCatalog::Look()
 {
-  (void)this->ReadFolder(Patience::WithNew); // where it cannot be read, all stays as it is
+  (void)this->Try(Patience::WithNew); // where it cannot be read, all stays as it is
+}
+
+// Until all of it has been done, it is to be done again.
+Status StoreCatalog::Try(Patience patience)
+{
+  const std::lock_guard reloading(this->ReloadMutex);
+  this->Again = true;
+  try
+  {
+    return this->ReadFolder(patience);
+  }
+  catch (...) // for want of memory mostly
+  {
+    return CaughtError();
+  }
 }
 
 Status StoreCatalog::ReadFolder(Patience patience)
 {
-  const std::lock_guard reloading(this->ReloadMutex);
   const auto files = FindStores(this->Folder);
+  KDSTREAM_TRY(files); // a disk that is not there for the moment, or no descriptors
   const auto before = this->Current();
-  if (!files) // a disk that is not there for the moment, or no descriptors
-  {
-    State same = *before;
-    same.passing = true;
-    this->Publish(std::move(same));
-    return files.GetError();
-  }
   State state;
   for (const auto& file : *files)
   {
     this->Add(state, file, *before, patience);
   }
   this->KeepReplaced(state, *before);
+  const bool passing = state.passing;
   this->Publish(std::move(state));
+  this->Again = passing;
   return {};
 }
 
@@ -231,15 +260,21 @@ void StoreCatalog::KeepReplaced(State& state, const State& before) const
 void StoreCatalog::Refresh()
 {
   const auto present = this->Current();
+  // Also where a link leads to another file now, of which no folder tells.
   const bool changed = std::any_of(present->byId.begin(), present->byId.end(),
-    [](const auto& entry) { return !entry.second->CheckUnchanged(); });
+    [this](const auto& entry) { return !entry.second->IsFile(this->FileOf(entry.first)); });
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
-  if (present->passing || changed || outlived)
+  if (this->Again || changed || outlived)
   {
     this->Look();
   }
+}
+
+std::filesystem::path StoreCatalog::FileOf(const std::string& id) const
+{
+  return this->Folder / (id + ".kds");
 }
 
 std::shared_ptr<const StoreCatalog::State> StoreCatalog::Current() const

@@ -5,6 +5,7 @@
 #include "server/session/BlobCache.h"
 #include "server/session/Catalog.h"
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -38,15 +39,17 @@ public:
   // that have not changed stay open. Stores that cannot be opened and names that are not model ids
   // are reported; where the name had a model before, that one stays. Models whose file is gone are
   // found no more. Pointers to earlier models stay valid. Errors: NotFound or InputOutput where the
-  // folder cannot be read: the models stay as they were. Memory: 48 bytes a node of each tree.
+  // folder cannot be read, LimitExceeded where memory runs out: the models stay as they were, and
+  // Refresh tries again. Memory: 48 bytes a node of each tree.
   Status Reload();
 
   // What Reload does, where stores may have come or gone; but nothing is reported again.
   void Look();
 
   // To be called now and then: lets go of replaced models after their grace, and where a store was
-  // overwritten, or a store or the folder could not be opened, does what Reload does. What has been
-  // reported already is not reported again.
+  // overwritten, or its name leads to another file, or a store or the folder could not be opened,
+  // does what Reload does. What has been reported already is not reported again. Throws nothing
+  // but for want of memory.
   void Refresh();
 
   std::vector<std::shared_ptr<const ServedModel>> Models() const override;
@@ -73,12 +76,14 @@ private:
     BlobBytes list;
   };
   std::shared_ptr<const State> Current() const;
+  std::filesystem::path FileOf(const std::string& id) const;
   void Publish(State state);
   enum class Patience
   {
     None,
     WithNew // what was written just now, and is no store, may become one: it is not reported yet
   };
+  Status Try(Patience patience);
   Status ReadFolder(Patience patience);
   void Add(
     State& state, const std::filesystem::path& file, const State& before, Patience patience) const;
@@ -88,7 +93,8 @@ private:
   std::chrono::seconds Grace;
   std::shared_ptr<Reporter> Reports;
   std::shared_ptr<BlobCache> Cache;
-  std::mutex ReloadMutex; // one reload at a time
+  std::mutex ReloadMutex;           // one reload at a time
+  std::atomic<bool> Again{ false }; // the folder is to be read again soon
   mutable std::mutex Mutex;
   std::shared_ptr<const State> Present;
 };

@@ -51,6 +51,7 @@ public:
   {
     return Caught([this] { return this->Source->CheckUnchanged(); });
   }
+  std::optional<bool> LooksUnchanged() const override { return this->Source->LooksUnchanged(); }
   bool IsFile(const std::filesystem::path& file) const override
   {
     return this->Source->IsFile(file);
@@ -94,7 +95,7 @@ public:
   BlobBytes FindBlob(const protocol::BlobId& blob) const override
   {
     auto bytes = this->Cache->Find(this->Number, blob);
-    return bytes && this->CheckUnchanged() ? bytes : nullptr;
+    return bytes && this->LooksUnchanged() == true ? bytes : nullptr;
   }
 
   Result<std::uint64_t> BlobSize(const protocol::BlobId& blob) const override

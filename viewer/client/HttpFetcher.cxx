@@ -155,9 +155,9 @@ private:
       return;
     }
     const bool mayWantTls = untouched && !this->HasAnswered && !this->Server.isSecure;
-    this->Finish(Error{ ErrorCode::InputOutput,
-      "the connection to " + this->Server.Authority() + " was lost: " + error.message() +
-        (mayWantTls ? "; does it speak https?" : "") });
+    this->Finish(Error{ ErrorCode::InputOutput, "the connection to " + this->Server.Authority() +
+                                                  " was lost: " + error.message() +
+                                                  (mayWantTls ? "; does it speak https?" : "") });
   }
 
   Error Unreachable(const Error& error) const

@@ -21,6 +21,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -70,6 +71,25 @@ public:
     return reply.get();
   }
 
+  // The same, a few times where the server is busy, as one is that starts or ends. In between, as
+  // long as it asks for, but not for ever.
+  Result<HttpReply> FetchFromBusy(const HttpFetch& fetch)
+  {
+    constexpr int mostTries = 5;
+    for (int tries = 1;; ++tries)
+    {
+      auto reply = this->FetchAndWait(fetch);
+      if (!reply || !IsBusy(reply->status) || tries == mostTries)
+      {
+        return reply;
+      }
+      const double pause = std::clamp(reply->retryAfter, 1.0, 8.0);
+      std::uniform_real_distribution<double> chance(1, 2);
+      std::random_device random;
+      std::this_thread::sleep_for(std::chrono::duration<double>(pause * chance(random)));
+    }
+  }
+
   void Start()
   {
     asio::post(this->Context,
@@ -77,7 +97,8 @@ public:
       {
         ServerLineOptions options;
         options.authority = this->Server.Authority();
-        options.jitter = 2;
+        options.firstRetry = 1;
+        options.jitter = 3;
         options.streamRetry = 60;
         this->Talk.emplace(std::move(options));
         this->Act();
@@ -279,7 +300,7 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
   const std::string authority = server->Authority();
   std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server, *tls)));
   auto reply =
-    client->Kept->FetchAndWait({ std::string(protocol::modelListPath), maximumModelListBytes });
+    client->Kept->FetchFromBusy({ std::string(protocol::modelListPath), maximumModelListBytes });
   KDSTREAM_TRY(reply);
   if (reply->status != 200)
   {

@@ -17,12 +17,13 @@ namespace kdstream
 // Talks to one server, through its stream, or by GETs if it has none (a static file server).
 //
 // When the connection is lost, the client connects again at once, and asks again for what has not
-// arrived. If that fails too, every outstanding request fails with a sentence that says so, and the
-// next Send connects anew.
+// arrived; with the next Send, where all had. If that fails too, every outstanding request fails
+// with a sentence that says so, and the next Send connects anew.
 class ServerClient final : public ModelSource
 {
 public:
-  // Gets the list of models. Blocks until it is there, at most about 50 s.
+  // Gets the list of models. Blocks until it is there, at most about 50 s; a busy server (429, 503)
+  // is asked five times, with pauses of up to 16 s.
   // token: what the server lets this client have (kdstream-serve token); empty where it asks for
   // none. authorities: a PEM file of those whose word is taken for the server's certificate; empty:
   // those that the system trusts. Errors: those of ParseServerUrl and MakeTlsContext;

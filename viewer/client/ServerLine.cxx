@@ -20,7 +20,7 @@ ServerLine::ServerLine(ServerLineOptions options)
 
 void ServerLine::Connect()
 {
-  this->Retrying = false;
+  this->Retrying = this->Resting = false;
   this->Current = State::Connecting;
   this->Actions.push_back({ Action::Kind::Connect, {}, {} });
 }
@@ -42,8 +42,8 @@ void ServerLine::Send(const SessionRequest& request, double now)
     this->LastNews = now; // silence begins when there is something to say
   }
   this->Stream.Send(request, now);
-  if (this->Current == State::Lost && !this->Options.patient && !this->Retrying &&
-      this->Stream.IsWaiting())
+  const bool waitsForUs = this->Resting || (!this->Options.patient && !this->Retrying);
+  if (this->Current == State::Lost && waitsForUs && this->Stream.IsWaiting())
   {
     this->Connect();
   }
@@ -107,6 +107,12 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now, d
   {
     return;
   }
+  const bool owesNothing = this->Current == State::Streaming && !this->Stream.IsWaiting();
+  if (owesNothing && this->MayRetryAtOnce && retryAfter == 0)
+  {
+    this->Rest(now);
+    return;
+  }
   if (!this->Probing && (!refused || this->HasStreamed))
   {
     this->Lose(why, now, retryAfter);
@@ -159,6 +165,20 @@ void ServerLine::Lose(const std::string& why, double now, double retryAfter)
     this->Stream.FailAll(this->Why);
   }
   this->Flush();
+}
+
+// The connection is lost, and nobody waits for anything.
+void ServerLine::Rest(double now)
+{
+  this->MayRetryAtOnce = false;
+  this->Current = State::Lost;
+  this->Resting = true;
+  this->Actions.push_back({ Action::Kind::Close, {}, {} });
+  if (this->Options.patient)
+  {
+    this->RetryAt = now + this->Jittered(this->Options.idleRetry, now);
+    this->Retrying = true;
+  }
 }
 
 void ServerLine::RetryLater(double now, double atLeast)
@@ -244,8 +264,9 @@ void ServerLine::FetchNext()
 
 void ServerLine::Fetched(const Result<HttpReply>& reply, double now)
 {
+  constexpr unsigned noToken = 401; // there may be one later
   const bool busy =
-    reply && (IsBusy(reply->status) || (this->Options.patient && IsForbidden(reply->status)));
+    reply && (IsBusy(reply->status) || (this->Options.patient && reply->status == noToken));
   if (this->Options.patient ? !reply || busy : busy && this->Tries++ < this->Options.mostTries)
   {
     this->Why = reply ? DescribeRefusal(*reply) : reply.GetError().message;

@@ -24,13 +24,16 @@ struct ServerLineOptions
 {
   // The server, for messages: "host:port".
   std::string authority;
-  // When the connection is lost, the line connects again at once. If that fails too:
+  // When the connection is lost while something is owed, the line connects again at once; while
+  // nothing is, with the next Send (a patient one also after idleRetry seconds), and without a word
+  // of trouble: a restart must not bring all clients back at the same time. If that fails too:
   // - not patient: everything that is outstanding fails, and the next Send connects anew;
   // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice as
   //   long, up to longestRetry, until it succeeds. The same for GETs that find no server.
   bool patient = false;
   double firstRetry = 0.5; // s
   double longestRetry = 8; // s
+  double idleRetry = 2;    // s
   // Each pause lasts up to so many times longer, by chance (from the time's last digits): after a
   // server's restart its clients must not all come back at once.
   double jitter = 0;
@@ -104,6 +107,7 @@ private:
   void Connect();
   void Receive(const Status& status, double now);
   void Lose(const std::string& why, double now, double retryAfter = 0);
+  void Rest(double now);
   void RetryLater(double now, double atLeast = 0);
   double Jittered(double pause, double now) const;
   void ProbeStream();
@@ -122,6 +126,7 @@ private:
   StreamConversation Stream;
   GetConversation Gets;
   bool Retrying = false; // at RetryAt
+  bool Resting = false;  // lost, and nobody has asked for anything since
   double RetryAt = 0, RetryAfter = 0;
   std::size_t Tries = 0; // to fetch one thing from a busy server, or to have a stream of it
   bool Probing = false;  // whether there is a stream by now

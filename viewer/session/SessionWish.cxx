@@ -107,7 +107,8 @@ void ViewerSession::FollowTree()
   KnownTree& tree = this->Current->tree;
   this->FollowPick();
   this->MissingTree = tree.TakeMissing();
-  if (this->Mode == ViewerMode::FullScreen && this->Options.detail == DetailMode::Level)
+  const bool hasTree = this->Current->description.detail != ModelDetail::Preview;
+  if (hasTree && this->Mode == ViewerMode::FullScreen && this->Options.detail == DetailMode::Level)
   {
     const unsigned onePiece = this->Current->codec.depths.onePiece;
     tree.Walk(

@@ -24,6 +24,10 @@ std::vector<LevelFacts> FactsOf(const ModelDescription& model)
   std::vector<LevelFacts> facts;
   for (const auto& level : model.levels)
   {
+    if (model.detail == ModelDetail::Preview && facts.size() > PreviewLevel(model))
+    {
+      break; // of which nothing can be had
+    }
     const double spacing = VertexSpacing(model.box, static_cast<double>(level.vertices));
     facts.push_back({ std::max(level.deviation99, spacing * part), level.triangles });
   }

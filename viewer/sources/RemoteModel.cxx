@@ -214,14 +214,14 @@ Result<std::vector<Box>> RemoteModel::ReadBoxes() const
 {
   const std::lock_guard lock(this->Mutex);
   const TreeDepths& depths = this->Description.depths;
-  std::vector<Box> all(std::size_t{ 2 } << depths.partition);
-  const std::vector<NodeId> nodes = AllPartitionBoxes(depths);
-  for (std::size_t first = 0; first < nodes.size(); first += blobsAtOnce)
+  const std::size_t first = std::size_t{ 1 } << DepthOfPartitionBoxes(depths);
+  std::vector<Box> partitions; // as many as come, not as many as are claimed
+  for (std::size_t node = first; node < 2 * first;)
   {
     std::vector<protocol::BlobId> wanted;
-    for (std::size_t i = first; i < std::min(first + blobsAtOnce, nodes.size()); ++i)
+    for (; node < 2 * first && wanted.size() < blobsAtOnce; ++node)
     {
-      wanted.push_back(protocol::BlobId::PartitionBoxes(nodes[i]));
+      wanted.push_back(protocol::BlobId::PartitionBoxes(static_cast<NodeId>(node)));
     }
     const auto blobs = this->Fetch(wanted, {});
     KDSTREAM_TRY(blobs);
@@ -233,12 +233,10 @@ Result<std::vector<Box>> RemoteModel::ReadBoxes() const
         return Error{ told.GetError().code,
           protocol::BlobName(blob) + ": " + told.GetError().message };
       }
-      const NodeId begin = blob.number << (depths.partition - DepthOfNode(blob.number));
-      std::copy(told->begin(), told->end(), all.begin() + begin);
+      partitions.insert(partitions.end(), told->begin(), told->end());
     }
   }
-  UniteBoxes(all);
-  return all;
+  return BoxesAbove(partitions);
 }
 
 }

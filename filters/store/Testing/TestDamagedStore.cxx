@@ -243,6 +243,13 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
       std::string::npos)
       << store.GetError().message;
   }
+  // Nor does it get so much where it looks large enough, with a hole at its end.
+  fs::resize_file(this->File(), std::uintmax_t{ 9 } << 30);
+  const auto hollow = Store::Open(this->File());
+  ASSERT_TRUE(hollow) << hollow.GetError().message;
+  const auto boxes = (*hollow)->ReadBoxes();
+  ASSERT_FALSE(boxes);
+  EXPECT_EQ(boxes.GetError().code, ErrorCode::Damaged);
 }
 
 TEST_F(DamagedStore, AFileThatIsTruncatedIsReadNoMore)

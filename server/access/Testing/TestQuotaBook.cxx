@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <set>
 #include <thread>
@@ -197,6 +198,34 @@ TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
   const auto taken = book->TakePartition("ann", "m", partitions, 1, 1);
   ASSERT_FALSE(taken);
   EXPECT_EQ(taken.GetError().code, ErrorCode::InputOutput);
+  ASSERT_TRUE(Execute(other->get(), "COMMIT"));
+  EXPECT_TRUE(May(*book, "ann", 1));
+}
+
+// Readers that wait for a locked file keep others waiting: each of them no longer than one would.
+TEST_F(Quotas, ManyWhoFindTheFileLockedWaitTogether)
+{
+  const auto book = this->Open(Share(0.1));
+  const auto other = OpenForWriting(this->file);
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
+  const auto seconds = [&book](unsigned readers)
+  {
+    std::vector<std::thread> threads;
+    const auto begin = std::chrono::steady_clock::now();
+    for (unsigned reader = 0; reader < readers; ++reader)
+    {
+      threads.emplace_back(
+        [&book] { EXPECT_FALSE(book->TakePartition("ann", "m", partitions, 1, 1)); });
+    }
+    for (auto& thread : threads)
+    {
+      thread.join();
+    }
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  const double one = seconds(1);
+  EXPECT_LT(seconds(8), 3 * one);
   ASSERT_TRUE(Execute(other->get(), "COMMIT"));
   EXPECT_TRUE(May(*book, "ann", 1));
 }

@@ -32,7 +32,7 @@ class Process
 {
 public:
   explicit Process(std::vector<std::string> arguments, std::string executable = program,
-    std::optional<rlim_t> descriptors = {})
+    std::optional<rlimit> descriptors = {})
   {
     std::array<int, 2> out{}, error{};
     EXPECT_EQ(::pipe(out.data()), 0);
@@ -55,8 +55,7 @@ public:
       }
       if (descriptors)
       {
-        const rlimit limit{ *descriptors, *descriptors };
-        ::setrlimit(RLIMIT_NOFILE, &limit);
+        ::setrlimit(RLIMIT_NOFILE, &*descriptors);
       }
       ::execv(executable.c_str(), list.data());
       ::_exit(127);

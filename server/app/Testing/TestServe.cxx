@@ -87,8 +87,7 @@ TEST_F(Serve, RunsOutOfDescriptorsAndRecovers)
   GTEST_SKIP() << "the sanitizer itself needs descriptors when it looks at an object's type";
 #endif
   this->Build("one.kds");
-  constexpr rlim_t descriptors = 48;
-  Process serve({ this->stores, "--port", "0" }, program, descriptors);
+  Process serve({ this->stores, "--port", "0" }, program, rlimit{ 48, 48 });
   const auto port = serve.Port();
   EXPECT_EQ(serve.ErrorLine(),
     "kdstream-serve: warning: --max-connections 1000: this process may have 48 descriptors, enough "
@@ -123,6 +122,34 @@ TEST_F(Serve, RunsOutOfDescriptorsAndRecovers)
   }
   seated.Ask({ 3, protocol::PartitionsRequest{ { 0 } } });
   EXPECT_EQ(seated.Await(3).blobs.size(), 1u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Serve, TakesAllTheDescriptorsThatItMayHave)
+{
+  this->Build("one.kds");
+  Process serve({ this->stores, "--port", "0" }, program, rlimit{ 48, 4096 });
+  EXPECT_NE(serve.Port(), 0);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.ErrorLine(), "") << "enough for all clients";
+}
+
+// Of warnings there are more than a pipe takes that nobody reads.
+TEST_F(Serve, WaitsForNobodyWhoReadsWhatItSays)
+{
+  this->Build("one.kds");
+  Process serve({ this->stores, "--port", "0" });
+  const auto port = serve.Port();
+  for (int i = 0; i < 500; ++i)
+  {
+    std::ofstream(this->stores / (std::string(200, 'x') + " " + std::to_string(i) + ".kds"));
+  }
+  this->Build("two.kds");
+  while (HttpTestClient(port).Get("/api/models/two/model.json")->status != 200)
+  {
+  }
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
 }

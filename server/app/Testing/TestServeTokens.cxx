@@ -6,7 +6,9 @@
 #include "server/http/Testing/HttpTestClient.h"
 
 #include <chrono>
+#include <cmath>
 #include <fstream>
+#include <thread>
 #include <utility>
 
 using namespace kdstream;
@@ -132,6 +134,71 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_EQ(StatusFor(port, third.token), 200u);
 }
 
+// The file cannot be read at the moment when it changes: then it is read later.
+TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
+{
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer itself needs descriptors when it looks at an object's type";
+#endif
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys }, program, rlimit{ 48, 48 });
+  const auto port = serve.Port();
+  const auto made = this->Make({ "--models", "*", "--detail", "regions" });
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open("kdstream.v1, " + made.token));
+  {
+    std::vector<std::unique_ptr<HttpTestClient>> crowd;
+    for (int i = 0; i < 100; ++i)
+    {
+      crowd.push_back(std::make_unique<HttpTestClient>(port)); // says nothing
+    }
+    EXPECT_TRUE(crowd.back()->Ends()) << "turned away";
+    this->WriteKeys(",\"revoked\":[\"" + made.id + "\"]");
+    std::this_thread::sleep_for(std::chrono::milliseconds(600)); // it looks twice
+  }
+  EXPECT_TRUE(stream.Receive()) << "why";
+  EXPECT_FALSE(stream.Receive());
+  EXPECT_EQ(stream.CloseCode(), 1008u);
+}
+
+// What is under way when the server is told to end may take long.
+TEST_F(Guarded, FollowsItsFileWhileItEnds)
+{
+  Mesh sheet;
+  constexpr std::uint32_t side = 400;
+  for (std::uint32_t v = 0; v < side * side; ++v)
+  {
+    const double x = v / side, y = v % side;
+    sheet.points.push_back({ x, y, std::sin(x * y) });
+  }
+  ASSERT_TRUE(BuildStore(sheet, "sheet.ply", this->stores / "sheet.kds", {}));
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys, "--drain", "100000" });
+  const auto port = serve.Port();
+  const auto made = this->Make({ "--models", "*", "--detail", "regions" });
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open("kdstream.v1, " + made.token));
+  stream.Ask({ 1, protocol::OpenRequest{ "sheet" } });
+  const auto opened = stream.Await(1).opened;
+  ASSERT_TRUE(opened);
+  std::vector<std::uint32_t> thrice; // more than sockets hold
+  for (std::uint32_t p = 0; p < 3 * opened->model.partitions; ++p)
+  {
+    thrice.push_back(p / 3);
+  }
+  stream.Ask({ 2, protocol::PartitionsRequest{ thrice } });
+  ASSERT_TRUE(stream.Receive()); // it has begun
+  serve.Signal(SIGTERM);
+  while (HttpTestClient(port).Get("/readyz")->status == 200)
+  {
+  }
+  this->WriteKeys(",\"revoked\":[\"" + made.id + "\"]");
+  std::this_thread::sleep_for(std::chrono::seconds(1)); // what it may take
+  const auto answer = stream.Await(2);
+  ASSERT_TRUE(answer.error) << answer.blobs.size() << " of " << thrice.size();
+  EXPECT_EQ(answer.error->code, 401u);
+  EXPECT_FALSE(stream.Receive());
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
 // Restarts included; and who got what stands in the audit log.
 TEST_F(Guarded, KeepsQuotasAndAccounts)
 {
@@ -164,6 +231,19 @@ TEST_F(Guarded, KeepsQuotasAndAccounts)
   EXPECT_EQ(member("time").size(), 20u);
   EXPECT_EQ(FindMember(*line, "partition")->GetInt(), 0);
   EXPECT_GT(FindMember(*line, "bytes")->GetInt(), 0);
+}
+
+// With its sign and without, as one writes it.
+TEST_F(Guarded, TakesAShareInPercent)
+{
+  for (const char* const share : { "5", "5%", "0.5%", "100%" })
+  {
+    Process serve({ this->stores, "--port", "0", "--tokens", this->keys, "--quota-file",
+      this->folder / "quotas.db", "--quota-partitions", share });
+    EXPECT_NE(serve.Port(), 0) << share;
+    serve.Signal(SIGTERM);
+    EXPECT_EQ(serve.Wait(), 0);
+  }
 }
 
 TEST_F(Guarded, SaysWhoMay)
@@ -206,6 +286,12 @@ TEST_F(Guarded, RefusesWrongTokensAndFiles)
     { { this->stores, "--port", "0", "--tokens", file, "--quota-file", file, "--quota-bytes",
         "1M" },
       1 },
+    { { this->stores, "--port", "0", "--tokens", file, "--quota-file", this->folder / "q.db",
+        "--quota-partitions", "101%" },
+      2 },
+    { { this->stores, "--port", "0", "--tokens", file, "--quota-file", this->folder / "q.db",
+        "--quota-partitions", "5%%" },
+      2 },
     { { this->stores, "--port", "0", "--audit-log", this->folder / "missing/log" }, 1 },
   };
   for (const auto& [arguments, code] : wrong)

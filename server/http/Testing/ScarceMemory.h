@@ -38,6 +38,7 @@ public:
   ScarceMemory(const ScarceMemory&) = delete;
   ScarceMemory& operator=(const ScarceMemory&) = delete;
 
+  bool HasFailed() const { return failedBytes != 0; }
   // Waits until the allocation has failed; how many bytes it was for.
   std::size_t AwaitFailure() const
   {

@@ -134,6 +134,25 @@ TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
   EXPECT_NE(this->metrics.Text({}).find("kdstream_failed_blobs_total 2\n"), std::string::npos);
 }
 
+// The thread of the event loop asks first.
+TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
+{
+  const auto atOnce = [this](const std::string& path)
+  {
+    const auto answer = this->routes.AnswerAtOnce({ "GET", path, "", "", "" });
+    return answer ? answer->status : 0;
+  };
+  const std::string description = "/api/models/dragon/model.json";
+  EXPECT_EQ(atOnce(description), 200u);
+  EXPECT_EQ(atOnce(this->Blob(BlobId::Partition(3))), 0u);
+  this->model->inMemory = true;
+  EXPECT_EQ(atOnce(this->Blob(BlobId::Partition(3))), 200u);
+  this->model->unclear = true;
+  EXPECT_EQ(atOnce(description), 0u);
+  EXPECT_EQ(this->Get(description).status, 200u);
+  EXPECT_EQ(atOnce("/readyz"), 200u) << "as far as one can see";
+}
+
 TEST_F(Site, WhatIsNotSentIsNotRead)
 {
   const auto path = this->Blob(BlobId::Partition(3));
@@ -145,7 +164,12 @@ TEST_F(Site, WhatIsNotSentIsNotRead)
   EXPECT_EQ(head.fields, whole.fields);
   const std::string tag(whole.Field("ETag"));
   EXPECT_EQ(this->routes.Answer({ "GET", path, tag, "", "" }).status, 304u);
+  const auto beyond = this->routes.Answer({ "GET", path, "", "bytes=9999999-", "" });
+  EXPECT_EQ(beyond.status, 416u);
+  EXPECT_EQ(beyond.Field("Content-Range"), "bytes */" + std::to_string(whole.length));
   EXPECT_EQ(this->model->reads, reads);
+  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=0-9", "" }).length, 10u);
+  EXPECT_EQ(this->model->reads, reads + 1);
   const auto missing = this->Blob(BlobId::Partition(1000));
   EXPECT_EQ(this->routes.Answer({ "HEAD", missing, "", "", "" }).status, 404u);
   EXPECT_EQ(this->routes.Answer({ "GET", missing, "*", "", "" }).status, 404u);

@@ -63,6 +63,18 @@ TEST_F(Limits, RefusesMoreConnectionsThanItHasSeats)
   }
 }
 
+TEST_F(Limits, AHeaderHasSoManyBytes)
+{
+  this->options.headerBytes = 1024;
+  HttpTestClient client(this->Start());
+  EXPECT_EQ(client.Get("/healthz", "X: " + std::string(900, 'x') + "\r\n")->status, 200u);
+  const auto refused = client.Get("/healthz", "X: " + std::string(1024, 'x') + "\r\n");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 431u);
+  EXPECT_NE(refused->body.find("1024 bytes"), std::string::npos);
+  EXPECT_TRUE(client.Ends());
+}
+
 TEST_F(Limits, AnAddressHasSoManyConnections)
 {
   this->options.connectionsOfAddress = 2;
@@ -186,4 +198,26 @@ TEST_F(Limits, WhoTakesTooLittleIsDropped)
   {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
+}
+
+// However long its answer may take as a whole: ten minutes here.
+TEST_F(Limits, WhoTakesNothingAtAllIsDroppedSoon)
+{
+  this->options.answerTimeout = std::chrono::milliseconds(50);
+  this->options.slowestBytes = std::size_t{ 64 } << 10;
+  this->model = this->catalog.Add("dragon", 2, 1, 40'000'000);
+  const auto port = this->Start();
+  HttpTestClient deaf(port);
+  deaf.Send("GET " + this->Blob(BlobId::Partition(1)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
+  HttpTestClient other(port);
+  while (!this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 1\n", other))
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  // Who takes it is sent all of it.
+  const auto& whole = *this->model->blobs.at(BlobId::Partition(1));
+  const auto blob = other.Get(this->Blob(BlobId::Partition(1)));
+  ASSERT_TRUE(blob);
+  EXPECT_EQ(blob->body, std::string(whole.begin(), whole.end()));
+  EXPECT_EQ(other.Get("/healthz")->status, 200u);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server with quotas, on real sockets.
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/store/Sqlite.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/Testing/ServerTest.h"
 
@@ -67,6 +68,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
   // What sends no byte of it counts nothing.
   EXPECT_EQ(this->Get(port, 4, Bearer("ann"), "HEAD").status, 200u);
   EXPECT_EQ(this->Get(port, 5, Bearer("ann") + "If-None-Match: *\r\n").status, 304u);
+  EXPECT_EQ(this->Get(port, 5, Bearer("ann") + "Range: bytes=999999-\r\n").status, 416u);
   EXPECT_EQ(this->Get(port, 6, Bearer("ann") + "Range: bytes=0-9\r\n").status, 206u);
   const auto refused = this->Get(port, 7, Bearer("ann"));
   EXPECT_EQ(refused.status, 403u);
@@ -104,6 +106,34 @@ TEST_F(QuotaServer, BytesTooFastAreToBeAskedForAgain)
   const auto refused = this->Get(port, 3, Bearer("ann"));
   EXPECT_EQ(refused.status, 429u);
   EXPECT_GT(std::stoi(refused.Field("Retry-After")), 60);
+}
+
+// The one thread of the event loop does not wait for the file; who takes something of the original
+// does.
+TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
+{
+  this->options.threads = 1;
+  auto limits = Share(0.5);
+  limits.regionsPerMinute = 10;
+  const auto port = this->StartWith(limits);
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open("kdstream.v1, " + Token("ann")));
+  stream.Ask({ 1, OpenRequest{ "dragon" } });
+  ASSERT_TRUE(stream.Await(1).opened);
+  const auto other = OpenForWriting(this->folder.Path / "quotas.db");
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
+  HttpTestClient reader(port), watcher(port);
+  reader.Send("GET " + this->Blob(BlobId::Partition(3)) + " HTTP/1.1\r\nHost: x\r\n" +
+              Bearer("ann") + "\r\n");
+  stream.Ask({ 2, RegionRequest{ 128, 0, {} } });
+  while (!MetricsHave("kdstream_reader_wait_seconds_count 3\n", watcher)) // with the opening
+  {
+  }
+  EXPECT_EQ(watcher.Get(this->Blob(BlobId::LevelPiece(0, 1)), Bearer("bob"))->status, 200u);
+  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
+  EXPECT_EQ(reader.Receive()->status, 200u);
+  EXPECT_TRUE(stream.Await(2).end);
 }
 
 // However many ask two servers with one file at the same time: the largest overshoot is none.

@@ -40,6 +40,8 @@ TEST_F(Streams, UpgradesOnlyWhatItKnows)
   EXPECT_EQ(statusOf("/api/streams", ours), 404u);
   EXPECT_EQ(statusOf("/", ours), 404u);
   EXPECT_EQ(statusOf("/api/stream", ours + "Origin: https://example.org\r\n"), 403u);
+  HttpTestClient watcher(port);
+  EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"origin\"} 1\n", watcher));
   EXPECT_EQ(statusOf("/api/stream", ours + "Origin: http://test\r\n"), 101u); // the client's Host
 }
 

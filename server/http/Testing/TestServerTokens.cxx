@@ -196,6 +196,21 @@ TEST_F(Tokens, AreInNoLogAndRefusalsAreCounted)
   EXPECT_TRUE(this->Streams("kdstream.v1, " + token));
   HttpTestClient client(this->port);
   EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"token\"} 1\n", client));
+  // The same on a stream: a model, a detail, and the stream itself.
+  StreamTestClient stream(this->port);
+  ASSERT_TRUE(stream.Open("kdstream.v1, " + token));
+  stream.Ask({ 1, OpenRequest{ "vase" } });
+  EXPECT_EQ(stream.Await(1).error->code, 403u);
+  stream.Ask({ 2, OpenRequest{ "dragon" } });
+  ASSERT_TRUE(stream.Await(2).opened);
+  stream.Ask({ 3, RegionRequest{ 128, 1, {} } });
+  EXPECT_EQ(stream.Await(3).error->code, 403u);
+  EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"token\"} 3\n", client));
+  this->time = 2000;
+  while (stream.Receive())
+  {
+  }
+  EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"token\"} 4\n", client));
   this->server.reset();
   EXPECT_GE(this->records.size(), 3u);
   for (const auto& record : this->records)

@@ -45,6 +45,10 @@ public:
   {
     return this->fails == ErrorCode::Changed ? Error{ *this->fails, "changed" } : Status{};
   }
+  std::optional<bool> LooksUnchanged() const override
+  {
+    return this->unclear ? std::nullopt : std::optional(bool(this->CheckUnchanged()));
+  }
   Result<std::span<const Box>> Boxes() const override
   {
     this->AwaitDisk();
@@ -98,6 +102,7 @@ public:
 
   std::map<protocol::BlobId, BlobBytes> blobs;
   bool inMemory = false; // all blobs
+  bool unclear = false;  // whether it has changed takes a disk to tell
   // While it is set, whoever reads a blob or the tree waits.
   std::atomic<bool> diskHangs{ false };
   mutable std::atomic<int> hanging{ 0 };

@@ -413,6 +413,7 @@ TEST_F(Talk, AtMostSixteenUnfinishedRequests)
   EXPECT_EQ(this->Last<ErrorAnswer>().code, 400);
   this->Finish();
   EXPECT_EQ(this->blobs.size(), 16u);
+  EXPECT_EQ(this->conversation.Counted().tooMany, 1u);
   this->Ask({ 17, PartitionsRequest{ { 17 } } });
   this->Finish();
   EXPECT_EQ(this->blobs.size(), 17u);
@@ -451,7 +452,7 @@ TEST_F(Talk, DamagedBlobsAreErrorsAndTheRestComes)
   EXPECT_EQ(named, Partitions({ 0, 2, 4 }));
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 2u);
   EXPECT_EQ(this->Last<EndAnswer>().failed, 3u);
-  EXPECT_EQ(this->conversation.FailedBlobs(), 3u);
+  EXPECT_EQ(this->conversation.Counted().failedBlobs, 3u);
 }
 
 TEST_F(Talk, WhatMayPassIs503ForEachBlob)
@@ -484,7 +485,7 @@ TEST_F(Talk, AChangedStoreEndsTheRequest)
   this->Finish();
   EXPECT_EQ(this->Last<ErrorAnswer>().code, 410);
   EXPECT_FALSE(this->Last<ErrorAnswer>().blob);
-  EXPECT_EQ(this->conversation.FailedBlobs(), 0u);
+  EXPECT_EQ(this->conversation.Counted().failedBlobs, 0u);
   this->ExpectOpened(2, false); // its id is free again
   this->model->fails.reset();
   this->ExpectOpened(3, true);

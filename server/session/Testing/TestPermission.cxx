@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/Permission.h"
 
+#include "filters/model/ModelJson.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
@@ -90,17 +91,16 @@ TEST_F(Access, EachDetailHasItsBlobs)
   ASSERT_EQ(PreviewLevel(this->model->Description()), 11u);
   const auto box = BlobId::PartitionBoxes(1u << 7);
   const auto deepPage = BlobId::TreePage(1u << 7); // tells of the depths down to 12
-  for (const auto& blob : { BlobId::LevelPiece(11, 1), BlobId::LevelPiece(0, 1),
-         BlobId::TreePage(1), BlobId::TreePage(0) })
-  {
-    EXPECT_EQ(this->StatusOf("preview", blob), blob.number == 0 ? 403u : 200u) << BlobName(blob);
-  }
+  EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(11, 1)), 200u);
+  EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(0, 1)), 200u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(12, 2)), 403u);
+  EXPECT_EQ(this->StatusOf("preview", BlobId::TreePage(1)), 403u) << "it tells of level 12";
   EXPECT_EQ(this->StatusOf("preview", deepPage), 403u);
   EXPECT_EQ(this->StatusOf("preview", box), 403u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::Partition(0)), 403u);
 
   EXPECT_EQ(this->StatusOf("levels", BlobId::LevelPiece(12, 2)), 200u);
+  EXPECT_EQ(this->StatusOf("levels", BlobId::TreePage(1)), 200u);
   EXPECT_EQ(this->StatusOf("levels", deepPage), 200u);
   EXPECT_EQ(this->StatusOf("levels", box), 403u);
   EXPECT_EQ(this->StatusOf("levels", BlobId::Partition(0)), 403u);
@@ -135,7 +135,7 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
     { 6, RegionRequest{ 1u << 12, 1, {} } }, { 7, PartitionsRequest{ { 0 } } },
     { 8, BoxesRequest{ { 1u << 7 } } },
     { 9, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(3) } } } };
-  const std::map<std::string, std::uint32_t> first{ { "preview", 4 }, { "levels", 6 },
+  const std::map<std::string, std::uint32_t> first{ { "preview", 3 }, { "levels", 6 },
     { "regions", 10 } }; // request that is refused, and those after it
   for (const auto& [detail, firstRefused] : first)
   {
@@ -153,6 +153,31 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
     }
     EXPECT_TRUE(talk.IsPermitted());
     EXPECT_FALSE(talk.Closing());
+  }
+}
+
+// What is finer than the token allows is not told of either, by GET as on a stream.
+TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
+{
+  const auto& all = this->model->Description();
+  ASSERT_GT(all.levels.size(), 12u);
+  for (const std::string detail : { "preview", "levels", "regions" })
+  {
+    auto talk = this->Talk(detail);
+    Ask(talk, { 1, OpenRequest{ "dragon" } });
+    const auto answer = ParseServerMessage(std::get<std::string>(*talk.NextMessage()));
+    const auto& told = std::get<OpenedAnswer>(answer->body).model;
+    const auto json = this->model->Json(*ParseDetail(detail));
+    EXPECT_EQ(told, ParseModel(std::string(json->begin(), json->end())).Value());
+    EXPECT_EQ(NameOf(told.detail), detail);
+    EXPECT_EQ(told.depths, all.depths) << "by which pieces are read";
+    for (std::size_t level = 0; level < all.levels.size(); ++level)
+    {
+      const bool isTold = detail != "preview" || level <= 11;
+      EXPECT_EQ(told.levels[level], isTold ? all.levels[level] : ResolutionDescription())
+        << detail << " " << level;
+    }
+    EXPECT_EQ(told.original, detail == "regions" ? all.original : ResolutionDescription());
   }
 }
 

@@ -4,6 +4,7 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
+#include "server/http/Testing/ScarceMemory.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>
@@ -315,6 +316,47 @@ TEST_F(Folder, AnOverwrittenStoreIsOpenedAgain)
   EXPECT_TRUE(found->CheckUnchanged());
 }
 
+// Nothing happens in the folder that is served.
+TEST_F(Folder, AStoreThatALinkLeadsToIsSeenWhenItIsReplaced)
+{
+  const auto elsewhere = this->temporary / "elsewhere.kds", next = this->temporary / "next.kds";
+  this->Build("one", 60);
+  fs::rename(this->folder / "one", elsewhere);
+  fs::create_symlink(elsewhere, this->folder / "sheet.kds");
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto old = this->catalog.Find("sheet");
+  ASSERT_TRUE(old);
+  const auto other = this->Build("other", 40);
+  fs::rename(this->folder / "other", next);
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.Find("sheet"), old);
+  fs::rename(next, elsewhere);
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.Find("sheet")->Description().digest, other.digest);
+  EXPECT_EQ(this->catalog.FindDigest("sheet", old->Description().digest), old) << "in its grace";
+}
+
+// Another name or permission says that something has happened to the file. To see that its content
+// is what it was takes reading it, which those who wait for nobody leave to others.
+TEST_F(Folder, WhatTakesADiskToTellIsNotToldWithoutOne)
+{
+  this->Build("sheet.kds", 60);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  const auto blob = *model->ReadBlob(BlobId::Partition(0));
+  EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), blob);
+  EXPECT_EQ(model->LooksUnchanged(), std::optional(true));
+  fs::create_hard_link(this->folder / "sheet.kds", this->temporary / "again");
+  EXPECT_EQ(model->LooksUnchanged(), std::nullopt);
+  EXPECT_FALSE(model->FindBlob(BlobId::Partition(0)));
+  EXPECT_EQ(*model->ReadBlob(BlobId::Partition(0)), blob);
+  EXPECT_EQ(model->LooksUnchanged(), std::optional(true));
+  EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), blob);
+  fs::resize_file(this->folder / "sheet.kds", 4096);
+  EXPECT_EQ(model->LooksUnchanged(), std::optional(false));
+  EXPECT_FALSE(model->FindBlob(BlobId::Partition(0)));
+}
+
 TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
 {
   this->Build("sheet.kds", 20);
@@ -327,6 +369,46 @@ TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
   this->Build("other.kds", 20);
   this->catalog.Refresh();
   EXPECT_TRUE(this->catalog.Find("other"));
+}
+
+// Each allocation of a reload fails in its turn. By a link a store comes and goes without a change
+// to it, for which one would have to wait.
+TEST_F(Folder, WantOfMemoryAtAReloadChangesNothingAndPasses)
+{
+  this->Build("same.kds", 30);
+  const auto more = this->temporary / "more", link = this->temporary / "link";
+  fs::create_directory(more);
+  fs::create_hard_link(this->folder / "same.kds", more / "same.kds");
+  this->Build("new", 20);
+  fs::rename(this->folder / "new", more / "new.kds");
+  const auto lead = [&](const fs::path& target)
+  {
+    fs::create_directory_symlink(target, this->temporary / "next");
+    fs::rename(this->temporary / "next", link);
+  };
+  lead(this->folder);
+  StoreCatalog linked(link, [](const fs::path&, const std::string&) {});
+  ASSERT_TRUE(linked.Reload());
+  const auto same = linked.Find("same");
+  bool failed = true;
+  for (long tried = 0; failed; ++tried)
+  {
+    lead(more);
+    Status status;
+    {
+      const ScarceMemory scarce(tried, ScarceMemory::Where::Everywhere);
+      status = linked.Reload();
+      failed = scarce.HasFailed();
+    }
+    EXPECT_TRUE(status || status.GetError().code == ErrorCode::LimitExceeded) << tried;
+    EXPECT_EQ(linked.Find("same"), same) << tried;
+    linked.Refresh(); // there is memory again
+    EXPECT_TRUE(linked.Find("new")) << tried;
+    lead(this->folder);
+    ASSERT_TRUE(linked.Reload());
+    EXPECT_FALSE(linked.Find("new"));
+  }
+  EXPECT_TRUE(same->ReadBlob(BlobId::Partition(0)));
 }
 
 TEST_F(Folder, AReplacedModelIsFoundByItsDigestForAWhile)

@@ -400,6 +400,36 @@ TEST_F(TestClientWithToken, ShowsTheLevelsWhereItMayHaveNoMore)
   EXPECT_GT(session.Scene().surface->Whole().triangles.size(), 0u) << "what there is stays";
 }
 
+// Neither by the view nor level by level anything finer is asked for, or missed.
+TEST_F(TestClientWithToken, ShowsThePreviewWhereItMayHaveNoMore)
+{
+  auto client = ServerClient::Connect(this->Server->Url(), Token("preview"));
+  ASSERT_TRUE(client) << client.GetError().message;
+  for (const auto mode : { DetailMode::View, DetailMode::Level })
+  {
+    ViewerSession session;
+    session.SetModels((*client)->Models());
+    session.SetDetail(mode);
+    session.Resize({ 800, 600, 1 });
+    ASSERT_TRUE(session.SelectModel("torus"));
+    session.EnterFullScreen();
+    Exchange(**client, session);
+    session.Zoom(30, 600, 300);
+    Exchange(**client, session);
+    EXPECT_EQ(session.GetStatus().error, "");
+    EXPECT_EQ(session.GetStatus().shownLevel, PreviewLevel(Torus().Description()));
+    for (const auto& name : this->Models.model->TakeRead())
+    {
+      EXPECT_EQ(name, "levels/11/1");
+    }
+    DoubleTap(session, 1, 600, 300);
+    Exchange(**client, session);
+    EXPECT_NE(session.GetStatus().error.find("the token is for the preview of torus alone"),
+      std::string::npos)
+      << session.GetStatus().error;
+  }
+}
+
 TEST_F(TestClientWithToken, SaysWhyItIsRefused)
 {
   const auto without = ServerClient::Connect(this->Server->Url());
@@ -424,6 +454,34 @@ TEST_F(TestClientWithToken, SaysWhyItIsRefused)
   Exchange(**client, session);
   EXPECT_NE(session.GetStatus().error.find("expired"), std::string::npos)
     << session.GetStatus().error;
+}
+
+// As one that is being restarted says to whoever comes at that moment.
+TEST_F(TestServerClient, ABusyServerIsAskedForItsModelsAgain)
+{
+  std::atomic<int> asked{ 0 };
+  const auto toServer = ProxyTo(this->Server->Port(), [] { return std::int64_t{ 1 } << 30; });
+  Acceptor busy(
+    [&](tcp::socket& socket)
+    {
+      if (asked++ != 0)
+      {
+        toServer(socket);
+        return;
+      }
+      const std::string refusal =
+        "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
+        "Content-Length: 0\r\n\r\n";
+      boost::system::error_code error;
+      boost::asio::write(socket, boost::asio::buffer(refusal), error);
+      socket.shutdown(tcp::socket::shutdown_send, error);
+    });
+  auto client = ServerClient::Connect(busy.Url());
+  ASSERT_TRUE(client) << client.GetError().message;
+  EXPECT_EQ((*client)->Models().size(), 1u);
+  ViewerSession session;
+  Walk(**client, session);
+  ExpectWholeWalk(session);
 }
 
 TEST_F(TestServerClient, SaysWhyThereIsNoConnection)

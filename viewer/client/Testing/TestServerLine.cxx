@@ -171,6 +171,67 @@ TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOwe
   EXPECT_EQ(Actions(line), Names{ "connect" });
 }
 
+namespace
+{
+
+// A line that streams, with model m open, to which nothing is owed.
+void StreamAtRest(ServerLine& line)
+{
+  Stream(line, 0);
+  SendPartition(line, 3, 1, 1);
+  SendPartition(line, 3, 2, 1);
+  line.SocketText(protocol::WriteServerMessage({ 3, protocol::EndAnswer{ 2, 6, 0, false } }), 1);
+  EXPECT_EQ(line.TakeEvents().size(), 2u);
+}
+
+}
+
+// A restart ends all connections at the same moment.
+TEST(TestServerLine, WhoWaitsForNothingComesBackLaterOrWhenSomethingIsAskedFor)
+{
+  for (const bool patient : { true, false })
+  {
+    auto options = Patient();
+    options.patient = patient;
+    ServerLine line(options);
+    StreamAtRest(line);
+    line.SocketEnded(false, "going away", 10);
+    EXPECT_EQ(Actions(line), Names{ "close" }) << "not at once";
+    EXPECT_EQ(line.GetState(), State::Lost);
+    EXPECT_EQ(line.Trouble(), "") << "nobody is kept waiting";
+    EXPECT_EQ(line.NextTick(), patient ? 12 : std::numeric_limits<double>::infinity());
+    line.Send(Partitions(3, { BlobId::Partition(7) }), 11);
+    EXPECT_EQ(Actions(line), Names{ "connect" });
+    line.SocketOpened(11);
+    EXPECT_EQ(Actions(line), (Names{ "open m", "partitions 7" }));
+  }
+}
+
+TEST(TestServerLine, WhoComesBackInVainSaysSo)
+{
+  ServerLine line(Patient());
+  StreamAtRest(line);
+  line.SocketEnded(false, "going away", 10);
+  Actions(line);
+  line.Tick(12);
+  EXPECT_EQ(Actions(line), Names{ "connect" });
+  line.SocketEnded(false, "refused", 12);
+  EXPECT_EQ(line.GetState(), State::Lost);
+  EXPECT_EQ(line.Trouble(), "the connection to server:1 was lost: refused");
+  EXPECT_EQ(line.NextTick(), 13);
+
+  auto options = Patient();
+  options.patient = false;
+  ServerLine hasty(options);
+  StreamAtRest(hasty);
+  hasty.SocketEnded(false, "going away", 10);
+  hasty.Send(Partitions(3, { BlobId::Partition(7) }), 11);
+  hasty.SocketEnded(false, "refused", 11);
+  const auto events = hasty.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].message, "the connection to server:1 was lost: refused");
+}
+
 TEST(TestServerLine, HurryMakesTheNextTickTry)
 {
   ServerLine line(Patient());
@@ -459,6 +520,27 @@ TEST(TestServerLine, WhoMayNotHaveAModelHasNoDamage)
   EXPECT_EQ(line.GetState(), State::Getting);
 }
 
+// What this client may not have keeps it from nothing else; a token may come later.
+TEST(TestServerLine, APatientLineAsksAgainOnlyForWhatItMayHaveLater)
+{
+  ServerLine line(Patient());
+  Get(line);
+  line.Send(Partitions(2, { BlobId::Partition(7) }), 10);
+  Actions(line);
+  line.Send(Partitions(3, { BlobId::Partition(1) }), 10);
+  line.Fetched(HttpReply{ 403, R"({"error":"the quota is used up"})", 3000 }, 10);
+  const auto events = line.TakeEvents();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
+  EXPECT_EQ(events[0].message, "the server says 403: the quota is used up");
+  EXPECT_EQ(Actions(line), Names{ partition1 });
+  line.Fetched(HttpReply{ 401, "" }, 11);
+  EXPECT_TRUE(line.TakeEvents().empty());
+  EXPECT_EQ(line.NextTick(), 12);
+  line.Tick(12);
+  EXPECT_EQ(Actions(line), Names{ partition1 });
+}
+
 TEST(TestServerLine, WhatABusyStreamDoesNotSendIsAskedForAgain)
 {
   ServerLine line(Patient());
@@ -545,7 +627,7 @@ TEST(TestServerLine, ClientsComeBackAtDifferentTimes)
 {
   auto options = Patient();
   options.jitter = 2;
-  std::vector<double> pauses;
+  std::vector<double> pauses, idle;
   for (int i = 0; i < 1000; ++i)
   {
     ServerLine line(options);
@@ -555,11 +637,17 @@ TEST(TestServerLine, ClientsComeBackAtDifferentTimes)
     pauses.push_back(line.NextTick() - now);
     EXPECT_GE(pauses.back(), 1);
     EXPECT_LE(pauses.back(), 3);
+    ServerLine resting(options);
+    resting.SocketOpened(now);
+    resting.SocketEnded(false, "going away", now);
+    idle.push_back(resting.NextTick() - now);
   }
   std::sort(pauses.begin(), pauses.end());
+  std::sort(idle.begin(), idle.end());
   for (const double share : { 0.25, 0.5, 0.75 })
   {
     EXPECT_NEAR(pauses[static_cast<std::size_t>(1000 * share)], 1 + 2 * share, 0.15);
+    EXPECT_NEAR(idle[static_cast<std::size_t>(1000 * share)], 2 + 4 * share, 0.3);
   }
 }
 

@@ -43,7 +43,8 @@ ServerLineOptions PatientLine()
   ServerLineOptions options;
   options.authority = "the server"; // the page has only one
   options.patient = true;
-  options.jitter = 2;
+  options.firstRetry = 1;
+  options.jitter = 3;
   options.streamRetry = 60;
   options.longestSilence = 20;
   return options;

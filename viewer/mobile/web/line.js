@@ -8,21 +8,38 @@ const longestSilence = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 
-// What the server lets its guests have comes with the page's link (#token=…). It is kept for this tab, and stays in no
-// address, log or history. True if there was one.
+// What the server lets its guests have comes with the page's link (#token=…), or is entered. It is kept for this tab,
+// and stays in no address or log; but a browser may remember the link that was opened. True if there was one.
 let token = "";
 export function takeToken() {
   const [, found] = location.hash.match(/^#token=([\w.-]{1,4096})$/) ?? [];
-  try {
-    if (found) {
-      sessionStorage.setItem("token", found);
-    }
-    token = found ?? sessionStorage.getItem("token") ?? "";
-  } catch {
-    token = found ?? token; // the browser keeps nothing for us
-  }
   if (found) {
     history.replaceState(history.state, "", location.pathname + location.search);
+    keepToken(found);
+    return true;
+  }
+  try {
+    token = sessionStorage.getItem("token") ?? token;
+  } catch {
+    // the browser keeps nothing for us
+  }
+  return false;
+}
+
+function keepToken(given) {
+  token = given;
+  try {
+    sessionStorage.setItem("token", given);
+  } catch {
+    // nor now
+  }
+}
+
+// One that somebody has entered: itself, or the whole link. False if it is none.
+export function enterToken(given) {
+  const [, found] = given.trim().match(/^(?:.*#token=)?([\w.-]{1,4096})$/) ?? [];
+  if (found) {
+    keepToken(found);
   }
   return Boolean(found);
 }
@@ -97,7 +114,8 @@ export async function getList() {
   });
   if (status !== 200) {
     const lacks = token ? "the link has expired, or is for another server" : "open the link that you were given";
-    throw Object.assign(new Error(status === 401 ? `the server asks for a token: ${lacks}` : `the server says ${status}`), { retryAfter });
+    const asksForToken = status === 401;
+    throw Object.assign(new Error(asksForToken ? `the server asks for a token: ${lacks}` : `the server says ${status}`), { retryAfter, asksForToken });
   }
   return bytes;
 }

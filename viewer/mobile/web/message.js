@@ -30,12 +30,13 @@ function sentence(text) {
 // The message for how things stand, or null: { text; label and act of its button; good; stays: cannot be put away }.
 //
 // situation: { status: of the viewer; name: of the model; failed: the viewer has stopped; contextLost; listed: there is a
-// list of models; listTrouble: why there is no new one; away: nothing comes from the server; wellAgain; tryNow, askAgain:
-// functions }.
+// list of models; listTrouble: why there is no new one, asksForToken: for want of one; away: nothing comes from the
+// server; wellAgain; tryNow, askAgain, askForToken: functions }.
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: "Try now", act: situation.tryNow };
-  const noList = () => ({ text: `${sentence(`the list of models cannot be had: ${listTrouble}`)} Trying again …`, ...again });
+  const cure = situation.asksForToken ? { label: "Enter it", act: situation.askForToken } : again;
+  const noList = () => ({ text: `${sentence(`the list of models cannot be had: ${listTrouble}`)} Trying again …`, ...cure });
   if (situation.failed) {
     return { text: "The viewer has stopped: this device has not enough memory for what was to be shown.", stays: true, ...reload };
   }

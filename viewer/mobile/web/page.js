@@ -40,9 +40,11 @@ let line = null;
 let fingers = null;
 let getList = null;
 let takeToken = null;
+let enterToken = null;
 
 let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
+let asksForToken = false; // because of that
 let contextLost = false;
 let lastStatus = {};
 
@@ -89,7 +91,7 @@ function showWhatIsWrong(status) {
   const name = nameOf(selectedModel());
   const failed = viewer.failure !== null;
   const listed = models !== null;
-  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, away, wellAgain, tryNow, askAgain }));
+  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, tryNow, askAgain, askForToken }));
 }
 
 // ---- the list of models
@@ -109,10 +111,12 @@ async function refreshList() {
       throw new Error(trouble);
     }
     listTrouble = "";
+    asksForToken = false;
     listRetry = firstRetry;
     showModels(viewer.models());
   } catch (error) {
     listTrouble = error.message;
+    asksForToken = error.asksForToken ?? false;
     // Not all at once when a server comes back.
     refreshListIn(Math.max(listRetry, error.retryAfter ?? 0) * (1 + Math.random()));
     listRetry = Math.min(2 * listRetry, longestRetry);
@@ -353,6 +357,12 @@ function askAgain() {
   wake();
 }
 
+function askForToken() {
+  if (enterToken(prompt("The token that you were given, or its link:") ?? "")) {
+    tryNow();
+  }
+}
+
 function tryNow() {
   line.hurry();
   refreshList();
@@ -463,7 +473,7 @@ async function start() {
   let Line;
   try {
     const { loadViewer } = await import("./viewer.js");
-    ({ Line, getList, takeToken } = await import("./line.js"));
+    ({ Line, getList, takeToken, enterToken } = await import("./line.js"));
     takeToken();
     viewer = await loadViewer();
   } catch {

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/app/Messages.h"
+
+#include <iostream>
+
+namespace kdstream
+{
+
+void Messages::Warn(const std::string& file, const std::string& what)
+{
+  this->Say("warning: " + file + (file.empty() ? "" : ": ") + what);
+}
+
+void Messages::Fail(const std::string& what)
+{
+  this->Say("error: " + what);
+}
+
+void Messages::Say(const std::string& what)
+{
+  const auto line = this->Program + ": " + what + "\n";
+  const std::lock_guard lock(this->Mutex);
+  if (this->Later)
+  {
+    this->Later->Write(line);
+    return;
+  }
+  std::cerr << line << std::flush;
+}
+
+Status Messages::WaitForNobody()
+{
+  auto log = AccessLog::Open("-");
+  KDSTREAM_TRY(log);
+  const std::lock_guard lock(this->Mutex);
+  this->Later = std::move(*log);
+  return {};
+}
+
+}

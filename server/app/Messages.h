@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What kdstream-serve says on stderr.
+//
+// While it starts, each line is written before the work goes on. Once it serves, a thread of its
+// own writes them, as it does the logs: where nobody reads stderr, lines are lost, but no client
+// waits.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/app/AccessLog.h"
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace kdstream
+{
+
+// All functions from any thread.
+class Messages
+{
+public:
+  explicit Messages(std::string program)
+    : Program(std::move(program))
+  {
+  }
+
+  // "kdstream-serve: warning: FILE: what": what is wrong, though the server goes on. The file may
+  // be "".
+  void Warn(const std::string& file, const std::string& what);
+  // "kdstream-serve: error: what"
+  void Fail(const std::string& what);
+  // "kdstream-serve: what"
+  void Say(const std::string& what);
+
+  // From now on nobody waits for stderr. Errors: InputOutput.
+  Status WaitForNobody();
+
+private:
+  const std::string Program;
+  std::mutex Mutex;
+  std::shared_ptr<AccessLog> Later; // null while the program starts
+};
+
+}
