@@ -287,6 +287,13 @@ private:
   void Take()
   {
     const auto line = this->Current;
+    if (!this->Wanted)
+    {
+      // It is closing. What has come is not looked at: whether it is text is told of what Beast has
+      // read by now, not of this message, while a close reads too.
+      line->incoming.clear();
+      return;
+    }
     const auto data = line->incoming.cdata();
     const auto* const bytes = static_cast<const std::uint8_t*>(data.data());
     const double now = SecondsOf(Clock::now());
