@@ -14,7 +14,7 @@ endforeach()
 find_package(MPI QUIET COMPONENTS C) # ParaView names its target without looking for it
 find_package(ParaView QUIET COMPONENTS RemotingCore VTKExtensionsCore WrapClientServer ProcessXML RemotingClientServerStream)
 if(NOT ParaView_FOUND)
-  message(FATAL_ERROR "KDSTREAM_BUILD_PARAVIEW is on, but ParaView was not found (Debian: paraview-dev and python3-paraview)"
+  message(FATAL_ERROR "KDSTREAM_BUILD_PARAVIEW is on, but ParaView was not found (Debian: paraview-dev, python3-paraview and libopenmpi-dev)"
     " ${ParaView_NOT_FOUND_MESSAGE}")
 endif()
 message(STATUS "ParaView's plugin: yes, for ParaView ${ParaView_VERSION} on VTK ${VTK_VERSION}")

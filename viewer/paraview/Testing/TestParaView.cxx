@@ -112,6 +112,8 @@ protected:
     command.insert(command.end(), arguments.begin(), arguments.end());
     const Outcome outcome = RunProgram(*Folder, KDSTREAM_XVFB_RUN, command);
     EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+    EXPECT_EQ(outcome.err.find("ERR|") != std::string::npos, arguments[0] == "broken")
+      << outcome.err;
     Session session{ {}, outcome.err };
     std::istringstream lines(outcome.out);
     for (std::string line; std::getline(lines, line);)
@@ -197,8 +199,7 @@ TEST_F(TestParaView, ThePanelHasWhatTheModelHas)
   ASSERT_EQ(RunTool(*Folder, "build", { "vase.ply", "-o", "vase.kds" }).exitCode, 0);
   const std::string store = (*Folder / "vase.kds").string();
   const Json info = Json::parse(RunTool(*Folder, "store", { "info", store, "--json" }).out);
-  const auto [answers, errors] = Ask(1, { "panel", store });
-  EXPECT_EQ(errors.find("ERR"), std::string::npos) << errors;
+  const Answers answers = Ask(1, { "panel", store }).answers;
   const auto& levels = answers.at("levels").at(0);
   EXPECT_EQ(levels["least"], -1);
   EXPECT_EQ(levels["most"], info["finest_depth"]);
