@@ -195,13 +195,11 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
 {
   const auto first = At(line.source, FirstModel(line, replay, source.Models()));
   KDSTREAM_TRY(first);
-  SceneStyle style;
-  style.coloring = line.coloring;
-  style.occlusion = line.occlusion;
+  const SceneSettings settings{ line.coloring, line.occlusion };
   const auto window = line.offscreen.empty()
-                        ? SessionWindow::MakeOnScreen(line.width, line.height, style)
+                        ? SessionWindow::MakeOnScreen(line.width, line.height, settings)
                         : SessionWindow::MakeOffscreen(
-                            *ParseWindowBackend(line.offscreen), line.width, line.height, style);
+                            *ParseWindowBackend(line.offscreen), line.width, line.height, settings);
   if (!window)
   {
     return line.offscreen.empty() ? NoWindow(window.GetError()) : window.GetError();

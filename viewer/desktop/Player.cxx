@@ -38,13 +38,21 @@ Status Player::Play(const SessionStep& step)
       }
       return this->Window.SavePicture(step.name);
     case SessionStep::Kind::Window:
-      this->Window.Resize(step.window.width, step.window.height);
+      this->Window.Resize(step.window);
       [[fallthrough]];
     default:
+      this->Set(step);
       KDSTREAM_TRY(Perform(step, this->Session));
       this->SendRequests();
       return {};
   }
+}
+
+void Player::Set(const SessionStep& step)
+{
+  SceneSettings settings = this->Window.Settings();
+  Perform(step, settings);
+  this->Window.SetSettings(settings);
 }
 
 Status Player::WaitForIdle()
@@ -101,7 +109,7 @@ Status Player::Frame()
   const auto begin = Clock::now();
   this->Session.BeginFrame();
   this->Complain();
-  Status status = this->Window.Show(this->Session.Scene());
+  Status status = this->Window.Show(this->Session.Scene(), this->Session.RegionBoxes());
   this->Session.EndFrame(std::chrono::duration<double>(Clock::now() - begin).count());
   if (this->Options.drawn)
   {

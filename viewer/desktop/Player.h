@@ -44,6 +44,7 @@ public:
   Status Play(const SessionStep& step);
 
 private:
+  void Set(const SessionStep& step);
   Status WaitForIdle();
   Status Frame();
   void SendRequests();

@@ -13,36 +13,46 @@ namespace kdstream
 {
 
 Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOffscreen(
-  WindowBackend backend, int width, int height, const SceneStyle& style)
+  WindowBackend backend, int width, int height, const SceneSettings& settings)
 {
   auto window = MakeOffscreenWindow(backend, width, height);
   KDSTREAM_TRY(window);
-  return std::unique_ptr<SessionWindow>(new SessionWindow(std::move(*window), style));
+  return std::unique_ptr<SessionWindow>(new SessionWindow(std::move(*window), settings));
 }
 
 Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOnScreen(
-  int width, int height, const SceneStyle& style)
+  int width, int height, const SceneSettings& settings)
 {
   auto window = MakeScreenWindow(width, height, "KdStream");
   KDSTREAM_TRY(window);
-  return std::unique_ptr<SessionWindow>(new SessionWindow(std::move(*window), style));
+  return std::unique_ptr<SessionWindow>(new SessionWindow(std::move(*window), settings));
 }
 
-SessionWindow::SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneStyle& style)
+SessionWindow::SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneSettings& settings)
   : Window(std::move(window))
+  , Boxes(this->Scene.Renderer())
 {
-  this->Scene.SetStyle(style);
+  this->SetSettings(settings);
   this->Window->AddRenderer(&this->Scene.Renderer());
 }
 
-void SessionWindow::Resize(int width, int height)
+void SessionWindow::Resize(const Viewport& view)
 {
-  this->Window->SetSize(width, height);
+  this->Window->SetSize(view.width, view.height);
+  this->PixelRatio = view.pixelRatio;
 }
 
-Status SessionWindow::Show(const ViewerScene& scene)
+void SessionWindow::SetSettings(const SceneSettings& settings)
+{
+  this->How = settings;
+  this->Scene.SetStyle({ settings.coloring, false, settings.occlusion });
+}
+
+Status SessionWindow::Show(const ViewerScene& scene, const std::vector<Box>& regionBoxes)
 {
   KDSTREAM_TRY(this->Scene.Follow(scene));
+  this->Boxes.Show(this->How.boxes ? regionBoxes : std::vector<Box>(), this->Scene.Center(),
+    boxLineWidth * this->PixelRatio);
   this->Window->Render();
   this->Window->WaitForCompletion();
   return {};

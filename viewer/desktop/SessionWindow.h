@@ -3,11 +3,14 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/desktop/RegionBoxes.h"
 #include "viewer/desktop/SessionScene.h"
+#include "viewer/desktop/SettingSteps.h"
 #include "viewer/rendering/OffscreenWindow.h"
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -17,23 +20,29 @@ class SessionWindow
 public:
   // Errors: those of MakeOffscreenWindow.
   static Result<std::unique_ptr<SessionWindow>> MakeOffscreen(
-    WindowBackend backend, int width, int height, const SceneStyle& style);
+    WindowBackend backend, int width, int height, const SceneSettings& settings);
   // One that is shown on the screen. Errors: those of MakeScreenWindow.
   static Result<std::unique_ptr<SessionWindow>> MakeOnScreen(
-    int width, int height, const SceneStyle& style);
+    int width, int height, const SceneSettings& settings);
 
-  void Resize(int width, int height);
-  // Renders the scene. The surface is uploaded to the graphics memory only if it has changed since
-  // the last time.
-  Status Show(const ViewerScene& scene);
+  void Resize(const Viewport& view);
+  // From the next picture on.
+  void SetSettings(const SceneSettings& settings);
+  const SceneSettings& Settings() const { return this->How; }
+  // Renders the scene; regionBoxes: where the settings want them (ViewerSession::RegionBoxes). The
+  // surface is uploaded to the graphics memory only if it has changed since the last time.
+  Status Show(const ViewerScene& scene, const std::vector<Box>& regionBoxes);
   // Writes what was shown last.
   Status SavePicture(const std::string& file);
 
 private:
-  SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneStyle& style);
+  SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneSettings& settings);
 
   vtkSmartPointer<vtkRenderWindow> Window;
   SessionScene Scene;
+  RegionBoxes Boxes;
+  SceneSettings How;
+  double PixelRatio = 1;
 };
 
 }

@@ -104,7 +104,7 @@ void main()
   vec3 normal = dot(viewNormal, viewNormal) > 0.0 ? normalize(viewNormal) : vec3(0.0, 0.0, 1.0);
   if (normal.z < 0.0)
   {
-    normal = gl_FrontFacing && normal.z > -0.4 ? normalize(vec3(normal.xy, 0.0)) : -normal;
+    normal = gl_FrontFacing && normal.z > -0.8 ? normalize(vec3(normal.xy, 0.0)) : -normal;
   }
   fragment = vec4(lit(normal), 1.0);
 })";

@@ -72,15 +72,16 @@ vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const C
 // Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
 // triangle's own facing, which is undone: a triangle that a simplified level has folded over would
 // be black among neighbours whose normals face the eye. At an outline, normals between those of
-// corners turn away a little where the triangle itself still faces the eye: these stop at the
-// outline; turned to the eye they would shine like the other side.
+// corners turn away where the triangle itself still faces the eye, of coarse levels by fifty
+// degrees: these stop at the outline; turned to the eye they would shine like the other side.
+// Beyond, the triangle is one that was turned over.
 void FaceNormalsToTheEye(vtkActor& actor)
 {
   actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
     "if (!gl_FrontFacing) { normalVCVSOutput = -normalVCVSOutput; }\n"
     "if (normalVCVSOutput.z < 0.0)\n"
     "{\n"
-    "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.4\n"
+    "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.8\n"
     "    ? normalize(vec3(normalVCVSOutput.xy, 0.0)) : -normalVCVSOutput;\n"
     "}\n"
     "//VTK::Light::Impl",

@@ -150,6 +150,26 @@ Result<SessionStep> ParseRings(const JsonValue& object, std::size_t line)
   return step;
 }
 
+Result<SessionStep> ParseBudgets(const JsonValue& object, std::size_t line)
+{
+  if (const auto wrong = CheckKeys(object, { "triangles", "memory" }))
+  {
+    return Wrong(line, *wrong);
+  }
+  const JsonValue &triangles = *FindMember(object, "triangles"),
+                  &memory = *FindMember(object, "memory");
+  const auto isCount = [](const JsonValue& value)
+  { return value.IsUint64() && value.GetUint64() > 0; };
+  if (!isCount(triangles) || !isCount(memory))
+  {
+    return Wrong(line, "'triangles' and 'memory' (bytes) are integers above 0");
+  }
+  SessionStep step{ SessionStep::Kind::Budgets, {} };
+  step.triangles = triangles.GetUint64();
+  step.memory = memory.GetUint64();
+  return step;
+}
+
 Result<SessionStep> ParseWindow(const JsonValue& object, std::size_t line)
 {
   if (const auto wrong = CheckKeys(object, { "window", "ratio" }))
@@ -198,14 +218,20 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("wait")       ? ParseWait(object, line)
          : has("rings")      ? ParseRings(object, line)
          : has("window")     ? ParseWindow(object, line)
+         : has("triangles")  ? ParseBudgets(object, line)
          : has("select")     ? ParseNamed(object, line, "select", Kind::Select)
          : has("screenshot") ? ParseNamed(object, line, "screenshot", Kind::Screenshot)
          : has("go")         ? ParseWord(object, line, "go", Kind::Go, { "home", "undo", "back" })
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
            ? ParseWord(object, line, "detail", Kind::Detail, { "view", "level", "full" })
-           : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', 'go', "
-                         "'turning', 'detail', 'rings', 'window'");
+         : has("colours") ? ParseWord(object, line, "colours", Kind::Colors,
+                              { "own", "none", "partition", "resolution" })
+         : has("light")   ? ParseWord(object, line, "light", Kind::Light, { "relief", "plain" })
+         : has("boxes")   ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
+                        : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
+                                      "'go', 'turning', 'detail', 'rings', 'triangles', "
+                                      "'colours', 'light', 'boxes', 'window'");
 }
 
 }
@@ -264,11 +290,17 @@ Status Perform(const SessionStep& step, ViewerSession& session)
     case SessionStep::Kind::Rings:
       session.SetRings(step.rings);
       break;
+    case SessionStep::Kind::Budgets:
+      session.SetBudgets(step.triangles, static_cast<std::size_t>(step.memory));
+      break;
     case SessionStep::Kind::Window:
       session.Resize(step.window);
       break;
     case SessionStep::Kind::WaitForIdle:
     case SessionStep::Kind::Screenshot:
+    case SessionStep::Kind::Colors:
+    case SessionStep::Kind::Light:
+    case SessionStep::Kind::Boxes:
       break;
   }
   return {};
@@ -312,6 +344,18 @@ std::string FormatSessionStep(const SessionStep& step)
       break;
     case SessionStep::Kind::Rings:
       json.Member("rings", step.rings);
+      break;
+    case SessionStep::Kind::Budgets:
+      json.Member("triangles", step.triangles).Member("memory", step.memory);
+      break;
+    case SessionStep::Kind::Colors:
+      json.Member("colours", step.name);
+      break;
+    case SessionStep::Kind::Light:
+      json.Member("light", step.name);
+      break;
+    case SessionStep::Kind::Boxes:
+      json.Member("boxes", step.name);
       break;
     case SessionStep::Kind::Window:
       json.Key("window").BeginArray().Put(step.window.width).Put(step.window.height).EndArray();

@@ -15,6 +15,11 @@
 //                               is before
 //   {"detail":"level"}          view, level or full from here on
 //   {"rings":2}                 of the next regions
+//   {"triangles":300000,"memory":150000000}
+//       budgets of what is shown, from here on: triangles, and bytes for them
+//   {"colours":"partition"}     own, none, partition or resolution from here on
+//   {"light":"plain"}           relief or plain from here on
+//   {"boxes":"on"}              of the region's partitions; "off"
 //   {"window":[1280,720],"ratio":1}
 //       how many pixels the window has from here on, and how many of them make a point
 #pragma once
@@ -23,6 +28,7 @@
 #include "viewer/session/Camera.h"
 #include "viewer/session/GestureRecognizer.h"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -46,15 +52,21 @@ struct SessionStep
     Turning,
     Detail,
     Rings,
+    Budgets,
+    Colors,
+    Light,
+    Boxes,
     Window
   };
   Kind kind = Kind::WaitForIdle;
-  TouchFrame frame;   // of Touches
-  std::string name{}; // file of Screenshot, model of Select, word of Go, Turning and Detail
-  double factor = 1;  // of Zoom, above 0
+  TouchFrame frame; // of Touches
+  // File of Screenshot, model of Select, word of Go, Turning, Detail, Colors, Light and Boxes.
+  std::string name{};
+  double factor = 1; // of Zoom, above 0
   double x = 0, y = 0;
-  unsigned rings = 1; // 1-3
-  Viewport window{};  // sides of 1 to largestSide pixels, ratio from 1/8 to 8
+  unsigned rings = 1;                      // 1-3
+  Viewport window{};                       // sides of 1 to largestSide pixels, ratio from 1/8 to 8
+  std::uint64_t triangles = 0, memory = 0; // of Budgets, above 0
 
   static constexpr int largestSide = 8192;
   bool operator==(const SessionStep&) const = default;
@@ -68,7 +80,7 @@ Result<std::vector<SessionStep>> ParseSession(
   std::string_view text, const std::function<Status(const SessionStep&)>& check = {});
 
 // Does to the session what a person did: nothing for WaitForIdle and Screenshot, which are the
-// player's. Errors: those of SelectModel.
+// player's, nor for Colors, Light and Boxes, which are the scene's. Errors: those of SelectModel.
 Status Perform(const SessionStep& step, ViewerSession& session);
 
 // The step as one line, without the line's end. Parsing it gives the same step again, bit for bit.

@@ -244,7 +244,34 @@ TEST_F(TestWindow, WhatAPersonDoesIsShownAndPlaysAgain)
      Size() + " --offscreen x11 --replay '" + (this->Folder / "r.jsonl").string() + "'");
   for (const std::string& picture : { preview, opened, near, turned, last })
   {
-    EXPECT_LE(ShareThatDiffers(this->Folder / picture, again / picture), 0.002) << picture;
+    EXPECT_LE(ShareThatDiffers(this->Folder / picture, again / picture), 0.002)
+      << picture << "\n"
+      << ReadWhole(this->Folder / "r.jsonl");
+  }
+}
+
+// What was set when it began, and while it went on, is in the recording: it needs no options.
+TEST_F(TestWindow, SettingsAreRecorded)
+{
+  this->Open(this->Server->Url() + " --model second --size " + Size() +
+             " --colour-by partition --light plain --triangles 5000 --rings 2 --record r.jsonl");
+  const std::string colored = this->SettledPicture("second");
+  Hands("mousemove 400 490 click --repeat 2 --delay 60 1");
+  const std::string tapped = this->SettledPicture("second");
+  Hands("key b");
+  const std::string boxed = this->SettledPicture("second");
+  EXPECT_GT(ShareThatDiffers(this->Folder / tapped, this->Folder / boxed), 0.001)
+    << ReadWhole(this->Folder / "r.jsonl");
+  ASSERT_EQ(this->End(), 0) << this->Err();
+
+  const TemporaryFolder again;
+  Do("cd '" + again.Path.string() + "' && '" + program + "' " + this->Server->Url() + " --size " +
+     Size() + " --offscreen x11 --replay '" + (this->Folder / "r.jsonl").string() + "'");
+  for (const std::string& picture : { colored, tapped, boxed })
+  {
+    EXPECT_LE(ShareThatDiffers(this->Folder / picture, again / picture), 0.002)
+      << picture << "\n"
+      << ReadWhole(this->Folder / "r.jsonl");
   }
 }
 

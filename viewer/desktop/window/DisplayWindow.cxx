@@ -9,6 +9,7 @@
 
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -87,6 +88,19 @@ void AskForFullScreen(Display* display, ::Window window, bool full)
     SubstructureNotifyMask | SubstructureRedirectMask, &event);
 }
 
+WindowEvent TouchOf(const XGenericEventCookie& cookie)
+{
+  const auto& touch = *static_cast<const XIDeviceEvent*>(cookie.data);
+  WindowEvent told;
+  told.kind = cookie.evtype == XI_TouchBegin ? WindowEvent::Kind::TouchBegin
+              : cookie.evtype == XI_TouchEnd ? WindowEvent::Kind::TouchEnd
+                                             : WindowEvent::Kind::TouchMove;
+  told.x = touch.event_x;
+  told.y = touch.event_y;
+  told.finger = touch.detail;
+  return told;
+}
+
 // By which desktops know that a window belongs to the program's entry in their menus.
 void SetWindowClass(Display* display, ::Window window)
 {
@@ -153,7 +167,14 @@ void DisplayWindow::Listen()
 
 void DisplayWindow::Add(WindowEvent event)
 {
-  event.time = Seconds();
+  const bool isButton =
+    event.kind == WindowEvent::Kind::Press || event.kind == WindowEvent::Kind::Release;
+  // What comes before a button is no later than that.
+  event.time = this->ButtonTimes.empty() ? Seconds() : this->ButtonTimes.front();
+  if (isButton && !this->ButtonTimes.empty())
+  {
+    this->ButtonTimes.pop_front();
+  }
   const int* position = this->Interactor->GetEventPosition(); // from the lower left corner
   event.x = position[0];
   event.y = this->Height() - 1 - position[1];
@@ -216,14 +237,15 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
   }
 }
 
-// Which come to the window as a mouse's otherwise: one at a time.
+// Which come to the window as a mouse's otherwise: one at a time. Pinches of trackpads are told by
+// servers that know of gestures (version 2.4 of the extension).
 void DisplayWindow::ListenToFingers()
 {
   Display* display = DisplayOf(*this->Shown);
   int event = 0;
   int error = 0;
   int major = 2;
-  int minor = 2;
+  int minor = 4;
   if (!XQueryExtension(display, "XInputExtension", &this->FingersOpcode, &event, &error) ||
       XIQueryVersion(display, &major, &minor) != Success || major * 10 + minor < 22)
   {
@@ -234,6 +256,14 @@ void DisplayWindow::ListenToFingers()
   XISetMask(bits.data(), XI_TouchBegin);
   XISetMask(bits.data(), XI_TouchUpdate);
   XISetMask(bits.data(), XI_TouchEnd);
+#ifdef XI_GesturePinchBegin
+  if (major * 10 + minor >= 24)
+  {
+    XISetMask(bits.data(), XI_GesturePinchBegin);
+    XISetMask(bits.data(), XI_GesturePinchUpdate);
+    XISetMask(bits.data(), XI_GesturePinchEnd);
+  }
+#endif
   XIEventMask mask{ XIAllMasterDevices, static_cast<int>(bits.size()), bits.data() };
   XISelectEvents(display, IdOf(*this->Shown), &mask, 1);
 }
@@ -250,18 +280,47 @@ void DisplayWindow::TakeFingers()
     {
       continue;
     }
-    const auto& touch = *static_cast<const XIDeviceEvent*>(cookie.data);
-    WindowEvent told;
-    told.time = Seconds();
-    told.kind = cookie.evtype == XI_TouchBegin ? WindowEvent::Kind::TouchBegin
-                : cookie.evtype == XI_TouchEnd ? WindowEvent::Kind::TouchEnd
-                                               : WindowEvent::Kind::TouchMove;
-    told.x = touch.event_x;
-    told.y = touch.event_y;
-    told.finger = touch.detail;
+    switch (cookie.evtype)
+    {
+      case XI_TouchBegin:
+      case XI_TouchUpdate:
+      case XI_TouchEnd:
+        this->Events.push_back(TouchOf(cookie));
+        this->Events.back().time =
+          this->TimesOf({ static_cast<const XIDeviceEvent*>(cookie.data)->time }).front();
+        break;
+#ifdef XI_GesturePinchBegin
+      case XI_GesturePinchBegin:
+        this->PinchScale = 1;
+        break;
+      case XI_GesturePinchUpdate:
+        this->AddPinch(cookie.data);
+        break;
+#endif
+      default:
+        break;
+    }
     XFreeEventData(display, &cookie);
-    this->Events.push_back(told);
   }
+}
+
+// Servers tell how much it has enlarged since it began.
+void DisplayWindow::AddPinch([[maybe_unused]] const void* data)
+{
+#ifdef XI_GesturePinchBegin
+  const auto& pinch = *static_cast<const XIGesturePinchEvent*>(data);
+  if (!(pinch.scale > 0))
+  {
+    return;
+  }
+  WindowEvent told;
+  told.kind = WindowEvent::Kind::Pinch;
+  told.time = Seconds();
+  told.x = pinch.event_x;
+  told.y = pinch.event_y;
+  told.scale = pinch.scale / std::exchange(this->PinchScale, pinch.scale);
+  this->Events.push_back(told);
+#endif
 }
 
 void DisplayWindow::Wait(std::chrono::milliseconds atMost)
@@ -274,10 +333,55 @@ void DisplayWindow::Wait(std::chrono::milliseconds atMost)
   }
 }
 
+// The server's times of events by our clock, in order: when they happened, not when a slow frame
+// let us see them. The event that came through the quickest tells how the two clocks stand.
+std::vector<double> DisplayWindow::TimesOf(const std::vector<unsigned long>& serverTimes)
+{
+  std::vector<double> times;
+  if (serverTimes.empty())
+  {
+    return times;
+  }
+  // Milliseconds of 32 bits, which begin again after 49 days.
+  const auto last = static_cast<std::uint32_t>(serverTimes.back());
+  const auto passed = static_cast<std::int32_t>(last - this->LastServerTime);
+  const double seen = Seconds();
+  this->ServerSeconds = std::min(this->ServerSeconds.value_or(seen) + 1e-3 * passed, seen);
+  this->LastServerTime = last;
+  for (const unsigned long time : serverTimes)
+  {
+    const auto before = static_cast<std::int32_t>(last - static_cast<std::uint32_t>(time));
+    this->LastTime = std::max(this->LastTime, *this->ServerSeconds - 1e-3 * before);
+    times.push_back(this->LastTime);
+  }
+  return times;
+}
+
+// VTK's interactor does not tell when a button was pressed.
+void DisplayWindow::NoteButtonTimes()
+{
+  std::vector<unsigned long> serverTimes;
+  const auto note = [](Display* /*display*/, XEvent* event, XPointer noted) -> Bool
+  {
+    const bool isButton = (event->type == ButtonPress || event->type == ButtonRelease) &&
+                          event->xbutton.button <= Button3; // beyond these is the wheel
+    if (isButton)
+    {
+      reinterpret_cast<std::vector<unsigned long>*>(noted)->push_back(event->xbutton.time);
+    }
+    return False; // it stays in the queue
+  };
+  XEvent unused;
+  XCheckIfEvent(DisplayOf(*this->Shown), &unused, note, reinterpret_cast<XPointer>(&serverTimes));
+  const auto times = this->TimesOf(serverTimes);
+  this->ButtonTimes.assign(times.begin(), times.end());
+}
+
 std::vector<WindowEvent> DisplayWindow::TakeEvents()
 {
   XPending(DisplayOf(*this->Shown)); // reads what has come
   this->TakeFingers();
+  this->NoteButtonTimes();
   this->Interactor->ProcessEvents();
   return std::exchange(this->Events, {});
 }

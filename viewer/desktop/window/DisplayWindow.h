@@ -11,7 +11,10 @@
 #include <vtkSmartPointer.h>
 
 #include <chrono>
+#include <cstdint>
+#include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,14 +57,22 @@ private:
   void Listen();
   void ListenToFingers();
   void TakeFingers();
+  void AddPinch(const void* data); // of the X Input Extension
   void Note(vtkObject* caller, unsigned long event, void* data);
   void Add(WindowEvent event);
+  std::vector<double> TimesOf(const std::vector<unsigned long>& serverTimes);
+  void NoteButtonTimes();
 
   vtkSmartPointer<vtkRenderWindow> Shown;
   vtkSmartPointer<vtkRenderWindowInteractor> Interactor;
   std::vector<WindowEvent> Events;
   double Ratio = 1;
+  std::deque<double> ButtonTimes;      // of presses and releases that VTK has not told of yet
+  std::uint32_t LastServerTime = 0;    // ms
+  std::optional<double> ServerSeconds; // that time by our clock
+  double LastTime = 0;
   int FingersOpcode = 0; // of the X Input Extension; 0 without it
+  double PinchScale = 1; // since the trackpad's pinch began
   bool Damaged = true, Closed = false, FullScreen = false;
   int PlainX = 0, PlainY = 0, PlainWidth = 0, PlainHeight = 0; // before it filled the screen
 };

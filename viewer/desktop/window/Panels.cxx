@@ -402,16 +402,16 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
   Choice("Wide", settings.rings, 2u);
   ImGui::SameLine();
   Choice("Widest", settings.rings, 3u);
-  ImGui::Checkbox("Boxes of its partitions", &settings.boxes);
+  ImGui::Checkbox("Boxes of its partitions", &settings.scene.boxes);
   Text("Show");
-  Choice("Own colours", settings.coloring, SurfaceColoring::Own);
+  Choice("Own colours", settings.scene.coloring, SurfaceColoring::Own);
   ImGui::SameLine();
-  Choice("Stone", settings.coloring, SurfaceColoring::Stone);
+  Choice("Stone", settings.scene.coloring, SurfaceColoring::Stone);
   ImGui::SameLine();
-  Choice("Partitions", settings.coloring, SurfaceColoring::Partition);
+  Choice("Partitions", settings.scene.coloring, SurfaceColoring::Partition);
   ImGui::SameLine();
-  Choice("Detail", settings.coloring, SurfaceColoring::Resolution);
-  ImGui::Checkbox("Relief: hollows are darker", &settings.occlusion);
+  Choice("Detail", settings.scene.coloring, SurfaceColoring::Resolution);
+  ImGui::Checkbox("Relief: hollows are darker", &settings.scene.occlusion);
   Text("At most");
   auto triangles = static_cast<float>(settings.triangles) / 1e6f;
   if (ImGui::SliderFloat("million triangles", &triangles, 0.01f, 20.0f, "%.2f",

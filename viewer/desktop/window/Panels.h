@@ -3,8 +3,8 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
+#include "viewer/desktop/SettingSteps.h"
 #include "viewer/desktop/window/Previews.h"
-#include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/SessionFile.h"
 
 #include <deque>
@@ -26,12 +26,10 @@ struct ViewSettings
 {
   DetailMode detail = DetailMode::View;
   Turning turning = Turning::Upright;
-  SurfaceColoring coloring = SurfaceColoring::Own;
-  bool occlusion = true;
+  SceneSettings scene;
   unsigned rings = 1;
   std::uint64_t triangles = 0, memory = 0; // budgets
   bool fetchAhead = true;
-  bool boxes = false; // of the region
   PreviewPlace previews = PreviewPlace::Strip;
   bool operator==(const ViewSettings&) const = default;
 };

@@ -16,6 +16,7 @@ struct WindowEvent
     Release, // of `button`
     Move,    // of the mouse
     Wheel,   // by `notches`
+    Pinch,   // on a trackpad, under the mouse: enlarges by `scale`
     Key,     // `key` is pressed, or repeats itself
     TouchBegin,
     TouchMove,
@@ -34,6 +35,7 @@ struct WindowEvent
   double y = 0;    // and from the top
   Button button = Button::Left;
   double notches = 0;      // away from the person: above 0
+  double scale = 1;        // since the last event of the pinch, above 0
   std::string key;         // as X names it: "Left", "plus", "F1", "a"
   std::int64_t finger = 0; // of a touch
   bool shift = false, control = false;

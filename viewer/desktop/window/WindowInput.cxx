@@ -66,12 +66,9 @@ std::vector<SessionStep> WindowInput::Handle(const WindowEvent& event)
       this->Move(mouse, event);
       return {};
     case WindowEvent::Kind::Wheel:
-    {
-      auto steps = this->Flush();
-      steps.push_back(this->ZoomAt(
-        std::pow(wheelZoom, event.notches), event.x - this->Left, event.y - this->Top));
-      return steps;
-    }
+      return this->Zoom(std::pow(wheelZoom, event.notches), event);
+    case WindowEvent::Kind::Pinch:
+      return this->Zoom(event.scale, event);
     case WindowEvent::Kind::Key:
       return this->Key(event);
     case WindowEvent::Kind::TouchBegin:
@@ -92,6 +89,13 @@ std::vector<SessionStep> WindowInput::Flush()
     return {};
   }
   return { this->Touches(this->MovedAt) };
+}
+
+std::vector<SessionStep> WindowInput::Zoom(double factor, const WindowEvent& event)
+{
+  auto steps = this->Flush();
+  steps.push_back(this->ZoomAt(factor, event.x - this->Left, event.y - this->Top));
+  return steps;
 }
 
 std::vector<SessionStep> WindowInput::Put(

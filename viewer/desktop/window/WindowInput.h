@@ -34,6 +34,7 @@ private:
   };
 
   SessionStep Touches(double time) const;
+  std::vector<SessionStep> Zoom(double factor, const WindowEvent& event);
   std::vector<SessionStep> Put(std::int64_t pointer, const WindowEvent& event, bool isPair);
   std::vector<SessionStep> Lift(std::int64_t pointer, const WindowEvent& event);
   void Move(std::int64_t pointer, const WindowEvent& event);

@@ -2,6 +2,8 @@
 // A window's session and where its models come from: see WindowSession.h.
 #include "viewer/desktop/window/WindowSession.h"
 
+#include "viewer/desktop/SettingSteps.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -96,6 +98,7 @@ void WindowSession::Begin(OpenedSources sources)
   }
   this->Looks.SetModels(models);
   this->Do({ SessionStep::Kind::Turning, {}, "upright" });
+  this->RecordOptions();
   if (models.empty())
   {
     this->Tell("There are no models yet.");
@@ -117,6 +120,33 @@ void WindowSession::Begin(OpenedSources sources)
       this->Options.source + ": there is no model '" + this->Options.model + "'" };
     PrintError(this->Program, "", error);
     this->Tell(error.message);
+  }
+}
+
+// So that a recording plays as it was, whatever the options it is played with.
+void WindowSession::RecordOptions()
+{
+  const ViewOptions& now = this->Options;
+  const ViewOptions usual;
+  if (now.detail != usual.detail)
+  {
+    this->Record.Add(DetailStep(now.detail));
+  }
+  if (now.rings != usual.rings)
+  {
+    this->Record.Add(RingsStep(now.rings));
+  }
+  if (now.triangles != usual.triangles || now.memory != usual.memory)
+  {
+    this->Record.Add(BudgetsStep(now.triangles, now.memory));
+  }
+  if (now.coloring != usual.coloring)
+  {
+    this->Record.Add(ColoringStep(now.coloring));
+  }
+  if (now.occlusion != usual.occlusion)
+  {
+    this->Record.Add(LightStep(now.occlusion));
   }
 }
 
@@ -150,7 +180,12 @@ void WindowSession::Tell(const std::string& note)
 
 void WindowSession::Do(const SessionStep& step)
 {
+  this->NoteIdle(); // what came last may have needed no frame
   this->Record.Add(step);
+  if (step.kind == SessionStep::Kind::Touches)
+  {
+    this->IsTouched = !step.frame.touches.empty();
+  }
   if (const Status done = Perform(step, this->Looks); !done)
   {
     this->Tell(done.GetError().message);
@@ -185,11 +220,6 @@ void WindowSession::OpenNext(int step)
   this->Open(static_cast<std::size_t>((now + step + count) % count));
 }
 
-void WindowSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
-{
-  this->Looks.SetBudgets(triangles, bytes);
-}
-
 void WindowSession::SetAhead(std::size_t bytes)
 {
   this->Looks.SetAhead(bytes);
@@ -207,7 +237,13 @@ void WindowSession::BeginFrame(double time)
 void WindowSession::EndFrame(double seconds, bool isTouched)
 {
   this->Looks.EndFrame(seconds);
-  if (this->Looks.IsIdle() && !isTouched)
+  this->IsTouched = isTouched;
+  this->NoteIdle();
+}
+
+void WindowSession::NoteIdle()
+{
+  if (this->Looks.IsIdle() && !this->IsTouched)
   {
     this->Record.NoteIdle();
   }

@@ -48,7 +48,6 @@ public:
   void OpenNext(int step);
   // What could not be had, once more.
   void Retry();
-  void SetBudgets(std::uint64_t triangles, std::size_t bytes);
   void SetAhead(std::size_t bytes);
 
   // As ViewerSession's Advance and BeginFrame, and EndFrame.
@@ -62,6 +61,8 @@ public:
 
 private:
   void Begin(OpenedSources sources);
+  void RecordOptions();
+  void NoteIdle();
   void FollowOpening();
   void Send();
   void Complain();
@@ -76,6 +77,7 @@ private:
   std::unique_ptr<ModelSource> Source, PreviewSource;
   ModelDescription Opened;
   std::string LastComplaint, Note, Texts;
+  bool IsTouched = false; // a gesture goes on, in which nobody waits
 };
 
 }

@@ -3,11 +3,12 @@
 // 3. the session's choice and surface  4. words and buttons  5. the picture.
 #include "viewer/desktop/window/WindowView.h"
 
+#include "viewer/desktop/RegionBoxes.h"
+#include "viewer/desktop/SettingSteps.h"
 #include "viewer/desktop/ViewReport.h"
 #include "viewer/desktop/window/DisplayWindow.h"
 #include "viewer/desktop/window/InterfaceLayer.h"
 #include "viewer/desktop/window/Panels.h"
-#include "viewer/desktop/window/RegionBoxes.h"
 #include "viewer/desktop/window/WindowInput.h"
 #include "viewer/desktop/window/WindowSession.h"
 #include "viewer/rendering/Picture.h"
@@ -43,11 +44,6 @@ double Now()
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-const char* WordOf(DetailMode detail)
-{
-  return detail == DetailMode::Level ? "level" : detail == DetailMode::Full ? "full" : "view";
-}
-
 // "dragon.png", or "dragon-2.png" where that is there.
 std::string NewPictureName(const std::string& model)
 {
@@ -64,8 +60,8 @@ ViewSettings SettingsOf(const ViewOptions& options)
 {
   ViewSettings settings;
   settings.detail = options.detail;
-  settings.coloring = options.coloring;
-  settings.occlusion = options.occlusion;
+  settings.scene.coloring = options.coloring;
+  settings.scene.occlusion = options.occlusion;
   settings.rings = options.rings;
   settings.triangles = options.triangles;
   settings.memory = options.memory;
@@ -103,7 +99,9 @@ private:
   void Layout();
   PanelFacts Facts() const;
   void Apply(const ViewSettings& settings);
+  void Apply(const SceneSettings& before);
   void Fulfil(const PanelWishes& wishes);
+  void AskForPicture();
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
   void Tell(const std::string& note);
@@ -139,6 +137,7 @@ private:
   std::optional<SceneSight> Seen; // in the last picture
   bool PressIsOfWords = false;
   bool Ended = false;
+  bool OwesPicture = false;
   // After each change: panels take their size in the second.
   int FramesLeft = 2;
   double LastFrame = Now(), LastTurn = Now(), FrameSeconds = 0;
@@ -232,7 +231,8 @@ void WindowView::Handle(const WindowEvent& event)
   {
     this->Interface.Handle(event);
   }
-  const bool isOfWords = event.kind == Kind::Wheel ? isOverWords : this->PressIsOfWords;
+  const bool isZoom = event.kind == Kind::Wheel || event.kind == Kind::Pinch;
+  const bool isOfWords = isZoom ? isOverWords : this->PressIsOfWords;
   if (!this->Session.IsOpen() || (isOfWords && event.kind != Kind::Key))
   {
     return;
@@ -252,12 +252,18 @@ bool WindowView::HandleKey(const WindowEvent& event)
     this->Ended |= key == "q";
     return true;
   }
+  if (key == "b")
+  {
+    ViewSettings settings = this->Settings;
+    settings.scene.boxes = !settings.scene.boxes;
+    this->Apply(settings);
+    return true;
+  }
   bool* const toggled = key == "o"                         ? &this->Words.settingsOpen
                         : key == "d"                       ? &this->Words.detailsOpen
                         : key == "F1" || key == "question" ? &this->Words.helpOpen
                         : key == "m"                       ? &this->Words.popUp
                         : key == "Tab"                     ? &this->Words.bare
-                        : key == "b"                       ? &this->Settings.boxes
                                                            : nullptr;
   if (toggled)
   {
@@ -273,7 +279,7 @@ bool WindowView::HandleKey(const WindowEvent& event)
   }
   else if (key == "s" || key == "F12")
   {
-    this->TakePicture();
+    this->AskForPicture();
   }
   else if (key == "q")
   {
@@ -360,8 +366,8 @@ void WindowView::Frame()
       this->Tell(followed.GetError().message);
     }
     this->Boxes.Show(
-      this->Settings.boxes ? this->Session.Viewer().RegionBoxes() : std::vector<Box>(),
-      this->Scene.Center(), 1.5 * this->Display->PixelRatio());
+      this->Settings.scene.boxes ? this->Session.Viewer().RegionBoxes() : std::vector<Box>(),
+      this->Scene.Center(), boxLineWidth * this->Display->PixelRatio());
     this->Shelf->Turn(turningSpeed * std::min(begin - this->LastTurn, 0.5));
     this->LastTurn = begin;
   }
@@ -378,6 +384,10 @@ void WindowView::Frame()
   this->FrameSeconds = Now() - begin;
   this->Session.EndFrame(this->FrameSeconds, this->Input.Touching());
   this->Report.AddFrame(this->Session.Viewer().GetStatus());
+  if (this->OwesPicture && (!this->Session.IsRecording() || this->Session.Viewer().IsIdle()))
+  {
+    this->TakePicture();
+  }
   this->Apply(settings);
   this->Fulfil(wishes);
 }
@@ -392,13 +402,14 @@ void WindowView::DrawPicture()
   const bool fresh = !this->Seen || this->Seen->surfaceVersion != sight.surfaceVersion;
   const bool may = this->Occlusion.Has(moves, begin);
   this->Seen = sight;
-  this->LacksOcclusion = this->Settings.occlusion && !may;
-  this->Scene.SetStyle({ this->Settings.coloring, false, this->Settings.occlusion && may });
+  const SceneSettings& settings = this->Settings.scene;
+  this->LacksOcclusion = settings.occlusion && !may;
+  this->Scene.SetStyle({ settings.coloring, false, settings.occlusion && may });
   this->Display->Window().Render();
   const double end = Now();
   if (!fresh)
   {
-    this->Occlusion.Drawn(this->Settings.occlusion && may, end - begin, end);
+    this->Occlusion.Drawn(settings.occlusion && may, end - begin, end);
   }
 }
 
@@ -453,7 +464,7 @@ void WindowView::Apply(const ViewSettings& settings)
   }
   if (before.detail != settings.detail)
   {
-    this->Session.Do({ SessionStep::Kind::Detail, {}, WordOf(settings.detail) });
+    this->Session.Do(DetailStep(settings.detail));
   }
   if (before.turning != settings.turning)
   {
@@ -462,16 +473,33 @@ void WindowView::Apply(const ViewSettings& settings)
   }
   if (before.rings != settings.rings)
   {
-    SessionStep step{ SessionStep::Kind::Rings, {} };
-    step.rings = settings.rings;
-    this->Session.Do(step);
+    this->Session.Do(RingsStep(settings.rings));
   }
   if (before.triangles != settings.triangles || before.memory != settings.memory)
   {
-    this->Session.SetBudgets(settings.triangles, settings.memory);
+    this->Session.Do(BudgetsStep(settings.triangles, settings.memory));
   }
+  this->Apply(before.scene);
   this->Session.SetAhead(settings.fetchAhead ? aheadBytes : 0);
   this->FramesLeft = 2;
+}
+
+// Frames are drawn by the settings as they are; here they are recorded where they were others.
+void WindowView::Apply(const SceneSettings& before)
+{
+  const SceneSettings& now = this->Settings.scene;
+  if (before.coloring != now.coloring)
+  {
+    this->Session.Do(ColoringStep(now.coloring));
+  }
+  if (before.occlusion != now.occlusion)
+  {
+    this->Session.Do(LightStep(now.occlusion));
+  }
+  if (before.boxes != now.boxes)
+  {
+    this->Session.Do(BoxesStep(now.boxes));
+  }
 }
 
 void WindowView::Fulfil(const PanelWishes& wishes)
@@ -490,7 +518,7 @@ void WindowView::Fulfil(const PanelWishes& wishes)
   }
   if (wishes.screenshot)
   {
-    this->TakePicture();
+    this->AskForPicture();
   }
   if (wishes.retry)
   {
@@ -501,8 +529,21 @@ void WindowView::Fulfil(const PanelWishes& wishes)
 
 // ---- what is written
 
+// A picture is taken when what was done before it is on the screen; of a recording when all has
+// come, as it is when that plays again.
+void WindowView::AskForPicture()
+{
+  this->OwesPicture = true;
+  this->FramesLeft = 2;
+  if (this->Session.IsRecording() && !this->Session.Viewer().IsIdle())
+  {
+    this->Tell("The picture is taken when all of it has come.");
+  }
+}
+
 void WindowView::TakePicture()
 {
+  this->OwesPicture = false;
   const std::string model = this->Session.Viewer().GetStatus().model;
   if (model.empty() || this->Session.Viewer().GetStatus().vertices == 0)
   {
@@ -511,7 +552,7 @@ void WindowView::TakePicture()
   }
   const std::string file = NewPictureName(model);
   const Status written = this->WriteModelPicture(file);
-  this->Session.Recorder().Add({ SessionStep::Kind::Screenshot, {}, file });
+  this->Session.Do({ SessionStep::Kind::Screenshot, {}, file });
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
@@ -519,7 +560,7 @@ void WindowView::TakePicture()
 Status WindowView::WriteModelPicture(const std::string& file)
 {
   this->Interface.SetVisible(false);
-  this->Scene.SetStyle({ this->Settings.coloring, false, this->Settings.occlusion });
+  this->Scene.SetStyle({ this->Settings.scene.coloring, false, this->Settings.scene.occlusion });
   const auto picture = Pixels(this->Display->Window());
   this->Interface.SetVisible(true);
   KDSTREAM_TRY(picture);

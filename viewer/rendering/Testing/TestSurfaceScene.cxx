@@ -2,8 +2,10 @@
 #include "Testing/Fixtures/CutWalk.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/drawing/DrawnSurface.h"
+#include "viewer/rendering/ScenePart.h"
 #include "viewer/rendering/Testing/RenderTools.h"
 
+#include "viewer/session/Geometry.h"
 #include "viewer/session/look/Palette.h"
 
 #include <vtkActorCollection.h>
@@ -261,6 +263,52 @@ TEST(SurfaceScene, DrawsFlatTrianglesOnRequest)
     return count;
   };
   EXPECT_GT(same(flat), same(smooth));
+}
+
+// How bright a triangle is that faces the eye, by the normal of its corners, in the coordinates of
+// the view: x right, y up, z to the eye.
+double BrightnessBy(const Vec3& normal)
+{
+  const Stage stage = MakeStage();
+  Surface triangle = BumpySphere(6);
+  Draw(stage, triangle);
+  vtkCamera* camera = stage.scene->Renderer().GetActiveCamera();
+  const Vec3 toEye = Normalized(
+    Vec3{ camera->GetPosition()[0], camera->GetPosition()[1], camera->GetPosition()[2] } -
+    Vec3{ camera->GetFocalPoint()[0], camera->GetFocalPoint()[1], camera->GetFocalPoint()[2] });
+  const Vec3 right = Normalized(Cross({ 0, 1, 0 }, toEye));
+  const Vec3 up = Cross(toEye, right);
+  for (vtkActor* actor : ActorsOf(*stage.scene))
+  {
+    actor->VisibilityOff();
+  }
+  triangle.points = { right * -1.0 - up, right - up, up };
+  triangle.triangles = { { 0, 1, 2 } };
+  triangle.sources.resize(3);
+  const Vec3 turned = right * normal[0] + up * normal[1] + toEye * normal[2];
+  const std::array<float, 3> corner{ static_cast<float>(turned[0]), static_cast<float>(turned[1]),
+    static_cast<float>(turned[2]) };
+  ScenePart part;
+  part.Show(triangle, { corner, corner, corner }, depths, {}, {});
+  stage.scene->Renderer().AddActor(&part.Actor());
+  return BrightnessAround(stage.Draw(), 0.5, 0.5, 3);
+}
+
+// At an outline the normals between corners turn away from the eye, of coarse surfaces far. What
+// lies in the shade does not shine there like the other side.
+TEST(SurfaceScene, HasNoBrightSliversAtDarkOutlines)
+{
+  const double shade = BrightnessBy(Normalized({ 0.7, -0.7, 0.1 }));
+  const double light = BrightnessBy(Normalized({ -0.7, 0.7, 0.1 }));
+  EXPECT_GT(light, 2 * shade);
+  for (const double away : { 0.1, 0.3, 0.5, 0.7 })
+  {
+    const double across = std::sqrt((1 - away * away) / 2);
+    EXPECT_NEAR(BrightnessBy({ across, -across, -away }), shade, 12) << away;
+    EXPECT_NEAR(BrightnessBy({ -across, across, -away }), light, 12) << away;
+  }
+  // That of a triangle which was turned over among others counts as the other side's.
+  EXPECT_NEAR(BrightnessBy({ 0, 0, -1 }), BrightnessBy({ 0, 0, 1 }), 1);
 }
 
 TEST(SurfaceScene, DrawsCloudsAsPoints)

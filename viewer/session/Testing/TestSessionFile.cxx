@@ -20,9 +20,12 @@ TEST(TestSessionFile, ReadsEveryKindOfLine)
                                   "{\"turning\":\"upright\"}\n{\"detail\":\"level\"}\n"
                                   "{\"go\":\"home\"}\n{\"rings\":3}\n"
                                   "{\"zoom\":1.5,\"x\":-2,\"y\":7.5}\n"
-                                  "{\"window\":[640,480],\"ratio\":2}");
+                                  "{\"window\":[640,480],\"ratio\":2}\n"
+                                  "{\"triangles\":5000,\"memory\":8000000000}\n"
+                                  "{\"colours\":\"none\"}\n{\"light\":\"plain\"}\n"
+                                  "{\"boxes\":\"on\"}");
   ASSERT_TRUE(steps) << steps.GetError().message;
-  ASSERT_EQ(steps->size(), 11u);
+  ASSERT_EQ(steps->size(), 15u);
   EXPECT_EQ((*steps)[0], (SessionStep{ Kind::Select, {}, "dragon" }));
   EXPECT_EQ((*steps)[1], (SessionStep{ Kind::WaitForIdle, {}, {} }));
   EXPECT_EQ((*steps)[2], (SessionStep{ Kind::Touches, { 0.25, { { 1, 640, 360.5 } } }, {} }));
@@ -34,6 +37,13 @@ TEST(TestSessionFile, ReadsEveryKindOfLine)
   EXPECT_EQ((*steps)[8], (SessionStep{ Kind::Rings, {}, {}, 1, 0, 0, 3 }));
   EXPECT_EQ((*steps)[9], (SessionStep{ Kind::Zoom, {}, {}, 1.5, -2, 7.5 }));
   EXPECT_EQ((*steps)[10], (SessionStep{ Kind::Window, {}, {}, 1, 0, 0, 1, { 640, 480, 2 } }));
+  SessionStep budgets{ Kind::Budgets, {} };
+  budgets.triangles = 5000;
+  budgets.memory = 8'000'000'000;
+  EXPECT_EQ((*steps)[11], budgets);
+  EXPECT_EQ((*steps)[12], (SessionStep{ Kind::Colors, {}, "none" }));
+  EXPECT_EQ((*steps)[13], (SessionStep{ Kind::Light, {}, "plain" }));
+  EXPECT_EQ((*steps)[14], (SessionStep{ Kind::Boxes, {}, "on" }));
   EXPECT_TRUE(ParseSession("")->empty());
 }
 
@@ -50,6 +60,12 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
     { R"({"detail":"high"})", "'view', 'level', 'full'" },
     { R"({"rings":4})", "'rings'" },
     { R"({"rings":1.5})", "'rings'" },
+    { R"({"colours":"red"})", "'own', 'none', 'partition', 'resolution'" },
+    { R"({"light":true})", "'light'" },
+    { R"({"boxes":"yes"})", "'on', 'off'" },
+    { R"({"triangles":0,"memory":1})", "above 0" },
+    { R"({"triangles":7,"memory":1.5})", "above 0" },
+    { R"({"triangles":7})", "'memory' is missing" },
     { R"({"zoom":0,"x":1,"y":1})", "above 0" },
     { R"({"zoom":2,"x":1})", "'y'" },
     { R"({"window":[640],"ratio":1})", "'window'" },
@@ -86,7 +102,9 @@ TEST(TestSessionFile, WritesWhatItReads)
     { Kind::WaitForIdle, {}, {} }, { Kind::Screenshot, {}, "x.png" }, { Kind::Turning, {}, "free" },
     { Kind::Detail, {}, "full" }, { Kind::Go, {}, "undo" }, { Kind::Rings, {}, {}, 1, 0, 0, 2 },
     { Kind::Zoom, {}, {}, 1.0 / 3, 0.1, 1e-9 },
-    { Kind::Window, {}, {}, 1, 0, 0, 1, { 8192, 1, 1.5 } } };
+    { Kind::Window, {}, {}, 1, 0, 0, 1, { 8192, 1, 1.5 } },
+    { Kind::Budgets, {}, {}, 1, 0, 0, 1, {}, 1, std::uint64_t{ 1 } << 53 },
+    { Kind::Colors, {}, "resolution" }, { Kind::Light, {}, "relief" }, { Kind::Boxes, {}, "off" } };
   for (int i = 0; i < 500; ++i)
   {
     SessionStep step{ Kind::Touches, { any(random) / 3, {} }, {} };

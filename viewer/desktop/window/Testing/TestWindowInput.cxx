@@ -96,6 +96,19 @@ TEST(TestWindowInput, FingersStayApartFromTheMouseAndFromEachOther)
   EXPECT_EQ(input.Handle(end), Steps({ Touches(4, { { 18, 50, 10 } }) }));
 }
 
+TEST(TestWindowInput, ATrackpadsPinchZoomsWhereThePointerIs)
+{
+  WindowInput input = Input();
+  WindowEvent pinch = Event(Kind::Pinch, 110, 60, 1);
+  pinch.scale = 1.25;
+  const auto steps = input.Handle(pinch);
+  ASSERT_EQ(steps.size(), 1u);
+  EXPECT_EQ(steps[0].kind, SessionStep::Kind::Zoom);
+  EXPECT_EQ(steps[0].factor, 1.25);
+  EXPECT_EQ(steps[0].x, 10);
+  EXPECT_EQ(steps[0].y, 10);
+}
+
 TEST(TestWindowInput, TheWheelZoomsWhereThePointerIs)
 {
   WindowInput input = Input();

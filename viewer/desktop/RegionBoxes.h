@@ -14,6 +14,9 @@ class vtkRenderer;
 namespace kdstream
 {
 
+// Width of their lines, points.
+inline constexpr double boxLineWidth = 1.5;
+
 class RegionBoxes
 {
 public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The boxes of a region's partitions: see RegionBoxes.h.
-#include "viewer/desktop/window/RegionBoxes.h"
+#include "viewer/desktop/RegionBoxes.h"
 
 #include "viewer/session/Geometry.h"
 

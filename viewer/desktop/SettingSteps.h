@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Settings of a look as steps of a session file, so that a recording plays with what was set. What
+// is shown is the session's to know (Perform); how it is drawn is kept here.
+#pragma once
+
+#include "viewer/rendering/SurfaceScene.h"
+#include "viewer/session/SessionFile.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <cstdint>
+#include <string_view>
+
+namespace kdstream
+{
+
+// How a scene is drawn: what no session knows.
+struct SceneSettings
+{
+  SurfaceColoring coloring = SurfaceColoring::Own;
+  bool occlusion = true;
+  bool boxes = false; // of the region's partitions
+  bool operator==(const SceneSettings&) const = default;
+};
+
+// As the options of kdstream-view name them: "own", "none", "partition", "resolution"; "view",
+// "level", "full".
+const char* NameOf(SurfaceColoring coloring);
+const char* NameOf(DetailMode detail);
+
+SessionStep ColoringStep(SurfaceColoring coloring);
+SessionStep LightStep(bool occlusion);
+SessionStep BoxesStep(bool boxes);
+SessionStep DetailStep(DetailMode detail);
+SessionStep RingsStep(unsigned rings);
+SessionStep BudgetsStep(std::uint64_t triangles, std::uint64_t memory);
+
+// Does what the step changes of these; nothing where it is of another kind.
+void Perform(const SessionStep& step, SceneSettings& settings);
+
+}
