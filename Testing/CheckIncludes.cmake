@@ -94,6 +94,7 @@ check(viewer/client viewer/session server/session server/protocol filters/store 
 check(viewer/rendering VTK viewer/session viewer/session/look ${core})
 check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/model
   filters/codec ${core})
+check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model ${core})
 check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look

@@ -62,9 +62,9 @@ function(kdstream_optimise_lightly target)
 endfunction()
 
 # A static library KdStream::<name> whose headers are included as "filters/core/tree/KdTree.h".
-# kdstream_add_library(core SOURCES … HEADERS … [LINK …] [PRIVATE_LINK …])
+# kdstream_add_library(core SOURCES … HEADERS … [LINK …] [PRIVATE_LINK …] [NOT_INSTALLED])
 function(kdstream_add_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;LINK;PRIVATE_LINK")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "NOT_INSTALLED" "" "SOURCES;HEADERS;LINK;PRIVATE_LINK")
   add_library(kdstream_${name} STATIC ${arg_SOURCES} ${arg_HEADERS})
   add_library(KdStream::${name} ALIAS kdstream_${name})
   kdstream_configure_target(kdstream_${name})
@@ -72,6 +72,9 @@ function(kdstream_add_library name)
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kdstream>")
   target_link_libraries(kdstream_${name} PUBLIC ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
   set_target_properties(kdstream_${name} PROPERTIES EXPORT_NAME ${name})
+  if(arg_NOT_INSTALLED)
+    return()
+  endif()
   install(TARGETS kdstream_${name} EXPORT KdStream ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   # For the test that each of them compiles alone, with nothing but what is installed (Testing/Headers).
@@ -82,6 +85,13 @@ function(kdstream_add_library name)
     cmake_path(GET header PARENT_PATH below)
     install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/${folder}/${below}")
   endforeach()
+endfunction()
+
+# A VTK module, of VTK or of a plugin: as kdstream_configure_target, and core linked privately: the module's users see C++17 and VTK only.
+function(kdstream_configure_module module)
+  _vtk_module_real_target(target ${module})
+  kdstream_configure_target(${target} FEATURES PRIVATE cxx_std_20 INTERFACE cxx_std_17)
+  vtk_module_link(${module} PRIVATE KdStream::core KdStream::vtkadapter)
 endfunction()
 
 # A program kdstream-<name>, with its manual page, which is made of its --help (not where sanitizers would slow it down).

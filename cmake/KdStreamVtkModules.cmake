@@ -2,13 +2,6 @@
 # The VTK modules: scanned, built and exported with everything else as KdStream::<name>. A module lives in a folder
 # with a vtk.module; its tests in Testing/Cxx.
 
-# As kdstream_configure_target, and core linked privately: the module's users see C++17 and VTK only.
-function(kdstream_configure_module module)
-  _vtk_module_real_target(target ${module})
-  kdstream_configure_target(${target} FEATURES PRIVATE cxx_std_20 INTERFACE cxx_std_17)
-  vtk_module_link(${module} PRIVATE KdStream::core KdStream::vtkadapter)
-endfunction()
-
 # A picture test, a program with a main of its own that compares with ../Data/Baseline/<name>.png. Compiled as C++17, as
 # users of the modules may. It runs in an X server of its own, with Mesa's software renderer.
 # kdstream_add_picture_test(TestName LINK …)

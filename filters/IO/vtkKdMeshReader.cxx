@@ -82,13 +82,17 @@ vtkMTimeType vtkKdMeshReader::GetMTime()
 int vtkKdMeshReader::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector*)
 {
+  if (!this->FileName || !*this->FileName)
+  {
+    return 1; // programs with panels ask before a file was chosen; RequestData refuses
+  }
   const auto reader = OpenFile(this->FileName, MakeAlgorithmExecution(*this, {}));
   if (!reader)
   {
     if (reader.GetError().code != ErrorCode::Cancelled)
     {
       this->SetErrorCode(CodeOf(reader.GetError()));
-      vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << reader.GetError().message);
+      vtkErrorMacro(<< this->FileName << ": " << reader.GetError().message);
     }
     return 0;
   }
@@ -131,7 +135,7 @@ int vtkKdMeshReader::RequestData(
     return 1;
   }
   this->SetErrorCode(CodeOf(status.GetError()));
-  vtkErrorMacro(<< this->FileName << ": " << status.GetError().message);
+  vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << status.GetError().message);
   return 0;
 }
 

@@ -14,6 +14,8 @@
 #include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
 #include <vtkInformation.h>
+#include <vtkInformationInformationVectorKey.h>
+#include <vtkInformationStringKey.h>
 #include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -190,6 +192,18 @@ Status Simplify(vtkPolyData& input, const Request& request, const Execution& exe
 
 }
 
+bool vtkKdClusterSimplification::HasClusters()
+{
+  vtkInformationVector* const arrays =
+    this->GetInformation()->Get(vtkAlgorithm::INPUT_ARRAYS_TO_PROCESS());
+  if (!arrays)
+  {
+    return false;
+  }
+  const char* const name = arrays->GetInformationObject(0)->Get(vtkDataObject::FIELD_NAME());
+  return !name || *name != '\0'; // without a name: an attribute, such as the scalars
+}
+
 int vtkKdClusterSimplification::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
@@ -215,7 +229,7 @@ int vtkKdClusterSimplification::RequestData(
   }
   request.options.target = static_cast<std::size_t>(this->TargetNumberOfTriangles);
   request.weld = this->Weld;
-  request.byClusters = this->GetInformation()->Has(vtkAlgorithm::INPUT_ARRAYS_TO_PROCESS()) != 0;
+  request.byClusters = this->HasClusters();
   request.clusterIds = request.byClusters ? this->GetInputArrayToProcess(0, input) : nullptr;
   const Execution execution =
     MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.4 }, { "levels", 0.4, 1.0 } });

@@ -16,7 +16,7 @@
  * Any other clusters: name a point array of whole numbers with SetInputArrayToProcess(0, 0, 0,
  * vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the PartitionId of vtkOctreePartition.
  * Points with the same number become one point, or one for each sheet. Tree, Maker, Depth and
- * TargetNumberOfTriangles do not matter then.
+ * TargetNumberOfTriangles do not matter then. An empty NAME takes that back.
  *
  * Output: a vtkPolyData with the triangles of the input between the new points, degenerate ones
  * dropped, one kept of each orientation. By Depth it has about 2^Depth points. Points are float if
@@ -165,6 +165,8 @@ protected:
 private:
   vtkKdClusterSimplification(const vtkKdClusterSimplification&) = delete;
   void operator=(const vtkKdClusterSimplification&) = delete;
+
+  bool HasClusters(); // whether an array of them was named
 
   int Maker = Cluster;
   vtkIdType TargetNumberOfTriangles = 0;

@@ -230,8 +230,10 @@ int vtkKdModelSource::RequestInformation(
   this->Model = this->OpenModel(error);
   if (!this->Model)
   {
-    return this->Fail(error);
+    // Programs with panels ask before anything was chosen; RequestData refuses.
+    return this->ModelName().empty() ? 1 : this->Fail(error);
   }
+  this->LevelRange[1] = this->GetFinestLevel();
   for (const AttributeInfo& array : this->Model->Info().attributes)
   {
     vtkDataArraySelection& arrays =
@@ -291,7 +293,12 @@ int vtkKdModelSource::RequestData(
 {
   if (!this->Model)
   {
-    return this->Fail("the model is not open");
+    std::string error = "the model is not open";
+    if (this->ModelName().empty())
+    {
+      this->OpenModel(error);
+    }
+    return this->Fail(error);
   }
   vtkDataObject* const output = vtkDataObject::GetData(outputVector);
   auto* const whole = vtkPolyData::SafeDownCast(output);
@@ -347,6 +354,7 @@ void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)
   const char* const contents[] = { "Original", "Level", "Partitions", "Region", "View" };
   os << indent << "Content: " << contents[this->Content] << "\n";
   os << indent << "LevelDepth: " << this->LevelDepth << "\n";
+  os << indent << "LevelRange: " << this->LevelRange[0] << " " << this->LevelRange[1] << "\n";
   os << indent << "Partitions:";
   for (const vtkIdType partition : this->ChosenPartitions)
   {

@@ -182,6 +182,12 @@ public:
   vtkIdType GetNumberOfModelTriangles() const;
   ///@}
 
+  /**
+   * What LevelDepth may be, from -1 on, for a slider: to the finest level once it is known, to 62
+   * before.
+   */
+  vtkGetVector2Macro(LevelRange, int);
+
   vtkMTimeType GetMTime() override;
 
 protected:
@@ -220,6 +226,7 @@ private:
   int OutputType = PartitionedDataSet;
   int Content = Original;
   int LevelDepth = -1;
+  int LevelRange[2] = { -1, 62 };
   std::vector<vtkIdType> ChosenPartitions;
   double RegionPoint[3] = { 0, 0, 0 };
   int Rings = 1;

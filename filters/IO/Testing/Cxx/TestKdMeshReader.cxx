@@ -136,6 +136,8 @@ TEST_F(TestKdMeshReader, ErrorsNameFileAndPlace)
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileNotFoundError);
   heard.error.clear();
   this->Reader->SetFileName(nullptr);
+  this->Reader->UpdateInformation();
+  EXPECT_EQ(heard.error, "") << "before a file is chosen";
   this->Reader->Update();
   EXPECT_NE(heard.error.find("no FileName is set"), std::string::npos) << heard.error;
 }

@@ -194,6 +194,10 @@ TEST(KdClusterSimplificationMakers, AnyClustersFromAnArray)
     EXPECT_EQ(filter->GetFinestDepth(), -1);
   }
   EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 100);
+  UseClusters(*filter, ""); // takes it back
+  filter->Update();
+  EXPECT_GT(filter->GetFinestDepth(), 1);
+  EXPECT_LE(filter->GetOutput()->GetNumberOfPolys(), 17);
 }
 
 TEST(KdClusterSimplificationMakers, PointsOfDifferentClustersAreNotWelded)

@@ -120,6 +120,8 @@ TEST_F(TestKdStoreReader, ALevelIsThereOnceInPiecesOrWhole)
   this->Reader->SetLevelDepth(-1);
   EXPECT_EQ(ContentOf(this->Update()).points.size(), info.levels[PreviewLevel(info)].vertices);
   EXPECT_EQ(this->Reader->GetPreviewLevel(), static_cast<int>(PreviewLevel(info)));
+  EXPECT_EQ(this->Reader->GetLevelRange()[0], -1);
+  EXPECT_EQ(this->Reader->GetLevelRange()[1], static_cast<int>(info.depths.finest));
 }
 
 TEST_F(TestKdStoreReader, PiecesOfAPipelineHaveAllOfItOnce)

@@ -172,6 +172,8 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
   vtkNew<vtkKdStreamSource> none;
   {
     FilterObserver heard(none);
+    none->UpdateInformation();
+    EXPECT_EQ(heard.error, "") << "before an address is given";
     none->Update();
     EXPECT_NE(heard.error.find("no Url is set"), std::string::npos) << heard.error;
   }

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The plugin in ParaView itself: pvbatch reads the dragon's store and server, on one process and on
+// several. plugin.py asks, here is what the answers must be.
+#include "Testing/EndToEnd/Process.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <cstdlib>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace kdstream::fixtures;
+using Json = nlohmann::json;
+
+namespace
+{
+
+// kdstream-serve on a free port, for the life of the object.
+class Server
+{
+public:
+  explicit Server(const std::filesystem::path& folder)
+  {
+    int ends[2];
+    EXPECT_EQ(::pipe(ends), 0);
+    this->Process = ::fork();
+    if (this->Process == 0)
+    {
+      ::dup2(ends[1], STDOUT_FILENO);
+      ::close(ends[0]);
+      ::close(ends[1]);
+      const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-serve";
+      ::execl(program.c_str(), program.c_str(), folder.c_str(), "--port", "0", nullptr);
+      ::_exit(127);
+    }
+    ::close(ends[1]);
+    std::string line;
+    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';)
+    {
+      line += c;
+    }
+    ::close(ends[0]);
+    const std::string ready = "listening on ";
+    EXPECT_EQ(line.rfind(ready, 0), 0U) << line;
+    this->Url = line.substr(std::min(ready.size(), line.size()));
+  }
+  ~Server()
+  {
+    if (this->Process > 0)
+    {
+      ::kill(this->Process, SIGTERM);
+      ::waitpid(this->Process, nullptr, 0);
+    }
+  }
+
+  std::string Url;
+
+private:
+  pid_t Process = 0;
+};
+
+// What one question was answered, by rank.
+using Answers = std::map<std::string, std::map<int, Json>>;
+
+struct Session
+{
+  Answers answers;
+  std::string errors;
+};
+
+std::uint64_t Sum(const std::map<int, Json>& ofRanks, const char* key)
+{
+  std::uint64_t sum = 0;
+  for (const auto& [rank, answer] : ofRanks)
+  {
+    sum += answer.at(key).get<std::uint64_t>();
+  }
+  return sum;
+}
+
+class TestParaView : public ::testing::Test
+{
+protected:
+  static void SetUpTestSuite()
+  {
+    Folder = std::make_unique<TemporaryFolder>();
+    std::filesystem::create_directory(*Folder / "models");
+    const Outcome built = RunTool(*Folder, "build", { KDSTREAM_DRAGON, "-o", "models/dragon.kds" });
+    ASSERT_EQ(built.exitCode, 0) << built.err << "\n(Data/fetch-dragon fetches the dragon)";
+    Store = (*Folder / "models/dragon.kds").string();
+    Info = Json::parse(RunTool(*Folder, "store", { "info", Store, "--json" }).out);
+    ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+    ::setenv("HOME", Folder->Path.c_str(), 1); // ParaView keeps settings there
+    ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+    ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+    ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+    ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
+    ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
+  }
+  static void TearDownTestSuite() { Folder.reset(); }
+
+  // plugin.py in pvbatch on so many processes.
+  static Session Ask(unsigned ranks, std::vector<std::string> arguments)
+  {
+    std::vector<std::string> command{ "-a", "-s", "-screen 0 1280x1024x24 +extension GLX",
+      KDSTREAM_MPIRUN, KDSTREAM_NUMBER_FLAG, std::to_string(ranks), KDSTREAM_PVBATCH, "--sym",
+      KDSTREAM_SCRIPT, KDSTREAM_PLUGIN };
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const Outcome outcome = RunProgram(*Folder, KDSTREAM_XVFB_RUN, command);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+    EXPECT_EQ(outcome.err.find("ERR|") != std::string::npos, arguments[0] == "broken")
+      << outcome.err;
+    Session session{ {}, outcome.err };
+    std::istringstream lines(outcome.out);
+    for (std::string line; std::getline(lines, line);)
+    {
+      if (line.starts_with('{'))
+      {
+        Json answer = Json::parse(line);
+        session.answers[answer.at("what")][answer.at("rank")] = answer;
+      }
+    }
+    return session;
+  }
+
+  static void ExpectOriginal(const std::map<int, Json>& ofRanks, unsigned notWelded = 0)
+  {
+    EXPECT_EQ(Sum(ofRanks, "vertices"), Info["vertices"].get<std::uint64_t>() + notWelded);
+    EXPECT_EQ(Sum(ofRanks, "triangles"), Info["triangles"].get<std::uint64_t>());
+  }
+
+  // The original and a level, as one mesh and as partitions: whole, each rank its share.
+  static void ExpectContents(const Answers& answers, unsigned ranks)
+  {
+    const Json level = *std::find_if(Info["levels"].begin(), Info["levels"].end(),
+      [](const Json& each) { return each["depth"] == 14; });
+    for (const std::string type : { "Partitions", "One Mesh" })
+    {
+      SCOPED_TRACE(type + " on " + std::to_string(ranks));
+      ExpectOriginal(answers.at("original, " + type));
+      EXPECT_EQ(Sum(answers.at("level 14, " + type), "vertices"), level["vertices"]);
+      EXPECT_EQ(Sum(answers.at("level 14, " + type), "triangles"), level["triangles"]);
+      for (const char* const what : { "original, ", "level 14, " })
+      {
+        const auto& ofRanks = answers.at(what + type);
+        ASSERT_EQ(ofRanks.size(), ranks);
+        for (const auto& [rank, answer] : ofRanks)
+        {
+          EXPECT_GT(answer["vertices"].get<double>(), 0.8 * level["vertices"].get<double>() / ranks)
+            << what << rank;
+        }
+      }
+    }
+    for (const auto& [rank, answer] : answers.at("original, Partitions"))
+    {
+      EXPECT_EQ(answer["partitions"], Info["partitions"].get<unsigned>() / ranks);
+    }
+  }
+
+  static inline std::unique_ptr<TemporaryFolder> Folder;
+  static inline std::string Store;
+  static inline Json Info; // of kdstream-store
+};
+
+}
+
+TEST_F(TestParaView, ProcessesHaveAllOfAStoreOnce)
+{
+  for (const unsigned ranks : { 1U, 2U, 4U })
+  {
+    ExpectContents(Ask(ranks, { "store", Store }).answers, ranks);
+  }
+}
+
+TEST_F(TestParaView, AServerGivesWhatTheStoreGives)
+{
+  const Server server(*Folder / "models");
+  const Answers fetched = Ask(2, { "server", server.Url }).answers;
+  ExpectContents(fetched, 2);
+  const Answers read = Ask(2, { "parts_of_store", Store }).answers;
+  for (const char* const what : { "partitions", "region", "view" })
+  {
+    EXPECT_EQ(fetched.at(what), read.at(what)) << what;
+  }
+  EXPECT_EQ(Sum(read.at("partitions"), "partitions"), 2U);
+  EXPECT_GT(Sum(read.at("region"), "partitions"), 2U);
+  EXPECT_LT(Sum(read.at("region"), "partitions"), Info["partitions"].get<unsigned>() / 2);
+  EXPECT_GT(Sum(read.at("view"), "triangles"), 10000U);
+  EXPECT_LT(Sum(read.at("view"), "triangles"), 60000U);
+}
+
+TEST_F(TestParaView, ThePanelHasWhatTheModelHas)
+{
+  ASSERT_EQ(RunTool(*Folder, "generate", { "vase", "vase.ply" }).exitCode, 0);
+  ASSERT_EQ(RunTool(*Folder, "build", { "vase.ply", "-o", "vase.kds" }).exitCode, 0);
+  const std::string store = (*Folder / "vase.kds").string();
+  const Json info = Json::parse(RunTool(*Folder, "store", { "info", store, "--json" }).out);
+  const Answers answers = Ask(1, { "panel", store }).answers;
+  const auto& levels = answers.at("levels").at(0);
+  EXPECT_EQ(levels["least"], -1);
+  EXPECT_EQ(levels["most"], info["finest_depth"]);
+  EXPECT_LT(Sum(answers.at("at first"), "triangles"), 6000U) << "not the preview";
+  Json names = Json::array();
+  for (const Json& array : info["attributes"])
+  {
+    names.push_back(array["name"]);
+  }
+  ASSERT_FALSE(names.empty());
+  EXPECT_EQ(answers.at("arrays").at(0)["names"], names);
+  EXPECT_EQ(answers.at("all arrays").at(0)["names"], names);
+  EXPECT_EQ(answers.at("no arrays").at(0)["names"], Json::array());
+}
+
+TEST_F(TestParaView, FiltersCutAndSimplify)
+{
+  const Answers answers = Ask(1, { "filters", Store, KDSTREAM_DRAGON }).answers;
+  for (const std::string of : { "store", "mesh" })
+  {
+    SCOPED_TRACE(of);
+    for (const std::string what : { "", " in partitions", " with its partitions" })
+    {
+      ExpectOriginal(answers.at(of + what), of == "mesh" ? Info["welded"].get<unsigned>() : 0);
+    }
+    EXPECT_EQ(answers.at(of + " in partitions").at(0)["partitions"], Info["partitions"]);
+    const auto triangles = Sum(answers.at(of + " simplified"), "triangles");
+    EXPECT_GT(triangles, 19000U);
+    EXPECT_LE(triangles, 20000U);
+  }
+  EXPECT_EQ(Sum(answers.at("clusters"), "vertices"), Info["partitions"]);
+  EXPECT_GT(Sum(answers.at("cells"), "vertices"), 10000U);
+  EXPECT_EQ(answers.at("cells").at(0)["vertices"], answers.at("cells again").at(0)["vertices"]);
+}
+
+TEST_F(TestParaView, PartitionsHaveColours)
+{
+  std::filesystem::create_directories(KDSTREAM_PICTURES);
+  const std::string file = std::string(KDSTREAM_PICTURES) + "/paraview.png";
+  const Answers answers = Ask(1, { "picture", Store, file }).answers;
+  const Json& picture = answers.at("picture").at(0);
+  EXPECT_GT(picture["shown"], 0.2) << file;
+  EXPECT_LT(picture["shown"], 0.6) << file;
+  EXPECT_GT(picture["vivid"], 0.4) << file;
+  EXPECT_GE(picture["hues"], 4) << file << ": of the six orders of red, green and blue";
+}
+
+TEST_F(TestParaView, ErrorsNameTheFileAndTheServer)
+{
+  std::ofstream(*Folder / "broken.kds") << "no store";
+  const Server server(*Folder / "models");
+  const std::string errors =
+    Ask(1, { "broken", (*Folder / "broken.kds").string(), server.Url + "/nowhere" }).errors;
+  EXPECT_NE(errors.find("broken.kds: "), std::string::npos) << errors;
+  EXPECT_NE(errors.find(server.Url + "/nowhere: "), std::string::npos) << errors;
+}
