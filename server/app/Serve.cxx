@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve: streams the stores of a folder. The contract is doc/cli.md#kdstream-serve; the
 // protocol is doc/protocol.md.
+#include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
 #include "server/app/FolderWatch.h"
+#include "server/app/LineLog.h"
 #include "server/app/ServeOptions.h"
 #include "server/app/TokenCommand.h"
 #include "server/app/TokensFile.h"
@@ -19,6 +21,9 @@
 #include <array>
 #include <csignal>
 #include <iostream>
+#include <memory>
+#include <optional>
+#include <utility>
 
 namespace
 {
@@ -60,35 +65,57 @@ sigset_t BlockSignals()
   return signals;
 }
 
-// What is wrong, though the server goes on.
-void PrintWarning(const std::string& program, const std::string& file, const std::string& what)
+// What is said on stderr while it serves: whoever reads that may be slow, or not there any more,
+// which must keep nobody waiting.
+class Voice
 {
-  std::cerr << program << ": warning: " << file << (file.empty() ? "" : ": ") << what << std::endl;
-}
+public:
+  static Result<Voice> Of(const std::string& program)
+  {
+    auto lines = LineLog::Open("-");
+    KDSTREAM_TRY(lines);
+    return Voice(program, std::move(*lines));
+  }
 
-void WarnOfEmptyFolder(
-  const std::string& program, const std::string& folder, const StoreCatalog& catalog)
+  void Say(const std::string& what) const { this->Lines->Add(this->Program + ": " + what + "\n"); }
+  // What is wrong, though the server goes on.
+  void Warn(const std::string& file, const std::string& what) const
+  {
+    this->Say("warning: " + file + (file.empty() ? "" : ": ") + what);
+  }
+  std::uint64_t Lost() const { return this->Lines->Lost(); }
+
+private:
+  Voice(std::string program, std::shared_ptr<LineLog> lines)
+    : Program(std::move(program))
+    , Lines(std::move(lines))
+  {
+  }
+  std::string Program;
+  std::shared_ptr<LineLog> Lines;
+};
+
+void WarnOfEmptyFolder(const Voice& voice, const std::string& folder, const StoreCatalog& catalog)
 {
   if (catalog.Models().empty())
   {
-    PrintWarning(program, folder, "there is no store (NAME.kds) to serve in this folder yet");
+    voice.Warn(folder, "there is no store (NAME.kds) to serve in this folder yet");
   }
 }
 
-void WarnOfTokens(const std::string& program, const std::string& file, const Status& status)
+void WarnOfTokens(const Voice& voice, const std::string& file, const Status& status)
 {
   if (!status)
   {
-    PrintWarning(program, file, status.GetError().message + "; the keys of before count");
+    voice.Warn(file, status.GetError().message + "; the keys of before count");
   }
 }
 
-void Reopen(
-  const std::string& program, const std::string& file, const std::shared_ptr<AccessLog>& log)
+void Reopen(const Voice& voice, const std::string& file, const std::shared_ptr<AccessLog>& log)
 {
   if (const auto status = log ? log->Reopen() : Status{}; !status)
   {
-    PrintWarning(program, file, status.GetError().message + "; the file of before is kept");
+    voice.Warn(file, status.GetError().message + "; the file of before is kept");
   }
 }
 
@@ -98,10 +125,20 @@ struct Logs
   std::shared_ptr<AccessLog> access, audit;
 };
 
+std::uint64_t LostLines(const Voice& voice, const Logs& logs)
+{
+  std::uint64_t lost = voice.Lost();
+  for (const auto& log : { logs.access, logs.audit })
+  {
+    lost += log ? log->Lost() : 0;
+  }
+  return lost;
+}
+
 // What runs beside the server.
 struct Surroundings
 {
-  const std::string& program;
+  const Voice& voice;
   const ServeOptions& line;
   StoreCatalog& catalog;
   const Logs& logs;
@@ -111,42 +148,82 @@ struct Surroundings
 
 void Reload(const Surroundings& around)
 {
-  const auto& [program, line, catalog, logs, tokens, server] = around;
+  const auto& [voice, line, catalog, logs, tokens, server] = around;
   if (const auto status = catalog.Reload(); !status)
   {
-    PrintWarning(
-      program, line.folder, status.GetError().message + "; the models of before are served");
+    voice.Warn(line.folder, status.GetError().message + "; the models of before are served");
   }
-  WarnOfEmptyFolder(program, line.folder, catalog);
+  WarnOfEmptyFolder(voice, line.folder, catalog);
   if (line.server.web)
   {
     line.server.web->Forget();
   }
   if (const auto status = server.ReloadTls(); !status)
   {
-    PrintWarning(program, "", status.GetError().message + "; the one of before is shown");
+    voice.Warn("", status.GetError().message + "; the one of before is shown");
   }
   if (tokens)
   {
-    WarnOfTokens(program, line.tokens, tokens->Reload());
+    WarnOfTokens(voice, line.tokens, tokens->Reload());
   }
-  Reopen(program, line.accessLog, logs.access);
-  Reopen(program, line.auditLog, logs.audit);
+  Reopen(voice, line.accessLog, logs.access);
+  Reopen(voice, line.auditLog, logs.audit);
+}
+
+// Looks for what has changed since it was asked last.
+void LookAround(const Surroundings& around, std::optional<FolderWatch>& watch)
+{
+  if (around.tokens)
+  {
+    WarnOfTokens(around.voice, around.line.tokens, around.tokens->Look());
+  }
+  if (watch && watch->HasChanged())
+  {
+    around.catalog.Look();
+  }
+  else
+  {
+    around.catalog.Refresh();
+  }
+}
+
+// What throws, for want of memory mostly, is said, and comes again: a server does not end by it.
+template <class Work>
+void Survive(const Voice& voice, const Work& work) noexcept
+{
+  try
+  {
+    work();
+  }
+  catch (...)
+  {
+    try
+    {
+      voice.Warn("", CaughtError().message);
+    }
+    catch (...) // there is no memory for that either
+    {
+    }
+  }
+}
+
+std::optional<FolderWatch> Watch(const Surroundings& around)
+{
+  auto watch = FolderWatch::Open(around.line.folder);
+  if (!watch)
+  {
+    around.voice.Warn(
+      around.line.folder, watch.GetError().message + ": what changes in it is seen at SIGHUP");
+    return std::nullopt;
+  }
+  around.catalog.Look(); // what came before it was watched
+  return std::move(*watch);
 }
 
 // Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
 void WaitForEnd(const sigset_t& signals, const Surroundings& around)
 {
-  auto watch = FolderWatch::Open(around.line.folder);
-  if (!watch)
-  {
-    PrintWarning(around.program, around.line.folder,
-      watch.GetError().message + ": what changes in it is seen at SIGHUP");
-  }
-  else
-  {
-    around.catalog.Look(); // what came before it was watched
-  }
+  auto watch = Watch(around);
   const int signalFile = ::signalfd(-1, &signals, SFD_CLOEXEC);
   std::array<pollfd, 2> sources{ { { signalFile, POLLIN, 0 },
     { watch ? watch->Descriptor() : -1, POLLIN, 0 } } };
@@ -154,18 +231,7 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
   {
     // Who is revoked must be gone within a second.
     (void)::poll(sources.data(), sources.size(), around.tokens ? 250 : 1000);
-    if (around.tokens)
-    {
-      WarnOfTokens(around.program, around.line.tokens, around.tokens->Look());
-    }
-    if (watch && watch->HasChanged())
-    {
-      around.catalog.Look();
-    }
-    else
-    {
-      around.catalog.Refresh();
-    }
+    Survive(around.voice, [&] { LookAround(around, watch); });
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);
     if (signal == SIGTERM || signal == SIGINT)
@@ -174,7 +240,7 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
     }
     if (signal == SIGHUP)
     {
-      Reload(around);
+      Survive(around.voice, [&] { Reload(around); });
     }
   }
   ::close(signalFile);
@@ -193,7 +259,7 @@ void Drain(const sigset_t& signals, const Surroundings& around)
     const bool hurries = signal == SIGTERM || signal == SIGINT;
     if (hurries || std::chrono::steady_clock::now() >= until)
     {
-      PrintWarning(around.program, "", "it ends before all answers are finished");
+      around.voice.Warn("", "it ends before all answers are finished");
       return;
     }
   }
@@ -201,7 +267,7 @@ void Drain(const sigset_t& signals, const Surroundings& around)
 
 // Takes all the descriptors that the system gives, and no more clients than they are enough for:
 // one each, and what the program itself needs.
-void FitDescriptors(const std::string& program, HttpServerOptions& server)
+void FitDescriptors(const Voice& voice, HttpServerOptions& server)
 {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
@@ -216,7 +282,7 @@ void FitDescriptors(const std::string& program, HttpServerOptions& server)
   const std::uint64_t most = std::max<std::uint64_t>(1, limit.rlim_cur - own);
   if (limit.rlim_cur != RLIM_INFINITY && server.maximumConnections > most)
   {
-    PrintWarning(program, "--max-connections " + std::to_string(server.maximumConnections),
+    voice.Warn("--max-connections " + std::to_string(server.maximumConnections),
       "this process may have " + std::to_string(limit.rlim_cur) + " descriptors, enough for " +
         std::to_string(most) + " clients");
     server.maximumConnections = static_cast<std::size_t>(most);
@@ -240,18 +306,15 @@ Result<std::shared_ptr<AccessLog>> OpenLog(
   return AccessLog::Open(file, form);
 }
 
-void SayWhoMay(
-  const std::string& program, const std::string& file, const std::optional<TokensFile>& tokens)
+void SayWhoMay(const Voice& voice, const std::string& file, const std::optional<TokensFile>& tokens)
 {
   if (!tokens)
   {
-    std::cerr << program
-              << ": open to all: without --tokens whoever reaches it may have every model"
-              << std::endl;
+    voice.Say("open to all: without --tokens whoever reaches it may have every model");
   }
   else if (tokens->IsForAll())
   {
-    PrintWarning(program, file, "everybody on this machine may read these keys: chmod 600");
+    voice.Warn(file, "everybody on this machine may read these keys: chmod 600");
   }
 }
 
@@ -316,25 +379,38 @@ Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
   return std::optional(std::move(*tokens));
 }
 
+Status ReadStores(const std::string& program, const std::string& folder, StoreCatalog& catalog)
+{
+  const auto status = catalog.Reload();
+  if (status || status.GetError().code != ErrorCode::NotFound ||
+      folder.find('/') != std::string::npos)
+  {
+    return status;
+  }
+  Error error = status.GetError();
+  error.message += " (" + program + " takes the folder of the stores; its only command is token)";
+  return error;
+}
+
 int Serve(const std::string& program, ServeOptions& line)
 {
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
-  FitDescriptors(program, line.server);
   const sigset_t signals = BlockSignals();
+  const auto said = Voice::Of(program);
+  if (!said)
+  {
+    return PrintError(program, "", said.GetError());
+  }
+  const Voice& voice = *said;
+  FitDescriptors(voice, line.server);
   StoreCatalog catalog(
     line.folder,
-    [&program](const std::filesystem::path& file, const std::string& what)
-    { PrintWarning(program, file.string(), what); },
+    [voice](const std::filesystem::path& file, const std::string& what)
+    { voice.Warn(file.string(), what); },
     std::chrono::seconds(line.grace), line.cacheBytes);
-  if (const auto status = catalog.Reload(); !status)
+  if (const auto status = ReadStores(program, line.folder, catalog); !status)
   {
-    Error error = status.GetError();
-    if (error.code == ErrorCode::NotFound && line.folder.find('/') == std::string::npos)
-    {
-      error.message +=
-        " (" + program + " takes the folder of the stores; its only command is token)";
-    }
-    return PrintError(program, line.folder, error);
+    return PrintError(program, line.folder, status.GetError());
   }
   if (const auto status = OpenPages(line); !status)
   {
@@ -350,9 +426,8 @@ int Serve(const std::string& program, ServeOptions& line)
   {
     return PrintError(program, "", tokens.GetError());
   }
-  line.server.onError = [&program](const std::string& what) {
-    PrintError(program, "", { ErrorCode::InputOutput, what });
-  };
+  line.server.onError = [voice](const std::string& what) { voice.Say("error: " + what); };
+  line.server.lostLines = [voice, logs = *logs] { return LostLines(voice, logs); };
   line.server.version = KDSTREAM_VERSION;
 
   const auto server = HttpServer::Start(catalog, line.server);
@@ -363,12 +438,12 @@ int Serve(const std::string& program, ServeOptions& line)
   }
   if (line.server.admin)
   {
-    std::cerr << program << ": metrics on " << (*server)->AdminUrl() << "/metrics" << std::endl;
+    voice.Say("metrics on " + (*server)->AdminUrl() + "/metrics");
   }
-  SayWhoMay(program, line.tokens, *tokens);
+  SayWhoMay(voice, line.tokens, *tokens);
   std::cout << "listening on " << (*server)->Url() << std::endl;
-  WarnOfEmptyFolder(program, line.folder, catalog);
-  const Surroundings around{ program, line, catalog, *logs, *tokens, **server };
+  WarnOfEmptyFolder(voice, line.folder, catalog);
+  const Surroundings around{ voice, line, catalog, *logs, *tokens, **server };
   WaitForEnd(signals, around);
   Drain(signals, around);
   return exitDone; // what is still under way ends with the server

@@ -43,13 +43,25 @@ Result<TokensFile> TokensFile::Open(std::filesystem::path file)
 
 Status TokensFile::Look()
 {
-  return StampOf(this->File) == this->Seen ? Status{} : this->Reload();
+  if (StampOf(this->File) == this->Seen)
+  {
+    return {};
+  }
+  const auto told = this->Told;
+  auto status = this->Reload();
+  return !status && !told.empty() && this->Told == told ? Status{} : status;
 }
 
 Status TokensFile::Reload()
 {
   this->Seen = StampOf(this->File);
+  this->Told.clear();
   auto keys = ReadTokenKeys(this->File);
+  if (!keys && keys.GetError().code == ErrorCode::InputOutput)
+  {
+    this->Seen = {}; // what stands there now has not been seen
+    this->Told = keys.GetError().message;
+  }
   KDSTREAM_TRY(keys);
   this->Keeper->Replace(std::move(*keys));
   return {};

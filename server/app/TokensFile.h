@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 namespace kdstream
 {
@@ -27,7 +28,9 @@ public:
   bool IsForAll() const { return (this->Seen[0] & 07) != 0; }
 
   // Reads the file again if it is another one, or was written to, since it was read last.
-  // Errors: those of ReadTokenKeys, once for each change; the keys of before stay then.
+  // Errors: those of ReadTokenKeys, once for each change; the keys of before stay then. Where it
+  // could not be read (InputOutput: no descriptors, the disk) it is read again at the next look,
+  // and the error is told once.
   Status Look();
   // Reads it in any case.
   Status Reload();
@@ -41,6 +44,7 @@ private:
 
   std::filesystem::path File;
   Stamp Seen{};
+  std::string Told; // of what may pass
   std::shared_ptr<TokenGuard> Keeper;
 };
 

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/StoreCatalog.h"
 
+#include "filters/core/SystemReason.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/StoreModel.h"
 
+#include <dirent.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -35,6 +40,12 @@ public:
       this->Function(file, what);
     }
   }
+  // Nothing is wrong with the file: what will be is told anew.
+  void Forget(const std::filesystem::path& file)
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->Last.erase(file);
+  }
   // As if nothing had been told.
   void Forget()
   {
@@ -51,6 +62,7 @@ private:
 namespace
 {
 
+constexpr std::string_view storeEnding = ".kds";
 constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
 
 bool MayPass(const Error& error)
@@ -64,7 +76,8 @@ bool WasWrittenJustNow(const std::filesystem::path& file)
   std::error_code error;
   const auto age =
     std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
-  return !error && age < std::chrono::seconds(10);
+  // Not for ever where the clock has been set back.
+  return !error && std::chrono::abs(age) < std::chrono::seconds(10);
 }
 
 template <class ModelMap>
@@ -79,29 +92,40 @@ std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
   return models;
 }
 
-// The stores of a folder, by name.
+// The stores of a folder, by name. Not by std::filesystem, whose iterators end the program where
+// there is no memory.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
-  std::error_code error;
+  const std::unique_ptr<DIR, int (*)(DIR*)> opened(::opendir(folder.c_str()), ::closedir);
+  int reason = opened ? 0 : errno;
   std::vector<std::filesystem::path> files;
-  std::filesystem::directory_iterator entry(folder, error);
-  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
+  while (reason == 0)
   {
-    if (entry->path().extension() == ".kds")
+    errno = 0;
+    const dirent* const entry = ::readdir(opened.get());
+    reason = entry ? 0 : errno;
+    if (!entry)
     {
-      files.push_back(entry->path());
+      break;
+    }
+    const std::string_view name = entry->d_name;
+    if (name.ends_with(storeEnding) && name != storeEnding)
+    {
+      files.push_back(folder / name);
     }
   }
-  if (error)
+  if (reason == ENOENT)
   {
-    if (error == std::errc::no_such_file_or_directory)
-    {
-      return Error{ ErrorCode::NotFound, "there is no such folder" };
-    }
+    return Error{ ErrorCode::NotFound, "there is no such folder" };
+  }
+  if (reason == ENOTDIR)
+  {
     return Error{ ErrorCode::InputOutput,
-      error == std::errc::not_a_directory
-        ? "is a file, not a folder: the folder that it is in is served"
-        : "cannot be read: " + error.message() };
+      "is a file, not a folder: the folder that it is in is served" };
+  }
+  if (reason != 0)
+  {
+    return SystemError("cannot be read", reason);
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -129,7 +153,11 @@ Status StoreCatalog::Reload()
 
 void StoreCatalog::Look()
 {
-  (void)this->ReadFolder(Patience::WithNew); // where it cannot be read, all stays as it is
+  if (const auto status = this->ReadFolder(Patience::WithNew); !status)
+  {
+    this->Reports->TellOnce(
+      this->Folder, status.GetError().message + "; the models of before are served");
+  }
 }
 
 Status StoreCatalog::ReadFolder(Patience patience)
@@ -144,6 +172,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
     this->Publish(std::move(same));
     return files.GetError();
   }
+  this->Reports->Forget(this->Folder);
   State state;
   for (const auto& file : *files)
   {
@@ -183,6 +212,7 @@ void StoreCatalog::Add(
     [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); });
   if (model)
   {
+    this->Reports->Forget(file);
     state.byId.emplace(id, std::move(*model));
     return;
   }
