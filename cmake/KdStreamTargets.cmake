@@ -124,7 +124,8 @@ function(kdstream_add_program name)
 endfunction()
 
 # A GoogleTest executable and its ctest entry. kdstream_add_test(TestKdTree LABEL unit SOURCES … LINK …)
-#   LABEL: unit, render, e2e; further ones too: what takes more than half a minute is also "slow", of which ./dev test samples.
+#   LABEL: unit, render, e2e; further ones too: what takes more than half a minute is also "slow", of which ./dev test samples;
+#   what is run with the thread sanitizer as well is also "threads", and part of the target `threadtests`.
 function(kdstream_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LABEL;SOURCES;LINK;ARGUMENTS")
   if(NOT KDSTREAM_BUILD_TESTING)
@@ -137,13 +138,22 @@ function(kdstream_add_test name)
   target_link_libraries(${name} PRIVATE ${arg_LINK} GTest::gtest GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name} ${arg_ARGUMENTS})
   set_tests_properties(${name} PROPERTIES LABELS "${arg_LABEL}")
+  if("threads" IN_LIST arg_LABEL)
+    if(NOT TARGET threadtests)
+      add_custom_target(threadtests)
+    endif()
+    add_dependencies(threadtests ${name})
+  endif()
 endfunction()
 
 # A libFuzzer executable, part of the target `fuzzers`; nothing unless KDSTREAM_BUILD_FUZZERS is on. The preset `fuzz`
-# builds the libraries with libFuzzer's coverage and the sanitizers.
+# builds the libraries with libFuzzer's coverage and the sanitizers. As a test, of the label fuzz, it runs its kept corpus,
+# a folder, and what earlier runs have added in out/fuzz, and goes on for KDSTREAM_FUZZ_SECONDS.
+# kdstream_add_fuzzer(FuzzCodec SOURCES … LINK … [CORPUS …] [DICTIONARY …])
 option(KDSTREAM_BUILD_FUZZERS "Build the fuzz targets (clang, preset fuzz)" OFF)
+set(KDSTREAM_FUZZ_SECONDS 5 CACHE STRING "How long a test runs a fuzz target")
 function(kdstream_add_fuzzer name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LINK")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "CORPUS;DICTIONARY" "SOURCES;LINK")
   if(NOT KDSTREAM_BUILD_FUZZERS)
     return()
   endif()
@@ -159,4 +169,18 @@ function(kdstream_add_fuzzer name)
     add_custom_target(fuzzers)
   endif()
   add_dependencies(fuzzers ${name})
+  set(found "${PROJECT_SOURCE_DIR}/out/fuzz/${name}")
+  file(MAKE_DIRECTORY "${found}")
+  set(arguments "")
+  if(arg_DICTIONARY)
+    list(APPEND arguments "-dict=${CMAKE_CURRENT_SOURCE_DIR}/${arg_DICTIONARY}")
+  endif()
+  list(APPEND arguments "${found}")
+  if(arg_CORPUS)
+    list(APPEND arguments "${CMAKE_CURRENT_SOURCE_DIR}/${arg_CORPUS}")
+  endif()
+  add_test(NAME ${name} COMMAND ${name} -max_total_time=${KDSTREAM_FUZZ_SECONDS} -timeout=60 -rss_limit_mb=2500
+    -print_final_stats=1 "-artifact_prefix=${found}/" ${arguments})
+  math(EXPR most "${KDSTREAM_FUZZ_SECONDS} + 1200")
+  set_tests_properties(${name} PROPERTIES LABELS fuzz TIMEOUT ${most})
 endfunction()

@@ -78,7 +78,7 @@ Result<JsonDocument> ParseJson(std::string_view text)
   if (end >= text.size())
   {
     rapidjson::MemoryStream stream(text.data(), text.size());
-    rapidjson::Reader reader;
+    rapidjson::GenericReader<rapidjson::UTF8<>, rapidjson::UTF8<>, JsonMemory> reader;
     const auto parse = [&reader, &stream](JsonDocument& handler)
     {
       DocumentBuilder builder{ handler };

@@ -10,13 +10,37 @@
 
 #include <rapidjson/document.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <new>
 #include <string_view>
 
 namespace kdstream
 {
 
-using JsonValue = rapidjson::Value;
-using JsonDocument = rapidjson::Document;
+// Memory for RapidJSON, whose own goes on with a null pointer where there is none left: this throws
+// std::bad_alloc, as all other code does.
+struct JsonMemory
+{
+  static const bool kNeedFree = true;
+  static void* Malloc(std::size_t bytes) { return bytes == 0 ? nullptr : ::operator new(bytes); }
+  static void* Realloc(void* old, std::size_t oldBytes, std::size_t bytes)
+  {
+    void* const memory = Malloc(bytes);
+    if (memory && old)
+    {
+      std::memcpy(memory, old, std::min(oldBytes, bytes));
+    }
+    Free(old);
+    return memory;
+  }
+  static void Free(void* memory) noexcept { ::operator delete(memory); }
+};
+
+using JsonDocument = rapidjson::GenericDocument<rapidjson::UTF8<>,
+  rapidjson::MemoryPoolAllocator<JsonMemory>, JsonMemory>;
+using JsonValue = JsonDocument::ValueType;
 
 // The memory is at most about 24 bytes a byte of text: bound the text first.
 // Errors: InvalidInput naming the byte from which on it is no JSON.

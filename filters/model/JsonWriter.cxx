@@ -3,8 +3,7 @@
 
 #include "filters/core/Texts.h"
 
-#include <rapidjson/stringbuffer.h>
-#include <rapidjson/writer.h>
+#include <rapidjson/internal/dtoa.h>
 
 #include <cmath>
 
@@ -18,10 +17,9 @@ std::string JsonNumber(double value)
     return "null";
   }
   // Not by std::to_chars: emscripten's C++ library has none for doubles.
-  rapidjson::StringBuffer text;
-  rapidjson::Writer<rapidjson::StringBuffer> writer(text);
-  writer.Double(value);
-  return { text.GetString(), text.GetSize() };
+  char text[32]; // it writes at most 25 bytes
+  const char* const end = rapidjson::internal::dtoa(value, text);
+  return std::string(static_cast<const char*>(text), end);
 }
 
 JsonWriter& JsonWriter::Key(std::string_view key)

@@ -12,14 +12,15 @@ namespace kdstream
 namespace
 {
 
-// In the order of StoreQuery.
+// In the order of StoreQuery. SQLite would take a text for a blob, of which it tells the characters
+// as its length, and not the bytes.
 constexpr std::array queryTexts{
-  "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ?",
-  "SELECT data, checksum FROM tree WHERE page = ?",
-  "SELECT data, checksum FROM boxes WHERE node = ?",
-  "SELECT length(data) FROM pieces WHERE id = ?",
-  "SELECT length(data) FROM tree WHERE page = ?",
-  "SELECT length(data) FROM boxes WHERE node = ?",
+  "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
+  "SELECT data, checksum FROM tree WHERE page = ? AND typeof(data) = 'blob'",
+  "SELECT data, checksum FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
+  "SELECT length(data) FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
+  "SELECT length(data) FROM tree WHERE page = ? AND typeof(data) = 'blob'",
+  "SELECT length(data) FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
 };
 // What a row says of itself is under its checksum, but for these two, which its id says as well.
 constexpr const char* selectMislabelled =

@@ -5,6 +5,7 @@
 #include "server/access/QuotaBook.h"
 
 #include "filters/store/Sqlite.h"
+#include "filters/store/Store.h"
 
 #include <sqlite3.h>
 
@@ -23,6 +24,7 @@ namespace
 
 constexpr std::int64_t second = 1'000'000; // in microseconds
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
+constexpr std::uint64_t largestBlob = Store::largestBlobBytes;
 
 constexpr const char* schema =
   "PRAGMA busy_timeout = 2000;"
@@ -61,6 +63,13 @@ std::string UtcOf(std::int64_t microseconds)
   gmtime_r(&time, &utc);
   char text[40];
   return { text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) };
+}
+
+// From when on a pace goes on: from `due`, as it is kept, or from now. A pace is never ahead of
+// `latest` but where the clock was ahead, and was set back since: then it begins anew.
+std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int64_t latest)
+{
+  return due && *due <= latest ? std::max(now, *due) : now;
 }
 
 QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t ends)
@@ -104,7 +113,8 @@ Status QuotaBook::File::Prepare()
     { &this->begin, "BEGIN IMMEDIATE" },
     { &this->commit, "COMMIT" },
     { &this->rollback, "ROLLBACK" },
-    { &this->expire, "DELETE FROM had WHERE subject = ? AND model = ? AND time <= ?" },
+    { &this->expire,
+      "DELETE FROM had WHERE subject = ? AND model = ? AND (time <= ? OR time > ?)" },
     { &this->lower, "UPDATE counts SET count = count - ? WHERE subject = ? AND model = ?" },
     { &this->has, "SELECT 1 FROM had WHERE subject = ? AND model = ? AND partition = ?" },
     { &this->count, "SELECT count FROM counts WHERE subject = ? AND model = ?" },
@@ -193,7 +203,7 @@ QuotaBook::Taken QuotaBook::InTransaction(const Work& work)
   if (!ended)
   {
     (void)file.Ask(file.rollback).HasValue();
-    return ended.GetError();
+    return taken ? ended.GetError() : taken.GetError();
   }
   return taken;
 }
@@ -205,7 +215,8 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   auto& file = *this->Kept;
   const auto& [subject, model] = holder;
   const std::int64_t window = std::int64_t{ this->Limits.window.count() } * second;
-  KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window));
+  // What was had in a far future was had while the clock was wrong.
+  KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window, now + window));
   if (const int gone = sqlite3_changes(file.database.get()); gone > 0)
   {
     KDSTREAM_TRY(file.Ask(file.lower, std::int64_t{ gone }, subject, model));
@@ -243,17 +254,20 @@ QuotaBook::Taken QuotaBook::EnterBytes(const Holder& holder, std::uint64_t bytes
   const std::string_view what = "bytes";
   const auto due = file.Ask(file.due, subject, model, what);
   KDSTREAM_TRY(due);
-  const auto from = std::max(now, due->value_or(0));
   const auto rate = this->Limits.bytesPerSecond;
+  const auto timeOf = [rate](std::uint64_t size) -> std::int64_t
+  {
+    return std::llround(
+      static_cast<double>(size) / static_cast<double>(rate) * static_cast<double>(second));
+  };
+  const auto from = DueFrom(*due, now, now + byteBurst + timeOf(largestBlob));
   if (from - now >= byteBurst)
   {
     return std::optional(
       Refusal("the quota of " + std::to_string(rate) + " bytes a second is used up", now,
         from - byteBurst + 1));
   }
-  const double time =
-    static_cast<double>(bytes) / static_cast<double>(rate) * static_cast<double>(second);
-  KDSTREAM_TRY(file.Ask(file.pace, subject, model, what, from + std::llround(time)));
+  KDSTREAM_TRY(file.Ask(file.pace, subject, model, what, from + timeOf(bytes)));
   return std::optional<QuotaRefusal>();
 }
 
@@ -290,7 +304,7 @@ QuotaBook::Taken QuotaBook::TakeRegion(std::string_view subject, std::string_vie
       const std::string_view what = "regions";
       const auto due = file.Ask(file.due, subject, model, what);
       KDSTREAM_TRY(due);
-      const auto next = std::max(now, due->value_or(0)) +
+      const auto next = DueFrom(*due, now, now + regionBurst) +
                         regionBurst / std::int64_t{ this->Limits.regionsPerMinute };
       if (next - now > regionBurst)
       {

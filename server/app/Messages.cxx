@@ -22,7 +22,7 @@ void Messages::Say(const std::string& what)
   const std::lock_guard lock(this->Mutex);
   if (this->Later)
   {
-    this->Later->Write(line);
+    this->Later->Add(line);
     return;
   }
   std::cerr << line << std::flush;
@@ -30,11 +30,17 @@ void Messages::Say(const std::string& what)
 
 Status Messages::WaitForNobody()
 {
-  auto log = AccessLog::Open("-");
+  auto log = LineLog::Open("-");
   KDSTREAM_TRY(log);
   const std::lock_guard lock(this->Mutex);
   this->Later = std::move(*log);
   return {};
+}
+
+std::uint64_t Messages::Lost() const
+{
+  const std::lock_guard lock(this->Mutex);
+  return this->Later ? this->Later->Lost() : 0;
 }
 
 }

@@ -7,8 +7,9 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/app/AccessLog.h"
+#include "server/app/LineLog.h"
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -35,11 +36,13 @@ public:
 
   // From now on nobody waits for stderr. Errors: InputOutput.
   Status WaitForNobody();
+  // Lines that could not be written since then.
+  std::uint64_t Lost() const;
 
 private:
   const std::string Program;
-  std::mutex Mutex;
-  std::shared_ptr<AccessLog> Later; // null while the program starts
+  mutable std::mutex Mutex;
+  std::shared_ptr<LineLog> Later; // null while the program starts
 };
 
 }

@@ -85,6 +85,16 @@ struct Logs
   std::shared_ptr<AccessLog> access, audit;
 };
 
+std::uint64_t LostLines(const Messages& messages, const Logs& logs)
+{
+  std::uint64_t lost = messages.Lost();
+  for (const auto& log : { logs.access, logs.audit })
+  {
+    lost += log ? log->Lost() : 0;
+  }
+  return lost;
+}
+
 // What runs beside the server.
 struct Surroundings
 {
@@ -397,6 +407,7 @@ int Serve(const std::string& program, ServeOptions& line)
     return PrintError(program, "", tokens.GetError());
   }
   line.server.onError = [&messages](const std::string& what) { messages.Fail(what); };
+  line.server.lostLines = [&messages, logs = *logs] { return LostLines(messages, logs); };
   line.server.version = KDSTREAM_VERSION;
 
   const auto server = HttpServer::Start(catalog, line.server);

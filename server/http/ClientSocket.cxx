@@ -16,16 +16,16 @@ namespace
 class PlainLayers final : public ClientSocket::Layers
 {
 public:
-  explicit PlainLayers(asio::ip::tcp::socket socket)
+  explicit PlainLayers(TcpSocket socket)
     : Socket(std::move(socket))
   {
   }
-  beast::tcp_stream& Lowest() override { return this->Socket; }
+  TcpStream& Lowest() override { return this->Socket; }
   void Handshake(ClientSocket::ErrorHandler handler) override { handler({}); }
   void EndOutput(ClientSocket::ErrorHandler handler) override
   {
     beast::error_code error;
-    this->Socket.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
+    this->Socket.socket().shutdown(TcpSocket::shutdown_send, error);
     handler(error);
   }
   void ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler handler) override
@@ -43,17 +43,17 @@ public:
   }
 
 private:
-  beast::tcp_stream Socket;
+  TcpStream Socket;
 };
 
 }
 
-ClientSocket::ClientSocket(asio::ip::tcp::socket socket)
+ClientSocket::ClientSocket(TcpSocket socket)
   : Below(std::make_unique<PlainLayers>(std::move(socket)))
 {
 }
 
-ClientSocket::ClientSocket(asio::ip::tcp::socket socket, ssl_ctx_st& tls, Offload elsewhere)
+ClientSocket::ClientSocket(TcpSocket socket, ssl_ctx_st& tls, Offload elsewhere)
   : Below(std::make_unique<TlsLayers>(std::move(socket), tls, std::move(elsewhere)))
 {
 }
@@ -66,7 +66,7 @@ ClientSocket::executor_type ClientSocket::get_executor() const noexcept
   return this->Below->Lowest().get_executor();
 }
 
-asio::ip::tcp::socket& ClientSocket::Tcp()
+TcpSocket& ClientSocket::Tcp()
 {
   return this->Below->Lowest().socket();
 }

@@ -3,8 +3,9 @@
 // upon it (HTTP, WebSocket) is compiled once. Internal to the server.
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/basic_stream_socket.hpp>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/error.hpp>
 #include <boost/beast/core/role.hpp>
@@ -24,6 +25,12 @@ namespace kdstream
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
+
+// What a connection's handlers run on: the event loop of one thread, so that they run one at a time
+// without a strand. For a strand Asio and Beast take memory wherever they keep one of any type
+// (any_io_executor), also where they may not fail: want of it would end the server.
+using EventLoop = asio::io_context::executor_type;
+using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, EventLoop>;
 
 // A handler of any type, called at most once. It has no executor of its own, so that Asio calls it
 // on the socket's.
@@ -68,20 +75,20 @@ private:
 class ClientSocket
 {
 public:
-  using executor_type = asio::any_io_executor;
+  using executor_type = EventLoop;
   using ErrorHandler = AnyHandler<beast::error_code>;
   using BytesHandler = AnyHandler<beast::error_code, std::size_t>;
 
-  explicit ClientSocket(asio::ip::tcp::socket socket);
+  explicit ClientSocket(TcpSocket socket);
   // Has another thread do what the socket's own must not wait for.
   using Offload = std::function<void(std::function<void()>)>;
   // Through TLS. What a handshake computes is done by `elsewhere`.
-  ClientSocket(asio::ip::tcp::socket socket, ssl_ctx_st& tls, Offload elsewhere);
+  ClientSocket(TcpSocket socket, ssl_ctx_st& tls, Offload elsewhere);
   ClientSocket(ClientSocket&&) noexcept;
   ~ClientSocket();
 
   executor_type get_executor() const noexcept;
-  asio::ip::tcp::socket& Tcp();
+  TcpSocket& Tcp();
 
   // What is under way, and what begins before the next call of these, fails after `time`, or never.
   void ExpireAfter(std::chrono::milliseconds time);

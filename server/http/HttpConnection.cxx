@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/HttpConnection.h"
 
+#include "server/http/ParsedRequest.h"
 #include "server/http/ProxyHeader.h"
 #include "server/http/ResponseHead.h"
 #include "server/http/StreamConnection.h"
@@ -12,9 +13,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/read_size.hpp>
 #include <boost/beast/core/string.hpp>
-#include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/error.hpp>
-#include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/rfc7230.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
@@ -173,10 +172,7 @@ private:
   void Read()
   {
     this->Answering = false;
-    this->Parser.emplace();
-    this->Parser->header_limit(static_cast<std::uint32_t>(this->State.Options.headerBytes));
-    this->Parser->body_limit(0);
-    this->Parser->eager(true);
+    SetLimits(this->Parser.emplace(), this->State.Options.headerBytes);
     this->Socket.ExpireAfter(this->State.Options.requestTimeout);
     this->Parse();
   }
@@ -318,19 +314,6 @@ private:
       });
   }
 
-  // The fields of a name, joined by commas.
-  std::string Joined(beast::string_view name) const
-  {
-    std::string values;
-    const auto range = this->Parser->get().equal_range(name);
-    for (auto each = range.first; each != range.second; ++each)
-    {
-      values += values.empty() ? "" : ",";
-      values.append(each->value().data(), each->value().size());
-    }
-    return values;
-  }
-
   // Answers at once what needs no disk, and leaves the rest to the readers.
   void Respond()
   {
@@ -367,26 +350,19 @@ private:
     }
     catch (...)
     {
+      this->State.Counters.CountFailure(Metrics::Failure::Answer);
       this->State.LogCaught();
       return this->State.Answers.Failure(503, "the server is short of memory");
     }
   }
 
+  std::string Joined(beast::string_view name) const
+  {
+    return JoinedFields(this->Parser->get(), name);
+  }
   HttpRequest Plain() const
   {
-    namespace http = beast::http;
-    const auto& request = this->Parser->get();
-    const auto field = [&](http::field name)
-    {
-      const auto value = request[name];
-      return std::string(value.data(), value.size());
-    };
-    const auto method = request.method_string();
-    const auto target = request.target();
-    return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
-      field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
-      this->Joined("Accept-Encoding"), field(http::field::authorization),
-      this->Admitted.client.address };
+    return PlainRequest(this->Parser->get(), this->Admitted.client.address);
   }
 
   // Answers with an error and closes the connection.
@@ -576,7 +552,7 @@ private:
   ServerState& State;
   Admission Admitted;
   beast::flat_buffer Input{ this->State.Options.headerBytes + 1024 };
-  std::optional<beast::http::request_parser<beast::http::empty_body>> Parser;
+  std::optional<RequestParser> Parser;
   HttpResponse Answer;
   std::string Head;                        // what is sent before the body
   std::size_t BodyBytes = 0, BodySent = 0; // BodySent: or on its way

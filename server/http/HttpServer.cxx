@@ -8,6 +8,7 @@
 #include <boost/asio/io_context.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -16,30 +17,42 @@
 namespace kdstream
 {
 
-using asio::ip::tcp;
-
-// One listener, or two; each connection runs on a strand of its own; a few threads run all of them.
+// One listener, or two, on the first of a few event loops, each with a thread of its own. Every
+// connection runs on one of them, in turn.
 struct HttpServer::Implementation
 {
+  struct Loop
+  {
+    asio::io_context context{ 1 };
+    // Its thread waits for work until it is stopped, also while nobody accepts.
+    asio::executor_work_guard<EventLoop> working{ context.get_executor() };
+  };
+
   Implementation(const Catalog& catalog, HttpServerOptions options)
     : State(catalog, std::move(options))
-    , Context(static_cast<int>(this->State.Options.threads))
-    , Working(this->Context.get_executor())
+    , Others(std::max(1u, this->State.Options.threads) - 1)
     , Public(
-        this->Context, this->State, [this](tcp::socket socket) { this->Serve(std::move(socket)); })
-    , Admin(this->Context, this->State,
-        [this](tcp::socket socket) { this->ServeAdmin(std::move(socket)); })
+        this->First.context, this->State, [this] { return this->Choose(); },
+        [this](TcpSocket socket) { this->Serve(std::move(socket)); })
+    , Admin(
+        this->First.context, this->State, [this] { return this->Choose(); },
+        [this](TcpSocket socket) { this->ServeAdmin(std::move(socket)); })
   {
   }
 
+  EventLoop Choose() noexcept
+  {
+    const std::size_t turn = this->Turn++ % (this->Others.size() + 1);
+    return (turn == 0 ? this->First : this->Others[turn - 1]).context.get_executor();
+  }
   Status Prepare();
   Status LoadCertificate();
   void StartThreads();
-  void Run() noexcept;
-  void Serve(tcp::socket socket);
-  void ServeAdmin(tcp::socket socket);
-  ClientSocket Wrap(tcp::socket socket);
-  Admission Admit(const tcp::socket& socket);
+  void Run(Loop& loop) noexcept;
+  void Serve(TcpSocket socket);
+  void ServeAdmin(TcpSocket socket);
+  ClientSocket Wrap(TcpSocket socket);
+  Admission Admit(const TcpSocket& socket);
   void Stop(std::chrono::milliseconds drainTimeout);
 
   // At most so many clients without a seat are answered 503 at a time. Further ones are closed
@@ -47,9 +60,9 @@ struct HttpServer::Implementation
   static constexpr int maximumRefusals = 64;
 
   ServerState State;
-  asio::io_context Context;
-  // Threads wait for work until they are stopped, also while nobody accepts.
-  asio::executor_work_guard<asio::io_context::executor_type> Working;
+  std::atomic<std::size_t> Turn{ 0 };
+  std::vector<Loop> Others;
+  Loop First; // ends before the others, for one of which it may be accepting
   Listener Public, Admin;
   std::shared_ptr<int> Refusals = std::make_shared<int>(0); // their copies count
   std::shared_ptr<int> Administrators = std::make_shared<int>(0);
@@ -88,24 +101,26 @@ void HttpServer::Implementation::StartThreads()
   }
   this->Public.Accept();
   this->Admin.Accept();
-  for (unsigned i = 0; i < threads; ++i)
+  this->Threads.emplace_back([this] { this->Run(this->First); });
+  for (auto& loop : this->Others)
   {
-    this->Threads.emplace_back([this] { this->Run(); });
+    this->Threads.emplace_back([this, &loop] { this->Run(loop); });
   }
 }
 
 // A request that fails (out of memory, mostly) ends its own connection, not the server.
-void HttpServer::Implementation::Run() noexcept
+void HttpServer::Implementation::Run(Loop& loop) noexcept
 {
   for (bool done = false; !done;)
   {
     try
     {
-      this->Context.run();
+      loop.context.run();
       done = true;
     }
     catch (...)
     {
+      this->State.Counters.CountFailure(Metrics::Failure::Connection);
       this->State.LogCaught();
       this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
       this->Admin.Accept();
@@ -113,7 +128,7 @@ void HttpServer::Implementation::Run() noexcept
   }
 }
 
-void HttpServer::Implementation::Serve(tcp::socket socket)
+void HttpServer::Implementation::Serve(TcpSocket socket)
 {
   auto admission = this->Admit(socket);
   if (admission.refusedWith != 0)
@@ -127,7 +142,7 @@ void HttpServer::Implementation::Serve(tcp::socket socket)
   ServeHttp(this->Wrap(std::move(socket)), this->State, std::move(admission));
 }
 
-ClientSocket HttpServer::Implementation::Wrap(tcp::socket socket)
+ClientSocket HttpServer::Implementation::Wrap(TcpSocket socket)
 {
   if (!this->State.IsTls())
   {
@@ -137,7 +152,7 @@ ClientSocket HttpServer::Implementation::Wrap(tcp::socket socket)
     [this](WorkerPool::Work work) { this->State.ShakeHands(std::move(work)); });
 }
 
-void HttpServer::Implementation::ServeAdmin(tcp::socket socket)
+void HttpServer::Implementation::ServeAdmin(TcpSocket socket)
 {
   Admission admission;
   admission.isAdmin = true;
@@ -149,7 +164,7 @@ void HttpServer::Implementation::ServeAdmin(tcp::socket socket)
 }
 
 // A seat of its address first, so that one address takes no others' seats back.
-Admission HttpServer::Implementation::Admit(const tcp::socket& socket)
+Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
 {
   Admission admission;
   beast::error_code error;
@@ -194,7 +209,11 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
   this->State.WaitForConnections(drainTimeout);
   this->Public.Close();
   this->Admin.Close();
-  this->Context.stop();
+  this->First.context.stop();
+  for (auto& loop : this->Others)
+  {
+    loop.context.stop();
+  }
   for (auto& thread : this->Threads)
   {
     thread.join();

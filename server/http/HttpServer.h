@@ -90,6 +90,8 @@ struct HttpServerOptions
   std::function<void(const AccessRecord&)> onAccess;
   std::function<void(const PartitionRecord&)> onPartition; // one that a client gets
   std::function<void(const std::string&)> onError;
+  // How many lines of logs have been lost so far, for the metrics. From any thread.
+  std::function<std::uint64_t()> lostLines;
 };
 
 class HttpServer

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/Listener.h"
 
-#include <boost/asio/strand.hpp>
-
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -15,9 +13,10 @@ namespace kdstream
 
 using asio::ip::tcp;
 
-Listener::Listener(asio::io_context& context, ServerState& state, Serve serve)
+Listener::Listener(asio::io_context& context, ServerState& state, Choose choose, Serve serve)
   : Context(context)
   , State(state)
+  , Loop(std::move(choose))
   , Take(std::move(serve))
   , Acceptor(context)
   , Pause(context)
@@ -73,8 +72,8 @@ void Listener::Accept() noexcept
       {
         auto accepting = std::make_shared<int>();
         this->Accepting = accepting;
-        this->Acceptor.async_accept(asio::make_strand(this->Context),
-          [this, accepting](beast::error_code error, tcp::socket socket) mutable
+        this->Acceptor.async_accept(this->Loop(),
+          [this, accepting](beast::error_code error, TcpSocket socket) mutable
           {
             accepting.reset();
             this->OnAccept(error, std::move(socket));
@@ -84,19 +83,21 @@ void Listener::Accept() noexcept
     }
     catch (...)
     {
+      this->State.Counters.CountFailure(Metrics::Failure::Accept);
       this->State.LogCaught();
     }
     std::this_thread::sleep_for(pauseOfAccept); // there is no memory for a timer either
   }
 }
 
-void Listener::OnAccept(beast::error_code error, tcp::socket socket) noexcept
+void Listener::OnAccept(beast::error_code error, TcpSocket socket) noexcept
 {
   try
   {
     if (error && error != asio::error::operation_aborted)
     {
       // Out of file descriptors, mostly: wait for some to be given back.
+      this->State.Counters.CountFailure(Metrics::Failure::Accept);
       this->State.LogError("a connection cannot be accepted: " + error.message());
       if (error.value() == EMFILE || error.value() == ENFILE)
       {
@@ -112,6 +113,7 @@ void Listener::OnAccept(beast::error_code error, tcp::socket socket) noexcept
   }
   catch (...) // ends this connection, not the server
   {
+    this->State.Counters.CountFailure(Metrics::Failure::Connection);
     this->State.LogCaught();
   }
   this->Accept();

@@ -25,12 +25,13 @@ namespace kdstream
 class Listener
 {
 public:
-  // Takes a connection, whose handlers run on a strand of its own. What it throws ends that
-  // connection.
-  using Serve = std::function<void(asio::ip::tcp::socket)>;
+  // The event loop of the next connection.
+  using Choose = std::function<EventLoop()>;
+  // Takes a connection, whose handlers run on that. What it throws ends that connection.
+  using Serve = std::function<void(TcpSocket)>;
 
   // REQUIRES: context and state outlive the listener, which outlives the context's threads.
-  Listener(asio::io_context& context, ServerState& state, Serve serve);
+  Listener(asio::io_context& context, ServerState& state, Choose choose, Serve serve);
 
   // Errors: InvalidArgument for the host; InputOutput where the port is taken or not allowed.
   Status Listen(const ListenAddress& address);
@@ -46,13 +47,14 @@ private:
   static constexpr int mostTurnedAway = 64; // at once
   static constexpr std::chrono::milliseconds pauseOfAccept{ 100 };
 
-  void OnAccept(boost::system::error_code error, asio::ip::tcp::socket socket) noexcept;
+  void OnAccept(boost::system::error_code error, TcpSocket socket) noexcept;
   void AcceptAfterPause();
   void TurnAway();
   void KeepSpare();
 
   asio::io_context& Context;
   ServerState& State;
+  Choose Loop;
   Serve Take;
   std::mutex Mutex; // for the next three
   asio::ip::tcp::acceptor Acceptor;

@@ -23,6 +23,16 @@ void Put(
   text += std::string(name) + " " + std::to_string(value) + "\n";
 }
 
+// A line for each label.
+template <class Labels, class Counters>
+void PutEach(std::string& text, const char* start, const Labels& labels, const Counters& counters)
+{
+  for (std::size_t i = 0; i < labels.size(); ++i)
+  {
+    text += std::string(start) + "=\"" + labels[i] + "\"} " + std::to_string(counters[i]) + "\n";
+  }
+}
+
 }
 
 void Histogram::Count(double value)
@@ -62,7 +72,7 @@ void Metrics::CountRequest(unsigned status)
   }
 }
 
-std::string Metrics::Text(const CacheUse& memory) const
+std::string Metrics::Text(const CacheUse& memory, std::uint64_t lostLines) const
 {
   std::string text;
   Put(text, "kdstream_requests_total", "counter", "HTTP requests answered, by status.");
@@ -84,11 +94,14 @@ std::string Metrics::Text(const CacheUse& memory) const
     "requests", "host", "slow", "idle", "descriptors", "stopping", "handshake", "proxy", "token",
     "quota", "origin" };
   Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
-  for (std::size_t i = 0; i < reasons.size(); ++i)
-  {
-    text += std::string("kdstream_refusals_total{reason=\"") + reasons[i] + "\"} " +
-            std::to_string(this->Refusals[i]) + "\n";
-  }
+  PutEach(text, "kdstream_refusals_total{reason", reasons, this->Refusals);
+  constexpr std::array<const char*, static_cast<std::size_t>(Failure::Count)> failures{ "accept",
+    "connection", "answer", "quota" };
+  Put(text, "kdstream_failures_total", "counter",
+    "What failed for want of memory, descriptors or the disk.");
+  PutEach(text, "kdstream_failures_total{what", failures, this->Failures);
+  Put(text, "kdstream_lost_log_lines_total", "counter",
+    "Lines of the logs that could not be written.", lostLines);
   Put(text, "kdstream_streams", "gauge", "WebSocket streams that are open.", this->OpenStreams);
   Put(text, "kdstream_streams_total", "counter", "WebSocket streams opened.", this->TotalStreams);
   Put(text, "kdstream_failed_blobs_total", "counter",

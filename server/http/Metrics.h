@@ -68,6 +68,16 @@ public:
     Count
   };
   void CountRefusal(Reason reason) { ++this->Refusals[static_cast<std::size_t>(reason)]; }
+  // What the server itself could not do, for want of memory, descriptors or the disk.
+  enum class Failure
+  {
+    Accept,     // a connection could not be accepted
+    Connection, // one has ended by it
+    Answer,     // of HTTP: 503
+    Quota,      // quotas could not be kept
+    Count
+  };
+  void CountFailure(Failure failure) { ++this->Failures[static_cast<std::size_t>(failure)]; }
   void StreamOpened()
   {
     ++this->OpenStreams;
@@ -92,12 +102,14 @@ public:
   void CountFirstBlob(std::chrono::steady_clock::duration time) { this->FirstBlobs.Count(time); }
   void CountLastBlob(std::chrono::steady_clock::duration time) { this->LastBlobs.Count(time); }
 
-  std::string Text(const CacheUse& memory) const;
+  // lostLines: of the server's logs.
+  std::string Text(const CacheUse& memory, std::uint64_t lostLines = 0) const;
 
 private:
   using Counter = std::atomic<std::uint64_t>;
   std::array<Counter, 600> Requests{}; // by status
   std::array<Counter, static_cast<std::size_t>(Reason::Count)> Refusals{};
+  std::array<Counter, static_cast<std::size_t>(Failure::Count)> Failures{};
   Counter SentBytes{ 0 }, OpenConnections{ 0 }, RefusedConnections{ 0 };
   Histogram Waits{ Histogram::seconds }, Lengths{ Histogram::lengths };
   Histogram Answers{ Histogram::seconds }, FirstBlobs{ Histogram::seconds },

@@ -289,8 +289,9 @@ Routes::Answered Routes::AnswerOwn(std::string_view path, bool metrics) const
   }
   if (path == "/metrics" && metrics)
   {
-    return Fleeting(
-      200, "text/plain; version=0.0.4; charset=utf-8", this->Counters.Text(this->Models.Memory()));
+    const auto lost = this->Options.lostLines ? this->Options.lostLines() : 0;
+    return Fleeting(200, "text/plain; version=0.0.4; charset=utf-8",
+      this->Counters.Text(this->Models.Memory(), lost));
   }
   return std::nullopt;
 }
@@ -496,6 +497,7 @@ Routes::Answered Routes::AnswerFile(
     const auto code = file.GetError().code;
     const unsigned status = code == ErrorCode::NotFound          ? 404
                             : code == ErrorCode::InvalidArgument ? 400
+                            : code == ErrorCode::InputOutput     ? 503
                                                                  : 500;
     return this->Failure(status, file.GetError().message);
   }

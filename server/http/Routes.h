@@ -29,6 +29,7 @@ struct RouteOptions
   std::function<bool()> isDraining = {};        // whether the server is stopping; none: it is not
   std::shared_ptr<const TokenGuard> guard = {}; // whose tokens models take; null: they take none
   std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere
+  std::function<std::uint64_t()> lostLines = {};      // of the server's logs; none: there are none
 };
 
 class Routes

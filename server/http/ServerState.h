@@ -73,7 +73,7 @@ public:
     , Answers(catalog, Counters,
         RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version,
           !this->Options.admin, [this] { return this->Draining(); }, this->Options.guard,
-          this->MakeLedger() })
+          this->MakeLedger(), this->Options.lostLines })
   {
   }
 
@@ -134,6 +134,7 @@ public:
     }
     catch (...)
     {
+      this->Counters.CountFailure(Metrics::Failure::Connection);
       this->LogCaught();
       close();
     }
@@ -240,8 +241,17 @@ private:
       tell = [this](const PartitionRecord& record)
       { this->WriteLog([&] { this->Options.onPartition(record); }); };
     }
-    return std::make_shared<PartitionLedger>(this->Options.quotas, std::move(tell),
-      [this] { this->Counters.CountRefusal(Metrics::Reason::Quota); });
+    return std::make_shared<PartitionLedger>(
+      this->Options.quotas, std::move(tell),
+      [this] { this->Counters.CountRefusal(Metrics::Reason::Quota); },
+      [this](const std::string& what, bool isNew)
+      {
+        this->Counters.CountFailure(Metrics::Failure::Quota);
+        if (isNew)
+        {
+          this->LogError(what);
+        }
+      });
   }
 
   // The connection that has been idle for longest, of which nothing more is known then; null if

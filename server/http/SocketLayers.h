@@ -4,10 +4,12 @@
 
 #include "server/http/ClientSocket.h"
 
-#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/core/basic_stream.hpp>
 
 namespace kdstream
 {
+
+using TcpStream = beast::basic_stream<asio::ip::tcp, EventLoop>;
 
 // Functions: on the socket's executor. Handlers are called from there too, never within the
 // function that they are given to, but Handshake's and EndOutput's.
@@ -15,7 +17,7 @@ class ClientSocket::Layers
 {
 public:
   virtual ~Layers() = default;
-  virtual beast::tcp_stream& Lowest() = 0;
+  virtual TcpStream& Lowest() = 0;
   virtual void Handshake(ErrorHandler handler) = 0;
   virtual void EndOutput(ErrorHandler handler) = 0;
   virtual void ReadSome(asio::mutable_buffer buffer, BytesHandler handler) = 0;

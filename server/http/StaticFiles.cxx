@@ -109,7 +109,11 @@ Result<BlobBytes> ReadWhole(const fs::path& file)
 {
   std::error_code error;
   const auto size = fs::file_size(file, error);
-  if (error || size > StaticFiles::maximumBytes)
+  if (error)
+  {
+    return Error{ ErrorCode::InputOutput, "the file cannot be read" };
+  }
+  if (size > StaticFiles::maximumBytes)
   {
     return Error{ ErrorCode::LimitExceeded, "the file is too large to serve" };
   }

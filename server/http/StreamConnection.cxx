@@ -7,8 +7,8 @@
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Conversation.h"
 
+#include <boost/asio/basic_waitable_timer.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
@@ -115,6 +115,8 @@ public:
   }
 
 private:
+  using Timer = asio::basic_waitable_timer<Clock, asio::wait_traits<Clock>, EventLoop>;
+
   // What each handler does.
   template <class Work>
   void Guard(const Work& work) noexcept
@@ -381,7 +383,7 @@ private:
   beast::flat_buffer Input;
   Conversation::Message Output;    // that is being sent
   Conversation::Milestone Sending; // for its request
-  asio::steady_timer Patience, Looks;
+  Timer Patience, Looks;
   Clock::time_point TakenBy; // what is being written
   bool Watching = false;
   bool Accepted = false;

@@ -56,8 +56,7 @@ private:
 
 }
 
-TlsLayers::TlsLayers(
-  asio::ip::tcp::socket socket, ssl_ctx_st& context, ClientSocket::Offload offload)
+TlsLayers::TlsLayers(TcpSocket socket, ssl_ctx_st& context, ClientSocket::Offload offload)
   : Socket(std::move(socket))
   , Engine(context)
   , Elsewhere(std::move(offload))
@@ -117,7 +116,7 @@ void TlsLayers::EndOutput(ClientSocket::ErrorHandler handler)
     [this, handler = std::move(handler)](beast::error_code error) mutable
     {
       beast::error_code ended;
-      this->Socket.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ended);
+      this->Socket.socket().shutdown(TcpSocket::shutdown_send, ended);
       handler(error ? error : ended);
     });
 }

@@ -6,8 +6,6 @@
 #include "server/http/SocketLayers.h"
 #include "server/http/TlsEngine.h"
 
-#include <boost/beast/core/tcp_stream.hpp>
-
 #include <array>
 #include <memory>
 #include <vector>
@@ -21,9 +19,9 @@ namespace kdstream
 class TlsLayers final : public ClientSocket::Layers
 {
 public:
-  TlsLayers(asio::ip::tcp::socket socket, ssl_ctx_st& context, ClientSocket::Offload offload);
+  TlsLayers(TcpSocket socket, ssl_ctx_st& context, ClientSocket::Offload offload);
 
-  beast::tcp_stream& Lowest() override { return this->Socket; }
+  TcpStream& Lowest() override { return this->Socket; }
   void Handshake(ClientSocket::ErrorHandler handler) override;
   void EndOutput(ClientSocket::ErrorHandler handler) override;
   void ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler handler) override;
@@ -40,7 +38,7 @@ private:
   using Handlers = std::vector<ClientSocket::ErrorHandler>;
   void SendNext(std::shared_ptr<Handlers> untilAllIsSent);
 
-  beast::tcp_stream Socket;
+  TcpStream Socket;
   TlsEngine Engine;
   ClientSocket::Offload Elsewhere;
   std::array<char, 16384> Arrived{};

@@ -6,11 +6,12 @@
 namespace kdstream
 {
 
-PartitionLedger::PartitionLedger(
-  std::shared_ptr<QuotaBook> quotas, OnPartition onPartition, std::function<void()> onRefusal)
+PartitionLedger::PartitionLedger(std::shared_ptr<QuotaBook> quotas, OnPartition onPartition,
+  std::function<void()> onRefusal, OnFailure onFailure)
   : Quotas(std::move(quotas))
   , Tell(std::move(onPartition))
   , TellRefusal(std::move(onRefusal))
+  , TellFailure(std::move(onFailure))
 {
 }
 
@@ -45,17 +46,22 @@ std::optional<Refusal> PartitionLedger::TakeRegion(
 // Where quotas cannot be kept nothing is given.
 std::optional<Refusal> PartitionLedger::RefusalOf(const QuotaBook::Taken& taken) const
 {
-  if (taken && !*taken)
+  const bool failedBefore = this->Fails.exchange(!taken);
+  if (!taken)
+  {
+    if (this->TellFailure)
+    {
+      this->TellFailure(taken.GetError().message, !failedBefore);
+    }
+    return Refusal{ 503, "the server cannot keep its quotas at the moment" };
+  }
+  if (!*taken)
   {
     return std::nullopt;
   }
   if (this->TellRefusal)
   {
     this->TellRefusal();
-  }
-  if (!taken)
-  {
-    return Refusal{ 503, "the server cannot keep its quotas at the moment" };
   }
   const auto& refusal = **taken;
   const std::uint16_t status = refusal.isShare ? 403 : 429;

@@ -7,6 +7,7 @@
 #include "server/access/QuotaBook.h"
 #include "server/session/Refusal.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,10 +32,12 @@ class PartitionLedger
 {
 public:
   using OnPartition = std::function<void(const PartitionRecord&)>;
+  // Told why the quotas could not be kept; isNew: for the first time since they could.
+  using OnFailure = std::function<void(const std::string& what, bool isNew)>;
 
-  // quotas: null for none. onPartition, onRefusal: called from any thread; may be empty.
-  PartitionLedger(
-    std::shared_ptr<QuotaBook> quotas, OnPartition onPartition, std::function<void()> onRefusal);
+  // quotas: null for none. The functions are called from any thread; may be empty.
+  PartitionLedger(std::shared_ptr<QuotaBook> quotas, OnPartition onPartition,
+    std::function<void()> onRefusal, OnFailure onFailure = {});
 
   // Enters what the client will be sent; of the record only client and token need to be set.
   // Nothing where it may be sent; else 403 for a share that is used up, 429 for what is asked for
@@ -49,6 +52,8 @@ private:
   std::shared_ptr<QuotaBook> Quotas;
   OnPartition Tell;
   std::function<void()> TellRefusal;
+  OnFailure TellFailure;
+  mutable std::atomic<bool> Fails{ false }; // the quotas, when they were last asked
 };
 
 }

@@ -40,6 +40,12 @@ public:
       this->Function(file, what);
     }
   }
+  // Nothing is wrong with the file: what will be is told anew.
+  void Forget(const std::filesystem::path& file)
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->Last.erase(file);
+  }
   // As if nothing had been told.
   void Forget()
   {
@@ -56,6 +62,7 @@ private:
 namespace
 {
 
+constexpr std::string_view storeEnding = ".kds";
 constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
 
 bool MayPass(const Error& error)
@@ -69,7 +76,8 @@ bool WasWrittenJustNow(const std::filesystem::path& file)
   std::error_code error;
   const auto age =
     std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
-  return !error && age < std::chrono::seconds(10);
+  // Not for ever where the clock has been set back.
+  return !error && std::chrono::abs(age) < std::chrono::seconds(10);
 }
 
 template <class ModelMap>
@@ -148,7 +156,11 @@ Status StoreCatalog::Reload()
 
 void StoreCatalog::Look()
 {
-  (void)this->Try(Patience::WithNew); // where it cannot be read, all stays as it is
+  if (const auto status = this->Try(Patience::WithNew); !status)
+  {
+    this->Reports->TellOnce(
+      this->Folder, status.GetError().message + "; the models of before are served");
+  }
 }
 
 // Until all of it has been done, it is to be done again.
@@ -171,6 +183,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
   const auto files = FindStores(this->Folder);
   KDSTREAM_TRY(files); // a disk that is not there for the moment, or no descriptors
   const auto before = this->Current();
+  this->Reports->Forget(this->Folder);
   State state;
   for (const auto& file : *files)
   {
@@ -212,6 +225,7 @@ void StoreCatalog::Add(
     [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); });
   if (model)
   {
+    this->Reports->Forget(file);
     state.byId.emplace(id, std::move(*model));
     return;
   }

@@ -23,7 +23,8 @@ class StoreModel;
 class StoreCatalog : public Catalog
 {
 public:
-  // Told of what is wrong with a file: a store that is left out, or a damaged blob (once for each).
+  // Told of what is wrong with a file: a store that is left out, a damaged blob (once for each), a
+  // disk that does not read it (once until it does), a folder that Look cannot read.
   // Called from any thread, one at a time.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 

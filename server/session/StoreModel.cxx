@@ -5,6 +5,7 @@
 #include "filters/model/ModelJson.h"
 #include "filters/store/Store.h"
 
+#include <atomic>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -63,9 +64,9 @@ public:
     if (!this->Tree && this->Tree.GetError().code != ErrorCode::Damaged)
     {
       this->Tree = Caught([this] { return this->Source->ReadBoxes(); });
-      if (!this->Tree && this->Tree.GetError().code == ErrorCode::Damaged)
+      if (!this->Tree)
       {
-        this->Report(this->Tree.GetError().message);
+        this->ReportOfTree(this->Tree.GetError());
       }
     }
     KDSTREAM_TRY(this->Tree);
@@ -108,21 +109,39 @@ public:
           KDSTREAM_TRY(this->Source->CheckUnchanged());
           return bytes->size();
         }
-        switch (blob.kind)
+        auto size = this->SizeInStore(blob);
+        if (size)
         {
-          case protocol::BlobKind::Tree:
-            return this->Source->TreePageBlobSize(blob.number);
-          case protocol::BlobKind::Boxes:
-            return this->Source->BoxesBlobSize(blob.number);
-          default:
-            return this->OfPiece(
-              blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
+          KDSTREAM_TRY(CheckSize(blob, *size));
         }
+        return size;
       });
   }
 
 private:
-  void ReportDamage(const protocol::BlobId& blob, const Error& error) const
+  // No client takes another size.
+  static Status CheckSize(const protocol::BlobId& blob, std::uint64_t bytes)
+  {
+    return bytes != 0 && bytes <= protocol::maximumBlobBytes
+             ? Status{}
+             : Error{ ErrorCode::Damaged,
+                 protocol::BlobName(blob) + ": " + std::to_string(bytes) + " bytes are no blob" };
+  }
+
+  Result<std::uint64_t> SizeInStore(const protocol::BlobId& blob) const
+  {
+    switch (blob.kind)
+    {
+      case protocol::BlobKind::Tree:
+        return this->Source->TreePageBlobSize(blob.number);
+      case protocol::BlobKind::Boxes:
+        return this->Source->BoxesBlobSize(blob.number);
+      default:
+        return this->OfPiece(blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
+    }
+  }
+
+  void ReportOfBlob(const protocol::BlobId& blob, const Error& error) const
   {
     if (error.code == ErrorCode::Damaged)
     {
@@ -132,21 +151,52 @@ private:
         this->Report(error.message);
       }
     }
+    this->ReportPassing(error);
+  }
+
+  void ReportOfTree(const Error& error) const
+  {
+    if (error.code == ErrorCode::Damaged)
+    {
+      this->Report(error.message);
+    }
+    this->ReportPassing(error);
+  }
+
+  // What may pass is told once until something can be read again.
+  void ReportPassing(const Error& error) const
+  {
+    const bool passes =
+      error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
+    if (passes && !this->Fails.exchange(true))
+    {
+      this->Report(error.message);
+    }
   }
 
   Result<BlobBytes> ReadFromStore(const protocol::BlobId& blob) const
   {
-    auto bytes =
-      blob.kind == protocol::BlobKind::Tree ? this->Source->ReadTreePageBlob(blob.number)
-      : blob.kind == protocol::BlobKind::Boxes
-        ? this->Source->ReadBoxesBlob(blob.number)
-        : this->OfPiece(blob, [this](PieceId id) { return this->Source->ReadPieceBlob(id); });
-    if (!bytes)
+    auto read = Caught(
+      [&]() -> Result<BlobBytes>
+      {
+        auto bytes =
+          blob.kind == protocol::BlobKind::Tree ? this->Source->ReadTreePageBlob(blob.number)
+          : blob.kind == protocol::BlobKind::Boxes
+            ? this->Source->ReadBoxesBlob(blob.number)
+            : this->OfPiece(blob, [this](PieceId id) { return this->Source->ReadPieceBlob(id); });
+        KDSTREAM_TRY(bytes);
+        KDSTREAM_TRY(CheckSize(blob, bytes->size()));
+        return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+      });
+    if (read)
     {
-      this->ReportDamage(blob, bytes.GetError());
-      return bytes.GetError();
+      this->Fails = false;
     }
-    return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+    else
+    {
+      this->ReportOfBlob(blob, read.GetError());
+    }
+    return read;
   }
 
   // What `read` says of the piece that the blob is.
@@ -174,6 +224,7 @@ private:
   mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "not yet read" };
   mutable std::mutex Mutex;
   mutable std::set<protocol::BlobId> Reported;
+  mutable std::atomic<bool> Fails{ false }; // for a reason that may pass
 };
 
 }

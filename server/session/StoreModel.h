@@ -13,7 +13,8 @@
 namespace kdstream
 {
 
-// Told of a damaged blob, once for each. Called from any thread.
+// Told of a damaged blob, once for each; and when blobs begin not to be read, for a reason that may
+// pass (the disk, memory). Called from any thread.
 using DamageReport = std::function<void(const std::string& what)>;
 
 class StoreModel : public ServedModel

@@ -47,6 +47,30 @@ void OverwriteInPlace(const fs::path& from, const fs::path& to)
 
 }
 
+// Its checksum is right, and its length that of its characters.
+TEST_F(DamagedStore, ATextIsNoBlob)
+{
+  this->Build(Torus(24, 12), {});
+  Sql(this->File(), "UPDATE tree SET data = CAST(data AS TEXT) WHERE page = 1");
+  Sql(this->File(), "UPDATE boxes SET data = CAST(data AS TEXT) WHERE node = 1");
+  Sql(this->File(), "UPDATE pieces SET data = CAST(data AS TEXT) WHERE id = 1");
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store) << store.GetError().message;
+  const PieceId piece{ Resolution::Level(0), 1 };
+  const auto missing = [](const auto& result, const std::string& name)
+  {
+    ASSERT_FALSE(result) << name;
+    EXPECT_EQ(result.GetError().code, ErrorCode::Damaged);
+    EXPECT_EQ(result.GetError().message, name + ": row is missing");
+  };
+  missing((*store)->ReadTreePageBlob(1), "tree/1");
+  missing((*store)->TreePageBlobSize(1), "tree/1");
+  missing((*store)->ReadBoxesBlob(1), "boxes/1");
+  missing((*store)->BoxesBlobSize(1), "boxes/1");
+  missing((*store)->ReadPieceBlob(piece), "levels/0/1");
+  missing((*store)->PieceBlobSize(piece), "levels/0/1");
+}
+
 TEST_F(DamagedStore, EveryRowThatIsDamagedIsNamed)
 {
   BuildOptions options;

@@ -75,6 +75,32 @@ TEST_F(Quotas, AShareOfTheModelInAWindow)
   EXPECT_FALSE(May(*book, "ann", 0)) << "and counts anew";
 }
 
+// A clock that was years ahead for a while leaves nobody refused for years.
+TEST_F(Quotas, OutliveAClockThatWasAhead)
+{
+  auto limits = Share(0.002); // 2 of 1000
+  limits.bytesPerSecond = 1'000'000;
+  limits.regionsPerMinute = 1;
+  const auto book = this->Open(limits);
+  constexpr std::int64_t years = std::int64_t{ 10 } * 365 * 24 * 3600 * second;
+  const auto region = [&book]
+  {
+    const auto taken = book->TakeRegion("ann", "m");
+    return taken && !*taken;
+  };
+  this->time += years;
+  EXPECT_TRUE(May(*book, "ann", 1, "m", 30'000'000));
+  EXPECT_TRUE(region());
+  EXPECT_FALSE(May(*book, "ann", 3)) << "too many bytes";
+  EXPECT_FALSE(region());
+  this->time -= years;
+  EXPECT_TRUE(May(*book, "ann", 4));
+  EXPECT_TRUE(May(*book, "ann", 5)) << "what was had in the future is forgotten";
+  EXPECT_FALSE(May(*book, "ann", 6));
+  EXPECT_TRUE(region());
+  EXPECT_FALSE(region());
+}
+
 TEST_F(Quotas, LeaveAtLeastOnePartition)
 {
   const auto book = this->Open(Share(1e-9));

@@ -6,12 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <fstream>
+#include <sstream>
 
 using namespace kdstream;
 namespace fs = std::filesystem;
@@ -104,6 +106,43 @@ TEST_F(Log, APipeThatNobodyReadsCostsLinesOnly)
   lost = std::stoul(text.substr(text.find("# ") + 2));
   EXPECT_EQ(got + lost, static_cast<std::size_t>(lines));
   EXPECT_GT(lost, 0u);
+}
+
+// A file that may not grow takes part of the lines: the others are counted, and told of once it
+// takes lines again, which begin on a line of their own.
+TEST_F(Log, WhatADiskDoesNotTakeIsCounted)
+{
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{ 1000, before.rlim_max };
+  {
+    const auto log = AccessLog::Open(this->file);
+    ASSERT_TRUE(log);
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    for (int i = 0; i < 100; ++i)
+    {
+      (*log)->Write(this->record);
+    }
+    while ((*log)->Lost() < 80) // some 16 lines have room
+    {
+    }
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    this->record.target = "/after";
+    (*log)->Write(this->record);
+  }
+  std::istringstream text(fixtures::ReadWhole(this->file));
+  std::size_t whole = 0, lost = 0, after = 0;
+  for (std::string line; std::getline(text, line);)
+  {
+    whole += line.ends_with(" 127.0.0.1 \"GET /a\\x20\\x22b\\x22\" 200 512 250.0") ? 1 : 0;
+    after += line.ends_with(" 127.0.0.1 \"GET /after\" 200 512 250.0") ? 1 : 0;
+    EXPECT_EQ(line.find("127.0.0.1"), line.rfind("127.0.0.1")) << line;
+    lost += line.starts_with("# ") ? std::stoul(line.substr(2)) : 0;
+  }
+  EXPECT_GT(whole, 5u);
+  EXPECT_EQ(whole + lost, 100u);
+  EXPECT_EQ(after, 1u);
 }
 
 TEST_F(Log, EndsThoughThePipeIsFull)

@@ -38,7 +38,7 @@ TEST(ClientSocket, LeavesTheHandshakeToOthers)
       answer = peer.Receive("hello");
     });
   std::vector<std::function<void()>> given;
-  ClientSocket socket(acceptor.accept(), *certificate.Current(),
+  ClientSocket socket(acceptor.accept(context.get_executor()), *certificate.Current(),
     [&given](std::function<void()> work) { given.push_back(std::move(work)); });
   std::optional<beast::error_code> shaken;
   socket.Handshake([&shaken](beast::error_code error) { shaken = error; });

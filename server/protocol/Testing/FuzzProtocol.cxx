@@ -49,10 +49,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       (void)ParseServerMessage(text).HasValue();
       break;
     case 2:
-      (void)ParseModel(text).HasValue();
+      (void)kdstream::ParseModel(text).HasValue();
       break;
     case 3:
-      (void)ParseModelList(text).HasValue();
+      (void)kdstream::ParseModelList(text).HasValue();
       break;
     case 4:
       (void)ParseResourcePath(text).HasValue();

@@ -4,6 +4,9 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
+#include "filters/store/Sqlite.h"
+#include "filters/store/Store.h"
+#include "filters/store/StoreSchema.h"
 #include "server/http/Testing/ScarceMemory.h"
 #include "server/protocol/ResourcePath.h"
 
@@ -82,6 +85,14 @@ TEST_F(Folder, AnEmptyFolderIsAnEmptyCatalogAndAMissingOneAnError)
   ASSERT_TRUE(this->catalog.Reload());
   EXPECT_TRUE(this->catalog.Models().empty());
   fs::remove_all(this->folder);
+  for (int looks = 0; looks < 2; ++looks)
+  {
+    this->catalog.Look();
+  }
+  EXPECT_EQ(
+    this->reports, std::vector<std::string>{ "stores: there is no such folder; the models of "
+                                             "before are served" })
+    << "once";
   const auto status = this->catalog.Reload();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.GetError().code, ErrorCode::NotFound);
@@ -251,6 +262,50 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
   ASSERT_EQ(this->reports.size(), 1u);
   EXPECT_NE(this->reports[0].find("sheet.kds: "), std::string::npos);
   EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
+}
+
+// However right the checksum of its row is.
+TEST_F(Folder, ABlobOfNoBytesIsDamaged)
+{
+  const auto told = this->Build("sheet.kds", 40);
+  {
+    const auto database = OpenForWriting(this->folder / "sheet.kds");
+    const PieceId piece{ Resolution::Original(), NodeOfPartition(0, told.depths) };
+    const auto vertices = QueryInteger(
+      database->get(), "SELECT vertices FROM pieces WHERE id = " + std::to_string(PieceRow(piece)));
+    const auto triangles = QueryInteger(database->get(),
+      "SELECT triangles FROM pieces WHERE id = " + std::to_string(PieceRow(piece)));
+    const auto checksum = PieceChecksum(
+      piece, static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*triangles), {});
+    ASSERT_TRUE(Execute(
+      database->get(), "UPDATE pieces SET data = x'', checksum = " + std::to_string(checksum) +
+                         " WHERE id = " + std::to_string(PieceRow(piece))));
+  }
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  ASSERT_TRUE(model);
+  const auto blob = model->ReadBlob(BlobId::Partition(0));
+  ASSERT_FALSE(blob);
+  EXPECT_EQ(blob.GetError().code, ErrorCode::Damaged);
+  EXPECT_EQ(blob.GetError().message, "partitions/0: 0 bytes are no blob");
+  const auto size = model->BlobSize(BlobId::Partition(0));
+  ASSERT_FALSE(size);
+  EXPECT_EQ(size.GetError().code, ErrorCode::Damaged);
+  EXPECT_TRUE(model->ReadBlob(BlobId::Partition(1)));
+}
+
+// Fuzz targets start from them: a new version of the store needs new ones (WriteSmallStores).
+TEST_F(Folder, TheSmallStoresThatAreKeptAreWhole)
+{
+  std::size_t stores = 0;
+  for (const auto& entry : fs::directory_iterator(KDSTREAM_SMALL_STORES))
+  {
+    const auto store = Store::Open(entry.path());
+    ASSERT_TRUE(store) << entry.path() << store.GetError().message;
+    EXPECT_TRUE((*store)->Verify().empty()) << entry.path();
+    ++stores;
+  }
+  EXPECT_EQ(stores, 5u);
 }
 
 TEST_F(Folder, DamagedBoxesAreReportedAndForbidRegionsOnly)

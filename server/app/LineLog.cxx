@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/app/LineLog.h"
+
+#include "filters/core/SystemReason.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// Does not wait for a pipe's reader: without one it fails.
+int OpenFile(const std::string& file)
+{
+  if (file == "-")
+  {
+    return STDERR_FILENO;
+  }
+  constexpr int flags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOCTTY;
+  const int opened = ::open(file.c_str(), flags | O_NONBLOCK, 0644);
+  if (opened >= 0)
+  {
+    ::fcntl(opened, F_SETFL, O_APPEND);
+  }
+  return opened;
+}
+
+void CloseFile(int file)
+{
+  if (file != STDERR_FILENO)
+  {
+    ::close(file);
+  }
+}
+
+// How many bytes of the text were written: all, or as many as a disk took before it was full.
+std::size_t WriteAll(int file, std::string_view text)
+{
+  std::size_t done = 0;
+  while (done < text.size())
+  {
+    const auto written = ::write(file, text.data() + done, text.size() - done);
+    if (written < 0 && errno != EINTR)
+    {
+      break;
+    }
+    done += written < 0 ? 0 : static_cast<std::size_t>(written);
+  }
+  return done;
+}
+
+std::uint64_t LinesIn(std::string_view text)
+{
+  return static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+}
+
+// What the thread that writes shares with those who have lines for it. It may outlive the log,
+// where it is stuck in a pipe.
+struct LineLog::Writer
+{
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::string waiting;
+  std::string before; // what goes to the old file yet
+  std::uint64_t lost = 0;
+  std::uint64_t untold = 0; // of the lost ones
+  TellLost tellLost = LostAsText;
+  int file = -1;
+  int next = -1;     // takes the place of `file`
+  bool torn = false; // the file ends amid a line
+  bool ending = false, ended = false;
+
+  void Run()
+  {
+    std::unique_lock lock(this->mutex);
+    for (bool last = false; !last;)
+    {
+      this->changed.wait(
+        lock, [this] { return this->ending || this->next >= 0 || !this->waiting.empty(); });
+      const int then = std::exchange(this->next, -1);
+      last = then < 0 && this->waiting.empty(); // is ending
+      std::string text;
+      text.swap(then < 0 ? this->waiting : this->before);
+      this->Write(lock, text);
+      if (then >= 0)
+      {
+        CloseFile(std::exchange(this->file, then));
+        this->torn = false;
+      }
+    }
+    CloseFile(this->file);
+    this->ended = true;
+    this->changed.notify_all();
+  }
+
+  // The text, and how many lines are missing after it or before it. Without the lock while it
+  // writes.
+  void Write(std::unique_lock<std::mutex>& lock, const std::string& text)
+  {
+    std::string note;
+    try
+    {
+      note = this->untold == 0 ? "" : this->tellLost(this->untold);
+    }
+    catch (...) // no memory: it is told next time
+    {
+    }
+    const auto told = note.empty() ? 0 : std::exchange(this->untold, 0);
+    const int to = this->file;
+    lock.unlock();
+    const bool mended = !this->torn || WriteAll(to, "\n") == 1;
+    const auto written = mended ? WriteAll(to, text) : 0;
+    const bool noted = written == text.size() && WriteAll(to, note) == note.size();
+    lock.lock();
+    const auto missing = LinesIn(std::string_view(text).substr(written));
+    this->lost += missing;
+    this->untold += missing + (noted ? 0 : told);
+    this->torn = !mended || (written < text.size() && written > 0 && text[written - 1] != '\n');
+  }
+};
+
+std::string LineLog::LostAsText(std::uint64_t count)
+{
+  return "# " + std::to_string(count) + " lines are lost\n";
+}
+
+Result<std::shared_ptr<LineLog>> LineLog::Open(const std::string& file, TellLost tellLost)
+{
+  auto writer = std::make_shared<Writer>();
+  writer->tellLost = tellLost;
+  writer->file = OpenFile(file);
+  if (writer->file < 0)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  return std::shared_ptr<LineLog>(new LineLog(file, std::move(writer)));
+}
+
+LineLog::LineLog(std::string file, std::shared_ptr<Writer> writer)
+  : File(std::move(file))
+  , Lines(std::move(writer))
+{
+  std::thread([lines = this->Lines] { lines->Run(); }).detach();
+}
+
+LineLog::~LineLog()
+{
+  std::unique_lock lock(this->Lines->mutex);
+  this->Lines->ending = true;
+  this->Lines->changed.notify_all();
+  this->Lines->changed.wait_for(
+    lock, std::chrono::seconds(1), [this] { return this->Lines->ended; });
+}
+
+void LineLog::Add(std::string_view line) noexcept
+{
+  const std::lock_guard lock(this->Lines->mutex);
+  try
+  {
+    if (this->Lines->waiting.size() + line.size() <= waitingBytes)
+    {
+      this->Lines->waiting += line;
+      this->Lines->changed.notify_all();
+      return;
+    }
+  }
+  catch (...) // no memory
+  {
+  }
+  ++this->Lines->lost;
+  ++this->Lines->untold;
+}
+
+std::uint64_t LineLog::Lost() const
+{
+  const std::lock_guard lock(this->Lines->mutex);
+  return this->Lines->lost;
+}
+
+Status LineLog::Reopen()
+{
+  const int file = OpenFile(this->File);
+  if (file < 0)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  const std::lock_guard lock(this->Lines->mutex);
+  if (this->Lines->next >= 0)
+  {
+    CloseFile(this->Lines->next);
+  }
+  this->Lines->next = file;
+  this->Lines->before += this->Lines->waiting;
+  this->Lines->waiting.clear();
+  this->Lines->changed.notify_all();
+  return {};
+}
+
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lines of text that go to a file, or to stderr, from a thread of their own: a disk that is full or
+// slow, or a pipe that nobody reads, costs lines, never the time of those who write them.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+class LineLog
+{
+public:
+  // Lines that wait for the disk take at most so many bytes; further ones are lost.
+  static constexpr std::size_t waitingBytes = std::size_t{ 4 } << 20;
+
+  // The line, with its end, that says that `count` lines are missing.
+  using TellLost = std::string (*)(std::uint64_t count);
+  // "# 17 lines are lost"
+  static std::string LostAsText(std::uint64_t count);
+
+  // Appends to `file`; "-" is stderr. Errors: InputOutput.
+  static Result<std::shared_ptr<LineLog>> Open(
+    const std::string& file, TellLost tellLost = LostAsText);
+  // Writes what waits, for at most a second.
+  ~LineLog();
+  LineLog(const LineLog&) = delete;
+  LineLog& operator=(const LineLog&) = delete;
+
+  // With its end. Waits for nobody, and what there is no memory for is lost. From any thread.
+  void Add(std::string_view line) noexcept;
+
+  // How many lines have been lost so far, be it that too many waited or that they could not be
+  // written. The log itself says how many, once it takes lines again.
+  std::uint64_t Lost() const;
+
+  // What comes from now on goes to what has the file's name now: log rotation. Errors: InputOutput;
+  // then the lines go on where they went.
+  Status Reopen();
+
+private:
+  struct Writer;
+  LineLog(std::string file, std::shared_ptr<Writer> writer);
+  std::string File;
+  std::shared_ptr<Writer> Lines;
+};
+
+}

@@ -1,0 +1,512 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// kdstream-serve on a system that fails it: the disk, descriptors, memory, the log's reader, the
+// clock, TLS. What fails is the request that needs it and no other; it is said and counted; and all
+// is well again when the system is, without a restart. Arguments: the program, the library of
+// faults.
+#include "filters/model/ModelJson.h"
+#include "server/app/Testing/Faults.h"
+#include "server/app/Testing/ServeProcess.h"
+#include "server/http/Testing/HttpTestClient.h"
+#include "server/http/Testing/SelfSigned.h"
+#include "server/http/Testing/TlsTestClient.h"
+#include "server/protocol/ResourcePath.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <fstream>
+#include <thread>
+
+using namespace kdstream;
+
+namespace
+{
+
+std::string library;
+
+class Faulty : public Serve
+{
+protected:
+  const fs::path shared = this->folder / "faults", keys = this->folder / "tokens.json";
+  Faults* faults = nullptr;
+
+  void SetUp() override
+  {
+    Serve::SetUp();
+    std::signal(SIGPIPE, SIG_IGN);
+    this->Build("one.kds");
+    this->faults = MapFaults(this->shared.c_str(), true);
+    ASSERT_NE(this->faults, nullptr);
+    ::setenv(faultsVariable, this->shared.c_str(), 1);
+    ::setenv("LD_PRELOAD", library.c_str(), 1);
+  }
+  void TearDown() override
+  {
+    ::unsetenv("LD_PRELOAD");
+    ::unsetenv(faultsVariable);
+    ::munmap(this->faults, sizeof(Faults));
+  }
+  std::vector<std::string> Arguments(const std::vector<std::string>& more = {}) const
+  {
+    // Nothing that was read is kept, so that each answer needs the disk.
+    std::vector<std::string> arguments{ this->stores, "--port", "0", "--cache-memory", "0" };
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  // What a metric is now.
+  static std::uint64_t Count(std::uint16_t port, const std::string& name)
+  {
+    const auto metrics = HttpTestClient(port).Get("/metrics");
+    if (!metrics)
+    {
+      return 0;
+    }
+    const auto place = ("\n" + metrics->body).find("\n" + name + " ");
+    EXPECT_NE(place, std::string::npos) << name;
+    return place == std::string::npos ? 0 : std::stoull(metrics->body.substr(place + name.size()));
+  }
+  static std::string BlobOf(HttpTestClient& client, std::uint32_t partition = 0,
+    const std::string& model = "one", const std::string& fields = {})
+  {
+    const auto told = client.Get("/api/models/" + model + "/model.json", fields);
+    const auto parsed = told ? ParseModel(told->body) : Error{};
+    EXPECT_TRUE(parsed) << model;
+    const auto id = protocol::BlobId::Partition(partition);
+    return parsed ? protocol::BlobPath(model, parsed->digest, id) : "";
+  }
+  // A store of 128 partitions.
+  void BuildGrid(const std::string& name) const
+  {
+    constexpr std::uint32_t side = 160;
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < side * side; ++i)
+    {
+      mesh.points.push_back({ double(i % side), double(i / side), double(i * i % 7) });
+      if (i % side != 0 && i >= side)
+      {
+        mesh.triangles.push_back({ i, i - 1, i - side });
+      }
+    }
+    BuildOptions options;
+    options.tree.partitions = 128;
+    EXPECT_TRUE(BuildStore(std::move(mesh), "grid.ply", this->stores / name, options));
+  }
+  // Keys in a file, and a token of them.
+  std::string MakeToken() const
+  {
+    std::ofstream(this->keys) << R"({"secret":"0123456789abcdef0123456789abcdef"})";
+    fs::permissions(this->keys, fs::perms::owner_read | fs::perms::owner_write);
+    Process process(
+      { "token", "--tokens", this->keys, "--sub", "ann", "--models", "*", "--detail", "regions" });
+    const auto token = process.OutLine();
+    EXPECT_EQ(process.Wait(), 0);
+    return token;
+  }
+  static bool Has(std::uint16_t port, const std::string& model)
+  {
+    const auto answer = HttpTestClient(port).Get("/api/models/" + model + "/model.json");
+    return answer && answer->status == 200;
+  }
+};
+
+}
+
+TEST_F(Faulty, ADiskThatCannotBeRead)
+{
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  this->BuildGrid("grid.kds");
+  Process serve(this->Arguments({ "--web", this->folder }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+  ASSERT_TRUE(stream.Await(1).opened);
+  const auto warning = [this](std::uint32_t partition)
+  {
+    return "kdstream-serve: warning: " + (this->stores / "grid.kds").string() + ": partitions/" +
+           std::to_string(partition) + ": cannot be read or written: Input/output error";
+  };
+
+  // Of what was read before SQLite has pages in memory: each is another partition.
+  this->faults->reading = EIO;
+  for (std::uint32_t partition = 0; partition < 3; ++partition)
+  {
+    const auto refused = client.Get(BlobOf(client, partition, "grid"));
+    ASSERT_TRUE(refused);
+    EXPECT_EQ(refused->status, 503u) << refused->body;
+    EXPECT_EQ(refused->Field("Retry-After"), "1");
+  }
+  const auto page = client.Get("/page");
+  ASSERT_TRUE(page);
+  EXPECT_EQ(page->status, 503u) << page->body;
+  stream.Ask({ 2, protocol::PartitionsRequest{ { 3, 4 } } });
+  const auto part = stream.Await(2);
+  ASSERT_EQ(part.blobErrors.size(), 2u);
+  EXPECT_EQ(part.blobErrors[0].code, 503u);
+  EXPECT_TRUE(part.end) << "the request goes on to its end";
+  EXPECT_EQ(client.Get("/api/models.json")->status, 200u) << "what needs no disk";
+  EXPECT_EQ(client.Get("/readyz")->status, 200u);
+  EXPECT_EQ(Count(port, "kdstream_failed_blobs_total"), 5u);
+  EXPECT_EQ(Count(port, "kdstream_requests_total{status=\"503\"}"), 4u);
+  EXPECT_EQ(serve.ErrorLine(), warning(0));
+  this->Build("two.kds");
+  serve.Signal(SIGHUP); // or it would be taken for half of a copy, for a while
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + (this->stores / "two.kds").string() +
+                                 ": cannot be read or written: Input/output error; it is left out, "
+                                 "the other stores are served")
+    << "the other is said once, however often it was asked for";
+  EXPECT_FALSE(Has(port, "two"));
+
+  this->faults->Clear();
+  const auto store = Store::Open(this->stores / "grid.kds");
+  for (std::uint32_t partition = 0; partition < 6; ++partition)
+  {
+    const auto blob = client.Get(BlobOf(client, partition, "grid"))->body;
+    const auto node = NodeOfPartition(partition, (*store)->Info().depths);
+    const auto whole = (*store)->ReadPieceBlob({ Resolution::Original(), node });
+    ASSERT_TRUE(whole);
+    EXPECT_EQ(blob, std::string(whole->begin(), whole->end()));
+  }
+  EXPECT_EQ(client.Get("/page")->body, "page");
+  stream.Ask({ 3, protocol::PartitionsRequest{ { 3, 4 } } });
+  EXPECT_EQ(stream.Await(3).blobs.size(), 2u);
+  while (!Has(port, "two"))
+  {
+  }
+  this->faults->reading = EIO;
+  EXPECT_EQ(client.Get(BlobOf(client, 100, "grid"))->status, 503u);
+  EXPECT_EQ(serve.ErrorLine(), warning(100)) << "said again, after it had been well";
+}
+
+TEST_F(Faulty, NoDescriptors)
+{
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  Process serve(this->Arguments({ "--web", this->folder }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client);
+  this->faults->opening = EMFILE;
+  EXPECT_EQ(client.Get("/page")->status, 503u);
+  EXPECT_EQ(client.Get(blob)->status, 200u) << "a store is open already";
+  this->Build("two.kds");
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
+                                 ": cannot be read: Too many open files; the models of before are "
+                                 "served");
+  this->faults->accepting = EMFILE;
+  {
+    HttpTestClient waits(port);
+    while (client.Get("/metrics")->body.find("kdstream_failures_total{what=\"accept\"} 0\n") !=
+           std::string::npos)
+    {
+    }
+  }
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: error: a connection cannot be accepted: Too many open files");
+  EXPECT_EQ(client.Get(blob)->status, 200u) << "who is in stays in";
+  this->faults->Clear();
+  EXPECT_EQ(HttpTestClient(port).Get("/page")->body, "page");
+  while (!Has(port, "two"))
+  {
+  }
+}
+
+TEST_F(Faulty, NoMemoryForAConnection)
+{
+  Process serve(this->Arguments());
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto list = client.Get("/api/models.json")->body;
+  this->faults->leastBytes = 2000;
+  this->faults->allocation = 1;
+  // A connection needs more: it is ended, and the next accepted.
+  EXPECT_FALSE(HttpTestClient(port).Get("/api/models.json"));
+  EXPECT_EQ(client.Get("/api/models.json")->body, list) << "who is in stays in";
+  this->faults->Clear();
+  EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->body, list);
+  EXPECT_GE(Count(port, "kdstream_failures_total{what=\"connection\"}"), 1u);
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: out of memory");
+}
+
+// Each so manieth allocation fails, whatever it is for, while clients ask for all kinds of things
+// and stores come. Each gets an answer or loses its connection; the server stays, and then is well.
+TEST_F(Faulty, MemoryThatFailsNowAndThen)
+{
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  const auto log = this->folder / "access.log";
+  Process serve(this->Arguments({ "--web", this->folder, "--access-log", log }));
+  const auto port = serve.Port();
+  HttpTestClient before(port);
+  const auto blob = BlobOf(before);
+  const auto whole = before.Get(blob)->body;
+  for (const std::uint64_t every : { 997u, 331u, 101u, 53u, 29u, 17u, 11u, 7u })
+  {
+    this->faults->allocation = every;
+    for (int round = 0; round < 20; ++round)
+    {
+      HttpTestClient client(port);
+      for (const auto& target : { blob, std::string("/page"), std::string("/api/models.json"),
+             std::string("/api/models/one/model.json"), std::string("/metrics") })
+      {
+        const auto answer = client.Get(target);
+        if (!answer)
+        {
+          break;
+        }
+        EXPECT_TRUE(answer->status == 200 || answer->status >= 500) << answer->status << target;
+        EXPECT_TRUE(target != blob || answer->status != 200 || answer->body == whole);
+      }
+      StreamTestClient stream(port);
+      if (stream.Open())
+      {
+        stream.Ask({ 1, protocol::OpenRequest{ "one" } });
+        stream.Ask({ 2, protocol::RegionRequest{ 1, 1, {} } });
+        (void)stream.Await(1); // an answer, or the end of the stream
+        (void)stream.Await(2);
+      }
+    }
+    this->Build("new" + std::to_string(every) + ".kds");
+    serve.Signal(SIGHUP);
+  }
+  EXPECT_GT(this->faults->struck, 100u);
+  this->faults->Clear();
+  serve.Signal(SIGHUP);
+  HttpTestClient client(port);
+  EXPECT_EQ(client.Get(blob)->body, whole);
+  EXPECT_EQ(client.Get("/page")->body, "page");
+  while (!Has(port, "new7"))
+  {
+  }
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.Ask({ 1, protocol::OpenRequest{ "one" } });
+  ASSERT_TRUE(stream.Await(1).opened);
+  stream.Ask({ 2, protocol::PartitionsRequest{ { 0 } } });
+  EXPECT_EQ(stream.Await(2).blobs.size(), 1u);
+  while (Count(port, "kdstream_connections") > 4) // no seat stays taken: three, and who asks
+  {
+  }
+  stream.Close();
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Faulty, AFullDisk)
+{
+  const auto log = this->folder / "access.log";
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  Process serve(this->Arguments({ "--access-log", log, "--tokens", this->keys, "--quota-file",
+    this->folder / "quotas.db", "--quota-bytes", "1G" }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client, 0, "one", fields);
+  EXPECT_EQ(client.Get(blob, fields)->status, 200u);
+  while (fixtures::ReadWhole(log).find("/partitions/0") == std::string::npos)
+  {
+  }
+  this->faults->writing = ENOSPC;
+  for (int i = 0; i < 2; ++i)
+  {
+    EXPECT_EQ(client.Get(blob, fields)->status, 503u) << "what cannot be entered is not given";
+  }
+  EXPECT_EQ(client.Get("/api/models.json", fields)->status, 200u) << "though it cannot be logged";
+  while (Count(port, "kdstream_lost_log_lines_total") < 3)
+  {
+  }
+  EXPECT_EQ(Count(port, "kdstream_failures_total{what=\"quota\"}"), 2u);
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: error: the quotas cannot be kept: database or disk is full");
+  this->faults->Clear();
+  EXPECT_EQ(client.Get(blob, fields)->status, 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.AnyErrorLine(), "") << "said once";
+  const auto text = fixtures::ReadWhole(log);
+  EXPECT_NE(text.find(" lines are lost\n"), std::string::npos) << text;
+  EXPECT_EQ(text.find(" 503 "), std::string::npos) << text;
+}
+
+// Nobody reads what the server says: its stderr is full, and so is the pipe of its log.
+TEST_F(Faulty, PipesThatNobodyReads)
+{
+  const auto log = this->folder / "access.log";
+  ASSERT_EQ(::mkfifo(log.c_str(), 0600), 0);
+  const int reader = ::open(log.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(reader, 0);
+  this->BuildGrid("grid.kds");
+  Process serve(this->Arguments({ "--access-log", log, "--audit-log", "-" }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client);
+  // Some 100 bytes a request into either pipe, which hold 65536.
+  for (int i = 0; i < 3000; ++i)
+  {
+    ASSERT_EQ(client.Get(blob)->status, 200u);
+  }
+  for (std::uint32_t partition = 0; partition < 10; ++partition)
+  {
+    const auto other = BlobOf(client, 10 * partition, "grid");
+    this->faults->reading = EIO; // of which it warns
+    EXPECT_EQ(client.Get(other)->status, 503u);
+    this->faults->Clear();
+    EXPECT_EQ(client.Get(other)->status, 200u);
+  }
+  this->Build("broken.kds");
+  std::ofstream(this->stores / "broken.kds") << "nonsense";
+  serve.Signal(SIGHUP); // warns, too
+  this->Build("two.kds");
+  while (!Has(port, "two"))
+  {
+  }
+  ::close(reader);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Faulty, AClockThatJumps)
+{
+  constexpr std::int64_t years = std::int64_t{ 10 } * 365 * 24 * 3600;
+  const auto log = this->folder / "access.log";
+  Process serve(this->Arguments({ "--access-log", log }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client);
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.Ask({ 1, protocol::OpenRequest{ "one" } });
+  ASSERT_TRUE(stream.Await(1).opened);
+  std::uint32_t request = 1;
+  for (const auto ahead : { years, -years, std::int64_t{ 0 } })
+  {
+    this->faults->ahead = ahead;
+    EXPECT_EQ(client.Get(blob)->status, 200u) << ahead;
+    stream.Ask({ ++request, protocol::PartitionsRequest{ { 0 } } });
+    EXPECT_EQ(stream.Await(request).blobs.size(), 1u) << ahead;
+    const auto name = "new" + std::to_string(request);
+    this->Build(name + ".kds");
+    while (!Has(port, name))
+    {
+    }
+    std::ofstream(this->stores / ("broken" + name + ".kds")) << "nonsense";
+    serve.Signal(SIGHUP);
+    // The one of before may be said twice: seen, and read again.
+    while (
+      serve.ErrorLine().find("broken" + name + ".kds: not a KdStream store") == std::string::npos)
+    {
+    }
+    fs::remove(this->stores / ("broken" + name + ".kds"));
+  }
+  stream.Close();
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+// Tokens go by the clock: one that has expired ends what it was for, and counts again once the
+// clock is set right.
+TEST_F(Faulty, ATokenWhileTheClockJumps)
+{
+  const auto token = this->MakeToken();
+  const auto fields = "Authorization: Bearer " + token + "\r\n";
+  Process serve(this->Arguments({ "--tokens", this->keys }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  for (int round = 0; round < 2; ++round)
+  {
+    EXPECT_EQ(client.Get("/api/models.json", fields)->status, 200u);
+    StreamTestClient stream(port);
+    ASSERT_TRUE(stream.Open(std::string(protocol::streamSubprotocol) + ", " + token));
+    this->faults->ahead = std::int64_t{ 10 } * 365 * 24 * 3600;
+    EXPECT_EQ(client.Get("/api/models.json", fields)->status, 401u);
+    while (stream.Receive())
+    {
+      // Why it ends.
+    }
+    EXPECT_EQ(stream.CloseCode(), 1008u);
+    this->faults->Clear();
+  }
+}
+
+// A store that is broken is told of though its time is far ahead of the clock, which was set back.
+TEST_F(Faulty, AClockThatWasSetBackHidesNothing)
+{
+  Process serve(this->Arguments());
+  const auto port = serve.Port();
+  EXPECT_TRUE(Has(port, "one"));
+  this->faults->ahead = -std::int64_t{ 365 } * 24 * 3600;
+  std::ofstream(this->stores / "broken.kds") << "nonsense";
+  EXPECT_NE(serve.ErrorLine().find("broken.kds: not a KdStream store"), std::string::npos);
+}
+
+TEST_F(Faulty, NoTlsForAConnection)
+{
+  const auto certificate = this->folder / "cert.pem", key = this->folder / "key.pem";
+  WriteSelfSigned(certificate, key);
+  Process serve(
+    this->Arguments({ "--tls-cert", certificate, "--tls-key", key, "--admin", "127.0.0.1:0" }));
+  const auto admin = serve.AdminPort();
+  const auto port = serve.Port("https");
+  const std::string ask = "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n";
+  TlsTestClient seated(port);
+  seated.Send(ask);
+  EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  this->faults->tls = ENOMEM;
+  for (int i = 0; i < 3; ++i)
+  {
+    EXPECT_FALSE(TlsTestClient(port).IsConnected());
+  }
+  seated.Send(ask);
+  EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "who is in stays in";
+  EXPECT_EQ(Count(admin, "kdstream_failures_total{what=\"connection\"}"), 3u);
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: out of memory");
+  this->faults->Clear();
+  TlsTestClient after(port);
+  after.Send(ask);
+  EXPECT_EQ(after.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+}
+
+TEST_F(Faulty, MemoryThatFailsNowAndThenUnderTls)
+{
+  const auto certificate = this->folder / "cert.pem", key = this->folder / "key.pem";
+  WriteSelfSigned(certificate, key);
+  const auto token = this->MakeToken();
+  Process serve(this->Arguments({ "--tls-cert", certificate, "--tls-key", key, "--tokens",
+    this->keys, "--quota-file", this->folder / "quotas.db", "--quota-bytes", "1G", "--audit-log",
+    this->folder / "audit.log" }));
+  const auto port = serve.Port("https");
+  const auto digest = (*Store::Open(this->stores / "one.kds"))->Info().digest;
+  const auto ask = "GET " + protocol::BlobPath("one", digest, protocol::BlobId::Partition(0)) +
+                   " HTTP/1.1\r\nHost: a\r\nAuthorization: Bearer " + token + "\r\n\r\n";
+  const std::string end = "\r\n\r\n";
+  for (const std::uint64_t every : { 997u, 331u, 101u, 53u, 29u, 17u, 7u })
+  {
+    this->faults->allocation = every;
+    for (int round = 0; round < 20; ++round)
+    {
+      TlsTestClient client(port);
+      client.Send(ask);
+      const auto answer = client.Receive(end);
+      EXPECT_TRUE(answer.empty() || answer.starts_with("HTTP/1.1 ")) << answer;
+    }
+    fs::last_write_time(this->keys, fs::file_time_type::clock::now()); // they are read again
+    serve.Signal(SIGHUP);
+  }
+  this->faults->Clear();
+  TlsTestClient after(port);
+  after.Send(ask);
+  EXPECT_EQ(after.Receive(end).substr(0, 15), "HTTP/1.1 200 OK");
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+int main(int argc, char** argv)
+{
+  testing::InitGoogleTest(&argc, argv);
+  program = argc > 1 ? argv[1] : "";
+  library = argc > 2 ? argv[2] : "";
+  return RUN_ALL_TESTS();
+}

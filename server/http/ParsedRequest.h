@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From a client's bytes, through Beast's parser, to a request as the routes see it. Internal to the
+// server.
+#pragma once
+
+#include "server/http/HttpMessage.h"
+
+#include <boost/beast/core/string.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/parser.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace kdstream
+{
+
+using RequestParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
+using ParsedRequest = RequestParser::value_type;
+
+// No header (its line and its fields) of more than so many bytes, and no body.
+inline void SetLimits(RequestParser& parser, std::size_t headerBytes)
+{
+  parser.header_limit(static_cast<std::uint32_t>(headerBytes));
+  parser.body_limit(0);
+  parser.eager(true);
+}
+
+// The fields of a name, joined by commas.
+inline std::string JoinedFields(const ParsedRequest& request, boost::beast::string_view name)
+{
+  std::string values;
+  const auto range = request.equal_range(name);
+  for (auto each = range.first; each != range.second; ++each)
+  {
+    values += values.empty() ? "" : ",";
+    values.append(each->value().data(), each->value().size());
+  }
+  return values;
+}
+
+// client: its address.
+inline HttpRequest PlainRequest(const ParsedRequest& request, const std::string& client)
+{
+  namespace http = boost::beast::http;
+  const auto field = [&](http::field name)
+  {
+    const auto value = request[name];
+    return std::string(value.data(), value.size());
+  };
+  const auto method = request.method_string();
+  const auto target = request.target();
+  return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
+    field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
+    JoinedFields(request, "Accept-Encoding"), field(http::field::authorization), client };
+}
+
+}

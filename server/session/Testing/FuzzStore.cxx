@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// libFuzzer's entry to stores: the input is a store's file. It is served as a server does, each of
+// its blobs, and read and verified as a program does. Mutations are of bytes, or of what stands in
+// a row, whose checksum is made right again, so that what lies behind the checksums is reached.
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/Seal.h"
+#include "filters/codec/TreePage.h"
+#include "filters/store/Store.h"
+#include "filters/store/StoreSchema.h"
+#include "server/session/BlobList.h"
+#include "server/session/StoreCatalog.h"
+
+#include <sqlite3.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace kdstream;
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t most);
+
+// A store that was written in the last 20 ms is waited for: here the time is a second ahead of what
+// files are stamped with, or there would be fifty runs a second.
+extern "C" int clock_gettime(clockid_t clock, timespec* time)
+{
+  const auto result = static_cast<int>(::syscall(SYS_clock_gettime, clock, time));
+  time->tv_sec += clock == CLOCK_REALTIME ? 1 : 0;
+  return result;
+}
+
+namespace
+{
+
+constexpr std::size_t mostBlobs = 500;
+
+void Require(bool holds, const char* what)
+{
+  if (!holds)
+  {
+    std::fprintf(stderr, "FuzzStore: %s\n", what);
+    std::abort();
+  }
+}
+
+// In memory, where there is such a folder.
+class Folder
+{
+public:
+  Folder()
+    : Path((std::filesystem::exists("/dev/shm") ? "/dev/shm"
+                                                : std::filesystem::temp_directory_path()) /
+           ("kdstream-fuzz-" + std::to_string(::getpid())))
+  {
+    std::filesystem::create_directories(this->Path);
+  }
+  ~Folder() { std::filesystem::remove_all(this->Path); }
+  const std::filesystem::path Path;
+};
+
+std::vector<protocol::BlobId> BlobsOf(const ModelDescription& model)
+{
+  using protocol::BlobId;
+  std::vector<BlobId> blobs;
+  for (const NodeId page : TreePages(model.depths))
+  {
+    blobs.push_back(BlobId::TreePage(page));
+  }
+  for (const NodeId node : AllPartitionBoxes(model.depths))
+  {
+    blobs.push_back(BlobId::PartitionBoxes(node));
+  }
+  for (std::uint8_t level = 0; level < model.levels.size(); ++level)
+  {
+    const NodeId first = NodeId{ 1 } << PieceDepth(Resolution::Level(level), model.depths);
+    for (NodeId node = first; node < 2 * first && blobs.size() < mostBlobs; ++node)
+    {
+      blobs.push_back(BlobId::LevelPiece(level, node));
+    }
+  }
+  for (std::uint32_t p = 0; p < model.partitions && blobs.size() < 2 * mostBlobs; ++p)
+  {
+    blobs.push_back(BlobId::Partition(p));
+  }
+  return blobs;
+}
+
+void Serve(const ServedModel& model)
+{
+  (void)model.Json()->size();
+  (void)model.CheckUnchanged().HasValue();
+  (void)model.Boxes().HasValue();
+  for (const auto& id : BlobsOf(model.Description()))
+  {
+    const auto size = model.BlobSize(id); // first: what was read is in memory
+    const auto bytes = model.ReadBlob(id);
+    Require(!bytes || (size && *size == (*bytes)->size()), "a blob of another size");
+    Require(bytes || !bytes.GetError().message.empty(), "an error without words");
+  }
+  const protocol::ClientMessage region{ 1, protocol::RegionRequest{ 1, 3, {} } };
+  (void)ListBlobs(model, region, 1000).HasValue();
+}
+
+void Read(const std::filesystem::path& file)
+{
+  const auto store = Store::Open(file);
+  if (!store)
+  {
+    Require(!store.GetError().message.empty(), "an error without words");
+    return;
+  }
+  const bool whole = (*store)->Verify().empty();
+  std::size_t read = 0;
+  for (const PieceId id : (*store)->PieceIds())
+  {
+    const auto piece = (*store)->ReadPiece(id);
+    Require(piece || !whole, "a whole store with a piece that cannot be read");
+    if (++read > mostBlobs)
+    {
+      break;
+    }
+  }
+}
+
+struct CloseConnection
+{
+  void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+};
+struct FinalizeStatement
+{
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+using Connection = std::unique_ptr<sqlite3, CloseConnection>;
+using Query = std::unique_ptr<sqlite3_stmt, FinalizeStatement>;
+
+// The bytes as a database in memory; null where they are none.
+Connection Deserialized(const std::uint8_t* data, std::size_t size)
+{
+  sqlite3* raw = nullptr;
+  Connection database(sqlite3_open(":memory:", &raw) == SQLITE_OK ? raw : nullptr);
+  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(size));
+  std::memcpy(copy, data, size);
+  const auto bytes = static_cast<sqlite3_int64>(size);
+  const int status = sqlite3_deserialize(raw, "main", copy, bytes, bytes,
+    SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_RESIZEABLE);
+  return status == SQLITE_OK ? std::move(database) : nullptr;
+}
+
+Query Prepared(sqlite3* database, const std::string& sql)
+{
+  sqlite3_stmt* raw = nullptr;
+  sqlite3_prepare_v2(database, sql.c_str(), -1, &raw, nullptr);
+  return Query(raw);
+}
+
+std::vector<std::uint8_t> Mutated(std::span<const std::uint8_t> bytes)
+{
+  std::vector<std::uint8_t> mutated(bytes.begin(), bytes.end());
+  mutated.resize(bytes.size() + 64);
+  mutated.resize(LLVMFuzzerMutate(mutated.data(), bytes.size(), mutated.size()));
+  return mutated;
+}
+
+std::span<const std::uint8_t> BlobOf(sqlite3_stmt* row, int column)
+{
+  return { static_cast<const std::uint8_t*>(sqlite3_column_blob(row, column)),
+    static_cast<std::size_t>(sqlite3_column_bytes(row, column)) };
+}
+
+bool Update(sqlite3* database, const std::string& sql, std::span<const std::uint8_t> data,
+  std::int64_t checksum, std::int64_t key)
+{
+  const auto update = Prepared(database, sql);
+  sqlite3_bind_blob64(update.get(), 1, data.data(), data.size(), SQLITE_TRANSIENT);
+  sqlite3_bind_int64(update.get(), 2, checksum);
+  sqlite3_bind_int64(update.get(), 3, key);
+  return sqlite3_step(update.get()) == SQLITE_DONE;
+}
+
+bool MutateMetadata(sqlite3* database)
+{
+  const auto row = Prepared(database, "SELECT value FROM metadata WHERE key = 'model'");
+  if (sqlite3_step(row.get()) != SQLITE_ROW)
+  {
+    return false;
+  }
+  const auto json = Mutated(BlobOf(row.get(), 0));
+  const std::string text(json.begin(), json.end());
+  return Update(database,
+    "UPDATE metadata SET value = CAST(?1 AS TEXT), checksum = ?2 WHERE key = 'model' OR ?3 = 1",
+    json, MetadataChecksum("model", text), 0);
+}
+
+// The last bytes of a blob are a checksum of its own.
+std::vector<std::uint8_t> MutatedBlob(std::span<const std::uint8_t> blob)
+{
+  if (!IsSealed(blob))
+  {
+    return Mutated(blob);
+  }
+  auto mutated = Mutated(blob.first(blob.size() - checksumSize));
+  SealBlob(mutated);
+  return mutated;
+}
+
+bool MutatePiece(sqlite3* database, std::uint64_t choice)
+{
+  const auto row = Prepared(
+    database, "SELECT id, vertices, triangles, data FROM pieces ORDER BY id LIMIT 1 OFFSET " +
+                std::to_string(choice % 16));
+  if (sqlite3_step(row.get()) != SQLITE_ROW)
+  {
+    return false;
+  }
+  const auto id = sqlite3_column_int64(row.get(), 0);
+  const auto piece = PieceOfRow(id);
+  const auto data = MutatedBlob(BlobOf(row.get(), 3));
+  return piece &&
+         Update(database, "UPDATE pieces SET data = ?1, checksum = ?2 WHERE id = ?3", data,
+           PieceChecksum(*piece, static_cast<std::uint64_t>(sqlite3_column_int64(row.get(), 1)),
+             static_cast<std::uint64_t>(sqlite3_column_int64(row.get(), 2)), data),
+           id);
+}
+
+bool MutateNode(
+  sqlite3* database, const std::string& table, const std::string& key, std::uint64_t choice)
+{
+  const auto row = Prepared(database, "SELECT " + key + ", data FROM " + table + " ORDER BY " +
+                                        key + " LIMIT 1 OFFSET " + std::to_string(choice % 4));
+  if (sqlite3_step(row.get()) != SQLITE_ROW)
+  {
+    return false;
+  }
+  const auto node = sqlite3_column_int64(row.get(), 0);
+  const auto data = MutatedBlob(BlobOf(row.get(), 1));
+  return Update(database,
+    "UPDATE " + table + " SET data = ?1, checksum = ?2 WHERE " + key + " = ?3", data,
+    NodeChecksum(static_cast<NodeId>(node), data), node);
+}
+
+// 0 where it has no such row.
+std::size_t MutateRow(std::uint8_t* data, std::size_t size, std::size_t most, std::uint64_t choice)
+{
+  const auto database = Deserialized(data, size);
+  const bool done =
+    database && (choice % 4 == 0    ? MutateMetadata(database.get())
+                  : choice % 4 == 1 ? MutatePiece(database.get(), choice / 4)
+                  : choice % 4 == 2 ? MutateNode(database.get(), "tree", "page", choice / 4)
+                                    : MutateNode(database.get(), "boxes", "node", choice / 4));
+  if (!done)
+  {
+    return 0;
+  }
+  sqlite3_int64 bytes = 0;
+  const std::unique_ptr<unsigned char, void (*)(void*)> serialized(
+    sqlite3_serialize(database.get(), "main", &bytes, 0), sqlite3_free);
+  if (!serialized || static_cast<std::size_t>(bytes) > most)
+  {
+    return 0;
+  }
+  std::memcpy(data, serialized.get(), static_cast<std::size_t>(bytes));
+  return static_cast<std::size_t>(bytes);
+}
+
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(
+  std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed)
+{
+  std::mt19937 random(seed);
+  const bool raw = random() % 4 == 0;
+  const auto mutated = raw ? 0 : MutateRow(data, size, most, random());
+  return mutated != 0 ? mutated : LLVMFuzzerMutate(data, size, most);
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  static const Folder folder;
+  const auto file = folder.Path / "model.kds";
+  std::ofstream(file, std::ios::binary)
+    .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  StoreCatalog catalog(
+    folder.Path, [](const std::filesystem::path&, const std::string&) {}, std::chrono::seconds(0),
+    std::size_t{ 1 } << 20);
+  Require(catalog.Reload().HasValue(), "the folder cannot be read");
+  for (const auto& model : catalog.Models())
+  {
+    Serve(*model);
+  }
+  Read(file);
+  return 0;
+}
