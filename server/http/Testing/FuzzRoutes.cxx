@@ -211,7 +211,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (int requests = 0; requests < 8 && !bytes.empty(); ++requests)
   {
     RequestParser parser;
-    SetLimits(parser, HttpServerOptions().headerBytes);
+    SetLimits(parser, 8192);
     boost::beast::error_code error;
     bool stuck = false;
     while (!error && !stuck && !parser.is_done() && !bytes.empty())
