@@ -106,7 +106,9 @@ protected:
   // plugin.py in pvbatch on so many processes.
   static Session Ask(unsigned ranks, std::vector<std::string> arguments)
   {
-    std::vector<std::string> command{ "-a", "-s", "-screen 0 1280x1024x24 +extension GLX",
+    // -noreset: ParaView tries a first connection and closes it; Xvfb would begin anew, and may
+    // miss the second one.
+    std::vector<std::string> command{ "-a", "-s", "-screen 0 1280x1024x24 +extension GLX -noreset",
       KDSTREAM_MPIRUN, KDSTREAM_NUMBER_FLAG, std::to_string(ranks), KDSTREAM_PVBATCH, "--sym",
       KDSTREAM_SCRIPT, KDSTREAM_PLUGIN };
     command.insert(command.end(), arguments.begin(), arguments.end());
