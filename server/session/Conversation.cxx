@@ -406,7 +406,7 @@ void Conversation::Refuse(const Error& error)
 {
   const bool missing = error.code == ErrorCode::NotFound; // the error says which blob
   const auto refusal = RefusePart(this->Current->model->Description().id, "tree", error);
-  this->Failed += refusal.IsFailure();
+  this->Counts.failedBlobs += refusal.IsFailure();
   this->AnswerError(
     this->Current->request, refusal.status, missing ? error.message : refusal.message);
   this->Current.reset();
