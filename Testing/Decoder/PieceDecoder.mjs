@@ -5,10 +5,10 @@
 
 const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
-const context = { seed: 0, group: 1, samePartition: 9, parent: 10, steps: 12, seedVertex: 13, jump: 14, groupDifference: 15,
-  partition: 16, index: 17, otherIndex: 18, position: 19, unguided: 22, ownPartition: 23, ownIndex: 24, ancestor: 25,
-  reachEnd: 26, reachNode: 27, single: 28, attribute: 29 };
-const pieceChoices = 12; // contexts of few symbols, whose frequencies sum to 256
+const context = { seed: 0, group: 1, samePartition: 9, parent: 10, sibling: 12, steps: 20, seedVertex: 21, jump: 22,
+  groupDifference: 23, partition: 24, index: 25, otherIndex: 26, position: 27, unguided: 30, ownPartition: 31, ownIndex: 32,
+  ancestor: 33, reachEnd: 34, reachNode: 35, single: 36, attribute: 37 };
+const pieceChoices = 20; // contexts of few symbols, whose frequencies sum to 256
 
 function need(holds, what) {
   if (!holds) throw new Error(what);
@@ -238,15 +238,32 @@ function walk(symbols, own, ghosts, count, stepCount) {
   return { vertices, triangles };
 }
 
+// "Positions", told by planes: the differences along x, y, z.
+function offPlane(vertex, positions, told) {
+  const [i, j, h] = vertex.gate.map((w) => positions[w]);
+  const u = j.map((value, axis) => value - i[axis]), v = h.map((value, axis) => value - i[axis]);
+  const normal = [1, 2, 0].map((p, axis) => u[p] * v[(axis + 2) % 3] - u[(axis + 2) % 3] * v[p]);
+  const sizes = normal.map(Math.abs), k = sizes.indexOf(Math.max(...sizes)), [p, q] = [(k + 1) % 3, (k + 2) % 3];
+  const [s, t] = [Number(told[0]), Number(told[1])];
+  const rise = normal[k] === 0 ? 0 : -((normal[p] * s + normal[q] * t) / normal[k]);
+  const below = Math.floor(rise), nearest = rise - below > 0.5 || (rise - below === 0.5 && below % 2 !== 0) ? below + 1 : below;
+  const differences = [];
+  [differences[p], differences[q], differences[k]] = [told[0], told[1], told[2] + BigInt(nearest)];
+  return differences;
+}
+
 // Grid coordinates, or the exact ones.
 function readPositions(symbols, vertices, grid) {
-  const m = symbols.number(context.single), apart = symbols.number(context.single) > 0;
-  need(m <= 8, "no such mode");
+  const m = symbols.number(context.single), mode = symbols.number(context.single);
+  need(m <= 8 && mode <= (grid.bits > 0 ? 2 : 1), "no such mode");
   const most = Math.floor((2 ** grid.bits - 1 + Math.floor(grid.spacing / 2)) / grid.spacing), size = grid.scalarType === 0 ? 4 : 8;
   const greatest = size === 4 ? 3.4028234663852886e38 : Number.MAX_VALUE;
   const positions = [];
   vertices.forEach((vertex, v) => {
     positions[v] = [0, 0, 0];
+    const contexts = !vertex.guided ? [0, 0, 0].fill(context.unguided) : [[0, 0, 0], [0, 1, 2], [0, 0, 1]][mode].map((c) => context.position + c);
+    const told = contexts.map((c) => symbols.bigSigned(c));
+    const differences = mode === 2 && vertex.guided ? offPlane(vertex, positions, told) : told;
     for (let axis = 0; axis < 3; ++axis) {
       let foretold = v === 0 ? 0 : positions[vertex.gate[0]][axis];
       if (vertex.guided) {
@@ -258,8 +275,7 @@ function readPositions(symbols, vertices, grid) {
         else if (!(Math.abs(foretold) <= greatest)) foretold = 0;
         else if (size === 4) foretold = Math.fround(foretold);
       }
-      const c = !vertex.guided ? context.unguided : context.position + (apart ? axis : 0);
-      const difference = symbols.bigSigned(c);
+      const difference = differences[axis];
       if (grid.bits > 0) {
         positions[v][axis] = foretold + Number(difference);
         need(positions[v][axis] >= 0 && positions[v][axis] <= most, "coordinate out of range");
@@ -328,25 +344,46 @@ function readAttributes(symbols, heads, vertices, numbers, triangleCount) {
   return heads;
 }
 
-// "Ancestors": a row of ranks, coarse to fine, for each vertex that carries them.
-function readAncestors(symbols, vertices, levels) {
+// "Ancestors": a row of ranks, coarse to fine, for each vertex that carries them. triangles: those of the piece in their
+// order, where all its vertices do.
+function readAncestors(symbols, vertices, levels, triangles) {
   const rows = Array.from({ length: vertices }, () => new Array(levels));
   let entries = rows.map((row) => [row]); // the rows that each entry is in
+  let edges = triangles.flatMap(([a, b, c]) => [[a, b], [b, c], [c, a]]).filter(([start, end]) => start < end);
   for (let level = levels - 1; level >= 0; --level) {
+    edges.sort((x, y) => x[1] - y[1]);
+    const before = entries.map(() => []);
+    for (const [start, end] of edges) before[end].push(start);
     let last = [], next = 0;
-    const byParent = new Map();
-    for (const entry of entries) {
-      const symbol = symbols.symbol(context.parent + (level === levels - 1 ? 0 : 1));
-      need(symbol <= 9 && (symbol >= 8 || symbol < last.length), "no such parent");
-      const rank = symbol === 9 ? next + symbols.signed(context.ancestor) : symbol === 8 ? next : last[symbol];
-      need(rank >= 0 && rank < 2 ** 32 - 1, "ranks out of range");
-      if (symbol < 8) last.splice(symbol, 1);
-      last = [rank, ...last].slice(0, 8);
-      next = Math.max(next, rank + 1);
+    const byParent = new Map(), groupOf = [], ranks = [], finest = level === levels - 1;
+    entries.forEach((entry, e) => {
+      const around = [];
+      for (const group of before[e].map((near) => groupOf[near])) {
+        if (around.length < 15 && !around.includes(group)) around.push(group);
+      }
+      const single = around.filter((group) => group.entries === 1);
+      const groups = single.concat(around.filter((group) => group.entries > 1));
+      const choice = groups.length === 0 ? 0 : symbols.symbol(context.sibling + (finest ? 0 : 4) + Math.min(3, single.length));
+      need(choice <= groups.length, "no such sibling");
+      const group = choice > 0 ? groups[choice - 1] : { entries: 0, rank: 0 };
+      if (choice === 0) {
+        const symbol = symbols.symbol(context.parent + (finest ? 0 : 1));
+        need(symbol <= 9 && (symbol >= 8 || symbol < last.length), "no such parent");
+        group.rank = symbol === 9 ? (last[0] ?? 0) + symbols.signed(context.ancestor) : symbol === 8 ? next : last[symbol];
+        need(group.rank >= 0 && group.rank < 2 ** 32 - 1, "ranks out of range");
+        last = [group.rank, ...last.filter((other) => other !== group.rank)].slice(0, 8);
+        next = Math.max(next, group.rank + 1);
+      }
+      ++group.entries;
+      groupOf.push(group);
+      const rank = group.rank;
+      ranks.push(rank);
       for (const row of entry) row[level] = rank;
       byParent.set(rank, (byParent.get(rank) ?? []).concat(entry));
-    }
-    entries = [...byParent.keys()].sort((x, y) => x - y).map((rank) => byParent.get(rank));
+    });
+    const parents = [...byParent.keys()].sort((x, y) => x - y), place = new Map(parents.map((rank, i) => [rank, i]));
+    entries = parents.map((rank) => byParent.get(rank));
+    edges = edges.map((edge) => edge.map((e) => place.get(ranks[e])).sort((x, y) => x - y)).filter(([start, end]) => start < end);
   }
   return rows;
 }
@@ -358,7 +395,7 @@ function readAncestors(symbols, vertices, levels) {
 // triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
-  need([0x4b, 0x44, 0x50, 7].every((byte) => reader.byte() === byte), "no piece of version 7");
+  need([0x4b, 0x44, 0x50, 8].every((byte) => reader.byte() === byte), "no piece of version 8");
   const below = level !== null && level < model.stitch;
   const reaches = below && level >= model.preview;
   const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint(), steps = reader.varint();
@@ -386,7 +423,7 @@ export function decodePiece(blob, model, level, node) {
   const rotated = triangles.map((t) => {
     const [a, b, c] = t.map((v) => numbers[v]);
     return [[a, b, c], [b, c, a], [c, a, b]].sort(compare)[0];
-  });
+  }).sort(compare);
   let ownKeys;
   if (below) {
     const first = symbols.number(context.single);
@@ -402,13 +439,13 @@ export function decodePiece(blob, model, level, node) {
       return [partition, index];
     });
   }
-  const ancestors = readAncestors(symbols, carriers, levels);
+  const ancestors = readAncestors(symbols, carriers, levels, coarse ? rotated : []);
   const reachEnds = reaches ? symbols.array(context.reachEnd, own) : [];
   const reachNodes = reaches ? symbols.array(context.reachNode, reach) : [];
   const attributes = readAttributes(symbols, heads, vertices, numbers, count);
   symbols.finish();
   return { primitive, own, positions, keys: ownKeys.concat(ghostKeys), ancestors, reachEnds, reachNodes,
-    triangles: rotated.sort(compare), attributes };
+    triangles: rotated, attributes };
 }
 
 function compare(s, t) {
@@ -417,7 +454,7 @@ function compare(s, t) {
 
 function content(blob, magic) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
-  need([...Buffer.from(magic), 7].every((byte) => reader.byte() === byte), `no ${magic} of version 7`);
+  need([...Buffer.from(magic), 8].every((byte) => reader.byte() === byte), `no ${magic} of version 8`);
   return reader;
 }
 

@@ -8,7 +8,6 @@
 #include "filters/codec/PackedTriangles.h"
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/PositionReader.h"
-#include "filters/codec/RecentRanks.h"
 #include "filters/codec/Sorting.h"
 #include "filters/core/SortTriangles.h"
 
@@ -74,7 +73,7 @@ bool PieceReader::ReadPoints(typename Predictor::Point* points)
   using Differences = typename Predictor::Differences;
   const std::span<const WalkVertex> vertices = this->Walk.Vertices();
   PositionMode mode;
-  if (!ReadPositionMode(this->Symbols, mode))
+  if (!ReadPositionMode<Predictor>(this->Symbols, mode))
   {
     return false;
   }
@@ -84,12 +83,21 @@ bool PieceReader::ReadPoints(typename Predictor::Point* points)
     return false;
   }
   const Predictor predictor(this->Grid, mode.reach);
+  const bool byPlanes = mode.tables == AxisTables::Plane;
   GroupReader groups(this->Symbols, vertices, this->Shape.counts.own);
   Point outside{};
   bool good = true;
   for (std::size_t v = 0; v < vertices.size() && good; ++v)
   {
-    points[v] = predictor.At(Predicted(predictor, vertices, v, points), differences[v]);
+    Differences difference = differences[v];
+    if constexpr (Predictor::hasPlanes)
+    {
+      if (byPlanes && vertices[v].guided != 0)
+      {
+        difference = SurfacePlane(vertices[v], points).Untold(difference);
+      }
+    }
+    points[v] = predictor.At(Predicted(predictor, vertices, v, points), difference);
     predictor.Check(points[v], outside);
     good = vertices[v].own == 0 || groups.Read(v);
   }
@@ -196,13 +204,14 @@ bool PieceReader::ReadAncestors()
   const AncestorShape shape = this->Shape.Ancestors();
   std::vector<std::uint32_t>& ranks = this->Content.ancestors;
   ranks.resize(shape.vertices * shape.levels);
-  AncestorTable table(shape.vertices);
+  AncestorTable table(
+    shape.vertices, shape.ofAll ? std::span(this->Content.triangles) : std::span<Triangle>());
   std::vector<std::uint32_t> parents;
   for (std::size_t level = shape.levels; level-- > 0;)
   {
     parents.resize(table.Count());
-    const bool ofVertices = level + 1 == shape.levels;
-    if (!this->ReadParents(contexts::parentOf + (ofVertices ? 0 : 1), parents))
+    SiblingGroups groups(parents.size());
+    if (!this->ReadParents(level + 1 == shape.levels, table, parents, groups))
     {
       return false;
     }
@@ -210,33 +219,61 @@ bool PieceReader::ReadAncestors()
     {
       ranks[v * shape.levels + level] = parents[table.EntryOfVertex(v)];
     }
-    table.Rise(parents);
+    table.Rise(parents, groups);
   }
   return true;
 }
 
-bool PieceReader::ReadParents(std::size_t context, std::vector<std::uint32_t>& parents)
+// ofVertices: entries are vertices, not clusters.
+bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
+  std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {
+  const std::size_t siblings = contexts::siblings + (ofVertices ? 0 : 4);
   RecentRanks told;
-  for (std::uint32_t& parent : parents)
+  for (std::size_t entry = 0; entry < parents.size(); ++entry)
   {
-    const unsigned symbol = this->Symbols.Choice(context);
-    std::uint64_t rank = told.Next();
-    if (symbol == RecentRanks::other)
-    {
-      rank += static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
-    }
-    else if (symbol != RecentRanks::next && !told.Find(symbol, rank))
+    const SiblingGroups::Choices around = groups.Around(table.EarlierNeighboursOf(entry));
+    const unsigned choice =
+      around.count > 0 ? this->Symbols.Choice(siblings + around.Context()) : 0;
+    if (choice > around.count)
     {
       return false;
     }
-    if (rank >= noVertex)
+    if (choice > 0)
+    {
+      const std::uint32_t group = around.groups[choice - 1];
+      groups.Join(entry, group);
+      parents[entry] = parents[group];
+      continue;
+    }
+    groups.Start(entry);
+    if (!this->ReadRank(contexts::parentOf + (ofVertices ? 0 : 1), told, parents[entry]))
     {
       return false;
     }
-    told.Use(symbol, rank);
-    parent = static_cast<std::uint32_t>(rank);
   }
+  return true;
+}
+
+// A parent's rank. False: what is read is none.
+bool PieceReader::ReadRank(std::size_t context, RecentRanks& told, std::uint32_t& parent)
+{
+  const unsigned symbol = this->Symbols.Choice(context);
+  std::uint64_t rank = told.Next();
+  if (symbol == RecentRanks::other)
+  {
+    rank = told.Newest() + static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
+  }
+  else if (symbol != RecentRanks::next && !told.Find(symbol, rank))
+  {
+    return false;
+  }
+  if (rank >= noVertex)
+  {
+    return false;
+  }
+  told.Use(symbol, rank);
+  parent = static_cast<std::uint32_t>(rank);
   return true;
 }
 

@@ -2,8 +2,10 @@
 // Reads a piece's content from symbols, in the order of the format: doc/formats.md, "A piece".
 #pragma once
 
+#include "filters/codec/AncestorTable.h"
 #include "filters/codec/CoordinateGrid.h"
 #include "filters/codec/PieceShape.h"
+#include "filters/codec/RecentRanks.h"
 #include "filters/codec/SymbolCoder.h"
 #include "filters/codec/WalkReader.h"
 #include "filters/core/pieces/Piece.h"
@@ -42,7 +44,9 @@ private:
   bool ReadArray(std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most);
   bool ReadOwnKeys();
   bool ReadAncestors();
-  bool ReadParents(std::size_t context, std::vector<std::uint32_t>& parents);
+  bool ReadParents(bool ofVertices, const AncestorTable& table, std::vector<std::uint32_t>& parents,
+    SiblingGroups& groups);
+  bool ReadRank(std::size_t context, RecentRanks& told, std::uint32_t& parent);
   bool ReadReach();
   void ReadAttribute(std::size_t number);
 

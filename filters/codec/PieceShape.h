@@ -17,6 +17,7 @@ namespace kdstream
 struct AncestorShape
 {
   std::size_t vertices = 0, levels = 0;
+  bool ofAll = false; // of all the piece's vertices: then its triangles tell which have one parent
 };
 
 struct PieceShape
@@ -37,8 +38,11 @@ struct PieceShape
   AncestorShape Ancestors() const
   {
     const AncestorLevels levels = AncestorLevelsOf(this->id.resolution, this->depths);
-    return { levels.count > 0 ? levels.Rows(this->counts.own, this->counts.ghosts) : 0,
-      levels.count };
+    if (levels.count == 0)
+    {
+      return {};
+    }
+    return { levels.Rows(this->counts.own, this->counts.ghosts), levels.count, levels.own };
   }
 };
 

@@ -50,7 +50,9 @@ void PieceWriter::WriteVertices()
     points[v] = point;
     coordinates[v] = { double(point[0]), double(point[1]), double(point[2]) };
   }
-  WritePositions<Predictor>(this->Symbols, this->Grid, vertices, points.get());
+  // Partitions are most of what a desktop draws, and decode a tenth slower by planes.
+  const bool mayUsePlanes = !this->Shape.IsOriginal();
+  WritePositions<Predictor>(this->Symbols, this->Grid, vertices, points.get(), mayUsePlanes);
   WriteGroups(this->Symbols, vertices, coordinates, numbers, this->Shape.counts.own);
   WriteGhosts(this->Symbols, vertices, this->Content.keys, numbers);
 }
@@ -98,7 +100,8 @@ void PieceWriter::WriteOwnKeys()
 void PieceWriter::WriteAncestors()
 {
   const AncestorShape shape = this->Shape.Ancestors();
-  AncestorTable table(shape.vertices);
+  AncestorTable table(
+    shape.vertices, shape.ofAll ? std::span(this->Content.triangles) : std::span<const Triangle>());
   std::vector<std::uint32_t> parents;
   for (std::size_t level = shape.levels; level-- > 0;)
   {
@@ -107,22 +110,42 @@ void PieceWriter::WriteAncestors()
     {
       parents[table.EntryOfVertex(v)] = this->Content.ancestors[v * shape.levels + level];
     }
-    const bool ofVertices = level + 1 == shape.levels;
-    this->WriteParents(contexts::parentOf + (ofVertices ? 0 : 1), parents);
-    table.Rise(parents);
+    SiblingGroups groups(parents.size());
+    this->WriteParents(level + 1 == shape.levels, table, parents, groups);
+    table.Rise(parents, groups);
   }
 }
 
-void PieceWriter::WriteParents(std::size_t context, const std::vector<std::uint32_t>& parents)
+// ofVertices: entries are vertices, not clusters.
+void PieceWriter::WriteParents(bool ofVertices, const AncestorTable& table,
+  const std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {
+  const std::size_t siblings = contexts::siblings + (ofVertices ? 0 : 4);
   RecentRanks told;
-  for (const std::uint64_t rank : parents)
+  for (std::size_t entry = 0; entry < parents.size(); ++entry)
   {
+    const SiblingGroups::Choices around = groups.Around(table.EarlierNeighboursOf(entry));
+    const auto* begin = around.groups.data();
+    const auto* found = std::find_if(begin, begin + around.count,
+      [&](std::uint32_t group) { return parents[group] == parents[entry]; });
+    const bool joins = found != begin + around.count;
+    if (around.count > 0)
+    {
+      this->Symbols.Choice(
+        siblings + around.Context(), joins ? static_cast<unsigned>(found - begin) + 1 : 0);
+    }
+    if (joins)
+    {
+      groups.Join(entry, *found);
+      continue;
+    }
+    groups.Start(entry);
+    const std::uint64_t rank = parents[entry];
     const unsigned symbol = told.SymbolOf(rank);
-    this->Symbols.Choice(context, symbol);
+    this->Symbols.Choice(contexts::parentOf + (ofVertices ? 0 : 1), symbol);
     if (symbol == RecentRanks::other)
     {
-      this->Symbols.Signed(contexts::ancestor, static_cast<std::int64_t>(rank - told.Next()));
+      this->Symbols.Signed(contexts::ancestor, static_cast<std::int64_t>(rank - told.Newest()));
     }
     told.Use(symbol, rank);
   }

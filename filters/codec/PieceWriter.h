@@ -2,6 +2,7 @@
 // Writes a piece's content as symbols, in the order of the format: doc/formats.md, "A piece".
 #pragma once
 
+#include "filters/codec/AncestorTable.h"
 #include "filters/codec/CoordinateGrid.h"
 #include "filters/codec/PieceShape.h"
 #include "filters/codec/SymbolCoder.h"
@@ -41,7 +42,8 @@ private:
   void WriteArray(std::size_t context, const std::vector<std::uint64_t>& values);
   void WriteOwnKeys();
   void WriteAncestors();
-  void WriteParents(std::size_t context, const std::vector<std::uint32_t>& parents);
+  void WriteParents(bool ofVertices, const AncestorTable& table,
+    const std::vector<std::uint32_t>& parents, SiblingGroups& groups);
   void WriteReach();
   void WriteAttribute(std::size_t number);
 

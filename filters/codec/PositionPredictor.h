@@ -3,6 +3,10 @@
 // parallelograms of earlier vertices put them. What is coded is the difference to that
 // (PositionReader.h, PositionWriter.h). Layout: doc/formats.md, "Positions".
 //
+// Along a surface a vertex may lie anywhere, across it hardly: a smooth surface goes on as the
+// triangles before it (SurfacePlane). So two coordinates may be told first, and the third from
+// where these put it in the plane, in fewer bits.
+//
 // A coordinate on the grid is an integer, 0 … 2^bits - 1, and is predicted in integers. A lossless
 // one is predicted in doubles, by a few operations that give the same bits everywhere; what is
 // coded then is the difference between the ordered bits of the coordinate and of the prediction.
@@ -12,6 +16,7 @@
 #include "filters/codec/CoordinateGrid.h"
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/TriangleWalk.h"
+#include "filters/core/BitCast.h"
 
 #include <algorithm>
 #include <array>
@@ -22,13 +27,21 @@
 namespace kdstream
 {
 
+// Which differences are told, and under which tables. The numbers are part of the format.
+enum class AxisTables : std::uint8_t
+{
+  Shared = 0, // along x, y, z; one table
+  Each = 1,   // one for each axis
+  Plane = 2   // two axes along the plane of the triangles before, then from the plane; a table each
+};
+
 // How a piece's positions are coded; chosen by the writer.
 struct PositionMode
 {
   // How far beyond an edge the prediction lies, in eighths of how far the apex lies before the
   // edge: 8 completes the parallelogram, less suits noisy surfaces.
   unsigned reach = 8;
-  bool tableAnAxis = false; // each axis has a context of its own
+  AxisTables tables = AxisTables::Shared;
 };
 inline constexpr unsigned mostReach = 8;
 
@@ -37,9 +50,10 @@ inline constexpr unsigned mostReach = 8;
 class GridPredictor
 {
 public:
+  static constexpr bool hasPlanes = true;
   using Point = std::uint32_t __attribute__((vector_size(16))); // x, y, z, and one that is unused
   using Differences = Point;
-  static constexpr unsigned differenceBits = 26; // a difference as an unsigned number (Zigzag)
+  static constexpr unsigned differenceBits = 27; // a difference as an unsigned number (Zigzag)
 
   GridPredictor(const CoordinateGrid& grid, unsigned reach)
     : Most(Point{} + grid.Most())
@@ -97,6 +111,7 @@ private:
 class ExactPredictor
 {
 public:
+  static constexpr bool hasPlanes = false;
   using Point = Vec3;
   using Differences = std::array<std::int64_t, 3>;
   static constexpr unsigned differenceBits = 64;
@@ -195,10 +210,88 @@ KDSTREAM_IN_LOOPS typename Predictor::Point Predicted(const Predictor& predictor
   return v > 0 ? points[vertices[v].gate[0]] : typename Predictor::Point{};
 }
 
-// The context of a vertex's differences along an axis.
-inline std::size_t PositionContext(const PositionMode& mode, bool guided, std::size_t axis)
+// The plane of the triangle that a guided vertex was found at. Its normal is exact for points on
+// the grid; what follows is in doubles, each operation rounded. (With the second triangle's plane,
+// weighted by area, a level takes 0.1 % less, and decoding longer.)
+class SurfacePlane
 {
-  return guided ? contexts::position + (mode.tableAnAxis ? axis : 0) : contexts::unguidedPosition;
+public:
+  using Point = GridPredictor::Point;
+
+  KDSTREAM_IN_LOOPS SurfacePlane(const WalkVertex& vertex, const Point* points)
+  {
+    const auto [x, y, z] = NormalOf(vertex.gate, points);
+    const std::uint64_t sizeX = Size(x), sizeY = Size(y), sizeZ = Size(z);
+    // Masks, not branches, which processors would often predict wrongly.
+    const std::uint64_t isZ = Mask(sizeZ > sizeX) & Mask(sizeZ > sizeY);
+    const std::uint64_t isY = Mask(sizeY > sizeX) & ~isZ, isX = ~(isY | isZ);
+    this->Across = static_cast<std::uint32_t>((isY & 1) | (isZ & 2));
+    this->OfAcross = Value((x & isX) | (y & isY) | (z & isZ));
+    this->Ahead = Value((y & isX) | (z & isY) | (x & isZ));
+    this->Behind = Value((z & isX) | (x & isY) | (y & isZ));
+  }
+
+  // The differences along x, y and z as they are told: along the two axes that lie most in the
+  // plane (those that follow the third, in a circle), then how far the vertex is off the plane.
+  Point Told(const Point& difference) const
+  {
+    const Point told{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };
+    return Point{ told[0], told[1], difference[this->Across] - this->OffPlane(told) };
+  }
+  // And back.
+  KDSTREAM_IN_LOOPS Point Untold(const Point& told) const
+  {
+    const Point axis = Point{} + this->Across;
+    const auto isY = Point(axis == 1), isZ = Point(axis == 2);
+    const Point ofX{ told[2], told[0], told[1] }, ofY{ told[1], told[2], told[0] };
+    const Point turned = (ofX & ~(isY | isZ)) | (ofY & isY) | (told & isZ);
+    return turned + ((Point{} + this->OffPlane(told)) & Point(axis == Point{ 0, 1, 2, 3 }));
+  }
+
+private:
+  // Signed numbers modulo 2^64: what is read may be any points.
+  KDSTREAM_IN_LOOPS static std::array<std::uint64_t, 3> NormalOf(
+    const std::array<std::uint32_t, 3>& triangle, const Point* points)
+  {
+    const Point &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
+    const auto side = [](std::uint32_t from, std::uint32_t to)
+    { return std::uint64_t{ to } - std::uint64_t{ from }; };
+    const std::uint64_t ux = side(a[0], b[0]), uy = side(a[1], b[1]), uz = side(a[2], b[2]);
+    const std::uint64_t vx = side(a[0], c[0]), vy = side(a[1], c[1]), vz = side(a[2], c[2]);
+    return { uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx };
+  }
+  static std::uint64_t Size(std::uint64_t number)
+  {
+    const std::uint64_t sign = 0 - (number >> 63);
+    return (number ^ sign) - sign;
+  }
+  static std::uint64_t Mask(bool set) { return 0 - std::uint64_t{ set }; }
+  static double Value(std::uint64_t number) { return double(static_cast<std::int64_t>(number)); }
+
+  // Where the plane is along the third axis, to the nearest step, halves to the even one, modulo
+  // 2^32. It rises by no more than the other two together, as its normal is longest along the
+  // third.
+  KDSTREAM_IN_LOOPS std::uint32_t OffPlane(const Point& told) const
+  {
+    const double sum = this->Ahead * double(static_cast<std::int32_t>(told[0])) +
+                       this->Behind * double(static_cast<std::int32_t>(told[1]));
+    // A double of this size has no bits below 1, and holds whole numbers in its lowest bits.
+    constexpr double rounds = 6755399441055744.0; // 1.5 * 2^52
+    // Without a normal the sum is 0.
+    const double rise = sum / (this->OfAcross == 0 ? 1 : this->OfAcross);
+    return static_cast<std::uint32_t>(BitCast<std::uint64_t>(rounds - rise));
+  }
+
+  std::uint32_t Across;           // an axis
+  double OfAcross, Ahead, Behind; // the normal along it, and along the next two
+};
+
+// The context of a vertex's k-th difference.
+inline std::size_t PositionContext(const PositionMode& mode, bool guided, std::size_t k)
+{
+  constexpr std::size_t contextOf[3][3] = { { 0, 0, 0 }, { 0, 1, 2 }, { 0, 0, 1 } };
+  return guided ? contexts::position + contextOf[static_cast<std::size_t>(mode.tables)][k]
+                : contexts::unguidedPosition;
 }
 
 }

@@ -16,12 +16,19 @@
 namespace kdstream
 {
 
-// False: what is read is no mode.
-inline bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
+// False: what is read is no mode, or none of this predictor's.
+template <class Predictor>
+bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
 {
-  mode.reach = static_cast<unsigned>(symbols.Number(contexts::single));
-  mode.tableAnAxis = symbols.Number(contexts::single) != 0;
-  return mode.reach <= mostReach;
+  const std::uint64_t reach = symbols.Number(contexts::single);
+  const std::uint64_t tables = symbols.Number(contexts::single);
+  const auto last = Predictor::hasPlanes ? AxisTables::Plane : AxisTables::Each;
+  if (reach > mostReach || tables > static_cast<std::uint64_t>(last))
+  {
+    return false;
+  }
+  mode = { static_cast<unsigned>(reach), static_cast<AxisTables>(tables) };
+  return true;
 }
 
 // The differences of all vertices, before the first position is predicted: so the symbols of one

@@ -15,13 +15,14 @@ namespace
 class CostOfTables
 {
 public:
-  void Add(std::size_t axis, std::int64_t difference)
+  // table: 0, 1 or 2.
+  void Add(std::size_t table, std::int64_t difference)
   {
     const auto size = static_cast<std::size_t>(std::bit_width(Zigzag(difference)));
     this->Raw += 16 * (size > 1 ? size - 1 : 0);
-    ++this->Sizes[axis][size];
+    ++this->Sizes[table][size];
   }
-  // All axes under one table.
+  // All under one table.
   std::uint64_t Shared() const
   {
     std::array<std::uint64_t, 65> all{};
@@ -31,12 +32,12 @@ public:
     }
     return this->Raw + Entropy(all);
   }
-  // Each axis under a table of its own. every: one of so many differences was added.
-  std::uint64_t Apart(std::uint64_t every) const
+  // Each under its own, of which there are `more` beside the first. every: one of so many
+  // differences was added.
+  std::uint64_t Apart(std::uint64_t every, std::uint64_t more) const
   {
-    const std::uint64_t twoTables = 16 * 2 * 80 / every;
     return this->Raw + Entropy(this->Sizes[0]) + Entropy(this->Sizes[1]) + Entropy(this->Sizes[2]) +
-           twoTables;
+           16 * more * 80 / every;
   }
 
 private:
@@ -64,36 +65,69 @@ private:
   std::uint64_t Raw = 0;
 };
 
+// What is told of a vertex: how far it is from where it was predicted, or how far off the plane.
+template <class Predictor>
+std::array<std::int64_t, 3> Differences(const Predictor& predictor, AxisTables tables,
+  std::span<const WalkVertex> vertices, std::size_t v, const typename Predictor::Point* points)
+{
+  const auto predicted = Predicted(predictor, vertices, v, points);
+  if constexpr (Predictor::hasPlanes)
+  {
+    if (tables == AxisTables::Plane && vertices[v].guided != 0)
+    {
+      const auto told = SurfacePlane(vertices[v], points).Told(points[v] - predicted);
+      const auto at = [&](std::size_t k)
+      { return std::int64_t{ static_cast<std::int32_t>(told[k]) }; };
+      return { at(0), at(1), at(2) };
+    }
+  }
+  return { predictor.DifferenceOf(points[v], predicted, 0),
+    predictor.DifferenceOf(points[v], predicted, 1),
+    predictor.DifferenceOf(points[v], predicted, 2) };
+}
+
 // Tries each reach on some of the vertices and takes the cheapest mode.
 template <class Predictor>
 PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const WalkVertex> vertices,
-  const typename Predictor::Point* points)
+  const typename Predictor::Point* points, bool planes)
 {
   constexpr unsigned reaches[] = { 8, 6, 4 };
   constexpr std::size_t enough = 512; // vertices to look at, evenly spread
   const std::size_t every = vertices.size() / enough + 1;
   PositionMode best;
   std::uint64_t least = ~std::uint64_t{ 0 };
+  const auto consider = [&](unsigned reach, AxisTables tables, std::uint64_t cost)
+  {
+    if (cost < least)
+    {
+      least = cost;
+      best = { reach, tables };
+    }
+  };
   for (const unsigned reach : reaches)
   {
     const Predictor predictor(grid, reach);
-    CostOfTables cost;
+    CostOfTables ofAxes, ofPlanes;
     for (std::size_t v = 0; v < vertices.size(); v += every)
     {
-      if (vertices[v].guided != 0)
+      if (vertices[v].guided == 0)
       {
-        const auto predicted = Predicted(predictor, vertices, v, points);
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-          cost.Add(k, predictor.DifferenceOf(points[v], predicted, k));
-        }
+        continue;
+      }
+      const auto along = Differences(predictor, AxisTables::Each, vertices, v, points);
+      const auto off = planes ? Differences(predictor, AxisTables::Plane, vertices, v, points)
+                              : std::array<std::int64_t, 3>{};
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        ofAxes.Add(k, along[k]);
+        ofPlanes.Add(k / 2, off[k]);
       }
     }
-    const std::uint64_t shared = cost.Shared(), apart = cost.Apart(every);
-    if (std::min(shared, apart) < least)
+    consider(reach, AxisTables::Shared, ofAxes.Shared());
+    consider(reach, AxisTables::Each, ofAxes.Apart(every, 2));
+    if (planes)
     {
-      least = std::min(shared, apart);
-      best = { reach, apart < shared };
+      consider(reach, AxisTables::Plane, ofPlanes.Apart(every, 1));
     }
   }
   return best;
@@ -103,26 +137,26 @@ PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const Walk
 
 template <class Predictor>
 void WritePositions(SymbolWriter& symbols, const CoordinateGrid& grid,
-  std::span<const WalkVertex> vertices, const typename Predictor::Point* points)
+  std::span<const WalkVertex> vertices, const typename Predictor::Point* points, bool mayUsePlanes)
 {
-  const PositionMode mode = ChoosePositionMode<Predictor>(grid, vertices, points);
+  const bool planes = mayUsePlanes && Predictor::hasPlanes;
+  const PositionMode mode = ChoosePositionMode<Predictor>(grid, vertices, points, planes);
   symbols.Number(contexts::single, mode.reach);
-  symbols.Number(contexts::single, mode.tableAnAxis);
+  symbols.Number(contexts::single, static_cast<std::uint64_t>(mode.tables));
   const Predictor predictor(grid, mode.reach);
   for (std::size_t v = 0; v < vertices.size(); ++v)
   {
-    const auto predicted = Predicted(predictor, vertices, v, points);
+    const auto differences = Differences(predictor, mode.tables, vertices, v, points);
     for (std::size_t k = 0; k < 3; ++k)
     {
-      symbols.Signed(PositionContext(mode, vertices[v].guided != 0, k),
-        predictor.DifferenceOf(points[v], predicted, k));
+      symbols.Signed(PositionContext(mode, vertices[v].guided != 0, k), differences[k]);
     }
   }
 }
 
-template void WritePositions<GridPredictor>(
-  SymbolWriter&, const CoordinateGrid&, std::span<const WalkVertex>, const GridPredictor::Point*);
-template void WritePositions<ExactPredictor>(
-  SymbolWriter&, const CoordinateGrid&, std::span<const WalkVertex>, const ExactPredictor::Point*);
+template void WritePositions<GridPredictor>(SymbolWriter&, const CoordinateGrid&,
+  std::span<const WalkVertex>, const GridPredictor::Point*, bool);
+template void WritePositions<ExactPredictor>(SymbolWriter&, const CoordinateGrid&,
+  std::span<const WalkVertex>, const ExactPredictor::Point*, bool);
 
 }

@@ -12,9 +12,10 @@
 namespace kdstream
 {
 
-// points: of each vertex. Chooses the mode that takes the fewest bits; deterministic.
+// points: of each vertex. Chooses the mode that takes the fewest bits, by planes only where it may;
+// deterministic.
 template <class Predictor>
 void WritePositions(SymbolWriter& symbols, const CoordinateGrid& grid,
-  std::span<const WalkVertex> vertices, const typename Predictor::Point* points);
+  std::span<const WalkVertex> vertices, const typename Predictor::Point* points, bool mayUsePlanes);
 
 }

@@ -21,7 +21,7 @@ public:
   // Symbols below stand for the ranks told last, each once: 0 for the very last one.
   static constexpr unsigned recent = 8;
   static constexpr unsigned next = 8;  // the rank behind the largest that was told, at first 0
-  static constexpr unsigned other = 9; // a difference to that follows
+  static constexpr unsigned other = 9; // a difference to Newest follows
 
   // The symbol that tells a rank.
   unsigned SymbolOf(std::uint64_t rank) const
@@ -43,6 +43,8 @@ public:
     return true;
   }
   std::uint64_t Next() const { return this->NextRank; }
+  // The one that was told last, at first 0: from it others are told.
+  std::uint64_t Newest() const { return this->Last[0]; }
 
   // Notes that a rank was told by a symbol.
   void Use(unsigned symbol, std::uint64_t rank)

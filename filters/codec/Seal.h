@@ -18,7 +18,7 @@ namespace kdstream
 {
 
 // Of pieces and tree pages alike; raised when the layout of either changes.
-inline constexpr std::uint8_t codecVersion = 7;
+inline constexpr std::uint8_t codecVersion = 8;
 inline constexpr std::size_t magicSize = 3;
 inline constexpr std::size_t blobHeadSize = magicSize + 1; // magic, version
 inline constexpr std::size_t checksumSize = 8;             // XXH64, seed 0, little-endian

@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-inline constexpr int storeVersion = 8;
+inline constexpr int storeVersion = 9;
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
 inline constexpr const char* storeSchema = R"(

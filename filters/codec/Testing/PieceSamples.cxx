@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes pieces, tree pages and boxes as blobs and as what they hold, one JSON object a line, for
-// the decoder in JavaScript (Testing/Decoder) to be held against. PieceSamples FILE
+// the decoder in JavaScript (Testing/Decoder) to be held against: PieceSamples FILE. Or the seeds
+// that FuzzCodec starts from, which are made anew for each codec version: PieceSamples --seeds
+// FOLDER
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/codec/PartitionBoxes.h"
@@ -9,8 +11,11 @@
 #include "filters/codec/TreePage.h"
 #include "filters/core/BitCast.h"
 
+#include <array>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <string_view>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -145,13 +150,70 @@ void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt
   }
 }
 
+// A blob behind the four bytes by which FuzzCodec chooses depths, grid and piece.
+bool WriteSeed(const std::filesystem::path& file, std::span<const std::uint8_t> head,
+  std::span<const std::uint8_t> blob)
+{
+  std::ofstream seed(file, std::ios::binary);
+  for (const std::span<const std::uint8_t> bytes : { head, blob })
+  {
+    seed.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  }
+  seed.close();
+  return bool(seed);
+}
+
+// Of each level and the original, on a grid and exact, plain and with attributes.
+bool WriteSeeds(const std::filesystem::path& folder)
+{
+  std::mt19937 random(5);
+  constexpr std::uint8_t partition = 1, below = 10, onePiece = below % 4;
+  const TreeDepths depths{ partition, partition + 4, partition + below, onePiece };
+  for (const std::uint8_t grid : std::array<std::uint8_t, 2>{ 0, 2 }) // 20 bits, or exact doubles
+  {
+    const CodecContext context{ depths,
+      grid == 0 ? CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 20, ScalarType::Float32)
+                : CoordinateGrid::Exact(ScalarType::Float64),
+      std::vector<std::uint32_t>(depths.finest + 1, 1U + grid * grid) };
+    for (unsigned level = 0; level <= depths.finest + 1; ++level)
+    {
+      const bool original = level > depths.finest;
+      const Resolution resolution = original ? Resolution::Original() : Resolution::Level(level);
+      const PieceId wanted{ resolution, NodeId{ 1 } << PieceDepth(resolution, depths) };
+      Piece piece = RandomPiece(random, depths);
+      while (piece.id != wanted || piece.triangles.size() < 40)
+      {
+        piece = RandomPiece(random, depths);
+      }
+      const std::string name =
+        (original ? "original" : "level" + Number(level)) + "-" + Number(grid);
+      const std::uint8_t head[] = { partition, below, grid, static_cast<std::uint8_t>(level) };
+      if (!WriteSeed(folder / name, head, EncodePiece(piece, context)) ||
+          (level % 4 == 0 && !WriteSeed(folder / (name + "-attributes"), head,
+                               EncodePiece(WithEveryAttribute(piece, random), context))))
+      {
+        return false;
+      }
+    }
+  }
+  const std::vector<Box> boxes(std::size_t{ 2 } << partition, Box{ { -1, 0, 1e9 }, { 1, 3, 1e9 } });
+  const std::uint8_t head[] = { partition, below, 0, 0 };
+  return WriteSeed(folder / "tree", head,
+           EncodeTreePage(RoundTreePage(boxes, 1, depths, PieceTable(depths, true)))) &&
+         WriteSeed(folder / "boxes", head, EncodePartitionBoxes(boxes, 1, depths));
+}
+
 }
 
 int main(int argc, char** argv)
 {
+  if (argc == 3 && std::string_view(argv[1]) == "--seeds")
+  {
+    return WriteSeeds(argv[2]) ? 0 : 1;
+  }
   if (argc != 2)
   {
-    std::cerr << "usage: PieceSamples FILE\n";
+    std::cerr << "usage: PieceSamples FILE | --seeds FOLDER\n";
     return 2;
   }
   std::ofstream file(argv[1]);
@@ -185,6 +247,19 @@ int main(int argc, char** argv)
         piece, { depths, CoordinateGrid::Over(box, 20, mesh.scalarType), { 1, 2000, 300, 77, 2 } });
       file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType), { 5 } });
     }
+  }
+  // Smooth enough that positions are told by planes, and of several levels below S.
+  const Mesh smooth = DisplacedSphere(5);
+  const auto model = MakeModel(smooth, { 600, {}, 8 }, {}, {}, 5);
+  Box box;
+  for (const Vec3& point : smooth.points)
+  {
+    box.Add(point);
+  }
+  for (const auto& [id, piece] : model->pieces)
+  {
+    file << Sample(
+      piece, { model->tree.depths, CoordinateGrid::Over(box, 16, smooth.scalarType), { 1, 5, 3 } });
   }
   for (const Mesh& mesh : { Torus(40, 25), Cloud(3), Soup(30, 5) })
   {

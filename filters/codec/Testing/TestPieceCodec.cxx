@@ -287,7 +287,7 @@ TEST(PieceCodec, SaysWhatItDoesNotKnow)
   blob[3] = 77;
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().code, ErrorCode::Unsupported);
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
-    "piece 1 of level 0: unknown codec version 77: this viewer knows 7");
+    "piece 1 of level 0: unknown codec version 77: this viewer knows 8");
   blob[0] = 'X';
   EXPECT_EQ(DecodePiece(blob, id, context).GetError().message,
     "piece 1 of level 0: does not begin with \"KDP\"");
@@ -364,6 +364,68 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
   ASSERT_FALSE(decoded);
   EXPECT_NE(decoded.GetError().message.find("keys out of range"), std::string::npos)
     << decoded.GetError().message;
+}
+
+// A bent sheet of side * side vertices: level 3 of a model with S = 4 and R = 1, or its points
+// alone. Each four vertices in a square have one parent, each four of those one too.
+Piece BentSheet(std::uint32_t side, bool triangles)
+{
+  Piece piece;
+  piece.id = { Resolution::Level(3), 1 };
+  piece.ownVertices = side * side;
+  for (std::uint32_t v = 0; v < side * side; ++v)
+  {
+    const std::uint32_t x = v % side, y = v / side;
+    const double u = (x + (x * y * 7 % 5) * 0.13) / side, w = (y + (x * y * 11 % 7) * 0.09) / side;
+    piece.keys.push_back(v);
+    piece.positions.push_back({ u, w, 0.4 * u * w + 0.2 * u * u });
+    piece.ancestors.push_back(y / 4 * (side / 4) + x / 4);
+    piece.ancestors.push_back(y / 2 * (side / 2) + x / 2);
+    piece.reachBegin.push_back(v);
+    piece.reachNodes.push_back(1);
+    if (triangles && x + 1 < side && y + 1 < side)
+    {
+      piece.triangles.push_back({ v, v + 1, v + side + 1 });
+      piece.triangles.push_back({ v, v + side + 1, v + side });
+    }
+  }
+  piece.reachBegin.push_back(side * side);
+  std::sort(piece.triangles.begin(), piece.triangles.end());
+  return piece;
+}
+
+TEST(PieceCodec, EdgesTellWhichVerticesHaveOneParent)
+{
+  const CodecContext context{ { 0, 4, 5, 1 },
+    CoordinateGrid::Over({ { 0, 0, 0 }, { 1.1, 1.1, 1 } }, 16, ScalarType::Float32) };
+  EncodedBytes withEdges, without;
+  for (EncodedBytes* spent : { &withEdges, &without })
+  {
+    const Piece piece = BentSheet(32, spent == &withEdges);
+    ASSERT_TRUE(CheckPiece(piece, context.depths))
+      << CheckPiece(piece, context.depths).GetError().message;
+    const Result<Piece> decoded =
+      DecodePiece(EncodePiece(piece, context, spent), piece.id, context);
+    ASSERT_TRUE(decoded) << decoded.GetError().message;
+    ExpectSame(*decoded, piece, context.grid);
+  }
+  EXPECT_LT(withEdges.ancestors, 0.7 * without.ancestors);
+}
+
+TEST(PieceCodec, ASmoothLevelIsToldByPlanes)
+{
+  const CodecContext context{ { 0, 4, 5, 1 },
+    CoordinateGrid::Over({ { 0, 0, 0 }, { 1.1, 1.1, 1 } }, 16, ScalarType::Float32) };
+  const Piece level = BentSheet(32, true);
+  Piece original = level;
+  original.id = { Resolution::Original(), 1 };
+  original.ancestors.clear();
+  original.reachBegin.clear();
+  original.reachNodes.clear();
+  EncodedBytes ofLevel, ofOriginal; // which is never told so
+  (void)EncodePiece(level, context, &ofLevel);
+  (void)EncodePiece(original, context, &ofOriginal);
+  EXPECT_LT(ofLevel.positions, 0.95 * ofOriginal.positions);
 }
 
 TEST(PieceCodec, PiecesOfAnythingComeBack)

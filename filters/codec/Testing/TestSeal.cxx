@@ -79,7 +79,7 @@ void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, con
       {
         ASSERT_EQ(error.code, ErrorCode::Unsupported) << at;
         ASSERT_EQ(error.message, name + ": unknown codec version " + std::to_string(altered[at]) +
-                                   ": this viewer knows 7");
+                                   ": this viewer knows 8");
       }
       else
       {
@@ -133,10 +133,10 @@ TEST(Seal, GivesTheBlobWithoutItsChecksum)
 
 TEST(Seal, NamesAnotherVersionHoweverItIsSealed)
 {
-  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 8 }, "KDP"), "unknown codec version 8: this viewer knows 7");
+  EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 9 }, "KDP"), "unknown codec version 9: this viewer knows 8");
   EXPECT_EQ(
     WhyNot({ 'K', 'D', 'P', 1, 1, 0, 0, 0, 1, 1, 1, 0, 0 }, "KDP"), // version 1 had no checksum
-    "unknown codec version 1: this viewer knows 7");
+    "unknown codec version 1: this viewer knows 8");
 }
 
 TEST_F(Blobs, EveryChangedByteIsRefused)
