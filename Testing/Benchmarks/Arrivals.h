@@ -36,6 +36,9 @@ struct Arrivals
   // Before a blob goes to the session; and after it, to begin a frame.
   std::function<void(const protocol::BlobId&, const Bytes&)> arrive;
   std::function<void(ViewerSession&)> draw;
+  // Calls what gives the blob to the session, which decodes it and finds what is to be shown and
+  // asked for now.
+  std::function<void(const std::function<void()>&)> give = [](const auto& work) { work(); };
 
   void Run() const
   {
@@ -55,7 +58,8 @@ struct Arrivals
         owed.pop_front();
         const Bytes bytes = this->find(blob);
         this->arrive(blob, bytes);
-        session.BlobArrived(request, blob, bytes, 0.01, false);
+        this->give([&, request = request, blob = blob]
+          { session.BlobArrived(request, blob, bytes, 0.01, false); });
       }
       else if (!std::exchange(isNear, true))
       {
