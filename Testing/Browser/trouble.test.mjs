@@ -35,7 +35,7 @@ const flipLast = (bytes) => {
   return bytes;
 };
 const setVersion = (bytes) => {
-  bytes[3] = 8;
+  bytes[3] = 9; // one that is not yet there
   return bytes;
 };
 

@@ -174,7 +174,7 @@ TEST_F(StoreProgram, DamageIsNamedByVerify)
   const std::string whole = ReadWhole(this->Folder / "m.kds");
   // The blob of the last partition: partitions come last in the file.
   std::string damaged = whole;
-  const std::size_t blob = whole.rfind("KDP\x07");
+  const std::size_t blob = whole.rfind("KDP\x08");
   ASSERT_NE(blob, std::string::npos);
   damaged[blob + 200] ^= 1;
   std::ofstream(this->Folder / "d.kds", std::ios::binary) << damaged;

@@ -133,7 +133,7 @@ TEST(Walk, ADamagedPartitionCostsNothingElse)
   std::filesystem::create_directory(folder / "models");
   ASSERT_EQ(RunTool(folder, "build", { KDSTREAM_DRAGON, "-o", "models/dragon.kds" }).exitCode, 0);
   std::string store = ReadWhole(folder / "models/dragon.kds");
-  const std::size_t blob = store.find("KDP\x07", store.size() * 9 / 10);
+  const std::size_t blob = store.find("KDP\x08", store.size() * 9 / 10);
   ASSERT_NE(blob, std::string::npos);
   store[blob + 1000] ^= 1;
   std::ofstream(folder / "models/dragon.kds", std::ios::binary) << store;

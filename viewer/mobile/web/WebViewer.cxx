@@ -61,7 +61,10 @@ struct WebViewer
   Viewport viewport;
   SurfaceColoring coloring = SurfaceColoring::Own;
   std::optional<PictureState> drawn;
-  double nextSurface = 0; // time of the next one, while parts keep coming
+  double nextSurface = 0;        // time of the next one, while parts keep coming
+  double surfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
+  std::uint64_t blobsLoaded = 0; // at the last frame that drew no new surface
+  int framesPutOff = 0;
   bool mayGlide = false;
   GlideClock glide;
   OcclusionClock occlusion;
@@ -100,9 +103,39 @@ bool MayDrawSurface(const WebViewer& viewer, double now)
   return !coming || now >= viewer.nextSurface;
 }
 
-double TimeOfNextSurface(double begin, double end)
+double TimeOfNextSurface(double now, double seconds)
 {
-  return end + std::min(2 * (end - begin), 1.0);
+  return now + std::min(2 * seconds, 1.0);
+}
+
+// Whether the surface is better made in the next frame: what has come since the last one was
+// decoded, and pieces were chosen by it, which keeps this frame waiting too. Where something comes
+// in every frame, every third makes one all the same.
+bool IsPutOff(WebViewer& viewer)
+{
+  constexpr int mostPutOff = 2;
+  const std::uint64_t loaded = viewer.page.Session().GetStatus().blobsLoaded;
+  const bool came = std::exchange(viewer.blobsLoaded, loaded) != loaded;
+  viewer.framesPutOff = came ? viewer.framesPutOff + 1 : 0;
+  return came && viewer.framesPutOff <= mostPutOff;
+}
+
+// Makes the surface of what has come, for a later frame: decoding, this and the way to the graphics
+// memory share no frame, so that none waits long for what arrives. Whether there is one.
+bool MakeSurface(WebViewer& viewer, double glided, double now)
+{
+  if (glided < 1 || !MayDrawSurface(viewer, now))
+  {
+    return false;
+  }
+  viewer.framesPutOff = 0;
+  ViewerSession& session = viewer.page.Session();
+  const std::uint64_t version = session.Scene().surfaceVersion;
+  session.SetGlides(viewer.mayGlide && viewer.glide.MayBegin(now));
+  const double begin = Now();
+  session.BeginFrame();
+  viewer.surfaceSeconds = Now() - begin;
+  return session.Scene().surfaceVersion != version;
 }
 
 // Whether the picture has occlusion. How quick the device is shows in the time to the browser's
@@ -130,13 +163,14 @@ bool Draw(WebViewer& viewer)
   session.Advance(begin);
   session.FollowView();
   double glided = viewer.glide.Share(begin);
-  if (glided >= 1 && MayDrawSurface(viewer, begin))
+  if (session.Scene().surface->PointCount() == 0)
   {
-    session.SetGlides(viewer.mayGlide && viewer.glide.MayBegin(begin));
-    session.BeginFrame();
+    MakeSurface(viewer, glided, begin); // the first one is drawn at once
+    viewer.surfaceSeconds = 0;          // in this frame's
   }
   const ViewerScene scene = session.Scene();
   const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != scene.surfaceVersion;
+  const bool made = !fresh && (IsPutOff(viewer) || MakeSurface(viewer, glided, begin));
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
@@ -144,7 +178,7 @@ bool Draw(WebViewer& viewer)
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (viewer.drawn == state)
   {
-    return false;
+    return made; // then there is more to do in the next frame
   }
   viewer.renderer->SetGlided(glided);
   viewer.renderer->SetOcclusion(state.occluded);
@@ -153,10 +187,14 @@ bool Draw(WebViewer& viewer)
   viewer.drawn = state;
   ++viewer.frames;
   const double end = Now();
-  session.EndFrame(end - begin);
+  const double seconds = end - begin + (fresh ? viewer.surfaceSeconds : 0);
+  if (!made)
+  {
+    session.EndFrame(seconds); // of the surface that it shows, not of the one to come
+  }
   if (fresh)
   {
-    viewer.nextSurface = TimeOfNextSurface(begin, end);
+    viewer.nextSurface = TimeOfNextSurface(end, seconds);
   }
   if (begins)
   {
@@ -438,7 +476,10 @@ extern "C"
     json.BeginObject();
     const bool gliding = viewer->drawn && viewer->drawn->glided < 1;
     const bool plain = viewer->drawn && !viewer->drawn->occluded;
-    viewer->page.Describe(json, gliding || plain);
+    const bool drawsSoon = viewer->framesPutOff > 0 ||
+                           (viewer->drawn && viewer->drawn->surfaceVersion !=
+                                               viewer->page.Session().Scene().surfaceVersion);
+    viewer->page.Describe(json, gliding || plain || drawsSoon);
     json.Member("gliding", gliding)
       .Member("plain", plain)
       .Member("frames", viewer->frames)
