@@ -27,6 +27,9 @@ namespace fs = std::filesystem;
 constexpr std::string_view nginxRules =
   R"(# Include this in a server { } whose root is this folder.
 gzip_static on;
+gzip_vary on;
+add_header Cache-Control no-cache;
+add_header X-Content-Type-Options nosniff;
 location = /kdstream.wasm {
   types { application/wasm wasm; }
 }

@@ -234,9 +234,11 @@ void StoreCatalog::Add(
   state.passing = state.passing || MayPass(error) || isNew;
   if (!isNew)
   {
-    this->Reports->TellOnce(
-      file, error.message + (old ? "; the store of before is served"
-                                 : "; it is left out, the other stores are served"));
+    const char* meanwhile = !old ? "; it is left out, the other stores are served"
+                            : old->CheckUnchanged()
+                              ? "; the store of before is served"
+                              : "; clients are told to ask again until a whole store is there";
+    this->Reports->TellOnce(file, error.message + meanwhile);
   }
   if (old)
   {

@@ -68,7 +68,12 @@ private:
 
 }
 
+// Of both kinds: sorts take their buffers by the second, which must go by the same delete.
 // Not inlined: g++ would take malloc and delete for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*no throw*/) noexcept
+{
+  return kdstream::ScarceMemory::FailsNow(size) ? nullptr : std::malloc(size == 0 ? 1 : size);
+}
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
   void* memory =

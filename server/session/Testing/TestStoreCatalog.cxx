@@ -511,3 +511,16 @@ TEST_F(Folder, ReloadingSeesNewStoresAndKeepsTheOldForWhoHoldsThem)
   ASSERT_TRUE(this->catalog.Reload());
   EXPECT_FALSE(this->catalog.Find("sheet"));
 }
+
+TEST_F(Folder, AStoreThatIsCutOffInPlaceIsNotCalledServed)
+{
+  this->Build("a.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  fs::resize_file(this->folder / "a.kds", fs::file_size(this->folder / "a.kds") / 2);
+  ASSERT_TRUE(this->catalog.Reload());
+  ASSERT_EQ(this->reports.size(), 1u);
+  EXPECT_NE(this->reports[0].find("; clients are told to ask again until a whole store is there"),
+    std::string::npos)
+    << this->reports[0];
+  EXPECT_FALSE(this->catalog.Find("a")->CheckUnchanged());
+}
