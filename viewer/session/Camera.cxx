@@ -179,9 +179,20 @@ double Camera::Reach(double distance) const
 
 Vec3 Camera::Confined(const Vec3& focal) const
 {
-  const Vec3 nearest = NearestIn(this->Fitted, focal);
-  const double away = Length(focal - nearest), most = this->Reach(this->EyeDistance);
-  return away > most ? nearest + (focal - nearest) * (most / away) : focal;
+  return this->Near(focal, NearestIn(this->Fitted, focal));
+}
+
+// The focal point, within reach of another point.
+Vec3 Camera::Near(const Vec3& focal, const Vec3& point) const
+{
+  constexpr double rounding = 1 + 1e-9; // what was moved within reach is not moved again
+  const double away = Length(focal - point), most = this->Reach();
+  return away > most * rounding ? point + (focal - point) * (most / away) : focal;
+}
+
+void Camera::KeepInSight(const Vec3& point)
+{
+  this->FocalPoint = this->Near(this->FocalPoint, point);
 }
 
 void Camera::Pan(double dx, double dy)

@@ -83,6 +83,11 @@ public:
   // unchanged. Points behind the eye, outside the limits of the distance, or where the box could
   // be turned off the screen then, change nothing.
   void FocusAtDepthOf(const Vec3& point);
+  // How far a point may be from the focal point so that it is on the screen whichever way one
+  // turns: 0.8 of the way to the nearest edge, there.
+  double Reach() const { return this->Reach(this->EyeDistance); }
+  // The focal point comes so near to `point`, on the straight way.
+  void KeepInSight(const Vec3& point);
   // Away from the focal point, which stays, by a length of 0 or more; no farther than 20 radii.
   void StepBack(double length);
   // Between this camera (0) and one that only panned and zoomed away from it (1): eye, focal point
@@ -121,6 +126,7 @@ private:
   void RotateUpright(double dx, double dy);
   double Reach(double distance) const;
   Vec3 Confined(const Vec3& focal) const;
+  Vec3 Near(const Vec3& focal, const Vec3& point) const;
 
   Viewport View;
   Vec3 FocalPoint{};

@@ -134,6 +134,42 @@ struct Nearest
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
 
+Vec3 NearestOnSegment(const Vec3& point, const Vec3& a, const Vec3& b)
+{
+  const Vec3 way = b - a;
+  const double square = Dot(way, way);
+  return square > 0 ? a + way * std::clamp(Dot(point - a, way) / square, 0.0, 1.0) : a;
+}
+
+// Straight down on its plane, where that is between the edges; else, and of a degenerate one, on an
+// edge.
+Vec3 NearestOnTriangle(const Vec3& point, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const Vec3 normal = Cross(b - a, c - a);
+  const double square = Dot(normal, normal);
+  if (square > 0 && Dot(Cross(b - a, point - a), normal) >= 0 &&
+      Dot(Cross(c - b, point - b), normal) >= 0 && Dot(Cross(a - c, point - c), normal) >= 0)
+  {
+    return point - normal * (Dot(point - a, normal) / square);
+  }
+  Vec3 nearest = NearestOnSegment(point, a, b);
+  for (const Vec3& other : { NearestOnSegment(point, b, c), NearestOnSegment(point, c, a) })
+  {
+    nearest = Length(other - point) < Length(nearest - point) ? other : nearest;
+  }
+  return nearest;
+}
+
+double DistanceTo(const Box& box, const Vec3& point)
+{
+  Vec3 away{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    away[k] = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
+  }
+  return Length(away);
+}
+
 // What a triangle, or a point of a cloud, is for a ray.
 class Target
 {
@@ -226,6 +262,40 @@ std::optional<SurfaceHit> PickSurface(
     }
   }
   return best;
+}
+
+std::optional<Vec3> NearestOnSurface(const DrawnSurface& surface, const Vec3& point, double enough)
+{
+  std::optional<Vec3> nearest;
+  double distance = never;
+  const auto enter = [&](const Box& box)
+  {
+    const double entry = DistanceTo(box, point);
+    return distance <= enough || entry >= distance ? never : entry;
+  };
+  for (const DrawnSurface::Part& each : surface.Parts())
+  {
+    const Surface& part = each.part->surface;
+    if ((part.triangles.empty() && surface.TriangleCount() > 0) ||
+        enter(each.part->Bounds()) == never)
+    {
+      continue;
+    }
+    each.part->Tree().Walk(enter,
+      [&](std::size_t i)
+      {
+        const Triangle t = part.triangles.empty() ? Triangle{} : part.triangles[i];
+        const Vec3 found = part.triangles.empty() ? part.points[i]
+                                                  : NearestOnTriangle(point, part.points[t[0]],
+                                                      part.points[t[1]], part.points[t[2]]);
+        if (Length(found - point) < distance)
+        {
+          nearest = found;
+          distance = Length(found - point);
+        }
+      });
+  }
+  return nearest;
 }
 
 bool IsAround(const DrawnSurface& surface, const Vec3& point)

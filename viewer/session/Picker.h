@@ -34,6 +34,12 @@ std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, do
 std::optional<SurfaceHit> PickSurface(
   const DrawnSurface& surface, const Ray& ray, double slack = 0, std::size_t* visited = nullptr);
 
+// The point of the surface that is nearest to `point`: of its triangles or, of a cloud, of its
+// points; nothing where it is empty. Any that is no farther than `enough` may be given instead, if
+// that is found sooner. As PickSurface.
+std::optional<Vec3> NearestOnSurface(
+  const DrawnSurface& surface, const Vec3& point, double enough = 0);
+
 // Whether a closed surface is around a point: rays from there cross it an odd number of times. What
 // two of three say, since one may go through an edge or a small hole. As PickSurface.
 bool IsAround(const DrawnSurface& surface, const Vec3& point);

@@ -4,7 +4,10 @@
 //
 // Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
 // outside the model's box it is outside the surface; from there each way is straight and crosses no
-// triangle. So the eye stays outside, whatever the motions are.
+// triangle. So the eye stays outside, whatever the motions are. Zooming out alone goes through what
+// is behind the eye, to a place that is outside again: it always leads away.
+//
+// Some of the shown surface is near enough to the focal point to be on the screen (KeepInSight).
 #include "viewer/session/ViewerSession.h"
 
 #include <algorithm>
@@ -86,9 +89,20 @@ double ViewerSession::FreePart(const Camera& from, const Camera& to) const
   return std::min(1.0, most / length);
 }
 
-// As far as the eye may go. What turns goes all the way or not at all.
-void ViewerSession::Move(const Camera& moved)
+// The surface, that is: the camera itself knows no more than a box, of which most may be empty.
+void ViewerSession::KeepInSight(Camera& camera) const
 {
+  if (const auto point =
+        NearestOnSurface(*this->Shown.GetSurface(), camera.Focal(), camera.Reach()))
+  {
+    camera.KeepInSight(*point);
+  }
+}
+
+// As far as the eye may go. What turns goes all the way or not at all.
+void ViewerSession::Move(Camera moved)
+{
+  this->KeepInSight(moved);
   const double part = this->FreePart(this->Eye, moved);
   if (part == 1)
   {
@@ -98,6 +112,13 @@ void ViewerSession::Move(const Camera& moved)
   {
     this->Eye = this->Eye.PartOfTheWayTo(moved, part);
   }
+}
+
+// Straight back, whatever is behind the eye.
+void ViewerSession::BackAway(double length)
+{
+  this->Eye.StepBack(length);
+  this->StepOutside();
 }
 
 // A finer surface may lie before the coarser one by which the eye was stopped.
@@ -129,6 +150,10 @@ void ViewerSession::TakeView(const Camera& view, const Viewport& viewport)
 {
   this->Eye = view;
   this->Eye.SetViewport(viewport);
+  if (!(this->Eye.GetViewport() == view.GetViewport()))
+  {
+    this->KeepInSight(this->Eye);
+  }
   if (this->Current && this->FreePart(view, this->Eye) < 1)
   {
     this->FitModel();
@@ -224,7 +249,14 @@ void ViewerSession::FocusUnder(double x, double y)
   this->Retry();
   if (const auto hit = this->PickUnder(x, y))
   {
-    this->Eye.FocusAtDepthOf(hit->point);
+    Camera focused = this->Eye;
+    focused.FocusAtDepthOf(hit->point);
+    const Camera there = focused;
+    this->KeepInSight(focused);
+    if (focused == there) // there is enough of the surface at that depth to turn about
+    {
+      this->Eye = focused;
+    }
   }
 }
 
@@ -234,7 +266,15 @@ void ViewerSession::ZoomBy(double factor, double x, double y)
   this->Mode = ViewerMode::FullScreen;
   Camera moved = this->Eye;
   moved.Zoom(factor, x, y);
-  this->Move(moved);
+  this->KeepInSight(moved);
+  if (factor < 1 && this->FreePart(this->Eye, moved) < 1)
+  {
+    this->BackAway(moved.Distance() - this->Eye.Distance());
+  }
+  else
+  {
+    this->Move(moved);
+  }
   this->FollowZoom();
 }
 

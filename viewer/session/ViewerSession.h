@@ -248,7 +248,9 @@ private:
   void Handle(const Gesture& gesture, double time);
   void FitModel();
   double FreePart(const Camera& from, const Camera& to) const;
-  void Move(const Camera& moved);
+  void KeepInSight(Camera& camera) const;
+  void Move(Camera moved);
+  void BackAway(double length);
   void StepOutside();
   void TakeView(const Camera& view, const Viewport& viewport);
   void Turn(double x, double y, double dx, double dy);
