@@ -52,6 +52,7 @@ void ViewerSession::RefineView()
     const bool inSteps = this->Meter.Window() < fastLine;
     model.refinement.Follow({ this->Eye, model.tree, this->Pieces, &model.seen, inSteps },
       this->TappedPieces(), this->FailedPieces);
+    this->TellWhatIsMissed();
   }
   else
   {

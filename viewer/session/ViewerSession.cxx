@@ -211,6 +211,7 @@ void ViewerSession::Retry()
 {
   this->FailedPieces.clear();
   this->FailedTree.clear();
+  this->Doubtful.clear();
   this->LastError.clear();
 }
 
@@ -355,16 +356,46 @@ Status ViewerSession::Decode(
 
 void ViewerSession::Fail(const BlobId& blob, const std::string& message)
 {
-  this->LastError =
+  if (this->Ahead.erase(blob) > 0)
+  {
+    // Nobody has missed it: no more is fetched ahead of this view. Once wanted, it is asked for
+    // again.
+    this->AheadSpent = this->Options.aheadBytes;
+    return;
+  }
+  const std::string sentence =
     protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
   if (!IsOfPiece(blob))
   {
     this->FailedTree.insert(blob);
     this->DropPick();
+    this->LastError = sentence;
+    return;
   }
-  else
+  const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
+  this->FailedPieces.insert(piece);
+  if (this->ByView() && this->Current->refinement.MayDoWithout(piece))
   {
-    this->FailedPieces.insert(PieceOfBlob(blob, this->Current->codec.depths));
+    this->Doubtful.emplace(piece, sentence);
+    return;
+  }
+  this->LastError = sentence;
+}
+
+// Where a view is complete without what failed, nothing is wrong with it.
+void ViewerSession::TellWhatIsMissed()
+{
+  for (auto each = this->Doubtful.begin(); each != this->Doubtful.end();)
+  {
+    if (this->Current->refinement.IsMissed(each->first))
+    {
+      this->LastError = std::move(each->second);
+      each = this->Doubtful.erase(each);
+    }
+    else
+    {
+      ++each;
+    }
   }
 }
 

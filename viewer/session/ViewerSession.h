@@ -297,6 +297,7 @@ private:
   void TakeLate(
     std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
   void Fail(const protocol::BlobId& blob, const std::string& message);
+  void TellWhatIsMissed();
   void NoteWhatIsShown();
   void Trace(std::string_view input, std::string_view detail = {}) const;
   friend struct SessionOptions;
@@ -338,6 +339,7 @@ private:
   std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
+  std::map<PieceId, std::string> Doubtful; // that failed, and why: perhaps nobody misses them
   std::string LastError;
 
   std::optional<Situation> LastSituation; // that Update found something to do in

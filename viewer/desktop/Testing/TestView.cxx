@@ -422,6 +422,24 @@ TEST_F(TestView, WhatWasSeenIsThereWithoutTheServer)
   EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;
 }
 
+TEST_F(TestView, AMeshIsSeenWhereNothingCanBeKept)
+{
+  this->Write("nest.ply", TetrahedronPly());
+  std::filesystem::create_directory(this->Folder / "brief");
+  const std::string look = "nest.ply --offscreen auto --size 64x64 --screenshot n.png --cache ";
+  ASSERT_EQ(this->Run(look + "kept"), 0) << this->Err;
+  const std::string seen = ReadText(this->Folder / "n.png");
+  ::setenv("TMPDIR", (this->Folder / "brief").c_str(), 1);
+  EXPECT_EQ(this->Run(look + "nest.ply/below"), 0) << this->Err;
+  ::unsetenv("TMPDIR");
+  EXPECT_NE(
+    this->Err.find("kdstream-view: warning: nest.ply/below: cannot be made: "), std::string::npos)
+    << this->Err;
+  EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
+  EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
+  EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
+}
+
 TEST_F(TestView, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
 {
   this->Write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n");
@@ -430,10 +448,6 @@ TEST_F(TestView, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("bad.ply: "), std::string::npos) << this->Err;
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "kept" / "stores"));
-  this->Write("solid.ply", TetrahedronPly());
-  this->Write("file", "");
-  EXPECT_EQ(this->Run("solid.ply " + look + "file"), 1);
-  EXPECT_NE(this->Err.find("cannot be created"), std::string::npos) << this->Err;
 }
 
 TEST_F(TestView, TellsItsOptionsAndVersion)

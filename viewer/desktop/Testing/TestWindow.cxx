@@ -13,6 +13,8 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -126,9 +128,13 @@ protected:
     Hands("search --sync --onlyvisible --class kdstream-view");
   }
 
-  // Presses keys until the program has ended; its exit code.
-  int End()
+  // Presses keys, or Ctrl-C in the terminal, until the program has ended; its exit code.
+  int End(bool inTerminal = false)
   {
+    if (inTerminal)
+    {
+      ::kill(this->Process, SIGINT);
+    }
     int status = 0;
     const auto last = std::chrono::steady_clock::now() + patience;
     while (::waitpid(this->Process, &status, WNOHANG) == 0)
@@ -138,7 +144,10 @@ protected:
         ADD_FAILURE() << "it does not end";
         return -1;
       }
-      std::system("xdotool key q >/dev/null 2>&1");
+      if (!inTerminal)
+      {
+        std::system("xdotool key q >/dev/null 2>&1");
+      }
       std::this_thread::sleep_for(200ms);
     }
     this->Process = -1;
@@ -314,6 +323,26 @@ TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
   EXPECT_EQ(this->Err().rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err();
   Hands("key F1");
   EXPECT_EQ(this->End(), 0) << "it can still be closed";
+}
+
+TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)
+{
+  const int silent = ::socket(AF_INET, SOCK_STREAM, 0); // a server that never answers
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  ASSERT_EQ(::bind(silent, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(silent, 4), 0);
+  ASSERT_EQ(::getsockname(silent, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  this->Open("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  EXPECT_EQ(this->End(true), 1);
+  EXPECT_EQ(this->Err(), "kdstream-view: error: interrupted\n");
+  ::close(silent);
+
+  this->Open(this->Server->Url() + " --model first --size " + Size());
+  this->SettledPicture("first");
+  EXPECT_EQ(this->End(true), 0) << "as if it had been closed";
 }
 
 TEST_F(TestWindow, WhatCannotBeOpenedIsToldAndCanBeTriedAgain)

@@ -178,6 +178,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
     return wishes;
   }
   this->DrawError(facts, wishes);
+  this->DrawWarnings(facts);
   if (this->helpOpen)
   {
     this->DrawHelp(facts);
@@ -536,6 +537,28 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   if (ImGui::Button("Dismiss"))
   {
     this->dismissed = error;
+  }
+  ImGui::End();
+}
+
+// Where an error is told, which has more to say, until there is none.
+void Panels::DrawWarnings(const PanelFacts& facts)
+{
+  const std::string& error = facts.status.error;
+  const bool isErrorTold = !error.empty() && error != this->dismissed;
+  if (facts.warnings.empty() || facts.warnings == this->warned || isErrorTold)
+  {
+    return;
+  }
+  ImGui::SetNextWindowPos(
+    Place(facts.width / 2.0, 72 * facts.ratio), ImGuiCond_Always, { 0.5f, 0 });
+  ImGui::Begin("##warnings", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushTextWrapPos(Scaled(facts, 560));
+  Text(facts.warnings);
+  ImGui::PopTextWrapPos();
+  if (ImGui::Button("Dismiss"))
+  {
+    this->warned = facts.warnings;
   }
   ImGui::End();
 }

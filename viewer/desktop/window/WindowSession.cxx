@@ -91,6 +91,8 @@ void WindowSession::Begin(OpenedSources sources)
 {
   this->Source = std::move(sources.models);
   this->PreviewSource = std::move(sources.previews);
+  this->OpeningWarnings = std::move(sources.warnings);
+  this->Texts += this->OpeningWarnings;
   const auto& models = this->Source->Models();
   for (const ModelSummary& model : models)
   {

@@ -84,6 +84,7 @@ public:
     std::unique_ptr<DisplayWindow> display, SessionRecorder recorder);
 
   void Run();
+  bool IsOpen() const { return this->Session.IsOpen(); }
   // Writes what the command line asked for at the end.
   Status Finish();
 
@@ -445,6 +446,7 @@ PanelFacts WindowView::Facts() const
   facts.models = this->Shelf ? this->Session.Models() : nullptr;
   facts.opening = this->Session.Progress();
   facts.trouble = this->Session.Trouble();
+  facts.warnings = this->Session.Warnings();
   facts.status = this->Session.Viewer().GetStatus();
   facts.model = this->Session.Model();
   facts.blobs = &this->Session.Viewer().Statistics();
@@ -602,6 +604,10 @@ Result<int> ViewInWindow(const std::string& program, const ViewOptions& options)
   WindowView view(program, options, std::move(*display), std::move(*recorder));
   view.Run();
   KDSTREAM_TRY(view.Finish());
+  if (Interrupted() && !view.IsOpen())
+  {
+    return Error{ ErrorCode::Cancelled, "interrupted" }; // before anything was seen
+  }
   return exitDone;
 }
 
