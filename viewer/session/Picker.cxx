@@ -6,6 +6,8 @@
 // and v, solved by Cramer.
 #include "viewer/session/Picker.h"
 
+#include "filters/core/TriangleDistance.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -133,32 +135,6 @@ struct Nearest
   }
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
-
-Vec3 NearestOnSegment(const Vec3& point, const Vec3& a, const Vec3& b)
-{
-  const Vec3 way = b - a;
-  const double square = Dot(way, way);
-  return square > 0 ? a + way * std::clamp(Dot(point - a, way) / square, 0.0, 1.0) : a;
-}
-
-// Straight down on its plane, where that is between the edges; else, and of a degenerate one, on an
-// edge.
-Vec3 NearestOnTriangle(const Vec3& point, const Vec3& a, const Vec3& b, const Vec3& c)
-{
-  const Vec3 normal = Cross(b - a, c - a);
-  const double square = Dot(normal, normal);
-  if (square > 0 && Dot(Cross(b - a, point - a), normal) >= 0 &&
-      Dot(Cross(c - b, point - b), normal) >= 0 && Dot(Cross(a - c, point - c), normal) >= 0)
-  {
-    return point - normal * (Dot(point - a, normal) / square);
-  }
-  Vec3 nearest = NearestOnSegment(point, a, b);
-  for (const Vec3& other : { NearestOnSegment(point, b, c), NearestOnSegment(point, c, a) })
-  {
-    nearest = Length(other - point) < Length(nearest - point) ? other : nearest;
-  }
-  return nearest;
-}
 
 double DistanceTo(const Box& box, const Vec3& point)
 {

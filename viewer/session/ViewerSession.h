@@ -86,9 +86,9 @@ private:
 // the model lets the region go, and goes home. Selecting another model browses that one.
 //
 // The first view of a model is that of its description (ModelPose). Nobody gets lost: some of the
-// model's box stays on the screen (Camera::Pan), and the eye never goes through the shown surface,
-// nor, while nothing is shown, into the box. A motion ends before them. Where a surface that has
-// changed is around the eye, that steps back.
+// shown surface stays on the screen (KeepInSight), and the eye never goes through it, nor, while
+// nothing is shown, into the box. A motion ends before them; but zooming out always leads away.
+// Where a surface that has changed is around the eye, that steps back.
 //
 // A region stays while one turns, pans and pinches, until it has become too small to be seen. The
 // next one adds to it, as far as the budget goes; what leaves the view then is let go.
