@@ -33,6 +33,17 @@ enum class Turning
   Free     // as a ball under the finger, and two fingers roll it
 };
 
+// Where a camera stands, whatever the model's size and place: lengths in radii of the sphere around
+// the fitted box, from its middle.
+struct Place
+{
+  Vec3 focal{};
+  double distance = 1;
+  Quaternion orientation;
+  double aspect = 1; // of the window: width / height
+  bool operator==(const Place&) const = default;
+};
+
 // A perspective camera that turns about a focal point.
 //
 // The state is the focal point, the distance to it, and an orientation; eye, up and rays follow
@@ -58,6 +69,11 @@ public:
   // the window, portrait and landscape alike. Sets the limits of panning and zooming, in radii of
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
+
+  Place GetPlace() const;
+  // In a window of another shape the whole of the largest square in the middle is seen still.
+  // Within the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
+  void SetPlace(const Place& place);
 
   // As a camera of somebody else's looks, whatever it looks at. tangent: of half the vertical angle
   // of view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of

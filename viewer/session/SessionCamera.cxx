@@ -21,7 +21,6 @@ namespace
 constexpr double mostOfTheWay = 0.9;      // to what is ahead,
 constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
 constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
-constexpr std::size_t mostEarlierViews = 32;
 
 // Turning on: in steps of a fixed time, each slower than the one before, for about as far as a
 // finger goes in a fifth of a second.
@@ -40,6 +39,7 @@ void ViewerSession::FitModel()
   this->Eye.SetUp(pose.up);
   this->Eye.FitTo(this->Current->box, LookingFrom(pose.view, pose.up));
   this->EyeMoved = false;
+  this->IsArriving = false;
   this->Coasting.reset();
 }
 
@@ -102,6 +102,7 @@ void ViewerSession::KeepInSight(Camera& camera) const
 // As far as the eye may go. What turns goes all the way or not at all.
 void ViewerSession::Move(Camera moved)
 {
+  this->IsArriving = false;
   this->KeepInSight(moved);
   const double part = this->FreePart(this->Eye, moved);
   if (part == 1)
@@ -117,11 +118,13 @@ void ViewerSession::Move(Camera moved)
 // Straight back, whatever is behind the eye.
 void ViewerSession::BackAway(double length)
 {
+  this->IsArriving = false;
   this->Eye.StepBack(length);
   this->StepOutside();
 }
 
-// A finer surface may lie before the coarser one by which the eye was stopped.
+// A finer surface may lie before the coarser one by which the eye was stopped. Not on the way to a
+// view of somebody else's: that was outside of the surface that comes.
 void ViewerSession::StepOutside()
 {
   constexpr int mostWalls = 8;
@@ -131,7 +134,8 @@ void ViewerSession::StepOutside()
     return this->Eye.DistanceTo(this->Current->box) == 0 &&
            IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
   };
-  for (int i = 0; i < mostWalls && this->Current && this->Current->isClosed && isInside(); ++i)
+  const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving;
+  for (int i = 0; i < mostWalls && mayBeInside && isInside(); ++i)
   {
     const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };
     const auto wall = PickSurface(*this->Shown.GetSurface(), back);
@@ -169,19 +173,11 @@ void ViewerSession::Turn(double x, double y, double dx, double dy)
 
 // ---- jumps
 
-// Can be undone, unless it leads nowhere.
 void ViewerSession::JumpHome()
 {
   const EarlierView before{ this->Eye, this->EyeMoved };
   this->FitModel();
-  if (before.eye != this->Eye)
-  {
-    this->EarlierViews.push_back(before);
-  }
-  if (this->EarlierViews.size() > mostEarlierViews)
-  {
-    this->EarlierViews.pop_front();
-  }
+  this->NoteJump(before);
 }
 
 void ViewerSession::GoHome()

@@ -122,6 +122,7 @@ void ViewerSession::CloseModel()
   this->EarlierViews.clear();
   this->LastSteps.clear();
   this->Coasting.reset();
+  this->Followed.reset();
 }
 
 void ViewerSession::EnterFullScreen()
@@ -264,6 +265,10 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   this->Shown.Reset(model.depths);
   this->FitModel();
   this->Target = this->Current->policy.PreviewLevel();
+  if (this->Followed)
+  {
+    this->TakeLink();
+  }
   this->FollowZoom(); // full screen may have been asked for already
   this->Update();
   this->Trace("opened", this->ModelId);
@@ -464,6 +469,11 @@ void ViewerSession::BeginFrame()
     this->NoteWhatIsShown();
     this->StepOutside();
     this->Trace("frame");
+  }
+  if (this->IsArriving && this->IsIdle())
+  {
+    this->IsArriving = false;
+    this->StepOutside();
   }
 }
 

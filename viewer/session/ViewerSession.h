@@ -17,6 +17,7 @@
 #include "viewer/session/RequestBook.h"
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/ShownSurface.h"
+#include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
 
 #include <deque>
@@ -125,8 +126,18 @@ public:
   void Zoom(double factor, double x, double y);
   // The first view again, of this window.
   void GoHome();
-  // The view before the last jump (home, back to browsing) again, however one has moved since; one
-  // jump after the other. Nothing where there is none.
+  // From a side, level but for top and bottom: "front" (as the first view, but level), "back",
+  // "left", "right" (of somebody who looks at the front), "top", "bottom". A jump. False, and
+  // nothing changes, for other words.
+  bool LookFromSide(std::string_view side);
+  // The view as it is now; without colours and light, which are the scene's.
+  ViewLink Link() const;
+  // Shows what somebody else saw: the model full screen, as soon as it is open, and the camera
+  // where it stood. A region is picked again. Where the model is another version a sentence says
+  // so. Errors: those of SelectModel.
+  Status Follow(const ViewLink& link);
+  // The view before the last jump (a side, a link, home, back to browsing) again, however one has
+  // moved since; one jump after the other. Nothing where there is none.
   void UndoView();
   void SetTurning(Turning turning);
   void SetCoasting(bool coasts);
@@ -256,6 +267,8 @@ private:
   void Turn(double x, double y, double dx, double dy);
   double DistanceToObstacle(const Ray& ray) const;
   void JumpHome();
+  void NoteJump(const EarlierView& before);
+  void TakeLink();
   void LetGo(double x, double y, double time);
   void FocusUnder(double x, double y);
   void ZoomBy(double factor, double x, double y);
@@ -308,6 +321,8 @@ private:
   Camera Eye;
   bool EyeMoved = false;                // by a pinch or a wheel since it was fitted
   std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
+  std::optional<ViewLink> Followed;     // waits until its model is open
+  bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   std::deque<TurningStep> LastSteps;    // of a finger that turns
   std::optional<Coast> Coasting;
   std::vector<ModelSummary> ModelList;
