@@ -235,6 +235,7 @@ std::optional<SurfaceHit> PickSurface(
     if (nearest.Distance() < sofar)
     {
       best = nearest.hit;
+      best->part = static_cast<std::size_t>(&each - surface.Parts().data());
     }
   }
   return best;

@@ -338,8 +338,16 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
         this->Mode = ViewerMode::FullScreen;
         this->FollowZoom();
       }
+      else if (this->InHand == Tool::Measure)
+      {
+        this->MeasureAt(gesture.x, gesture.y);
+      }
       break;
     case Gesture::Kind::DoubleTap:
+      if (this->InHand == Tool::Measure && this->MeasureAt(gesture.x, gesture.y))
+      {
+        break; // two ends in quick succession
+      }
       this->DoubleTap(gesture.x, gesture.y);
       break;
   }

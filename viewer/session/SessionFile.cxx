@@ -235,6 +235,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("go")         ? ParseWord(object, line, "go", Kind::Go, { "home", "undo", "back" })
          : has("side")       ? ParseWord(object, line, "side", Kind::Side,
                                  { "front", "back", "left", "right", "top", "bottom" })
+         : has("tool")       ? ParseWord(object, line, "tool", Kind::Tool, { "none", "measure" })
          : has("link")       ? ParseLink(object, line)
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
@@ -245,7 +246,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("boxes")
            ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
            : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
-                         "'go', 'side', 'link', 'turning', 'detail', 'rings', 'triangles', "
+                         "'go', 'side', 'link', 'tool', 'turning', 'detail', 'rings', 'triangles', "
                          "'colours', 'light', 'boxes', 'window'");
 }
 
@@ -296,6 +297,9 @@ Status Perform(const SessionStep& step, ViewerSession& session)
       break;
     case SessionStep::Kind::Side:
       session.LookFromSide(step.name);
+      break;
+    case SessionStep::Kind::Tool:
+      session.SetTool(step.name == "measure" ? Tool::Measure : Tool::None);
       break;
     case SessionStep::Kind::Link:
     {
@@ -362,6 +366,9 @@ std::string FormatSessionStep(const SessionStep& step)
       break;
     case SessionStep::Kind::Side:
       json.Member("side", step.name);
+      break;
+    case SessionStep::Kind::Tool:
+      json.Member("tool", step.name);
       break;
     case SessionStep::Kind::Link:
       json.Member("link", step.name);

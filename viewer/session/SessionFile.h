@@ -13,6 +13,7 @@
 //                               out of full screen
 //   {"side":"front"}            from there: front, back, left, right, top or bottom
 //   {"link":"model=…"}          what a link to a view says (ViewLink.h), but for colours and light
+//   {"tool":"measure"}          what taps do from here on: measure, or none (as before it)
 //   {"turning":"upright"}       how fingers turn the model from here on: upright or free, which it
 //                               is before
 //   {"detail":"level"}          view, level or full from here on
@@ -53,6 +54,7 @@ struct SessionStep
     Go,
     Side,
     Link,
+    Tool,
     Turning,
     Detail,
     Rings,
@@ -64,8 +66,8 @@ struct SessionStep
   };
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
-  // File of Screenshot, model of Select, text of Link; word of Go, Side, Turning, Detail, Colors,
-  // Light and Boxes.
+  // File of Screenshot, model of Select, text of Link; word of Go, Side, Tool, Turning, Detail,
+  // Colors, Light and Boxes.
   std::string name{};
   double factor = 1; // of Zoom, above 0
   double x = 0, y = 0;

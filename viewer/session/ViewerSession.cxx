@@ -123,6 +123,9 @@ void ViewerSession::CloseModel()
   this->LastSteps.clear();
   this->Coasting.reset();
   this->Followed.reset();
+  this->Measured.clear();
+  this->Ends.clear();
+  this->MeasurementsMade = 0;
 }
 
 void ViewerSession::EnterFullScreen()
@@ -468,6 +471,11 @@ void ViewerSession::BeginFrame()
     this->History.BeginFrame(this->Shown.Pieces());
     this->NoteWhatIsShown();
     this->StepOutside();
+    if (!this->Ends.empty())
+    {
+      this->PickEndsAnew();
+      this->Update();
+    }
     this->Trace("frame");
   }
   if (this->IsArriving && this->IsIdle())

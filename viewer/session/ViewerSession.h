@@ -12,6 +12,7 @@
 #include "viewer/session/KnownTree.h"
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/LineMeter.h"
+#include "viewer/session/Measurement.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/RequestBook.h"
@@ -75,6 +76,12 @@ private:
     std::string_view input, std::string_view detail) const = nullptr; // with Sink
 };
 
+enum class Tool
+{
+  None,
+  Measure
+};
+
 // One person's session with one server. The states:
 //
 //   no model --SelectModel--> browsing --tap, pinch, wheel, SelectModel again--> full screen
@@ -115,6 +122,15 @@ public:
   // then.
   Status SelectModel(const std::string& model);
   void EnterFullScreen();
+  // What taps do from here on: with Measure they place the ends of distances, one after the other,
+  // in full screen. Half a measurement is dropped.
+  void SetTool(Tool tool);
+  Tool GetTool() const { return this->InHand; }
+  // Of the model that is selected, oldest first; at most 64. Ends move to the original when that
+  // has come.
+  const std::vector<Measurement>& Measurements() const { return this->Measured; }
+  void NameMeasurement(std::size_t index, const std::string& name);
+  void RemoveMeasurement(std::size_t index);
   // Back to browsing the same model: its preview again, whole, without a region.
   void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
@@ -242,6 +258,16 @@ private:
     double time = 0, x = 0, y = 0, speedX = 0, speedY = 0;
   };
 
+  // An end of a measurement that is not on the original yet.
+  struct End
+  {
+    std::size_t measurement = 0;
+    bool isSecond = false;
+    Ray ray;                            // by which it was picked
+    std::set<std::uint32_t> partitions; // that are to be the original
+    std::vector<Vec3> around;           // places whose partitions are to be, once they are known
+  };
+
   // All that Update goes by.
   struct Situation
   {
@@ -274,6 +300,13 @@ private:
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
+  double FingerSlack() const;
+  bool MeasureAt(double x, double y);
+  MeasuredPoint& PointOf(const End& end);
+  bool Settle(End& end, const SurfaceHit& hit);
+  void FollowEnds();
+  void PickEndsAnew();
+  bool IsGivenUp(const End& end) const;
   void FollowPick();
   bool SetRegion(NodeId cell);
   void GiveWayToTap();
@@ -304,6 +337,7 @@ private:
   void RequestTree();
   void RequestLevels(const std::vector<PieceId>& missing);
   void RequestRegion(const std::vector<PieceId>& missing);
+  std::vector<PieceId> BesideRegion(std::vector<PieceId> missing) const;
   void RequestAllPartitions(const std::vector<PieceId>& missing);
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
@@ -333,6 +367,10 @@ private:
   std::optional<Model> Current; // once it is open
   unsigned Target = 0;          // level that the zoom asks for
   std::optional<PickedRegion> Region;
+  Tool InHand = Tool::None;
+  std::vector<Measurement> Measured;
+  std::size_t MeasurementsMade = 0;
+  std::vector<End> Ends; // that wait for the original
   // What a tap waits for until enough of the tree has come: which partition it means, and which are
   // around that.
   std::optional<Vec3> WaitingPick;
