@@ -98,14 +98,14 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
     std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
 }
 
-Place Camera::GetPlace() const
+CameraPlace Camera::GetPlace() const
 {
   const Vec3 middle = this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5;
   return { (this->FocalPoint - middle) * (1 / this->Radius), this->EyeDistance / this->Radius,
     this->Turn, static_cast<double>(this->View.width) / this->View.height };
 }
 
-void Camera::SetPlace(const Place& place)
+void Camera::SetPlace(const CameraPlace& place)
 {
   const double aspect = static_cast<double>(this->View.width) / this->View.height;
   const double farther = std::max(1.0, std::min(place.aspect, 1.0) / std::min(aspect, 1.0));

@@ -35,13 +35,13 @@ enum class Turning
 
 // Where a camera stands, whatever the model's size and place: lengths in radii of the sphere around
 // the fitted box, from its middle.
-struct Place
+struct CameraPlace
 {
   Vec3 focal{};
   double distance = 1;
   Quaternion orientation;
   double aspect = 1; // of the window: width / height
-  bool operator==(const Place&) const = default;
+  bool operator==(const CameraPlace&) const = default;
 };
 
 // A perspective camera that turns about a focal point.
@@ -70,10 +70,10 @@ public:
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
-  Place GetPlace() const;
+  CameraPlace GetPlace() const;
   // In a window of another shape the whole of the largest square in the middle is seen still.
   // Within the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
-  void SetPlace(const Place& place);
+  void SetPlace(const CameraPlace& place);
 
   // As a camera of somebody else's looks, whatever it looks at. tangent: of half the vertical angle
   // of view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of

@@ -66,10 +66,16 @@ std::optional<std::vector<std::uint8_t>> ToBytes(std::string_view text)
   return bytes;
 }
 
+// The largest number of so many bytes that is even: 0, in the middle, stays 0.
+double MostOf(unsigned bytes)
+{
+  return std::ldexp(1.0, static_cast<int>(8 * bytes)) - 2;
+}
+
 // A number from -half to half.
 void Put(std::vector<std::uint8_t>& bytes, double number, double half, unsigned count)
 {
-  const double most = std::ldexp(1.0, static_cast<int>(8 * count)) - 1;
+  const double most = MostOf(count);
   const double part = std::clamp(number / (2 * half) + 0.5, 0.0, 1.0);
   const auto whole = static_cast<std::uint64_t>(std::floor(part * most + 0.5));
   for (unsigned i = count; i-- > 0;)
@@ -85,13 +91,13 @@ double Take(const std::vector<std::uint8_t>& bytes, std::size_t& at, double half
   {
     whole = whole << 8 | bytes[at++];
   }
-  const double most = std::ldexp(1.0, static_cast<int>(8 * count)) - 1;
+  const double most = MostOf(count);
   return (static_cast<double>(whole) / most - 0.5) * 2 * half;
 }
 
 constexpr double aspectHalf = 0x1p15 / aspectParts;
 
-std::string FormatPlace(const Place& place)
+std::string FormatPlace(const CameraPlace& place)
 {
   std::vector<std::uint8_t> bytes{ placeVersion };
   for (const double length :
@@ -108,7 +114,7 @@ std::string FormatPlace(const Place& place)
   return ToText(bytes);
 }
 
-std::optional<Place> ParsePlace(std::string_view text)
+std::optional<CameraPlace> ParsePlace(std::string_view text)
 {
   constexpr std::size_t size = 1 + 4 * lengthBytes + 4 * turnBytes + aspectBytes;
   const auto bytes = ToBytes(text.substr(0, 2 * size));
@@ -119,7 +125,7 @@ std::optional<Place> ParsePlace(std::string_view text)
   std::size_t at = 1;
   const auto length = [&] { return Take(*bytes, at, mostRadii / 2, lengthBytes); };
   const auto turn = [&] { return Take(*bytes, at, 1, turnBytes); };
-  Place place;
+  CameraPlace place;
   for (double& coordinate : place.focal)
   {
     coordinate = length();

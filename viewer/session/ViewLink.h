@@ -4,7 +4,7 @@
 //
 //   model=dragon&digest=76cfa554&view=AX9…&turning=free&detail=level&region=1234.2
 //
-// is what stands behind the # of a viewer's address; doc/links.md tells all of it.
+// is what stands behind the # of a viewer's address (doc/viewing.md#links-to-views).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -28,9 +28,9 @@ struct ViewLink
     bool operator==(const Region&) const = default;
   };
 
-  std::string model;          // its id
-  std::string digest;         // how the model's digest begins; empty: whichever it has
-  std::optional<Place> place; // of the camera; nothing: the first view
+  std::string model;                // its id
+  std::string digest;               // how the model's digest begins; empty: whichever it has
+  std::optional<CameraPlace> place; // of the camera; nothing: the first view
   Turning turning = Turning::Upright;
   DetailMode detail = DetailMode::View;
   std::optional<Region> region; // that is the original

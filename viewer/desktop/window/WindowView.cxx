@@ -106,6 +106,7 @@ private:
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
   void Tell(const std::string& note);
+  std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
   void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }
   // Turning previews leave most of a slow machine to the model.
   double TurningPause() const
@@ -587,7 +588,7 @@ Status WindowView::Finish()
   KDSTREAM_TRY(At(this->Options.statistics,
     WriteOutput(this->Options.statistics, StatisticsJson(this->Session.Viewer().Statistics()))));
   return At(this->Options.report,
-    WriteOutput(this->Options.report, this->Report.Json(this->Session.Viewer().GetTraffic())));
+    WriteOutput(this->Options.report, this->Report.Json(this->Session.Viewer().GetTraffic(), this->Link())));
 }
 
 }
