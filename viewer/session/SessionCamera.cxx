@@ -231,6 +231,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
   if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
   {
     this->Coasting.reset();
+    this->SetSpinning(false);
     this->FocusUnder(x, y);
     this->ZoomBy(factor, x, y);
   }
@@ -278,6 +279,7 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
 {
   if (!frame.touches.empty())
   {
+    this->SetSpinning(false);
     this->Coasting.reset();
   }
   if (frame.touches.size() == 1 && this->LastSteps.empty())
@@ -395,8 +397,30 @@ void ViewerSession::LetGo(double x, double y, double time)
   this->Coasting = coast;
 }
 
+void ViewerSession::SetSpinning(bool spins)
+{
+  this->Spins = spins;
+  this->LastSpin.reset();
+}
+
+void ViewerSession::Spin(double time)
+{
+  constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
+  constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian
+  const double seconds = this->LastSpin ? std::clamp(time - *this->LastSpin, 0.0, longestStep) : 0;
+  this->LastSpin = time;
+  const Viewport& window = this->Eye.GetViewport();
+  const double pixels = sidesPerSecond * seconds * std::min(window.width, window.height);
+  this->Turn(0.5 * window.width + pixels, 0.5 * window.height, pixels, 0);
+  this->Update();
+}
+
 void ViewerSession::Advance(double time)
 {
+  if (this->Spins && this->Current && std::isfinite(time))
+  {
+    this->Spin(time);
+  }
   if (this->Coasting && !(time >= this->Coasting->time - 1))
   {
     this->Coasting.reset(); // by another clock

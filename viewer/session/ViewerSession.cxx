@@ -123,6 +123,7 @@ void ViewerSession::CloseModel()
   this->LastSteps.clear();
   this->Coasting.reset();
   this->Followed.reset();
+  this->SetSpinning(false);
   this->Measured.clear();
   this->Ends.clear();
   this->MeasurementsMade = 0;
@@ -544,7 +545,8 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   status.picking = this->IsPicking();
   status.canUndo = !this->EarlierViews.empty();
-  status.coasting = this->Coasting.has_value();
+  status.coasting = this->Coasting.has_value() || this->Spins;
+  status.spinning = this->Spins;
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

@@ -157,7 +157,11 @@ public:
   void UndoView();
   void SetTurning(Turning turning);
   void SetCoasting(bool coasts);
-  // It is `time` by the clock of HandleTouches: what was let go turns on. Call before each frame.
+  // The model turns by itself, once in 24 seconds, until it is touched or zoomed. No session file
+  // tells of it.
+  void SetSpinning(bool spins);
+  // It is `time` by the clock of HandleTouches: what was let go turns on, and what turns by itself.
+  // Call before each frame.
   void Advance(double time);
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
@@ -296,6 +300,7 @@ private:
   void NoteJump(const EarlierView& before);
   void TakeLink();
   void LetGo(double x, double y, double time);
+  void Spin(double time);
   void FocusUnder(double x, double y);
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
@@ -359,6 +364,8 @@ private:
   bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   std::deque<TurningStep> LastSteps;    // of a finger that turns
   std::optional<Coast> Coasting;
+  bool Spins = false;             // by itself
+  std::optional<double> LastSpin; // when it last did
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
 
