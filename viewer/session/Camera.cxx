@@ -272,6 +272,19 @@ Ray Camera::RayOf(double x, double y) const
   return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
 }
 
+std::optional<std::array<double, 2>> Camera::PixelOf(const Vec3& point) const
+{
+  const Vec3 sight = point - this->Eye();
+  const double depth = Dot(sight, this->Forward());
+  if (!(depth > 0))
+  {
+    return {};
+  }
+  const double unit = this->View.height / (2 * this->Tangent * depth);
+  return std::array<double, 2>{ this->View.width * 0.5 + Dot(sight, this->Right()) * unit,
+    this->View.height * 0.5 - Dot(sight, this->Up()) * unit };
+}
+
 std::array<Vec3, 5> Camera::InwardNormals() const
 {
   const double aspect = double(this->View.width) / this->View.height;

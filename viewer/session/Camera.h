@@ -5,6 +5,7 @@
 #include "viewer/session/Geometry.h"
 
 #include <array>
+#include <optional>
 
 namespace kdstream
 {
@@ -111,6 +112,9 @@ public:
   Camera PartOfTheWayTo(const Camera& moved, double part) const;
 
   Ray RayOf(double x, double y) const;
+  // Where a point is seen, pixels from the upper left corner, perhaps beside the window; nothing
+  // behind the eye.
+  std::optional<std::array<double, 2>> PixelOf(const Vec3& point) const;
   // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
   // an empty box false.
   bool MaySee(const Box& box) const;

@@ -201,6 +201,7 @@ public:
   // What to send since the last call, in order.
   std::vector<SessionRequest> TakeRequests();
   ViewerScene Scene() const;
+  const Camera& GetCamera() const { return this->Eye; }
   ViewerStatus GetStatus() const;
   const std::vector<ModelSummary>& Models() const { return this->ModelList; }
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
