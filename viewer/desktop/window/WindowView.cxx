@@ -162,6 +162,7 @@ WindowView::WindowView(std::string program, const ViewOptions& options,
   this->Scene.Renderer().SetLayer(modelLayer);
   this->Scene.Renderer().PreserveColorBufferOff();
   window.AddRenderer(&this->Scene.Renderer());
+  window.AddRenderer(&this->Boxes.Renderer());
   this->Session.SetAhead(aheadBytes);
 }
 
