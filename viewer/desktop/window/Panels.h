@@ -92,6 +92,7 @@ private:
   void DrawError(const PanelFacts& facts, PanelWishes& wishes);
 
   std::size_t FirstTile = 0; // model
+  float DetailsWidth = 0;    // the most that its columns have taken, pixels
 };
 
 }
