@@ -51,17 +51,17 @@ vec3 positionAt(vec2 place)
 
 // How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
 // texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
-// walked in 6 steps that become longer.
+// walked in 6 steps that become longer. A rise is less by `unsure`, the length that so many steps
+// of 24 bits of depth are there: where the eye is within the model's box one is as long as a texel,
+// and smooth surfaces would have the rings and worms of these.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;
-float unsure; // a length
-const float depthSteps = 1.5; // of 24 bits
+float unsure;
+const float depthSteps = 1.5;
 const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
 // The sine of how far a place rises from the plane across the line of sight; -1 where nothing
-// is, out of reach, and out of the picture. Less than what the steps of the depths may make of it:
-// where the eye is within the model's box a step is as long as a pixel, and smooth surfaces would
-// have the rings and worms of these.
+// is, out of reach, and out of the picture.
 float rise(vec2 texel)
 {
   vec2 place = texel / grid.xy;
