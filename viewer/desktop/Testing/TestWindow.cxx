@@ -4,6 +4,7 @@
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 #include "viewer/desktop/Testing/PicturesCompared.h"
+#include "viewer/desktop/Testing/ScreenPicture.h"
 #include "viewer/session/SessionFile.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -27,6 +28,8 @@ using namespace kdstream;
 using namespace std::chrono_literals;
 using fixtures::ReadWhole;
 using fixtures::TemporaryFolder;
+using kdstream::testing::LookAtScreen;
+using kdstream::testing::ScreenPicture;
 using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusModel;
 
@@ -276,6 +279,66 @@ TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)
   Hands("key h");
   const std::string home = this->SettledPicture("third");
   EXPECT_LE(ShareThatDiffers(this->Folder / third, this->Folder / home), 0.002);
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
+// With the first picture that shows their button pressed: a new panel is measured before.
+TEST_F(TestWindow, PanelsAreThereWithTheirButton)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  this->SettledPicture("third");
+  std::this_thread::sleep_for(5s); // until the note of the picture has gone
+  const auto buttons = [] { return LookAtScreen(100, 4, windowWidth - 104, 50); };
+  const auto below = []
+  { return LookAtScreen(windowWidth / 2 - 30, windowHeight / 2 - 30, 60, 60); };
+  const ScreenPicture free = buttons();
+  const ScreenPicture without = below();
+  for (const char* key : { "F1", "o", "d" })
+  {
+    SCOPED_TRACE(key);
+    for (const bool opens : { true, false })
+    {
+      Hands("key " + std::string(key));
+      const auto last = std::chrono::steady_clock::now() + patience / 4;
+      bool changed = false;
+      while (!changed && std::chrono::steady_clock::now() < last)
+      {
+        changed = (buttons() == free) != opens;
+      }
+      EXPECT_NE(below() == without, opens) << opens;
+      EXPECT_TRUE(changed) << opens;
+    }
+  }
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
+// Whoever looks at the screen all the while sees the list of keys, though no picture has it.
+TEST_F(TestWindow, PanelsStayWhileAPictureIsWritten)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  const std::string before = this->SettledPicture("third");
+  Hands("key F1");
+  std::this_thread::sleep_for(2s);
+  const auto list = []
+  { return LookAtScreen(windowWidth / 2 - 60, windowHeight / 2 - 60, 120, 120); };
+  const ScreenPicture shown = list();
+  const std::size_t pictures = this->Pictures("third");
+  std::size_t looks = 0, without = 0;
+  for (int i = 0; i < 5; ++i)
+  {
+    Hands("key s");
+    const auto last = std::chrono::steady_clock::now() + 600ms;
+    while (std::chrono::steady_clock::now() < last)
+    {
+      ++looks;
+      without += list() != shown ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(without, 0u) << "of " << looks << " looks";
+  EXPECT_GT(looks, 50u);
+  const std::string after = this->SettledPicture("third");
+  EXPECT_GT(this->Pictures("third"), pictures);
+  EXPECT_EQ(ShareThatDiffers(this->Folder / before, this->Folder / after), 0);
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 
 namespace kdstream
@@ -441,10 +442,14 @@ void Panels::DrawDetails(const PanelFacts& facts)
 {
   ImGui::SetNextWindowPos(Place(gap * facts.ratio, 150 * facts.ratio), ImGuiCond_Appearing);
   ImGui::SetNextWindowSize(Place(560 * facts.ratio, 420 * facts.ratio), ImGuiCond_Appearing);
+  // As wide as its columns, where the window has room.
+  const double most = facts.width - 2 * gap * facts.ratio;
+  ImGui::SetNextWindowSizeConstraints(
+    Place(std::min<double>(this->DetailsWidth, most), 0), Place(FLT_MAX, FLT_MAX));
   if (ImGui::Begin("Details", &this->detailsOpen, panel))
   {
-    DrawFacts(facts);
-    DrawBlobTable(*facts.blobs, facts.ratio);
+    this->DetailsWidth = std::max(this->DetailsWidth, DrawFacts(facts));
+    this->DetailsWidth = std::max(this->DetailsWidth, DrawBlobTable(*facts.blobs, facts.ratio));
   }
   ImGui::End();
 }

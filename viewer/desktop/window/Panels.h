@@ -95,6 +95,7 @@ private:
   void DrawWarnings(const PanelFacts& facts);
 
   std::size_t FirstTile = 0; // model
+  float DetailsWidth = 0;    // the most that its columns have taken, pixels
 };
 
 }
