@@ -46,6 +46,9 @@ struct HttpServerOptions
   unsigned threads = 2; // of the event loop, at least 1
   unsigned readers = 8; // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
+  // Beyond them, so many are told at a time that there is no place, and so many may be at the admin
+  // address. Further ones are closed without an answer.
+  std::size_t extraConnections = 64;
   // Of one address, connections at a time and requests a minute, messages of streams included. 0:
   // any number. Without a number the defaults of ClientLimits, not for this machine itself.
   std::optional<std::size_t> connectionsOfAddress, requestsOfAddress;
