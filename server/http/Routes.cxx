@@ -379,9 +379,10 @@ Routes::Answered Routes::AnswerModel(
   {
     return std::nullopt;
   }
-  if (unchanged ? !*unchanged : !model.CheckUnchanged())
+  // Where it looks changed, the error is known without the disk.
+  if (const auto status = unchanged == true ? Status{} : model.CheckUnchanged(); !status)
   {
-    const auto refusal = RefuseModel(model.Description().id);
+    const auto refusal = RefuseModel(model.Description().id, status.GetError());
     return this->Failure(refusal.status, refusal.message);
   }
   auto body = model.Json(detail);

@@ -429,7 +429,7 @@ void Conversation::FinishOpening(Errand& errand)
   this->Current.reset();
   if (errand.Failure)
   {
-    const auto refusal = RefuseModel(name);
+    const auto refusal = RefuseModel(name, *errand.Failure);
     this->AnswerError(request, refusal.status, refusal.message);
   }
   else if (!errand.Model)

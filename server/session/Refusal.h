@@ -26,7 +26,8 @@ struct Refusal
 // for damage.
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error);
 
-// Of a model whose store has been changed, until it is opened again: 503.
-Refusal RefuseModel(const std::string& model);
+// Of a model whose store has been changed: 503 until it is opened again, 500 where there is no
+// whole store any more. error: of ServedModel::CheckUnchanged.
+Refusal RefuseModel(const std::string& model, const Error& error);
 
 }
