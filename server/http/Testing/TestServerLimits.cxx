@@ -214,8 +214,12 @@ TEST_F(Limits, WhoTakesNothingAtAllIsDroppedSoon)
   {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  // Who takes it is sent all of it.
+  // What it was sent, into the buffers of the system, is logged and counted.
   const auto& whole = *this->model->blobs.at(BlobId::Partition(1));
+  const auto logged = this->AwaitRecord(this->Blob(BlobId::Partition(1))).bytes;
+  EXPECT_GE(logged, 4096u);
+  EXPECT_LT(logged, whole.size());
+  // Who takes it is sent all of it.
   const auto blob = other.Get(this->Blob(BlobId::Partition(1)));
   ASSERT_TRUE(blob);
   EXPECT_EQ(blob->body, std::string(whole.begin(), whole.end()));
