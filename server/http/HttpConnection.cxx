@@ -6,6 +6,7 @@
 #include "server/http/ResponseHead.h"
 #include "server/http/StreamConnection.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/session/Refusal.h"
 
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/post.hpp>
@@ -262,11 +263,12 @@ private:
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
       this->Refuse(421, "this server does not answer for that host");
     }
-    else if (!this->MayAsk())
+    else if (const auto wait = this->TakeRequest(); wait.count() > 0)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Requests);
-      this->Send(this->State.Answers.Failure(429, "too many requests: ask again later"),
-        request.keep_alive());
+      auto response = this->State.Answers.Failure(429, TooManyRequests(wait), wait);
+      response.omitBody = request.method() == beast::http::verb::head;
+      this->Send(std::move(response), request.keep_alive());
     }
     else if (beast::websocket::is_upgrade(request))
     {
@@ -284,8 +286,8 @@ private:
     return SplitTarget({ target.data(), target.size() });
   }
 
-  // Whether the client may ask once more. Finds out who it is.
-  bool MayAsk()
+  // After how long the client may ask; 0: it may now. Finds out who it is.
+  std::chrono::seconds TakeRequest()
   {
     auto& client = this->Admitted.client;
     if (client.proxied)

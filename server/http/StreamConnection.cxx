@@ -173,12 +173,12 @@ private:
     if (this->Socket.got_text())
     {
       const auto data = this->Input.cdata();
-      const bool busy = !this->State.Clients.TakeRequest(this->Record.client);
-      if (busy)
+      const auto wait = this->State.Clients.TakeRequest(this->Record.client);
+      if (wait.count() > 0)
       {
         this->State.Counters.CountRefusal(Metrics::Reason::Requests);
       }
-      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() }, busy);
+      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() }, wait);
       this->SetBusy();
     }
     else

@@ -130,7 +130,7 @@ Conversation::Conversation(
 
 Conversation::~Conversation() = default;
 
-void Conversation::Receive(std::string_view text, bool busy)
+void Conversation::Receive(std::string_view text, std::chrono::seconds wait)
 {
   if (this->Close)
   {
@@ -161,9 +161,9 @@ void Conversation::Receive(std::string_view text, bool busy)
     this->AnswerError(
       0, 409, "request " + std::to_string(message->request) + " is not finished yet");
   }
-  else if (busy)
+  else if (wait.count() > 0)
   {
-    this->AnswerError(message->request, 429, "too many requests: ask again later");
+    this->AnswerError(message->request, 429, TooManyRequests(wait));
   }
   else if (this->Waiting.size() + (this->Current ? 1 : 0) >= maximumRequests)
   {

@@ -91,9 +91,9 @@ public:
     Permission permission = {});
   ~Conversation();
 
-  // Takes a text message of any content and length. busy: the client has asked too often; requests
-  // but cancels are refused (429).
-  void Receive(std::string_view text, bool busy = false);
+  // Takes a text message of any content and length. wait: the client has asked too often, and may
+  // ask again after that; requests but cancels are refused (429).
+  void Receive(std::string_view text, std::chrono::seconds wait = std::chrono::seconds(0));
   // Takes a binary message, which a client must not send.
   void ReceiveBinary();
   // The server is stopping: the current request is finished, waiting and later ones are refused

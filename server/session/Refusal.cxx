@@ -4,6 +4,11 @@
 namespace kdstream
 {
 
+std::string TooManyRequests(std::chrono::seconds wait)
+{
+  return "too many requests: ask again in " + std::to_string(wait.count()) + " s";
+}
+
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error)
 {
   switch (error.code)

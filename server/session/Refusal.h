@@ -21,6 +21,9 @@ struct Refusal
   bool IsFailure() const { return this->status >= 500; }
 };
 
+// 429, to a client that may ask again after `wait`.
+std::string TooManyRequests(std::chrono::seconds wait);
+
 // Of what the model `model` should have: `what` is a blob's name, or "tree". 404 where there is no
 // such blob; 410 where the store has been changed; 503 for what may pass (memory, the disk); 500
 // for damage.

@@ -130,7 +130,7 @@ public:
       default:
         if (this->Talk.AcceptsMessages())
         {
-          this->Talk.Receive(line, line.size() % 16 == 15);
+          this->Talk.Receive(line, std::chrono::seconds(line.size() % 16 == 15 ? 3 : 0));
         }
     }
   }

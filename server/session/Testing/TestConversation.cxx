@@ -371,11 +371,13 @@ TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
 {
   this->OpenModel();
   this->Ask({ 2, PartitionsRequest{ { 3 } } });
-  this->conversation.Receive(WriteClientMessage({ 3, PreviewRequest{} }), true);
-  this->conversation.Receive(WriteClientMessage({ 2, CancelRequest{} }), true);
+  this->conversation.Receive(WriteClientMessage({ 3, PreviewRequest{} }), std::chrono::seconds(7));
+  this->conversation.Receive(WriteClientMessage({ 2, CancelRequest{} }), std::chrono::seconds(7));
   this->Finish();
   ASSERT_EQ(this->answers.size(), 2u);
   EXPECT_EQ(std::get<ErrorAnswer>(this->answers[0].body).code, 429);
+  EXPECT_EQ(
+    std::get<ErrorAnswer>(this->answers[0].body).message, "too many requests: ask again in 7 s");
   EXPECT_EQ(this->answers[0].request, 3u);
   EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
 }
