@@ -7,6 +7,7 @@
 #include "server/access/TokenGuard.h"
 #include "server/http/StaticFiles.h"
 #include "server/session/Catalog.h"
+#include "server/session/Conversation.h"
 #include "server/session/PartitionLedger.h"
 
 #include <chrono>
@@ -58,9 +59,9 @@ struct HttpServerOptions
   bool proxyProtocol = false;
   // The hosts that requests may name (but those to /healthz and /readyz); none: any.
   std::vector<std::string> allowedHosts;
-  std::size_t regionPartitions = 65536; // most in a region
-  std::size_t headerBytes = 8192;       // most of a request's header
-  std::string allowOrigin;              // RouteOptions::allowOrigin
+  std::size_t headerBytes = 8192; // most of a request's header; a body none may have
+  ConversationLimits stream;      // what the client of each may ask for at once
+  std::string allowOrigin;        // RouteOptions::allowOrigin
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
   // What the bearers of tokens may have of the original; null: any number of it.

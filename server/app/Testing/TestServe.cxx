@@ -149,6 +149,31 @@ TEST_F(Serve, DoesNotStartWithTooFewDescriptors)
     "kdstream-serve: error: this process may have 32 descriptors (ulimit -n, LimitNOFILE=)");
 }
 
+TEST_F(Serve, StreamsHaveTheLimitsOfItsOptions)
+{
+  this->Build("one.kds");
+  Process serve({ this->stores, "--port", "0", "--max-message", "8000", "--max-list", "2",
+    "--max-requests", "1", "--max-region", "1" });
+  const auto port = serve.Port();
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.SendText(R"({"request":1,"type":"open","model":"one"})" + std::string(7900, ' '));
+  ASSERT_TRUE(stream.Await(1).opened);
+  stream.Ask({ 2, protocol::PartitionsRequest{ { 0, 0, 0 } } });
+  const auto listed = stream.Await(2).error;
+  ASSERT_TRUE(listed);
+  EXPECT_EQ(listed->code, 400u);
+  stream.SendText(std::string(8001, ' '));
+  while (stream.Receive())
+  {
+    // Why it ends.
+  }
+  EXPECT_EQ(stream.CloseCode(), 1009u);
+  Process small({ this->stores, "--max-message", "4095" });
+  EXPECT_EQ(small.Wait(), 2);
+  EXPECT_NE(small.AnyErrorLine().find("--max-message"), std::string::npos);
+}
+
 TEST_F(Serve, TakesAllTheDescriptorsThatItMayHave)
 {
   this->Build("one.kds");
