@@ -370,20 +370,23 @@ public:
   // Whether the bar is met.
   bool Run()
   {
-    std::vector<float> alone, beside;
+    std::vector<float> alone, beside, ratios;
     for (int round = 0; round < rounds; ++round) // in turn: other work of the machine meets both
     {
-      this->Roam(0, alone);
-      this->Roam(slowOnes, beside);
+      const auto first = this->Roam(0), second = this->Roam(slowOnes);
+      ratios.push_back(static_cast<float>(Percentile(second, 0.99) / Percentile(first, 0.99)));
+      alone.insert(alone.end(), first.begin(), first.end());
+      beside.insert(beside.end(), second.begin(), second.end());
     }
     const auto ms = [](const std::vector<float>& times, double part)
     { return 1e3 * Percentile(times, part); };
-    const double ratio = ms(beside, 0.99) / ms(alone, 0.99);
+    const double ratio = Percentile(ratios, 0.5);
     std::printf("  region, ms from the tap to the last blob: alone (%zu taps) p50 %.2f, p99 %.2f; "
-                "beside (%zu taps) p50 %.2f, p99 %.2f\n  p99 beside over alone: %.2f (wanted: at "
+                "beside (%zu taps) p50 %.2f, p99 %.2f\n  p99 beside over alone, the median of %d "
+                "rounds: %.2f (wanted: at "
                 "most %.1f)%s\n",
       alone.size(), ms(alone, 0.5), ms(alone, 0.99), beside.size(), ms(beside, 0.5),
-      ms(beside, 0.99), ratio, mostRatio, ratio <= mostRatio ? "" : "  MISSED");
+      ms(beside, 0.99), rounds, ratio, mostRatio, ratio <= mostRatio ? "" : "  MISSED");
     std::fflush(stdout);
     return this->Server.End() && ratio <= mostRatio;
   }
@@ -391,10 +394,11 @@ public:
   static constexpr std::size_t others = 300, slowOnes = 100;
 
 private:
-  static constexpr int rounds = 6;
+  static constexpr int rounds = 7;
   static constexpr double mostRatio = 1.2;
 
-  void Roam(std::size_t slow, std::vector<float>& times)
+  // How long the others' regions took, in one round.
+  std::vector<float> Roam(std::size_t slow)
   {
     Crowd crowd(this->Model, this->Port, others + slow,
       [](std::size_t viewer) {
@@ -407,13 +411,13 @@ private:
     }
     crowd.Each([](CrowdViewer& viewer) { viewer.Roam(Seconds(1)); });
     crowd.RunFor(Seconds(8));
-    const auto& taps = crowd.Tally.lastBlobs;
-    times.insert(times.end(), taps.begin(), taps.end());
+    std::vector<float> times = crowd.Tally.lastBlobs;
     if (crowd.Tally.failures != 0)
     {
       Fail(crowd.Tally.firstFailure);
     }
     crowd.Leave();
+    return times;
   }
 
   const CrowdModel& Model;
