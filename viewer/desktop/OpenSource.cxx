@@ -2,13 +2,19 @@
 // What the command line names, as a source of models.
 #include "viewer/desktop/OpenSource.h"
 
+#include "filters/core/SystemReason.h"
 #include "viewer/client/CachedSource.h"
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/ServerClient.h"
 #include "viewer/client/ServerUrl.h"
 #include "viewer/desktop/MeshStore.h"
 
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace kdstream
@@ -86,6 +92,70 @@ Result<std::unique_ptr<ModelSource>> OpenServer(
   return std::unique_ptr<ModelSource>(std::move(*offline));
 }
 
+// A folder for one look.
+class BriefFolder
+{
+public:
+  BriefFolder()
+  {
+    std::error_code failure;
+    std::string name = (std::filesystem::temp_directory_path(failure) / "kdstream-XXXXXX").string();
+    this->Path = ::mkdtemp(name.data()) ? name : "";
+  }
+  ~BriefFolder()
+  {
+    std::error_code ignored;
+    std::filesystem::remove_all(this->Path, ignored);
+  }
+  BriefFolder(const BriefFolder&) = delete;
+  BriefFolder& operator=(const BriefFolder&) = delete;
+
+  std::filesystem::path Path; // empty: none could be made
+};
+
+Status MakeCacheFolder(const Result<std::filesystem::path>& folder)
+{
+  KDSTREAM_TRY(folder);
+  std::error_code failure;
+  std::filesystem::create_directories(*folder, failure);
+  if (failure)
+  {
+    return Error{ ErrorCode::InputOutput, "cannot be made: " + failure.message(),
+      folder->string() };
+  }
+  if (::access(folder->c_str(), W_OK) != 0)
+  {
+    return SystemError("cannot be written", errno, folder->string());
+  }
+  return {};
+}
+
+Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
+  const ViewOptions& options, const std::function<bool(std::string_view progress)>& report,
+  const std::function<void(std::string_view sentence)>& warn)
+{
+  const auto open = [&](const std::filesystem::path& folder) -> Result<std::unique_ptr<ModelSource>>
+  {
+    const auto store = StoreOfMesh(mesh, { folder, options.cacheBytes }, report, warn);
+    KDSTREAM_TRY(store);
+    return At(store->string(), AsSource(LocalClient::Open(*store)));
+  };
+  const auto cache = CacheFolder(options);
+  const Status usable = MakeCacheFolder(cache);
+  if (usable)
+  {
+    return open(*cache);
+  }
+  const BriefFolder brief;
+  if (brief.Path.empty())
+  {
+    return usable.GetError();
+  }
+  warn((usable.GetError().file.empty() ? "" : usable.GetError().file + ": ") +
+       usable.GetError().message + "; the store that is made of the mesh is not kept");
+  return open(brief.Path); // its file stays open when its name goes
+}
+
 }
 
 bool NamesServer(const std::string& source)
@@ -115,12 +185,7 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   {
     return At(options.source, AsSource(LocalClient::Open(file)));
   }
-  const auto folder = CacheFolder(options);
-  KDSTREAM_TRY(folder);
-  const MeshStores stores{ *folder, options.cacheBytes };
-  const auto store = StoreOfMesh(file, stores, report, warn);
-  KDSTREAM_TRY(store);
-  return At(store->string(), AsSource(LocalClient::Open(*store)));
+  return OpenMesh(file, options, report, warn);
 }
 
 }

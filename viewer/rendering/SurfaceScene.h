@@ -2,8 +2,8 @@
 // Draws one surface in a VTK renderer. Step "render" of the README's picture: the surface is
 // DrawSurface's.
 //
-// The model stands like a piece in a museum: stone before a soft gradient, lit by a key light, a
-// fill light and a headlight that all follow the camera.
+// The model stands like a piece in a museum: stone before a soft gradient, lit by the lamps of
+// viewer/session/look/SceneLook.h, which follow the camera.
 #pragma once
 
 #include "filters/core/Result.h"

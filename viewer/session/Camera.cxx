@@ -98,6 +98,24 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
     std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
 }
 
+CameraPlace Camera::GetPlace() const
+{
+  const Vec3 middle = this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5;
+  return { (this->FocalPoint - middle) * (1 / this->Radius), this->EyeDistance / this->Radius,
+    this->Turn, static_cast<double>(this->View.width) / this->View.height };
+}
+
+void Camera::SetPlace(const CameraPlace& place)
+{
+  const double aspect = static_cast<double>(this->View.width) / this->View.height;
+  const double farther = std::max(1.0, std::min(place.aspect, 1.0) / std::min(aspect, 1.0));
+  this->Turn = place.orientation;
+  this->EyeDistance =
+    std::clamp(place.distance * farther, nearestInRadii, farthestInRadii) * this->Radius;
+  const Vec3 middle = this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5;
+  this->FocalPoint = this->Confined(middle + place.focal * this->Radius);
+}
+
 void Camera::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
 {
   this->FocalPoint = focal;
@@ -179,9 +197,20 @@ double Camera::Reach(double distance) const
 
 Vec3 Camera::Confined(const Vec3& focal) const
 {
-  const Vec3 nearest = NearestIn(this->Fitted, focal);
-  const double away = Length(focal - nearest), most = this->Reach(this->EyeDistance);
-  return away > most ? nearest + (focal - nearest) * (most / away) : focal;
+  return this->Near(focal, NearestIn(this->Fitted, focal));
+}
+
+// The focal point, within reach of another point.
+Vec3 Camera::Near(const Vec3& focal, const Vec3& point) const
+{
+  constexpr double rounding = 1 + 1e-9; // what was moved within reach is not moved again
+  const double away = Length(focal - point), most = this->Reach();
+  return away > most * rounding ? point + (focal - point) * (most / away) : focal;
+}
+
+void Camera::KeepInSight(const Vec3& point)
+{
+  this->FocalPoint = this->Near(this->FocalPoint, point);
 }
 
 void Camera::Pan(double dx, double dy)
@@ -241,6 +270,19 @@ Ray Camera::RayOf(double x, double y) const
   const Vec3 direction{ (x - this->View.width * 0.5) * unit, (this->View.height * 0.5 - y) * unit,
     -1 };
   return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
+}
+
+std::optional<std::array<double, 2>> Camera::PixelOf(const Vec3& point) const
+{
+  const Vec3 sight = point - this->Eye();
+  const double depth = Dot(sight, this->Forward());
+  if (!(depth > 0))
+  {
+    return {};
+  }
+  const double unit = this->View.height / (2 * this->Tangent * depth);
+  return std::array<double, 2>{ this->View.width * 0.5 + Dot(sight, this->Right()) * unit,
+    this->View.height * 0.5 - Dot(sight, this->Up()) * unit };
 }
 
 std::array<Vec3, 5> Camera::InwardNormals() const

@@ -5,6 +5,7 @@
 #include "viewer/session/Geometry.h"
 
 #include <array>
+#include <optional>
 
 namespace kdstream
 {
@@ -33,6 +34,17 @@ enum class Turning
   Free     // as a ball under the finger, and two fingers roll it
 };
 
+// Where a camera stands, whatever the model's size and place: lengths in radii of the sphere around
+// the fitted box, from its middle.
+struct CameraPlace
+{
+  Vec3 focal{};
+  double distance = 1;
+  Quaternion orientation;
+  double aspect = 1; // of the window: width / height
+  bool operator==(const CameraPlace&) const = default;
+};
+
 // A perspective camera that turns about a focal point.
 //
 // The state is the focal point, the distance to it, and an orientation; eye, up and rays follow
@@ -59,6 +71,11 @@ public:
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
+  CameraPlace GetPlace() const;
+  // In a window of another shape the whole of the largest square in the middle is seen still.
+  // Within the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
+  void SetPlace(const CameraPlace& place);
+
   // As a camera of somebody else's looks, whatever it looks at. tangent: of half the vertical angle
   // of view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of
   // sight.
@@ -83,6 +100,11 @@ public:
   // unchanged. Points behind the eye, outside the limits of the distance, or where the box could
   // be turned off the screen then, change nothing.
   void FocusAtDepthOf(const Vec3& point);
+  // How far a point may be from the focal point so that it is on the screen whichever way one
+  // turns: 0.8 of the way to the nearest edge, there.
+  double Reach() const { return this->Reach(this->EyeDistance); }
+  // The focal point comes so near to `point`, on the straight way.
+  void KeepInSight(const Vec3& point);
   // Away from the focal point, which stays, by a length of 0 or more; no farther than 20 radii.
   void StepBack(double length);
   // Between this camera (0) and one that only panned and zoomed away from it (1): eye, focal point
@@ -90,6 +112,9 @@ public:
   Camera PartOfTheWayTo(const Camera& moved, double part) const;
 
   Ray RayOf(double x, double y) const;
+  // Where a point is seen, pixels from the upper left corner, perhaps beside the window; nothing
+  // behind the eye.
+  std::optional<std::array<double, 2>> PixelOf(const Vec3& point) const;
   // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
   // an empty box false.
   bool MaySee(const Box& box) const;
@@ -121,6 +146,7 @@ private:
   void RotateUpright(double dx, double dy);
   double Reach(double distance) const;
   Vec3 Confined(const Vec3& focal) const;
+  Vec3 Near(const Vec3& focal, const Vec3& point) const;
 
   Viewport View;
   Vec3 FocalPoint{};

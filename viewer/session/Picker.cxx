@@ -6,6 +6,8 @@
 // and v, solved by Cramer.
 #include "viewer/session/Picker.h"
 
+#include "filters/core/TriangleDistance.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -134,6 +136,16 @@ struct Nearest
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
 
+double DistanceTo(const Box& box, const Vec3& point)
+{
+  Vec3 away{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    away[k] = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
+  }
+  return Length(away);
+}
+
 // What a triangle, or a point of a cloud, is for a ray.
 class Target
 {
@@ -223,9 +235,44 @@ std::optional<SurfaceHit> PickSurface(
     if (nearest.Distance() < sofar)
     {
       best = nearest.hit;
+      best->part = static_cast<std::size_t>(&each - surface.Parts().data());
     }
   }
   return best;
+}
+
+std::optional<Vec3> NearestOnSurface(const DrawnSurface& surface, const Vec3& point, double enough)
+{
+  std::optional<Vec3> nearest;
+  double distance = never;
+  const auto enter = [&](const Box& box)
+  {
+    const double entry = DistanceTo(box, point);
+    return distance <= enough || entry >= distance ? never : entry;
+  };
+  for (const DrawnSurface::Part& each : surface.Parts())
+  {
+    const Surface& part = each.part->surface;
+    if ((part.triangles.empty() && surface.TriangleCount() > 0) ||
+        enter(each.part->Bounds()) == never)
+    {
+      continue;
+    }
+    each.part->Tree().Walk(enter,
+      [&](std::size_t i)
+      {
+        const Triangle t = part.triangles.empty() ? Triangle{} : part.triangles[i];
+        const Vec3 found = part.triangles.empty() ? part.points[i]
+                                                  : NearestOnTriangle(point, part.points[t[0]],
+                                                      part.points[t[1]], part.points[t[2]]);
+        if (Length(found - point) < distance)
+        {
+          nearest = found;
+          distance = Length(found - point);
+        }
+      });
+  }
+  return nearest;
 }
 
 bool IsAround(const DrawnSurface& surface, const Vec3& point)

@@ -4,7 +4,10 @@
 //
 // Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
 // outside the model's box it is outside the surface; from there each way is straight and crosses no
-// triangle. So the eye stays outside, whatever the motions are.
+// triangle. So the eye stays outside, whatever the motions are. Zooming out alone goes through what
+// is behind the eye, to a place that is outside again: it always leads away.
+//
+// Some of the shown surface is near enough to the focal point to be on the screen (KeepInSight).
 #include "viewer/session/ViewerSession.h"
 
 #include <algorithm>
@@ -18,7 +21,6 @@ namespace
 constexpr double mostOfTheWay = 0.9;      // to what is ahead,
 constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
 constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
-constexpr std::size_t mostEarlierViews = 32;
 
 // Turning on: in steps of a fixed time, each slower than the one before, for about as far as a
 // finger goes in a fifth of a second.
@@ -37,6 +39,7 @@ void ViewerSession::FitModel()
   this->Eye.SetUp(pose.up);
   this->Eye.FitTo(this->Current->box, LookingFrom(pose.view, pose.up));
   this->EyeMoved = false;
+  this->IsArriving = false;
   this->Coasting.reset();
 }
 
@@ -86,9 +89,21 @@ double ViewerSession::FreePart(const Camera& from, const Camera& to) const
   return std::min(1.0, most / length);
 }
 
-// As far as the eye may go. What turns goes all the way or not at all.
-void ViewerSession::Move(const Camera& moved)
+// The surface, that is: the camera itself knows no more than a box, of which most may be empty.
+void ViewerSession::KeepInSight(Camera& camera) const
 {
+  if (const auto point =
+        NearestOnSurface(*this->Shown.GetSurface(), camera.Focal(), camera.Reach()))
+  {
+    camera.KeepInSight(*point);
+  }
+}
+
+// As far as the eye may go. What turns goes all the way or not at all.
+void ViewerSession::Move(Camera moved)
+{
+  this->IsArriving = false;
+  this->KeepInSight(moved);
   const double part = this->FreePart(this->Eye, moved);
   if (part == 1)
   {
@@ -100,7 +115,16 @@ void ViewerSession::Move(const Camera& moved)
   }
 }
 
-// A finer surface may lie before the coarser one by which the eye was stopped.
+// Straight back, whatever is behind the eye.
+void ViewerSession::BackAway(double length)
+{
+  this->IsArriving = false;
+  this->Eye.StepBack(length);
+  this->StepOutside();
+}
+
+// A finer surface may lie before the coarser one by which the eye was stopped. Not on the way to a
+// view of somebody else's: that was outside of the surface that comes.
 void ViewerSession::StepOutside()
 {
   constexpr int mostWalls = 8;
@@ -110,7 +134,8 @@ void ViewerSession::StepOutside()
     return this->Eye.DistanceTo(this->Current->box) == 0 &&
            IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
   };
-  for (int i = 0; i < mostWalls && this->Current && this->Current->isClosed && isInside(); ++i)
+  const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving;
+  for (int i = 0; i < mostWalls && mayBeInside && isInside(); ++i)
   {
     const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };
     const auto wall = PickSurface(*this->Shown.GetSurface(), back);
@@ -129,6 +154,10 @@ void ViewerSession::TakeView(const Camera& view, const Viewport& viewport)
 {
   this->Eye = view;
   this->Eye.SetViewport(viewport);
+  if (!(this->Eye.GetViewport() == view.GetViewport()))
+  {
+    this->KeepInSight(this->Eye);
+  }
   if (this->Current && this->FreePart(view, this->Eye) < 1)
   {
     this->FitModel();
@@ -144,19 +173,11 @@ void ViewerSession::Turn(double x, double y, double dx, double dy)
 
 // ---- jumps
 
-// Can be undone, unless it leads nowhere.
 void ViewerSession::JumpHome()
 {
   const EarlierView before{ this->Eye, this->EyeMoved };
   this->FitModel();
-  if (before.eye != this->Eye)
-  {
-    this->EarlierViews.push_back(before);
-  }
-  if (this->EarlierViews.size() > mostEarlierViews)
-  {
-    this->EarlierViews.pop_front();
-  }
+  this->NoteJump(before);
 }
 
 void ViewerSession::GoHome()
@@ -210,6 +231,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
   if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
   {
     this->Coasting.reset();
+    this->SetSpinning(false);
     this->FocusUnder(x, y);
     this->ZoomBy(factor, x, y);
   }
@@ -224,7 +246,14 @@ void ViewerSession::FocusUnder(double x, double y)
   this->Retry();
   if (const auto hit = this->PickUnder(x, y))
   {
-    this->Eye.FocusAtDepthOf(hit->point);
+    Camera focused = this->Eye;
+    focused.FocusAtDepthOf(hit->point);
+    const Camera there = focused;
+    this->KeepInSight(focused);
+    if (focused == there) // there is enough of the surface at that depth to turn about
+    {
+      this->Eye = focused;
+    }
   }
 }
 
@@ -234,7 +263,15 @@ void ViewerSession::ZoomBy(double factor, double x, double y)
   this->Mode = ViewerMode::FullScreen;
   Camera moved = this->Eye;
   moved.Zoom(factor, x, y);
-  this->Move(moved);
+  this->KeepInSight(moved);
+  if (factor < 1 && this->FreePart(this->Eye, moved) < 1)
+  {
+    this->BackAway(moved.Distance() - this->Eye.Distance());
+  }
+  else
+  {
+    this->Move(moved);
+  }
   this->FollowZoom();
 }
 
@@ -242,6 +279,7 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
 {
   if (!frame.touches.empty())
   {
+    this->SetSpinning(false);
     this->Coasting.reset();
   }
   if (frame.touches.size() == 1 && this->LastSteps.empty())
@@ -302,8 +340,16 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
         this->Mode = ViewerMode::FullScreen;
         this->FollowZoom();
       }
+      else if (this->InHand == Tool::Measure)
+      {
+        this->MeasureAt(gesture.x, gesture.y);
+      }
       break;
     case Gesture::Kind::DoubleTap:
+      if (this->InHand == Tool::Measure && this->MeasureAt(gesture.x, gesture.y))
+      {
+        break; // two ends in quick succession
+      }
       this->DoubleTap(gesture.x, gesture.y);
       break;
   }
@@ -351,8 +397,30 @@ void ViewerSession::LetGo(double x, double y, double time)
   this->Coasting = coast;
 }
 
+void ViewerSession::SetSpinning(bool spins)
+{
+  this->Spins = spins;
+  this->LastSpin.reset();
+}
+
+void ViewerSession::Spin(double time)
+{
+  constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
+  constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian
+  const double seconds = this->LastSpin ? std::clamp(time - *this->LastSpin, 0.0, longestStep) : 0;
+  this->LastSpin = time;
+  const Viewport& window = this->Eye.GetViewport();
+  const double pixels = sidesPerSecond * seconds * std::min(window.width, window.height);
+  this->Turn(0.5 * window.width + pixels, 0.5 * window.height, pixels, 0);
+  this->Update();
+}
+
 void ViewerSession::Advance(double time)
 {
+  if (this->Spins && this->Current && std::isfinite(time))
+  {
+    this->Spin(time);
+  }
   if (this->Coasting && !(time >= this->Coasting->time - 1))
   {
     this->Coasting.reset(); // by another clock

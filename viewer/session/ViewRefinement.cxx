@@ -111,6 +111,7 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
 void ViewRefinement::Reset()
 {
   this->Refined.clear();
+  this->Missed.clear();
   this->Wanted.clear();
   this->Urgencies.clear();
   this->Left = 0;
@@ -173,6 +174,15 @@ bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
   return may;
 }
 
+// Whether what is below a piece is to stand in for it: it cannot be had. Of one step only, or
+// without a server all that was never seen would be looked for.
+bool ViewRefinement::StandIn(const Walk& walk, std::size_t step, NodeId node) const
+{
+  const PieceId piece{ this->Steps[step].resolution, node };
+  return this->IsOnTheWay(step) && walk.failed.count(piece) != 0 &&
+         walk.failed.count(this->Above(piece, step - 1)) == 0;
+}
+
 // What would take the place of a piece.
 void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const
 {
@@ -201,6 +211,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   }
   const Step& next = this->Steps[step + 1];
   const unsigned deeper = next.depth - this->Steps[step].depth;
+  const bool standIn = this->StandIn(walk, step, node);
   for (NodeId i = 0; i < NodeId{ 1 } << deeper; ++i)
   {
     const PieceId below{ next.resolution, (node << deeper) + i };
@@ -218,8 +229,8 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       const double error = this->ErrorIn(*box, *deviation, view.camera);
       const double own = error * Weight(*box, view.camera) * bonus;
       const double tolerance = this->Options.tolerance * next.leap;
-      const bool isWay = step + 1 > this->Stitch && step + 2 < this->Allowed;
-      if (error * bonus > tolerance && (isWay || walk.failed.count(below) == 0))
+      const bool mayBeHad = this->IsOnTheWay(step + 1) || walk.failed.count(below) == 0;
+      if ((error * bonus > tolerance || standIn) && mayBeHad)
       {
         walk.waiting.push({ std::min(own, urgency), error, step + 1, below.node, above });
       }
@@ -262,7 +273,29 @@ void ViewRefinement::Follow(
     walk.found[next.above].refined += walk.failed.count(piece) == 0 ? 1 : 0;
     this->PushBelow(walk, next.step, next.node, next.urgency);
   }
+  this->FindWhatIsMissed(walk);
   this->WantWhatIsLeft(walk);
+}
+
+// Of what cannot be had: where all of what is below it that may be seen can be, nothing is missed.
+void ViewRefinement::FindWhatIsMissed(Walk& walk)
+{
+  for (auto piece = this->Refined.rbegin(); piece != this->Refined.rend(); ++piece) // finest first
+  {
+    if (walk.failed.count(*piece) == 0)
+    {
+      continue;
+    }
+    const FoundBelow& found = walk.found.at(*piece);
+    if (found.refined < found.seen || found.seen == 0)
+    {
+      this->Missed.insert(*piece);
+    }
+    else
+    {
+      ++walk.found[this->Above(*piece, this->StepOf(piece->resolution) - 1)].refined;
+    }
+  }
 }
 
 // Of the pieces that were refined those that something is shown of.

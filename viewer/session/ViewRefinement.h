@@ -63,7 +63,8 @@ struct RefinementOptions
 // is wanted too. Until it comes the finest that is loaded stands in for it.
 //
 // A piece that cannot be had is not wanted; the one above it is. What is below it is looked for
-// still, where it can be shown without it: finer than S. Without a server that may be on the disk.
+// still, where it can be shown without it: finer than S; of the next step though nothing finer is
+// needed, to stand in for it. Without a server that may be on the disk.
 //
 // Whatever a server tells, the walk ends: at the original, or at a budget.
 class ViewRefinement
@@ -93,6 +94,15 @@ public:
   Resolution Finest() const;
   // The largest error in points of what was not refined for want of budget; 0 if all was.
   double ErrorLeft() const { return this->Left; }
+
+  // Whether a piece that cannot be had may be done without: it can be shown otherwise.
+  bool MayDoWithout(PieceId piece) const
+  {
+    return this->IsOnTheWay(this->StepOf(piece.resolution));
+  }
+  // Whether such a piece leaves something coarser than the view needs: it is in the view, and not
+  // all of what is below it stands in for it, or will.
+  bool IsMissed(PieceId piece) const { return this->Missed.count(piece) > 0; }
 
   // How urgent a piece is, wanted or not: what is not in view may be needed by a neighbour that is.
   // 0 where too little of the tree is known.
@@ -124,12 +134,19 @@ private:
   struct Walk;
 
   std::size_t StepOf(Resolution resolution) const;
+  // Finer than S, and not the finest: shown or not, the pieces below can be shown.
+  bool IsOnTheWay(std::size_t step) const
+  {
+    return step > this->Stitch && step + 1 < this->Allowed;
+  }
+  bool StandIn(const Walk& walk, std::size_t step, NodeId node) const;
   std::optional<double> DeviationOf(std::size_t step, NodeId node, KnownTree& tree) const;
   double ErrorIn(const Box& box, double deviation, const Camera& camera) const;
   static double Weight(const Box& box, const Camera& camera);
   bool MayBeSeen(Walk& walk, NodeId node) const;
   void PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const;
   void Want(PieceId piece, double urgency);
+  void FindWhatIsMissed(Walk& walk);
   void WantWhatIsLeft(const Walk& walk);
   void WantOnTheWay(PieceId piece, const View& view, const std::set<PieceId>& failed);
   PieceId Above(PieceId piece, std::size_t step) const; // the piece of a coarser step
@@ -142,6 +159,7 @@ private:
   std::vector<Step> Steps;
   std::size_t Allowed = 0;   // so many of them may be had
   std::set<PieceId> Refined; // with all above each
+  std::set<PieceId> Missed;  // of those, that cannot be had
   std::vector<PieceId> Wanted;
   std::map<PieceId, double> Urgencies; // of what is wanted
   double Left = 0;

@@ -122,6 +122,11 @@ void ViewerSession::CloseModel()
   this->EarlierViews.clear();
   this->LastSteps.clear();
   this->Coasting.reset();
+  this->Followed.reset();
+  this->SetSpinning(false);
+  this->Measured.clear();
+  this->Ends.clear();
+  this->MeasurementsMade = 0;
 }
 
 void ViewerSession::EnterFullScreen()
@@ -211,6 +216,7 @@ void ViewerSession::Retry()
 {
   this->FailedPieces.clear();
   this->FailedTree.clear();
+  this->Doubtful.clear();
   this->LastError.clear();
 }
 
@@ -263,6 +269,10 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   this->Shown.Reset(model.depths);
   this->FitModel();
   this->Target = this->Current->policy.PreviewLevel();
+  if (this->Followed)
+  {
+    this->TakeLink();
+  }
   this->FollowZoom(); // full screen may have been asked for already
   this->Update();
   this->Trace("opened", this->ModelId);
@@ -355,16 +365,46 @@ Status ViewerSession::Decode(
 
 void ViewerSession::Fail(const BlobId& blob, const std::string& message)
 {
-  this->LastError =
+  if (this->Ahead.erase(blob) > 0)
+  {
+    // Nobody has missed it: no more is fetched ahead of this view. Once wanted, it is asked for
+    // again.
+    this->AheadSpent = this->Options.aheadBytes;
+    return;
+  }
+  const std::string sentence =
     protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
   if (!IsOfPiece(blob))
   {
     this->FailedTree.insert(blob);
     this->DropPick();
+    this->LastError = sentence;
+    return;
   }
-  else
+  const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
+  this->FailedPieces.insert(piece);
+  if (this->ByView() && this->Current->refinement.MayDoWithout(piece))
   {
-    this->FailedPieces.insert(PieceOfBlob(blob, this->Current->codec.depths));
+    this->Doubtful.emplace(piece, sentence);
+    return;
+  }
+  this->LastError = sentence;
+}
+
+// Where a view is complete without what failed, nothing is wrong with it.
+void ViewerSession::TellWhatIsMissed()
+{
+  for (auto each = this->Doubtful.begin(); each != this->Doubtful.end();)
+  {
+    if (this->Current->refinement.IsMissed(each->first))
+    {
+      this->LastError = std::move(each->second);
+      each = this->Doubtful.erase(each);
+    }
+    else
+    {
+      ++each;
+    }
   }
 }
 
@@ -432,7 +472,17 @@ void ViewerSession::BeginFrame()
     this->History.BeginFrame(this->Shown.Pieces());
     this->NoteWhatIsShown();
     this->StepOutside();
+    if (!this->Ends.empty())
+    {
+      this->PickEndsAnew();
+      this->Update();
+    }
     this->Trace("frame");
+  }
+  if (this->IsArriving && this->IsIdle())
+  {
+    this->IsArriving = false;
+    this->StepOutside();
   }
 }
 
@@ -495,7 +545,8 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   status.picking = this->IsPicking();
   status.canUndo = !this->EarlierViews.empty();
-  status.coasting = this->Coasting.has_value();
+  status.coasting = this->Coasting.has_value() || this->Spins;
+  status.spinning = this->Spins;
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

@@ -3,16 +3,17 @@
 // this under xvfb-run.
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
+#include "viewer/desktop/Testing/PicturesCompared.h"
+#include "viewer/desktop/Testing/ScreenPicture.h"
 #include "viewer/session/SessionFile.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGReader.h>
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -27,6 +28,9 @@ using namespace kdstream;
 using namespace std::chrono_literals;
 using fixtures::ReadWhole;
 using fixtures::TemporaryFolder;
+using kdstream::testing::LookAtScreen;
+using kdstream::testing::ScreenPicture;
+using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusModel;
 
 namespace
@@ -63,35 +67,6 @@ private:
   std::vector<std::shared_ptr<const ServedModel>> All;
 };
 
-// Of the pixels of two pictures those that differ by more than 8 of 255; 1 for other sizes.
-double ShareThatDiffers(const std::filesystem::path& a, const std::filesystem::path& b)
-{
-  const vtkNew<vtkPNGReader> first;
-  const vtkNew<vtkPNGReader> second;
-  first->SetFileName(a.c_str());
-  second->SetFileName(b.c_str());
-  first->Update();
-  second->Update();
-  const auto size = first->GetOutput()->GetNumberOfPoints();
-  if (size == 0 || size != second->GetOutput()->GetNumberOfPoints())
-  {
-    return 1;
-  }
-  const auto* p = static_cast<const unsigned char*>(first->GetOutput()->GetScalarPointer());
-  const auto* q = static_cast<const unsigned char*>(second->GetOutput()->GetScalarPointer());
-  vtkIdType different = 0;
-  for (vtkIdType i = 0; i < size; ++i)
-  {
-    int most = 0;
-    for (vtkIdType c = 3 * i; c < 3 * i + 3; ++c)
-    {
-      most = std::max(most, std::abs(p[c] - q[c]));
-    }
-    different += most > 8 ? 1 : 0;
-  }
-  return static_cast<double>(different) / static_cast<double>(size);
-}
-
 class TestWindow : public ::testing::Test
 {
 protected:
@@ -126,9 +101,13 @@ protected:
     Hands("search --sync --onlyvisible --class kdstream-view");
   }
 
-  // Presses keys until the program has ended; its exit code.
-  int End()
+  // Presses keys, or Ctrl-C in the terminal, until the program has ended; its exit code.
+  int End(bool inTerminal = false)
   {
+    if (inTerminal)
+    {
+      ::kill(this->Process, SIGINT);
+    }
     int status = 0;
     const auto last = std::chrono::steady_clock::now() + patience;
     while (::waitpid(this->Process, &status, WNOHANG) == 0)
@@ -138,7 +117,10 @@ protected:
         ADD_FAILURE() << "it does not end";
         return -1;
       }
-      std::system("xdotool key q >/dev/null 2>&1");
+      if (!inTerminal)
+      {
+        std::system("xdotool key q >/dev/null 2>&1");
+      }
       std::this_thread::sleep_for(200ms);
     }
     this->Process = -1;
@@ -300,6 +282,66 @@ TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 
+// With the first picture that shows their button pressed: a new panel is measured before.
+TEST_F(TestWindow, PanelsAreThereWithTheirButton)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  this->SettledPicture("third");
+  std::this_thread::sleep_for(5s); // until the note of the picture has gone
+  const auto buttons = [] { return LookAtScreen(100, 4, windowWidth - 104, 50); };
+  const auto below = []
+  { return LookAtScreen(windowWidth / 2 - 30, windowHeight / 2 - 30, 60, 60); };
+  const ScreenPicture free = buttons();
+  const ScreenPicture without = below();
+  for (const char* key : { "F1", "o", "d" })
+  {
+    SCOPED_TRACE(key);
+    for (const bool opens : { true, false })
+    {
+      Hands("key " + std::string(key));
+      const auto last = std::chrono::steady_clock::now() + patience / 4;
+      bool changed = false;
+      while (!changed && std::chrono::steady_clock::now() < last)
+      {
+        changed = (buttons() == free) != opens;
+      }
+      EXPECT_NE(below() == without, opens) << opens;
+      EXPECT_TRUE(changed) << opens;
+    }
+  }
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
+// Whoever looks at the screen all the while sees the list of keys, though no picture has it.
+TEST_F(TestWindow, PanelsStayWhileAPictureIsWritten)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  const std::string before = this->SettledPicture("third");
+  Hands("key F1");
+  std::this_thread::sleep_for(2s);
+  const auto list = []
+  { return LookAtScreen(windowWidth / 2 - 60, windowHeight / 2 - 60, 120, 120); };
+  const ScreenPicture shown = list();
+  const std::size_t pictures = this->Pictures("third");
+  std::size_t looks = 0, without = 0;
+  for (int i = 0; i < 5; ++i)
+  {
+    Hands("key s");
+    const auto last = std::chrono::steady_clock::now() + 600ms;
+    while (std::chrono::steady_clock::now() < last)
+    {
+      ++looks;
+      without += list() != shown ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(without, 0u) << "of " << looks << " looks";
+  EXPECT_GT(looks, 50u);
+  const std::string after = this->SettledPicture("third");
+  EXPECT_GT(this->Pictures("third"), pictures);
+  EXPECT_EQ(ShareThatDiffers(this->Folder / before, this->Folder / after), 0);
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
 TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
 {
   this->Open(this->Server->Url() + " --model first --size " + Size());
@@ -314,6 +356,26 @@ TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
   EXPECT_EQ(this->Err().rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err();
   Hands("key F1");
   EXPECT_EQ(this->End(), 0) << "it can still be closed";
+}
+
+TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)
+{
+  const int silent = ::socket(AF_INET, SOCK_STREAM, 0); // a server that never answers
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  ASSERT_EQ(::bind(silent, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(silent, 4), 0);
+  ASSERT_EQ(::getsockname(silent, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  this->Open("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  EXPECT_EQ(this->End(true), 1);
+  EXPECT_EQ(this->Err(), "kdstream-view: error: interrupted\n");
+  ::close(silent);
+
+  this->Open(this->Server->Url() + " --model first --size " + Size());
+  this->SettledPicture("first");
+  EXPECT_EQ(this->End(true), 0) << "as if it had been closed";
 }
 
 TEST_F(TestWindow, WhatCannotBeOpenedIsToldAndCanBeTriedAgain)

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 
 namespace kdstream
@@ -178,6 +179,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
     return wishes;
   }
   this->DrawError(facts, wishes);
+  this->DrawWarnings(facts);
   if (this->helpOpen)
   {
     this->DrawHelp(facts);
@@ -440,10 +442,14 @@ void Panels::DrawDetails(const PanelFacts& facts)
 {
   ImGui::SetNextWindowPos(Place(gap * facts.ratio, 150 * facts.ratio), ImGuiCond_Appearing);
   ImGui::SetNextWindowSize(Place(560 * facts.ratio, 420 * facts.ratio), ImGuiCond_Appearing);
+  // As wide as its columns, where the window has room.
+  const double most = facts.width - 2 * gap * facts.ratio;
+  ImGui::SetNextWindowSizeConstraints(
+    Place(std::min<double>(this->DetailsWidth, most), 0), Place(FLT_MAX, FLT_MAX));
   if (ImGui::Begin("Details", &this->detailsOpen, panel))
   {
-    DrawFacts(facts);
-    DrawBlobTable(*facts.blobs, facts.ratio);
+    this->DetailsWidth = std::max(this->DetailsWidth, DrawFacts(facts));
+    this->DetailsWidth = std::max(this->DetailsWidth, DrawBlobTable(*facts.blobs, facts.ratio));
   }
   ImGui::End();
 }
@@ -536,6 +542,28 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   if (ImGui::Button("Dismiss"))
   {
     this->dismissed = error;
+  }
+  ImGui::End();
+}
+
+// Where an error is told, which has more to say, until there is none.
+void Panels::DrawWarnings(const PanelFacts& facts)
+{
+  const std::string& error = facts.status.error;
+  const bool isErrorTold = !error.empty() && error != this->dismissed;
+  if (facts.warnings.empty() || facts.warnings == this->warned || isErrorTold)
+  {
+    return;
+  }
+  ImGui::SetNextWindowPos(
+    Place(facts.width / 2.0, 72 * facts.ratio), ImGuiCond_Always, { 0.5f, 0 });
+  ImGui::Begin("##warnings", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushTextWrapPos(Scaled(facts, 560));
+  Text(facts.warnings);
+  ImGui::PopTextWrapPos();
+  if (ImGui::Button("Dismiss"))
+  {
+    this->warned = facts.warnings;
   }
   ImGui::End();
 }

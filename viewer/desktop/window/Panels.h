@@ -45,6 +45,7 @@ struct PanelFacts
   const std::vector<ModelSummary>* models = nullptr; // null: they are not known yet
   std::string opening;                               // what is being done until they are
   std::string trouble;                               // why they are not, for good
+  std::string warnings;                              // what is odd about where they come from
 
   ViewerStatus status;
   const ModelDescription* model = nullptr; // that is open
@@ -70,6 +71,7 @@ public:
   bool popUp = false;    // of the previews
   bool bare = false;     // only the model
   std::string dismissed; // an error that has been read
+  std::string warned;    // the warnings that have been
 
   // Tiles of the previews in this frame; also those of the strip take room from the model.
   std::vector<Tile> TilesOf(const PanelFacts& facts, const ViewSettings& settings);
@@ -90,8 +92,10 @@ private:
   void DrawHelp(const PanelFacts& facts);
   void DrawOpening(const PanelFacts& facts, PanelWishes& wishes) const;
   void DrawError(const PanelFacts& facts, PanelWishes& wishes);
+  void DrawWarnings(const PanelFacts& facts);
 
   std::size_t FirstTile = 0; // model
+  float DetailsWidth = 0;    // the most that its columns have taken, pixels
 };
 
 }

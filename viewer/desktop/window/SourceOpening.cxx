@@ -56,9 +56,17 @@ SourceOpening::SourceOpening(std::string program, const ViewOptions& options)
           shared->told = progress;
           return !shared->givenUp;
         };
-        const auto warn = [program](std::string_view sentence)
-        { std::cerr << program + ": warning: " + std::string(sentence) + "\n"; };
+        std::string warnings;
+        const auto warn = [&](std::string_view sentence)
+        {
+          std::cerr << program + ": warning: " + std::string(sentence) + "\n";
+          warnings += (warnings.empty() ? "" : "\n") + std::string(sentence);
+        };
         auto ended = OpenBoth(options, report, warn);
+        if (ended)
+        {
+          ended->warnings = std::move(warnings);
+        }
         const std::lock_guard lock(shared->mutex);
         shared->ended = std::move(ended);
       })

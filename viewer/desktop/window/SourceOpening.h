@@ -16,6 +16,7 @@ struct OpenedSources
 {
   std::unique_ptr<ModelSource> models;
   std::unique_ptr<ModelSource> previews; // the same once more; null where there is one model only
+  std::string warnings;                  // a sentence a line
 };
 
 class SourceOpening
@@ -29,6 +30,7 @@ public:
 
   // What is being done.
   std::string Progress() const;
+  // Each warning is told on stderr too.
   // How it ended, once: nothing until then.
   std::optional<Result<OpenedSources>> Take();
 

@@ -91,6 +91,8 @@ void WindowSession::Begin(OpenedSources sources)
 {
   this->Source = std::move(sources.models);
   this->PreviewSource = std::move(sources.previews);
+  this->OpeningWarnings = std::move(sources.warnings);
+  this->Texts += this->OpeningWarnings;
   const auto& models = this->Source->Models();
   for (const ModelSummary& model : models)
   {
@@ -106,7 +108,11 @@ void WindowSession::Begin(OpenedSources sources)
   }
   const auto named = std::find_if(models.begin(), models.end(),
     [this](const ModelSummary& model) { return model.id == this->Options.model; });
-  if (named != models.end() || models.size() == 1)
+  if (named != models.end() && !this->Options.link.empty())
+  {
+    this->Do({ SessionStep::Kind::Link, {}, this->Options.link });
+  }
+  else if (named != models.end() || models.size() == 1)
   {
     this->Open(named == models.end() ? 0 : static_cast<std::size_t>(named - models.begin()));
   }

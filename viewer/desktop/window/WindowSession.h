@@ -29,6 +29,8 @@ public:
   // What is being done until then; and why it could not be done, for good.
   std::string Progress() const { return this->Opening ? this->Opening->Progress() : ""; }
   const std::string& Trouble() const { return this->OpeningTrouble; }
+  // What is not as one would expect, though it is open: a server that is away.
+  const std::string& Warnings() const { return this->OpeningWarnings; }
   // Of the source; null before it is open.
   const std::vector<ModelSummary>* Models() const;
   // Of the model that is looked at, once it is open; else null.
@@ -73,7 +75,7 @@ private:
   SessionRecorder Record;
   ViewerSession Looks;
   std::unique_ptr<SourceOpening> Opening;
-  std::string OpeningTrouble;
+  std::string OpeningTrouble, OpeningWarnings;
   std::unique_ptr<ModelSource> Source, PreviewSource;
   ModelDescription Opened;
   std::string LastComplaint, Note, Texts;

@@ -84,6 +84,7 @@ public:
     std::unique_ptr<DisplayWindow> display, SessionRecorder recorder);
 
   void Run();
+  bool IsOpen() const { return this->Session.IsOpen(); }
   // Writes what the command line asked for at the end.
   Status Finish();
 
@@ -95,6 +96,7 @@ private:
   void TakeNews();
   void GoBack();
   void Frame();
+  std::vector<PanelWishes> DescribePanels(double seconds, ViewSettings& settings);
   void DrawPicture();
   void Layout();
   PanelFacts Facts() const;
@@ -105,6 +107,7 @@ private:
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
   void Tell(const std::string& note);
+  std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
   void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }
   // Turning previews leave most of a slow machine to the model.
   double TurningPause() const
@@ -162,6 +165,7 @@ WindowView::WindowView(std::string program, const ViewOptions& options,
   this->Scene.Renderer().SetLayer(modelLayer);
   this->Scene.Renderer().PreserveColorBufferOff();
   window.AddRenderer(&this->Scene.Renderer());
+  window.AddRenderer(&this->Boxes.Renderer());
   this->Session.SetAhead(aheadBytes);
 }
 
@@ -328,6 +332,11 @@ void WindowView::TakeNews()
   {
     this->Tell(note);
   }
+  if (!this->Note.empty() && Now() >= this->NoteUntil)
+  {
+    this->Note.clear();
+    this->FramesLeft = 2;
+  }
   if (!this->Session.IsOpen())
   {
     return;
@@ -371,14 +380,8 @@ void WindowView::Frame()
     this->Shelf->Turn(turningSpeed * std::min(begin - this->LastTurn, 0.5));
     this->LastTurn = begin;
   }
-  this->Interface.Begin(this->Display->Width(), this->Display->Height(), begin - this->LastFrame);
   ViewSettings settings = this->Settings;
-  const PanelWishes wishes =
-    this->Words.Draw(this->Facts(), this->Tiles, this->Shelf.get(), settings);
-  if (this->Interface.End())
-  {
-    this->FramesLeft = std::max(this->FramesLeft, 1);
-  }
+  const std::vector<PanelWishes> wishes = this->DescribePanels(begin - this->LastFrame, settings);
   this->DrawPicture();
   this->LastFrame = begin;
   this->FrameSeconds = Now() - begin;
@@ -389,7 +392,31 @@ void WindowView::Frame()
     this->TakePicture();
   }
   this->Apply(settings);
-  this->Fulfil(wishes);
+  for (const PanelWishes& each : wishes)
+  {
+    this->Fulfil(each);
+  }
+}
+
+// Until all of them stand where they will: a new panel is measured first, unseen, and pictures are
+// slow.
+std::vector<PanelWishes> WindowView::DescribePanels(double seconds, ViewSettings& settings)
+{
+  constexpr std::size_t mostRounds = 4;
+  std::vector<PanelWishes> wishes;
+  bool again = true;
+  while (again && wishes.size() < mostRounds)
+  {
+    this->Interface.Begin(
+      this->Display->Width(), this->Display->Height(), wishes.empty() ? seconds : 0);
+    wishes.push_back(this->Words.Draw(this->Facts(), this->Tiles, this->Shelf.get(), settings));
+    again = this->Interface.End();
+  }
+  if (again)
+  {
+    this->FramesLeft = std::max(this->FramesLeft, 1);
+  }
+  return wishes;
 }
 
 // With occlusion, where that is wanted and quick enough for a view that moves.
@@ -445,13 +472,14 @@ PanelFacts WindowView::Facts() const
   facts.models = this->Shelf ? this->Session.Models() : nullptr;
   facts.opening = this->Session.Progress();
   facts.trouble = this->Session.Trouble();
+  facts.warnings = this->Session.Warnings();
   facts.status = this->Session.Viewer().GetStatus();
   facts.model = this->Session.Model();
   facts.blobs = &this->Session.Viewer().Statistics();
   facts.traffic = this->Session.Viewer().GetTraffic();
   facts.frameSeconds = this->FrameSeconds;
   facts.residentBytes = ResidentMemory();
-  facts.note = Now() < this->NoteUntil ? this->Note : "";
+  facts.note = this->Note;
   return facts;
 }
 
@@ -556,12 +584,15 @@ void WindowView::TakePicture()
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
-// The model alone.
+// The model alone. It is drawn, but not shown: the window keeps its words and buttons.
 Status WindowView::WriteModelPicture(const std::string& file)
 {
+  vtkRenderWindow& window = this->Display->Window();
   this->Interface.SetVisible(false);
   this->Scene.SetStyle({ this->Settings.scene.coloring, false, this->Settings.scene.occlusion });
-  const auto picture = Pixels(this->Display->Window());
+  window.SwapBuffersOff();
+  const auto picture = Pixels(window);
+  window.SwapBuffersOn();
   this->Interface.SetVisible(true);
   KDSTREAM_TRY(picture);
   return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
@@ -585,7 +616,7 @@ Status WindowView::Finish()
   KDSTREAM_TRY(At(this->Options.statistics,
     WriteOutput(this->Options.statistics, StatisticsJson(this->Session.Viewer().Statistics()))));
   return At(this->Options.report,
-    WriteOutput(this->Options.report, this->Report.Json(this->Session.Viewer().GetTraffic())));
+    WriteOutput(this->Options.report, this->Report.Json(this->Session.Viewer().GetTraffic(), this->Link())));
 }
 
 }
@@ -602,6 +633,10 @@ Result<int> ViewInWindow(const std::string& program, const ViewOptions& options)
   WindowView view(program, options, std::move(*display), std::move(*recorder));
   view.Run();
   KDSTREAM_TRY(view.Finish());
+  if (Interrupted() && !view.IsOpen())
+  {
+    return Error{ ErrorCode::Cancelled, "interrupted" }; // before anything was seen
+  }
   return exitDone;
 }
 

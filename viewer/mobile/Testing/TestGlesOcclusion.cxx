@@ -61,6 +61,33 @@ TEST(GlesOcclusion, APlaneStaysAsItIs)
   }
 }
 
+TEST(GlesOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
+{
+  for (const double slope : { 0.0, 0.5, -1.0 })
+  {
+    for (const double viewAngle : { 0.05, 0.2, 1.2 })
+    {
+      SCOPED_TRACE(std::to_string(slope) + ", " + std::to_string(viewAngle));
+      Easel easel(width, height);
+      const Pair pair =
+        DrawBoth(easel, SceneBefore(AroundTheEye(Extruded({ { -1, -slope }, { 1, slope } })),
+                          { 0, 0, 5 }, viewAngle));
+      EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
+    }
+  }
+}
+
+TEST(GlesOcclusion, AGrooveIsDarkWhereDepthsAreCoarse)
+{
+  Easel easel(width, height);
+  const Pair pair = DrawBoth(easel,
+    SceneBefore(
+      AroundTheEye(Extruded({ { -1, 0 }, { -0.15, 0 }, { 0, -0.3 }, { 0.15, 0 }, { 1, 0 } })),
+      { 0, 0, 5 }));
+  EXPECT_LT(LeftAt(pair, 100, 75), 0.6);
+  EXPECT_GT(LeftAt(pair, 130, 75), 0.97);
+}
+
 // A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. As much
 // whatever the size of the model, and however far it is from the origin.
 TEST(GlesOcclusion, AGrooveIsDark)
@@ -98,17 +125,10 @@ TEST(GlesOcclusion, AGrooveIsDark)
 // outlines either.
 TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
 {
-  Surface two = Extruded({ { -1, 0 }, { 1, 0 } });
-  const Surface before = Extruded({ { -0.2, 3 }, { 0.2, 3 } });
-  for (const Triangle& t : before.triangles)
-  {
-    const auto first = static_cast<VertexId>(two.points.size());
-    two.triangles.push_back({ t[0] + first, t[1] + first, t[2] + first });
-  }
-  two.points.insert(two.points.end(), before.points.begin(), before.points.end());
-  two.sources.insert(two.sources.end(), before.sources.begin(), before.sources.end());
+  const Surface two =
+    Joined(Extruded({ { -1, 0 }, { 1, 0 } }), Extruded({ { -0.2, 3 }, { 0.2, 3 } }));
   Easel easel(width, height);
-  const Pair pair = DrawBoth(easel, SceneBefore(std::move(two), { 0, 0, 8 }));
+  const Pair pair = DrawBoth(easel, SceneBefore(two, { 0, 0, 8 }));
   EXPECT_NE(pair.plain[0], pair.plain[3 * (75 * width + 100)]); // there is a background
   EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
 }

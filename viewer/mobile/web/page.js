@@ -19,7 +19,8 @@
 //     blobsLoaded, blobsWanted, bytesLoaded
 //                   since nothing was outstanding last
 //     idle          whether all that is wanted has come and is drawn, and nothing moves
-//     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns by itself
+//     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns, spinning: by itself
+//     measuring     whether taps measure
 //     error         what failed last, or ""
 //     connection    "connecting", "streaming", "lost" (is tried again) or "getting" (no stream: blob by blob)
 //     trouble       why nothing comes, or ""
@@ -45,6 +46,8 @@ let enterToken = null;
 let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
 let asksForToken = false; // because of that
+let linked = ""; // a link to a view, that waits for the list
+let tools = null; // once they have been used
 let contextLost = false;
 let lastStatus = {};
 
@@ -144,14 +147,38 @@ function showModels(list) {
   }
 }
 
-// After a reload in full screen: that model again.
+// What a link shows, or, after a reload in full screen, that model again.
 function selectFirst() {
+  if (linked) {
+    followLink(linked);
+    linked = "";
+    return;
+  }
   const earlier = models.find(({ id }) => id === history.state?.model);
   viewer.select((earlier ?? models[0]).id);
   if (earlier) {
     viewer.enterFullScreen();
   }
   line.exchange();
+}
+
+// The view that stands behind the # of the address; "" for none.
+function linkInAddress() {
+  return location.hash.match(/^#(model=.{1,2000})$/)?.[1] ?? "";
+}
+
+const colorings = ["own", "partition", "resolution", "none"];
+
+function followLink(link) {
+  const told = new URLSearchParams(link);
+  const menu = find("menu").elements;
+  menu.detail.value = told.get("detail") === "level" ? "1" : "0";
+  menu.turning.value = told.get("turning") === "free" ? "1" : "0";
+  menu.coloring.value = String(Math.max(colorings.indexOf(told.get("colours")), 0));
+  viewer.setColoring(Number(menu.coloring.value));
+  viewer.follow(link);
+  line.exchange();
+  wake();
 }
 
 function listEntry(model) {
@@ -210,7 +237,11 @@ function describeModel(status) {
 
 let knowsDoubleTap = false;
 
-function showHint({ shownLevel, region }, wrong) {
+function showHint({ shownLevel, region, measuring }, wrong) {
+  if (measuring) {
+    say(find("hint"), `${coarse ? "Tap" : "Click"} one point of the surface, then another`);
+    return;
+  }
   knowsDoubleTap ||= region !== null;
   const tap = coarse ? "Double-tap" : "Double-click";
   const needed = shownLevel !== null && !knowsDoubleTap && !wrong && find("menu").hidden;
@@ -270,6 +301,7 @@ function show() {
   if (before.gliding || lastStatus.gliding) {
     wake();
   }
+  tools?.show();
   showStatus(lastStatus);
   showHint(lastStatus, wrong);
   followMode(before.mode, lastStatus);
@@ -310,6 +342,7 @@ function followMode(before, { mode, model }) {
   }
   if (before === "full screen" && mode !== before) {
     openMenu(false);
+    openTools(false);
     refreshList();
   }
 }
@@ -336,7 +369,34 @@ function followHistory() {
   wake();
 }
 
+async function openTools(open) {
+  find("tools").hidden = !open;
+  find("tools-button").setAttribute("aria-expanded", open);
+  if (open) {
+    openMenu(false);
+    if (!tools) {
+      const { Tools } = await import("./tools.js");
+      tools ??= new Tools({
+        canvas, viewer, wake,
+        exchange: () => line.exchange(),
+        status: () => lastStatus,
+        words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
+        colours: () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value],
+        redraw: () => {
+          viewer.resize(canvas.width, canvas.height, canvas.width / canvas.clientWidth);
+          viewer.frame();
+        },
+      });
+    }
+    tools.show();
+  }
+  wake();
+}
+
 function openMenu(open) {
+  if (open) {
+    openTools(false);
+  }
   find("menu").hidden = !open;
   find("menu-button").setAttribute("aria-expanded", open);
   if (open) {
@@ -400,6 +460,8 @@ function listenToButtons() {
   jump("home", () => viewer.goHome());
   jump("undo", () => viewer.undoView());
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
+  find("tools-button").addEventListener("click", () => openTools(find("tools").hidden));
+  find("tools").addEventListener("submit", (event) => event.preventDefault());
   find("menu").addEventListener("change", ({ target }) => {
     if (target.name === "detail") {
       viewer.setDetail(Number(target.value));
@@ -415,11 +477,16 @@ function listenToButtons() {
     line.exchange();
     wake();
   });
-  canvas.addEventListener("pointerdown", () => openMenu(false));
+  canvas.addEventListener("pointerdown", () => {
+    openMenu(false);
+    openTools(false);
+  });
   document.addEventListener("keydown", ({ key }) => {
-    if (key === "Escape" && !find("menu").hidden) {
+    const open = ["menu", "tools"].find((id) => !find(id).hidden);
+    if (key === "Escape" && open) {
       openMenu(false);
-      find("menu-button").focus();
+      openTools(false);
+      find(`${open}-button`).focus();
     } else if (key === "Escape" && lastStatus.mode === "full screen") {
       goBack();
     } else if (key === "Enter" && document.activeElement === canvas) {
@@ -437,7 +504,13 @@ function listenToButtons() {
 function listenToBrowser() {
   addEventListener("popstate", followHistory);
   addEventListener("online", tryNow);
-  addEventListener("hashchange", () => takeToken() && location.reload());
+  addEventListener("hashchange", () => {
+    if (takeToken()) {
+      location.reload();
+    } else if (linkInAddress() && models) {
+      followLink(linkInAddress());
+    }
+  });
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) {
       tryNow();
@@ -475,6 +548,7 @@ async function start() {
     const { loadViewer } = await import("./viewer.js");
     ({ Line, getList, takeToken, enterToken } = await import("./line.js"));
     takeToken();
+    linked = linkInAddress();
     viewer = await loadViewer();
   } catch {
     showEnd("The viewer could not be loaded from the server.");

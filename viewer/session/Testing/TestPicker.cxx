@@ -137,6 +137,73 @@ TEST(TestPicker, TellsWhetherAClosedSurfaceIsAroundAPoint)
   EXPECT_FALSE(IsAround(DrawnSurface(), {}));
 }
 
+// Of a grid of points of the triangle, which are no farther apart than `step`.
+double DistanceBySamples(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, double& step)
+{
+  constexpr int count = 16;
+  double nearest = 1e300;
+  for (int i = 0; i <= count; ++i)
+  {
+    for (int j = 0; j <= count - i; ++j)
+    {
+      const Vec3 sample = a + (b - a) * (double(i) / count) + (c - a) * (double(j) / count);
+      nearest = std::min(nearest, Length(p - sample));
+    }
+  }
+  step = std::max(step, std::max(Length(b - a), Length(c - a)) / count);
+  return nearest;
+}
+
+TEST(TestPicker, FindsTheNearestPointOfASurface)
+{
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto point = [&] { return Vec3{ unit(random), unit(random), unit(random) }; };
+  for (int trial = 0; trial < 60; ++trial)
+  {
+    Surface surface;
+    for (VertexId i = 0; i < 50; ++i)
+    {
+      const Vec3 a = point(), b = a + point() * 0.4;
+      surface.points.push_back(a);
+      surface.points.push_back(i % 7 == 0 ? a : b); // degenerate: an edge, or a corner
+      surface.points.push_back(i % 14 == 0 ? a : i % 5 == 0 ? a + (b - a) * 2 : a + point() * 0.4);
+      surface.triangles.push_back({ 3 * i, 3 * i + 1, 3 * i + 2 });
+    }
+    surface.sources.resize(surface.points.size());
+    const DrawnSurface drawn(surface);
+    for (int k = 0; k < 40; ++k)
+    {
+      const Vec3 from = point() * 2;
+      double sampled = 1e300, step = 0;
+      for (const Triangle& t : surface.triangles)
+      {
+        const auto& [i, j, m] = t;
+        sampled = std::min(sampled,
+          DistanceBySamples(from, surface.points[i], surface.points[j], surface.points[m], step));
+      }
+      const auto found = NearestOnSurface(drawn, from);
+      ASSERT_TRUE(found);
+      const double nearest = Length(*found - from);
+      EXPECT_LE(nearest, sampled + 1e-12);
+      EXPECT_GE(nearest, sampled - step);
+      const auto enough = NearestOnSurface(drawn, from, 2 * nearest);
+      ASSERT_TRUE(enough);
+      EXPECT_LE(Length(*enough - from), 2 * nearest);
+    }
+  }
+}
+
+TEST(TestPicker, FindsTheNearestPointOfACloud)
+{
+  Surface cloud;
+  EXPECT_FALSE(NearestOnSurface(DrawnSurface(), {}));
+  cloud.points = { { 0, 0, -10 }, { 0.4, 0, -5 }, { 0, 0, 3 } };
+  cloud.sources.resize(3);
+  EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), {}), cloud.points[2]);
+  EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), { 1, 0, -6 }), cloud.points[1]);
+}
+
 // What every triangle of every part says.
 std::optional<SurfaceHit> PickByForce(const DrawnSurface& surface, const Ray& ray, double slack)
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A camera that nobody gets lost with: home, undo, level horizon, and whatever the fingers do the
 // model is on the screen and the eye outside of it.
+#include "viewer/session/Picker.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
 #include <algorithm>
@@ -17,6 +18,34 @@ namespace
 
 const ModelPose leaningBack{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false };
 
+// A sheet with hills, in the coordinates of a map, seen from the south: its box is mostly empty.
+Mesh MakeTerrain(std::uint32_t n)
+{
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < n * n; ++i)
+  {
+    const double x = double(i % n) / n, y = double(i / n) / n;
+    const double height =
+      0.08 * std::sin(9 * x) * std::cos(7 * y) + 0.01 * std::sin(60 * x + 50 * y);
+    mesh.points.push_back({ 456789 + 400 * x, 5412345 + 400 * y, 300 + 400 * height });
+  }
+  for (std::uint32_t i = 0; i + 1 < n; ++i)
+  {
+    for (std::uint32_t k = i * n; k + 1 < (i + 1) * n; ++k)
+    {
+      mesh.triangles.push_back({ k, k + 1, k + n });
+      mesh.triangles.push_back({ k + 1, k + n + 1, k + n });
+    }
+  }
+  return mesh;
+}
+
+MemoryServer Terrain()
+{
+  static const MemoryServer server(MakeTerrain(100), 128, 2);
+  return server;
+}
+
 struct View
 {
   Vec3 eye, focal, up;
@@ -30,32 +59,27 @@ View ViewOf(const ViewerSession& session)
   return { scene.eye, scene.focal, scene.up, scene.orientation };
 }
 
-// How far along the ray the box begins; nothing where it is missed.
-bool Meets(const Ray& ray, const Box& box)
+// Whether any of the shown surface is on the screen: a vertex, or what a pixel of a grid over the
+// window shows, where triangles are larger than that.
+bool ShowsSurface(const ViewerScene& scene, const Viewport& window)
 {
-  double from = 0, to = 1e300;
-  for (std::size_t k = 0; k < 3; ++k)
+  constexpr int steps = 24;
+  const double up = Camera::tangentOfHalfAngle, right = up * window.width / window.height;
+  const Surface surface = scene.surface->Whole();
+  for (const Vec3& point : surface.points)
   {
-    const double a = (box.lo[k] - ray.origin[k]) / ray.direction[k];
-    const double b = (box.hi[k] - ray.origin[k]) / ray.direction[k];
-    from = std::max(from, std::min(a, b));
-    to = std::min(to, std::max(a, b));
+    const Vec3 seen = scene.orientation.Inverse().Rotate(point - scene.eye);
+    if (std::abs(seen[0]) <= right * -seen[2] && std::abs(seen[1]) <= up * -seen[2])
+    {
+      return true;
+    }
   }
-  return from <= to;
-}
-
-// Whether a pixel of a grid over the window shows the model's box.
-bool ShowsTheBox(const ViewerScene& scene, const Viewport& window)
-{
-  constexpr int steps = 48;
-  const double tangent = Camera::tangentOfHalfAngle;
   for (int i = 0; i <= steps; ++i)
   {
     for (int j = 0; j <= steps; ++j)
     {
-      const double y = tangent * (2.0 * j / steps - 1);
-      const double x = tangent * window.width / window.height * (2.0 * i / steps - 1);
-      if (Meets({ scene.eye, Normalized(scene.orientation.Rotate({ x, y, -1 })) }, scene.box))
+      const Vec3 sight{ right * (2.0 * i / steps - 1), up * (2.0 * j / steps - 1), -1 };
+      if (PickSurface(surface, { scene.eye, Normalized(scene.orientation.Rotate(sight)) }))
       {
         return true;
       }
@@ -246,9 +270,9 @@ TEST(TestSessionCamera, TheFirstViewIsTheModels)
 TEST(TestSessionCamera, NobodyGetsLost)
 {
   std::size_t within = 0, gestures = 0;
-  for (unsigned seed = 0; seed < 10; ++seed)
+  for (unsigned seed = 0; seed < 12; ++seed)
   {
-    MemoryServer server = Torus();
+    MemoryServer server = seed % 3 == 2 ? Terrain() : Torus();
     server.SetPose(leaningBack);
     SessionOptions options;
     options.detail = seed % 2 == 0 ? DetailMode::View : DetailMode::Level;
@@ -262,13 +286,13 @@ TEST(TestSessionCamera, NobodyGetsLost)
       SCOPED_TRACE(person.DoSomething());
       ++gestures;
       const ViewerScene scene = session.Scene();
-      ASSERT_TRUE(ShowsTheBox(scene, person.Window));
+      ASSERT_TRUE(scene.surface->TriangleCount() == 0 || ShowsSurface(scene, person.Window));
       if (person.turning == Turning::Upright)
       {
         ASSERT_NEAR(Dot(scene.orientation.Rotate({ 1, 0, 0 }), leaningBack.up), 0, 1e-12);
         ASSERT_GE(Dot(scene.up, leaningBack.up), -1e-12);
       }
-      if (IsIn(scene.box, scene.eye))
+      if (seed % 3 != 2 && IsIn(scene.box, scene.eye))
       {
         ++within;
         ASSERT_FALSE(IsInside(scene.surface->Whole(), scene.eye));
@@ -277,6 +301,44 @@ TEST(TestSessionCamera, NobodyGetsLost)
   }
   std::printf("%zu gestures, after %zu of them the eye was within the box\n", gestures, within);
   EXPECT_GT(within, gestures / 50) << "the hard case comes";
+}
+
+// Wherever one has come to, the same wheel leads back to where all of the model is seen.
+TEST(TestSessionCamera, ZoomingOutLeadsAway)
+{
+  for (unsigned seed = 0; seed < 40; ++seed)
+  {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    MemoryServer server = seed % 2 == 0 ? Terrain() : Torus();
+    server.SetPose(leaningBack);
+    ViewerSession session;
+    Person person(seed, server, session);
+    ASSERT_TRUE(session.SelectModel("torus"));
+    server.Serve(session);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> part(0, 1);
+    const double x = person.Window.width * part(random), y = person.Window.height * part(random);
+    for (int i = 0; i < 80; ++i)
+    {
+      session.Zoom(1.2, x, y);
+      server.Serve(session);
+    }
+    for (unsigned i = 0; i < seed % 4; ++i)
+    {
+      person.DoSomething();
+    }
+    double before = 0;
+    for (int i = 0; i < 160; ++i)
+    {
+      session.Zoom(1 / 1.2, x, y);
+      server.Serve(session);
+      before = Length(session.Scene().eye - session.Scene().focal);
+    }
+    const ViewerScene scene = session.Scene();
+    const double size = Length(scene.box.hi - scene.box.lo);
+    EXPECT_GT(before, 5 * size);
+    EXPECT_TRUE(ShowsSurface(scene, person.Window));
+  }
 }
 
 TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
@@ -415,6 +477,46 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
   {
     const auto [before, after] = afterADrag(coast, rest, smooth);
     EXPECT_EQ(before, after);
+  }
+}
+
+TEST(TestSessionCamera, TurnsByItselfUntilItIsTouched)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const View first = ViewOf(session);
+  session.SetSpinning(true);
+  EXPECT_TRUE(session.GetStatus().coasting);
+  EXPECT_TRUE(session.IsIdle()) << "nobody waits for its end";
+  double time = 50;
+  for (int i = 0; i <= 24 * 60; ++i)
+  {
+    session.Advance(time += i == 0 ? 0 : 1.0 / 60);
+    if (i == 12 * 60)
+    {
+      EXPECT_GT(Length(ViewOf(session).eye - first.eye), 1.5 * Length(first.eye - first.focal));
+    }
+  }
+  EXPECT_LT(Length(ViewOf(session).eye - first.eye), 0.01 * Length(first.eye - first.focal));
+  const View before = ViewOf(session);
+  session.Advance(time += 1e6); // asleep
+  EXPECT_LT(Length(ViewOf(session).eye - before.eye), 0.1 * Length(first.eye - first.focal));
+  const std::vector<std::function<void()>> stops{ [&] { session.Zoom(1.1, 400, 300); },
+    [&] {
+      session.HandleTouches({ time += 1, { { 1, 5, 5 } } });
+    },
+    [&] { session.SetSpinning(false); } };
+  for (const auto& stop : stops)
+  {
+    session.SetSpinning(true);
+    session.Advance(time += 1);
+    stop();
+    EXPECT_FALSE(session.GetStatus().spinning);
+    const View stopped = ViewOf(session);
+    session.Advance(time += 1);
+    EXPECT_EQ(ViewOf(session), stopped);
   }
 }
 

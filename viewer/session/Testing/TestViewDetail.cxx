@@ -257,6 +257,93 @@ TEST(TestViewDetail, WhatIsFetchedAheadMakesWay)
   ExpectClosed(session);
 }
 
+// As of a server that is away, while all that is seen is in the cache.
+TEST(TestViewDetail, WhatIsFetchedAheadMayFail)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  ViewerSession before(options);
+  OpenFullScreen(before, server); // fetches what is seen, alone
+  server.lie = [seen = server.sent](const BlobId& blob, std::vector<std::uint8_t>&)
+  { return seen.count(blob) > 0; };
+  server.sent.clear();
+  options.aheadBytes = std::size_t{ 4 } << 20;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  while (server.Take(session), !server.Outstanding().empty())
+  {
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().error, "");
+  // What is wanted is told.
+  session.Zoom(6, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_NE(session.GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+}
+
+// Finer than level S and than the preview: can be shown without what is between.
+bool IsOnTheWay(PieceId piece, const TreeDepths& depths)
+{
+  return !piece.resolution.IsOriginal() && piece.resolution.Depth() > depths.stitch &&
+         piece.node > 1;
+}
+
+TEST(TestViewDetail, WhatFailsIsToldOnlyWhereItIsMissed)
+{
+  const auto look = [](MemoryServer& server, const std::set<BlobId>& refused)
+  {
+    server.refused = refused;
+    auto session = std::make_unique<ViewerSession>();
+    OpenFullScreen(*session, server);
+    EXPECT_TRUE(session->IsIdle());
+    ExpectClosed(*session);
+    return session;
+  };
+  MemoryServer server(MakeTorus(300, 120), 1024, 2); // many levels finer than S
+  const TreeDepths depths = server.Codec().depths;
+  const auto whole = look(server, {});
+  std::set<BlobId> stepsAlone;
+  std::optional<PieceId> used;
+  for (const BlobId& blob : server.sent)
+  {
+    const PieceId piece = IsOfPiece(blob) ? PieceOfBlob(blob, depths) : PieceId{};
+    if (IsOfPiece(blob) && IsOnTheWay(piece, depths))
+    {
+      const bool isUsed = whole->ShownPieces().count(piece) > 0;
+      isUsed ? void(used = piece) : void(stepsAlone.insert(blob));
+    }
+  }
+  ASSERT_FALSE(stepsAlone.empty());
+  ASSERT_TRUE(used);
+  // Came first alone, until something finer was there.
+  const auto withoutSteps = look(server, stepsAlone);
+  EXPECT_EQ(withoutSteps->GetStatus().error, "");
+  EXPECT_EQ(withoutSteps->ShownPieces(), whole->ShownPieces());
+
+  // What is below it stands in.
+  const BlobId bad = BlobOfPiece(*used, depths);
+  const auto otherwise = look(server, { bad });
+  EXPECT_EQ(otherwise->GetStatus().error, "");
+  EXPECT_GE(otherwise->GetStatus().triangles, whole->GetStatus().triangles);
+
+  // Unless that cannot be had either.
+  std::set<BlobId> all{ bad };
+  for (const PieceId piece : otherwise->ShownPieces())
+  {
+    const unsigned deeper =
+      std::max(DepthOfNode(piece.node), DepthOfNode(used->node)) - DepthOfNode(used->node);
+    if (piece != *used && piece.node >> deeper == used->node)
+    {
+      all.insert(BlobOfPiece(piece, depths));
+    }
+  }
+  ASSERT_GT(all.size(), 1u);
+  EXPECT_NE(
+    look(server, all)->GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+}
+
 // Steps never show holes, whatever comes in whatever order, while the view moves on.
 TEST(TestViewDetail, TheSurfaceIsWholeAfterEveryArrival)
 {

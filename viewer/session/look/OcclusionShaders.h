@@ -19,7 +19,7 @@
 namespace kdstream
 {
 
-inline constexpr double occlusionReach = 0.08;    // of the picture's height
+inline constexpr double occlusionReach = 0.08;   // of the picture's height
 inline constexpr double occlusionStrength = 1.4; // 1 would be what is geometrically hidden
 
 // The side of the passes' targets for one of the picture.
@@ -51,10 +51,14 @@ vec3 positionAt(vec2 place)
 
 // How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
 // texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
-// walked in 6 steps that become longer.
+// walked in 6 steps that become longer. A rise is less by `unsure`, the length that so many steps
+// of 24 bits of depth are there: where the eye is within the model's box one is as long as a texel,
+// and smooth surfaces would have the rings and worms of these.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;
+float unsure;
+const float depthSteps = 1.5;
 const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
 // The sine of how far a place rises from the plane across the line of sight; -1 where nothing
 // is, out of reach, and out of the picture.
@@ -68,7 +72,7 @@ float rise(vec2 texel)
   vec3 way = positionAt(place) - here;
   float square = max(dot(way, way), 1e-12 * reach * reach);
   float near = clamp(2.0 - 2.0 * square / (reach * reach), 0.0, 1.0);
-  return mix(-1.0, dot(way, toEye) * inversesqrt(square), near);
+  return mix(-1.0, (dot(way, toEye) - unsure) * inversesqrt(square), near);
 }
 void main()
 {
@@ -80,6 +84,7 @@ void main()
     here = positionAt(place);
     toEye = -normalize(here);
     reach = grid.w * -here.z;
+    unsure = depthSteps * 1.2e-7 * here.z * here.z / abs(projection.w);
     vec2 cell = mod(floor(texel), 4.0);
     vec2 way = ways[int(mod(cell.x + 2.0 * cell.y, 4.0))];
     float most = max(grid.z / length(way), 1.0);
