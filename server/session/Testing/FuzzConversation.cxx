@@ -92,8 +92,14 @@ class Visit
 {
 public:
   explicit Visit(unsigned detail)
-    : Talk(TheWorld().catalog, 1000, PermissionOf(detail))
+    : Talk(TheWorld().catalog, Limits(), PermissionOf(detail))
   {
+  }
+  static ConversationLimits Limits()
+  {
+    ConversationLimits limits;
+    limits.partitions = 1000;
+    return limits;
   }
 
   void Take(std::string_view line)
