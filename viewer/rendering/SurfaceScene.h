@@ -81,7 +81,8 @@ private:
   SceneCamera Camera;
   TreeDepths Depths;
   Vec3 Center{ 0.0, 0.0, 0.0 };
-  Box Bounds; // of what is drawn, relative to Center
+  Box Bounds;         // of what is drawn, relative to Center
+  double Facet = 0.0; // FacetLength of what is drawn
   std::unique_ptr<SceneOcclusion> Occlusion;
   unsigned long SplatObserver = 0, OcclusionObserver = 0;
 };

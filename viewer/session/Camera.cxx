@@ -98,11 +98,20 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
     std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
 }
 
+Vec3 Camera::PlaceOf(const Vec3& point) const
+{
+  return (point - (this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5)) * (1 / this->Radius);
+}
+
+Vec3 Camera::PointAt(const Vec3& place) const
+{
+  return this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5 + place * this->Radius;
+}
+
 CameraPlace Camera::GetPlace() const
 {
-  const Vec3 middle = this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5;
-  return { (this->FocalPoint - middle) * (1 / this->Radius), this->EyeDistance / this->Radius,
-    this->Turn, static_cast<double>(this->View.width) / this->View.height };
+  return { this->PlaceOf(this->FocalPoint), this->EyeDistance / this->Radius, this->Turn,
+    static_cast<double>(this->View.width) / this->View.height };
 }
 
 void Camera::SetPlace(const CameraPlace& place)
@@ -112,8 +121,7 @@ void Camera::SetPlace(const CameraPlace& place)
   this->Turn = place.orientation;
   this->EyeDistance =
     std::clamp(place.distance * farther, nearestInRadii, farthestInRadii) * this->Radius;
-  const Vec3 middle = this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5;
-  this->FocalPoint = this->Confined(middle + place.focal * this->Radius);
+  this->FocalPoint = this->Confined(this->PointAt(place.focal));
 }
 
 void Camera::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)

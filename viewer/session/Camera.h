@@ -72,6 +72,9 @@ public:
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
   CameraPlace GetPlace() const;
+  // A point of the model, in these lengths, and back.
+  Vec3 PlaceOf(const Vec3& point) const;
+  Vec3 PointAt(const Vec3& place) const;
   // In a window of another shape the whole of the largest square in the middle is seen still.
   // Within the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
   void SetPlace(const CameraPlace& place);

@@ -241,14 +241,14 @@ std::optional<SurfaceHit> PickSurface(
   return best;
 }
 
-std::optional<Vec3> NearestOnSurface(const DrawnSurface& surface, const Vec3& point, double enough)
+std::optional<SurfaceHit> NearestOnSurface(
+  const DrawnSurface& surface, const Vec3& point, double enough)
 {
-  std::optional<Vec3> nearest;
-  double distance = never;
+  SurfaceHit nearest{ {}, 0, never };
   const auto enter = [&](const Box& box)
   {
     const double entry = DistanceTo(box, point);
-    return distance <= enough || entry >= distance ? never : entry;
+    return nearest.distance <= enough || entry >= nearest.distance ? never : entry;
   };
   for (const DrawnSurface::Part& each : surface.Parts())
   {
@@ -265,14 +265,15 @@ std::optional<Vec3> NearestOnSurface(const DrawnSurface& surface, const Vec3& po
         const Vec3 found = part.triangles.empty() ? part.points[i]
                                                   : NearestOnTriangle(point, part.points[t[0]],
                                                       part.points[t[1]], part.points[t[2]]);
-        if (Length(found - point) < distance)
+        const double distance = Length(found - point);
+        if (distance < nearest.distance)
         {
-          nearest = found;
-          distance = Length(found - point);
+          const auto number = static_cast<std::size_t>(&each - surface.Parts().data());
+          nearest = { found, i, distance, number };
         }
       });
   }
-  return nearest;
+  return nearest.distance < never ? std::optional(nearest) : std::nullopt;
 }
 
 bool IsAround(const DrawnSurface& surface, const Vec3& point)

@@ -92,10 +92,10 @@ double ViewerSession::FreePart(const Camera& from, const Camera& to) const
 // The surface, that is: the camera itself knows no more than a box, of which most may be empty.
 void ViewerSession::KeepInSight(Camera& camera) const
 {
-  if (const auto point =
+  if (const auto nearest =
         NearestOnSurface(*this->Shown.GetSurface(), camera.Focal(), camera.Reach()))
   {
-    camera.KeepInSight(*point);
+    camera.KeepInSight(nearest->point);
   }
 }
 

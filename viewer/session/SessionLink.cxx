@@ -80,6 +80,14 @@ ViewLink ViewerSession::Link() const
   {
     link.digest = this->Current->description.digest.substr(0, ViewLink::digestDigits);
     link.place = this->Eye.GetPlace();
+    for (const Measurement& each : this->Measured)
+    {
+      if (each.to && link.measurements.size() < ViewLink::mostMeasurements)
+      {
+        link.measurements.push_back(
+          { this->Eye.PlaceOf(each.from.point), this->Eye.PlaceOf(each.to->point) });
+      }
+    }
   }
   if (this->Region)
   {
@@ -123,6 +131,12 @@ void ViewerSession::TakeLink()
     there.SetTurning(link.turning);
     this->TakeView(there, there.GetViewport());
     this->EyeMoved = this->IsArriving = true;
+  }
+  this->Measured.clear();
+  this->Ends.clear();
+  for (const std::array<Vec3, 2>& points : link.measurements)
+  {
+    this->AddTold({ this->Eye.PointAt(points[0]), this->Eye.PointAt(points[1]) });
   }
   const NodeId firstCell = NodeId{ 1 } << model.depths.partition;
   if (link.region && link.region->cell >= firstCell &&

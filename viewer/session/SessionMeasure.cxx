@@ -81,12 +81,34 @@ bool ViewerSession::MeasureAt(double x, double y)
   {
     this->Measured.back().to.emplace();
   }
-  this->Ends.push_back({ this->Measured.size() - 1, !begins, this->Eye.RayOf(x, y), {}, {} });
+  this->Ends.push_back(
+    { this->Measured.size() - 1, !begins, false, this->Eye.RayOf(x, y), {}, {} });
   if (!this->Settle(this->Ends.back(), *hit))
   {
     this->Ends.pop_back();
   }
   return true;
+}
+
+// As somebody else measured: both points are on the original, to which they come when it is there.
+void ViewerSession::AddTold(const std::array<Vec3, 2>& points)
+{
+  if (this->Measured.size() >= mostMeasurements)
+  {
+    return;
+  }
+  const double unknown = ErrorBoundOf(
+    Resolution::Level(PreviewLevel(this->Current->description)), this->Current->description);
+  const auto told = [&](std::size_t i) {
+    return MeasuredPoint{ points[i], Resolution::Level(0), unknown, true };
+  };
+  this->Measured.push_back({ std::to_string(++this->MeasurementsMade), told(0), told(1) });
+  for (const bool isSecond : { false, true })
+  {
+    const Vec3& point = points[isSecond ? 1 : 0];
+    this->Ends.push_back(
+      { this->Measured.size() - 1, isSecond, true, { point, {} }, {}, { point } });
+  }
 }
 
 MeasuredPoint& ViewerSession::PointOf(const End& end)
@@ -158,15 +180,13 @@ void ViewerSession::PickEndsAnew()
     {
       const MeasuredPoint before = this->PointOf(end);
       const DrawnSurface& surface = *this->Shown.GetSurface();
-      auto hit = PickSurface(surface, end.ray, this->FingerSlack());
+      auto hit = end.isTold ? NearestOnSurface(surface, end.ray.origin)
+                            : PickSurface(surface, end.ray, this->FingerSlack());
       // The surface that was meant may lie behind another one by now, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
-      if (!hit || Length(hit->point - before.point) > tolerance)
+      if (!end.isTold && (!hit || Length(hit->point - before.point) > tolerance))
       {
-        const auto near = NearestOnSurface(surface, before.point);
-        const Vec3 way = near ? *near - end.ray.origin : Vec3{};
-        hit = near ? PickSurface(surface, { end.ray.origin, Normalized(way) }, this->FingerSlack())
-                   : std::nullopt;
+        hit = NearestOnSurface(surface, before.point);
       }
       if (!hit)
       {

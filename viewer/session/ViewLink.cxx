@@ -13,6 +13,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -146,6 +147,47 @@ std::optional<CameraPlace> ParsePlace(std::string_view text)
   return place;
 }
 
+// A point is 15 bytes; 30 are 40 characters, so that any number of distances follow each other.
+std::string FormatMeasurements(const std::vector<std::array<Vec3, 2>>& measurements)
+{
+  std::vector<std::uint8_t> bytes;
+  for (const auto& ends : measurements)
+  {
+    for (const Vec3& point : ends)
+    {
+      for (const double coordinate : point)
+      {
+        Put(bytes, coordinate, mostRadii / 2, lengthBytes);
+      }
+    }
+  }
+  return ToText(bytes);
+}
+
+std::optional<std::vector<std::array<Vec3, 2>>> ParseMeasurements(std::string_view text)
+{
+  constexpr std::size_t size = 2 * 3 * lengthBytes;
+  const auto bytes = ToBytes(text);
+  if (!bytes || bytes->empty() || text.size() % (size / 3 * 4) != 0 ||
+      bytes->size() > size * ViewLink::mostMeasurements)
+  {
+    return {};
+  }
+  std::vector<std::array<Vec3, 2>> measurements(bytes->size() / size);
+  std::size_t at = 0;
+  for (auto& ends : measurements)
+  {
+    for (Vec3& point : ends)
+    {
+      for (double& coordinate : point)
+      {
+        coordinate = Take(*bytes, at, mostRadii / 2, lengthBytes);
+      }
+    }
+  }
+  return measurements;
+}
+
 constexpr std::array<std::string_view, 3> details{ "view", "level", "full" };
 
 std::optional<ViewLink::Region> ParseRegion(std::string_view text)
@@ -209,6 +251,12 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
     link.region = ParseRegion(value);
     return link.region.has_value();
   }
+  if (key == "distances")
+  {
+    auto measurements = ParseMeasurements(value);
+    link.measurements = measurements ? std::move(*measurements) : link.measurements;
+    return measurements.has_value();
+  }
   if (key == "colours")
   {
     link.colors = value;
@@ -237,6 +285,7 @@ std::string FormatViewLink(const ViewLink& link)
   add("region", link.region
                   ? std::to_string(link.region->cell) + "." + std::to_string(link.region->rings)
                   : "");
+  add("distances", FormatMeasurements(link.measurements));
   add("colours", link.colors);
   add("light", link.light);
   return text;

@@ -11,10 +11,12 @@
 #include "viewer/session/Camera.h"
 #include "viewer/session/SessionTypes.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -34,10 +36,13 @@ struct ViewLink
   Turning turning = Turning::Upright;
   DetailMode detail = DetailMode::View;
   std::optional<Region> region; // that is the original
-  std::string colors, light;    // words of the session files; empty: as usual
+  // The ends of distances that were measured, as CameraPlace has points; at most mostMeasurements.
+  std::vector<std::array<Vec3, 2>> measurements;
+  std::string colors, light; // words of the session files; empty: as usual
   bool operator==(const ViewLink&) const = default;
 
   static constexpr std::size_t digestDigits = 8;
+  static constexpr std::size_t mostMeasurements = 16;
   static constexpr std::size_t longest = 2048; // characters
 };
 

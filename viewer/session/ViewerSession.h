@@ -268,6 +268,7 @@ private:
   {
     std::size_t measurement = 0;
     bool isSecond = false;
+    bool isTold = false;                // by a link: the ray begins there, and goes nowhere
     Ray ray;                            // by which it was picked
     std::set<std::uint32_t> partitions; // that are to be the original
     std::vector<Vec3> around;           // places whose partitions are to be, once they are known
@@ -308,6 +309,7 @@ private:
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
   double FingerSlack() const;
   bool MeasureAt(double x, double y);
+  void AddTold(const std::array<Vec3, 2>& points);
   MeasuredPoint& PointOf(const End& end);
   bool Settle(End& end, const SurfaceHit& hit);
   void FollowEnds();

@@ -4,6 +4,7 @@
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 #include "viewer/desktop/Testing/PicturesCompared.h"
+#include "viewer/desktop/Testing/ReadClipboard.h"
 #include "viewer/desktop/Testing/ScreenPicture.h"
 #include "viewer/session/SessionFile.h"
 
@@ -29,6 +30,7 @@ using namespace std::chrono_literals;
 using fixtures::ReadWhole;
 using fixtures::TemporaryFolder;
 using kdstream::testing::LookAtScreen;
+using kdstream::testing::ReadClipboard;
 using kdstream::testing::ScreenPicture;
 using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusModel;
@@ -356,6 +358,26 @@ TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
   EXPECT_EQ(this->Err().rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err();
   Hands("key F1");
   EXPECT_EQ(this->End(), 0) << "it can still be closed";
+}
+
+TEST_F(TestWindow, ToolsMeasureAndCopy)
+{
+  this->Open(this->Server->Url() + " --model first --record r.jsonl --size " + Size());
+  this->SettledPicture("first");
+  Hands("key t");
+  Hands("key r");
+  Hands("mousemove 640 280 click 1 sleep 0.6 mousemove 660 320 click 1 sleep 0.6 key 5 key l");
+  std::string copied;
+  const auto last = std::chrono::steady_clock::now() + patience;
+  while ((copied = ReadClipboard()).empty() && std::chrono::steady_clock::now() < last)
+  {
+    std::this_thread::sleep_for(100ms); // the window is not there yet
+  }
+  EXPECT_EQ(copied.rfind(this->Server->Url() + "/#model=first&digest=", 0), 0u) << copied;
+  EXPECT_EQ(this->End(), 0) << this->Err();
+  const std::string recorded = ReadWhole(this->Folder / "r.jsonl");
+  EXPECT_NE(recorded.find("{\"tool\":\"measure\"}"), std::string::npos) << recorded;
+  EXPECT_NE(recorded.find("{\"side\":\"top\"}"), std::string::npos) << recorded;
 }
 
 TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)

@@ -231,6 +231,12 @@ void WindowSession::SetAhead(std::size_t bytes)
   this->Looks.SetAhead(bytes);
 }
 
+void WindowSession::RemoveMeasurement(std::size_t index)
+{
+  this->Looks.RemoveMeasurement(index);
+  this->Send();
+}
+
 // ---- frames
 
 void WindowSession::BeginFrame(double time)

@@ -3,12 +3,15 @@
 // 3. the session's choice and surface  4. words and buttons  5. the picture.
 #include "viewer/desktop/window/WindowView.h"
 
+#include "viewer/desktop/OpenSource.h"
 #include "viewer/desktop/RegionBoxes.h"
 #include "viewer/desktop/SettingSteps.h"
 #include "viewer/desktop/ViewReport.h"
 #include "viewer/desktop/window/DisplayWindow.h"
 #include "viewer/desktop/window/InterfaceLayer.h"
 #include "viewer/desktop/window/Panels.h"
+#include "viewer/desktop/window/ScreenClipboard.h"
+#include "viewer/desktop/window/ToolsPanel.h"
 #include "viewer/desktop/window/WindowInput.h"
 #include "viewer/desktop/window/WindowSession.h"
 #include "viewer/rendering/Picture.h"
@@ -18,6 +21,7 @@
 #include <vtkRenderer.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
@@ -100,6 +104,10 @@ private:
   void DrawPicture();
   void Layout();
   PanelFacts Facts() const;
+  void AddTools(PanelFacts& facts) const;
+  void Copy(const std::string& text, const std::string& what);
+  void CopyLink();
+  void CopyMeasurements();
   void Apply(const ViewSettings& settings);
   void Apply(const SceneSettings& before);
   void Fulfil(const PanelWishes& wishes);
@@ -127,6 +135,7 @@ private:
   Panels Words;
   ViewSettings Settings;
   WindowInput Input;
+  ScreenClipboard Clipboard;
   WindowSession Session;
   ViewReport Report;
 
@@ -176,6 +185,7 @@ void WindowView::Run()
     this->Display->Wait(std::chrono::milliseconds(static_cast<int>(1000 * this->Wait())));
     this->TakeEvents();
     this->TakeNews();
+    this->Clipboard.Serve();
     this->WakeIf(this->Display->TakeDamage());
     const double now = Now();
     const bool turns = this->PreviewsTurn() && now - this->LastTurn >= this->TurningPause();
@@ -266,6 +276,7 @@ bool WindowView::HandleKey(const WindowEvent& event)
   bool* const toggled = key == "o"                         ? &this->Words.settingsOpen
                         : key == "d"                       ? &this->Words.detailsOpen
                         : key == "F1" || key == "question" ? &this->Words.helpOpen
+                        : key == "t"                       ? &this->Words.toolsOpen
                         : key == "m"                       ? &this->Words.popUp
                         : key == "Tab"                     ? &this->Words.bare
                                                            : nullptr;
@@ -284,6 +295,24 @@ bool WindowView::HandleKey(const WindowEvent& event)
   else if (key == "s" || key == "F12")
   {
     this->AskForPicture();
+  }
+  else if (key == "l")
+  {
+    this->CopyLink();
+  }
+  else if (key == "r" && this->Session.IsOpen())
+  {
+    const bool measures = this->Session.Viewer().GetTool() == Tool::Measure;
+    this->Session.Do({ SessionStep::Kind::Tool, {}, measures ? "none" : "measure" });
+    this->Tell(
+      measures ? "Clicks measure no more." : "Click one point of the surface, then another.");
+  }
+  else if (key.size() == 1 && key[0] >= '1' && key[0] <= '6' && this->Session.IsOpen())
+  {
+    static constexpr std::array<const char*, 6> sides{ "front", "back", "left", "right", "top",
+      "bottom" };
+    this->Session.Do(
+      { SessionStep::Kind::Side, {}, sides[static_cast<std::size_t>(key[0] - '1')] });
   }
   else if (key == "q")
   {
@@ -304,7 +333,7 @@ bool WindowView::HandleKey(const WindowEvent& event)
 void WindowView::GoBack()
 {
   for (bool* const open : { &this->Words.helpOpen, &this->Words.popUp, &this->Words.settingsOpen,
-         &this->Words.detailsOpen, &this->Words.bare })
+         &this->Words.detailsOpen, &this->Words.toolsOpen, &this->Words.bare })
   {
     if (*open)
     {
@@ -480,7 +509,52 @@ PanelFacts WindowView::Facts() const
   facts.frameSeconds = this->FrameSeconds;
   facts.residentBytes = ResidentMemory();
   facts.note = this->Note;
+  this->AddTools(facts);
   return facts;
+}
+
+void WindowView::AddTools(PanelFacts& facts) const
+{
+  const ViewerSession& session = this->Session.Viewer();
+  const auto pixel = [&](const MeasuredPoint& end)
+  { return session.GetCamera().PixelOf(end.point); };
+  for (const Measurement& each : session.Measurements())
+  {
+    facts.measurements.push_back(
+      { each, pixel(each.from), each.to ? pixel(*each.to) : std::nullopt });
+  }
+  facts.tool = session.GetTool();
+  facts.up = facts.model ? facts.model->pose.value_or(ModelPose{}).up : Vec3{ 0, 1, 0 };
+}
+
+void WindowView::Copy(const std::string& text, const std::string& what)
+{
+  this->Tell(this->Clipboard.Put(text) ? what + " copied." : "There is no clipboard.");
+}
+
+// For a browser, or for kdstream-view.
+void WindowView::CopyLink()
+{
+  if (this->Session.Model())
+  {
+    const std::string& source = this->Options.source;
+    const bool isServer = NamesServer(source);
+    this->Copy(source + (isServer && source.back() != '/' ? "/#" : "#") + this->Link(),
+      "The link to this view is");
+  }
+}
+
+void WindowView::CopyMeasurements()
+{
+  std::string text;
+  const PanelFacts facts = this->Facts();
+  for (const SeenMeasurement& each : facts.measurements)
+  {
+    text += each.measurement.name + ": " +
+            DescribeMeasurement(each.measurement, facts.up, facts.model ? facts.model->unit : "") +
+            "\n";
+  }
+  this->Copy(text, "The distances are");
 }
 
 void WindowView::Apply(const ViewSettings& settings)
@@ -547,6 +621,23 @@ void WindowView::Fulfil(const PanelWishes& wishes)
   if (wishes.screenshot)
   {
     this->AskForPicture();
+  }
+  if (wishes.spin)
+  {
+    this->Session.SetSpinning(*wishes.spin);
+  }
+  if (wishes.removeMeasurement)
+  {
+    this->Session.RemoveMeasurement(*wishes.removeMeasurement);
+    this->FramesLeft = 2;
+  }
+  if (wishes.copyLink)
+  {
+    this->CopyLink();
+  }
+  if (wishes.copyMeasurements)
+  {
+    this->CopyMeasurements();
   }
   if (wishes.retry)
   {
@@ -615,8 +706,9 @@ Status WindowView::Finish()
   KDSTREAM_TRY(At(this->Options.record, this->Session.Recorder().Finish()));
   KDSTREAM_TRY(At(this->Options.statistics,
     WriteOutput(this->Options.statistics, StatisticsJson(this->Session.Viewer().Statistics()))));
-  return At(this->Options.report,
-    WriteOutput(this->Options.report, this->Report.Json(this->Session.Viewer().GetTraffic(), this->Link())));
+  return At(
+    this->Options.report, WriteOutput(this->Options.report,
+                            this->Report.Json(this->Session.Viewer().GetTraffic(), this->Link())));
 }
 
 }

@@ -88,6 +88,43 @@ TEST(GlesOcclusion, AGrooveIsDarkWhereDepthsAreCoarse)
   EXPECT_GT(LeftAt(pair, 130, 75), 0.97);
 }
 
+// A valley along y, of n × n quads.
+Surface Valley(double slope, std::uint32_t n)
+{
+  Surface surface;
+  for (std::uint32_t i = 0; i <= n; ++i)
+  {
+    for (std::uint32_t j = 0; j <= n; ++j)
+    {
+      const double x = -2.0 + 4.0 * i / n;
+      surface.points.push_back({ x, -2.0 + 4.0 * j / n, slope * std::abs(x) });
+      surface.sources.push_back({ Resolution::Level(7), MakeKey(0, i * (n + 1) + j) });
+      if (i < n && j < n)
+      {
+        const VertexId a = i * (n + 1) + j;
+        surface.triangles.push_back({ a, a + n + 1, a + 1 });
+        surface.triangles.push_back({ a + 1, a + n + 1, a + n + 2 });
+      }
+    }
+  }
+  return surface;
+}
+
+// Of triangles that are larger than what is looked at it is where a round surface was cut into
+// triangles, unless it is deep.
+TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
+{
+  const auto left = [](double slope, std::uint32_t quads)
+  {
+    Easel easel(width, height);
+    return LeftAt(DrawBoth(easel, SceneBefore(Valley(slope, quads), { 0, 0, 5 })), 100, 75);
+  };
+  EXPECT_LT(left(0.12, 200), 0.975);
+  EXPECT_GT(left(0.12, 2), 0.99);
+  EXPECT_LT(left(1.0, 2), 0.7);
+  EXPECT_NEAR(left(1.0, 2), left(1.0, 200), 0.08);
+}
+
 // A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. As much
 // whatever the size of the model, and however far it is from the origin.
 TEST(GlesOcclusion, AGrooveIsDark)

@@ -95,7 +95,7 @@ TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
       const Measurement& now = session->Measurements().front();
       for (const MeasuredPoint* end : { &now.from, &*now.to })
       {
-        const Vec3 near = *NearestOnSurface(OriginalTorus(), end->point);
+        const Vec3 near = NearestOnSurface(OriginalTorus(), end->point)->point;
         EXPECT_LE(Length(near - end->point), end->error) << end->resolution.IsOriginal();
       }
       (void)server.Answer(*session, &random);
@@ -199,6 +199,33 @@ TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
   }
   ASSERT_TRUE(session->SelectModel("other"));
   EXPECT_TRUE(session->Measurements().empty());
+}
+
+TEST(TestSessionMeasure, ALinkTellsThem)
+{
+  MemoryServer server = Torus();
+  const auto mine = Measuring(server);
+  const auto [x, y] = OnModel(*mine);
+  for (int i = 0; i < 4; ++i)
+  {
+    SlowTap(*mine, x + 5 * i, y - 4 * i);
+    server.Serve(*mine);
+  }
+  ASSERT_EQ(mine->Measurements().size(), 2u);
+  const std::string text = FormatViewLink(mine->Link());
+  EXPECT_LT(text.size(), 200u) << text;
+  ViewerSession theirs(ByLevel());
+  theirs.Resize({ width, height, 1 });
+  ASSERT_TRUE(theirs.Follow(*ParseViewLink(text)));
+  server.Serve(theirs);
+  ASSERT_EQ(theirs.Measurements().size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i)
+  {
+    const Measurement &a = mine->Measurements()[i], &b = theirs.Measurements()[i];
+    EXPECT_TRUE(b.IsExact());
+    EXPECT_NEAR(a.Distance(), b.Distance(), 1e-8);
+    EXPECT_LT(Length(a.from.point - b.from.point), 1e-8);
+  }
 }
 
 TEST(TestSessionMeasure, HeightsAreAlongUp)

@@ -141,8 +141,9 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
 TEST(TestViewLink, TakesAnyText)
 {
   MemoryServer server = Torus();
-  const std::string good = FormatViewLink(SomeView(3, server)->Link()) +
-                           "&region=131.2&colours=partition&light=plain&detail=level";
+  const std::string good =
+    FormatViewLink(SomeView(3, server)->Link()) +
+    "&region=131.2&colours=partition&light=plain&detail=level&distances=" + std::string(80, 'f');
   ViewerSession theirs;
   Open(theirs);
   server.Serve(theirs);
@@ -176,6 +177,10 @@ TEST(TestViewLink, TakesAnyText)
   EXPECT_GT(taken, 100u);
   EXPECT_FALSE(ParseViewLink("view=AAAA"));
   EXPECT_FALSE(ParseViewLink(""));
+  EXPECT_FALSE(ParseViewLink("model=a&distances=" + std::string(41, 'A')));
+  EXPECT_FALSE(ParseViewLink("model=a&distances=" + std::string(17 * 40, 'A')));
+  EXPECT_EQ(
+    ParseViewLink("model=a&distances=" + std::string(16 * 40, 'A'))->measurements.size(), 16u);
   EXPECT_FALSE(ParseViewLink("model=../etc"));
   EXPECT_TRUE(ParseViewLink("model=a&later=1&&x"));
   EXPECT_EQ(ParseViewLink("model=a&region=0.1").GetError().message,
