@@ -117,9 +117,9 @@ Status WriteErrorCharts(const std::vector<std::vector<ErrorPanel>>& rows, const 
     for (std::size_t c = 0; c < rows[r].size(); ++c)
     {
       vtkNew<vtkRenderer> renderer;
-      const double height = 1.0 / double(rows.size()), width = 1.0 / double(columns);
-      const double bottom = 1 - double(r + 1) * height, left = double(c) * width;
-      renderer->SetViewport(left, bottom, left + width, bottom + height);
+      const double tall = 1.0 / double(rows.size()), wide = 1.0 / double(columns);
+      const double bottom = 1 - double(r + 1) * tall, left = double(c) * wide;
+      renderer->SetViewport(left, bottom, left + wide, bottom + tall);
       renderer->SetBackground(1, 1, 1);
       vtkNew<vtkContextActor> actor;
       actor->GetScene()->AddItem(MakeChart(rows[r][c], names, c + 1 == rows[r].size()));

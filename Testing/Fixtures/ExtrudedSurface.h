@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace kdstream::test
@@ -30,6 +31,26 @@ inline Surface Extruded(const std::vector<std::array<double, 2>>& line)
     surface.triangles.push_back({ i + 1, i + 2, i + 3 });
   }
   return surface;
+}
+
+// Both as one surface.
+inline Surface Joined(Surface a, const Surface& b)
+{
+  const auto first = static_cast<VertexId>(a.points.size());
+  for (const Triangle& t : b.triangles)
+  {
+    a.triangles.push_back({ t[0] + first, t[1] + first, t[2] + first });
+  }
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  a.sources.insert(a.sources.end(), b.sources.begin(), b.sources.end());
+  return a;
+}
+
+// With a strip behind an eye at (0, 0, 5), which does not see it, but is within the surface's box
+// then: the near plane is as near as can be, and a step of the depths as long as a pixel.
+inline Surface AroundTheEye(Surface surface)
+{
+  return Joined(std::move(surface), Extruded({ { -1, 5.2 }, { 1, 5.2 } }));
 }
 
 }

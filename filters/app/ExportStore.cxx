@@ -24,23 +24,46 @@ namespace
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view nginxRules =
+// Where a text has @, what pages may load.
+std::string WithPolicy(std::string text)
+{
+  for (auto at = text.find('@'); at != text.npos; at = text.find('@'))
+  {
+    text.replace(at, 1, protocol::pagePolicy);
+  }
+  return text;
+}
+
+// nginx takes the headers of an outer block where an inner one has none of its own.
+constexpr const char* nginxRules =
   R"(# Include this in a server { } whose root is this folder.
 gzip_static on;
 gzip_vary on;
 add_header Cache-Control no-cache;
 add_header X-Content-Type-Options nosniff;
+add_header Content-Security-Policy "@";
+add_header Referrer-Policy same-origin;
 location = /kdstream.wasm {
   types { application/wasm wasm; }
 }
+location = /kdstream.nginx.conf { return 404; }
+location = /.htaccess { return 404; }
+location = /api { return 404; }
+location = /api/models { rewrite ^ /api/models.json last; }
 location /api/ {
+  # Folders are nothing that can be asked for.
+  try_files $uri =404;
   add_header Cache-Control no-cache;
+  add_header X-Content-Type-Options nosniff;
+  # Pages of other sites may read the models. Drop these lines if they may not.
   add_header Access-Control-Allow-Origin *;
   types { application/json json; }
   default_type application/octet-stream;
   # A path with a digest never changes its content.
   location ~ "^/api/models/[^/]+/[0-9a-f]{32}/" {
+    try_files $uri =404;
     add_header Cache-Control "public, max-age=31536000, immutable";
+    add_header X-Content-Type-Options nosniff;
     add_header Access-Control-Allow-Origin *;
     types { }
     default_type application/octet-stream;
@@ -48,13 +71,40 @@ location /api/ {
 }
 )";
 
-constexpr std::string_view apacheRules =
-  R"(# A path with a digest never changes its content.
+// Nothing but what AllowOverride FileInfo allows: for anything else Apache would answer nothing.
+constexpr const char* apacheRules =
+  R"(AddType application/wasm .wasm
+AddType application/json .json
+# What is compressed already: FILE.gz is sent for FILE to whom takes it.
+RemoveType .gz
+AddEncoding gzip .gz
+<IfModule mod_rewrite.c>
+  RewriteEngine On
+  # Folders, and what this host is told by, are nothing that can be asked for.
+  RewriteRule ^(kdstream\.nginx\.conf|\.htaccess)$ - [R=404,L]
+  RewriteRule ^api/models$ %{REQUEST_URI}.json [R=302,L]
+  RewriteCond %{REQUEST_FILENAME} -d
+  RewriteRule ^api(/|$) - [R=404,L]
+  RewriteCond %{HTTP:Accept-Encoding} gzip
+  RewriteCond %{REQUEST_FILENAME}.gz -f
+  RewriteRule ^(.+)$ $1.gz [L]
+</IfModule>
 <IfModule mod_headers.c>
-  Header set Access-Control-Allow-Origin "*"
   Header set Cache-Control "no-cache"
+  Header set X-Content-Type-Options nosniff
+  Header merge Vary Accept-Encoding
+  <If "%{REQUEST_URI} =~ m#/api/#">
+    # Pages of other sites may read the models. Drop this line if they may not.
+    Header set Access-Control-Allow-Origin "*"
+  </If>
+  <Else>
+    Header set Content-Security-Policy "@"
+    Header set Referrer-Policy same-origin
+  </Else>
+  # A path with a digest never changes its content.
   <If "%{REQUEST_URI} =~ m#/api/models/[^/]+/[0-9a-f]{32}/#">
     Header set Cache-Control "public, max-age=31536000, immutable"
+    Header unset Vary
     ForceType application/octet-stream
   </If>
 </IfModule>
@@ -235,8 +285,8 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   Writer writer(folder, execution);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
-  KDSTREAM_TRY(writer.Put("/kdstream.nginx.conf", nginxRules));
-  KDSTREAM_TRY(writer.Put("/.htaccess", apacheRules));
+  KDSTREAM_TRY(writer.Put("/kdstream.nginx.conf", WithPolicy(nginxRules)));
+  KDSTREAM_TRY(writer.Put("/.htaccess", WithPolicy(apacheRules)));
   if (!options.page.empty())
   {
     KDSTREAM_TRY(CopyPage(options.page, folder));

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances of a point to a segment and to a triangle.
+// Distances of a point to a segment and to a triangle, and the nearest points of these.
 #pragma once
 
 #include "filters/core/Types.h"
 #include "filters/core/VectorMath.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kdstream
 {
@@ -39,6 +40,41 @@ inline double SquaredToTriangle(const Vec3& p, const Vec3& a, const Vec3& b, con
   }
   return std::min(
     { SquaredToSegment(p, a, b), SquaredToSegment(p, b, c), SquaredToSegment(p, c, a) });
+}
+
+inline Vec3 NearestOnSegment(const Vec3& p, const Vec3& a, const Vec3& b)
+{
+  const Vec3 edge = Minus(b, a);
+  const double squares = Dot(edge, edge);
+  const double t = squares > 0 ? std::clamp(Dot(Minus(p, a), edge) / squares, 0.0, 1.0) : 0;
+  return { a[0] + t * edge[0], a[1] + t * edge[1], a[2] + t * edge[2] };
+}
+
+// Straight down on the triangle's plane, where that is between the edges; else, and of a triangle
+// without area, on an edge.
+inline Vec3 NearestOnTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const Vec3 normal = Cross(Minus(b, a), Minus(c, a));
+  const double squares = Dot(normal, normal);
+  if (squares > 0 && Dot(Cross(Minus(b, a), Minus(p, a)), normal) >= 0 &&
+      Dot(Cross(Minus(c, b), Minus(p, b)), normal) >= 0 &&
+      Dot(Cross(Minus(a, c), Minus(p, c)), normal) >= 0)
+  {
+    const double t = Dot(Minus(p, a), normal) / squares;
+    return { p[0] - t * normal[0], p[1] - t * normal[1], p[2] - t * normal[2] };
+  }
+  Vec3 nearest = NearestOnSegment(p, a, b);
+  double distance = SquaredToSegment(p, a, b);
+  for (const auto& [from, to] : { std::pair(b, c), std::pair(c, a) })
+  {
+    const double squared = SquaredToSegment(p, from, to);
+    if (squared < distance)
+    {
+      nearest = NearestOnSegment(p, from, to);
+      distance = squared;
+    }
+  }
+  return nearest;
 }
 
 }

@@ -251,22 +251,33 @@ Status Store::DecodePage(std::span<const std::uint8_t> blob, NodeId page,
 std::vector<PieceId> Store::PieceIds() const
 {
   std::vector<PieceId> ids;
+  (void)this->VisitPieceIds(
+    [&ids](PieceId id)
+    {
+      ids.push_back(id);
+      return Status{};
+    });
+  return ids;
+}
+
+Status Store::VisitPieceIds(const std::function<Status(PieceId)>& visit) const
+{
   const ModelDescription& info = this->Information;
-  const auto add = [&](Resolution resolution, std::uint64_t count)
+  const auto visitAll = [&](Resolution resolution, std::uint64_t count) -> Status
   {
     const unsigned depth = PieceDepth(resolution, info.depths);
     for (NodeId i = 0; i < count; ++i)
     {
-      ids.push_back({ resolution, (NodeId{ 1 } << depth) + i });
+      KDSTREAM_TRY(visit({ resolution, (NodeId{ 1 } << depth) + i }));
     }
+    return {};
   };
   for (unsigned depth = 0; depth < info.levels.size(); ++depth)
   {
     const Resolution level = Resolution::Level(depth);
-    add(level, std::uint64_t{ 1 } << PieceDepth(level, info.depths));
+    KDSTREAM_TRY(visitAll(level, std::uint64_t{ 1 } << PieceDepth(level, info.depths)));
   }
-  add(Resolution::Original(), info.partitions);
-  return ids;
+  return visitAll(Resolution::Original(), info.partitions);
 }
 
 }

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -78,7 +79,8 @@ public:
   static std::string BoxesName(NodeId node);
 
   // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
-  // if whole.
+  // if whole. Where very much is, it stops, with an error that says so. Memory: of the tree, once
+  // all of its boxes have been read, however large a tree the store claims.
   std::vector<Error> Verify(const Execution& execution = {}) const;
 
 private:
@@ -88,6 +90,8 @@ private:
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
   Status DecodePage(std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes,
     PieceTable& pieces) const;
+  // Calls `visit` for each of PieceIds, until it fails.
+  Status VisitPieceIds(const std::function<Status(PieceId)>& visit) const;
   bool AttributesFit(const Piece& piece) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;

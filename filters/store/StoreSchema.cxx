@@ -6,17 +6,25 @@
 
 #include <array>
 #include <bit>
+#include <new>
 
 namespace kdstream
 {
 namespace
 {
 
+// Null means no memory, as a server finds it now and then.
+XXH3_state_t* MakeHashState()
+{
+  XXH3_state_t* const state = XXH3_createState();
+  return state ? state : throw std::bad_alloc();
+}
+
 class RowHash
 {
 public:
   RowHash()
-    : State(XXH3_createState())
+    : State(MakeHashState())
   {
     XXH3_64bits_reset(this->State);
   }
@@ -96,7 +104,7 @@ std::int64_t PieceChecksum(
 struct ContentDigest::State
 {
   State()
-    : Xxh(XXH3_createState())
+    : Xxh(MakeHashState())
   {
     XXH3_128bits_reset(this->Xxh);
   }

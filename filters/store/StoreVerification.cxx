@@ -2,11 +2,13 @@
 // Whether a store is whole: Store::Verify.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/TreePage.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/store/Store.h"
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreSchema.h"
 
-#include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 namespace kdstream
@@ -29,12 +31,13 @@ public:
       this->Whole.Database->VisitMislabelled([this](std::int64_t row, const Error& error)
         { this->Note(this->Whole.NameOfRow(row), error); });
     this->Note("pieces", labels);
-    if (const Status pieces = this->CheckPieces(); !pieces)
+    Status ended = this->CheckPieces();
+    ended = ended ? this->CheckTree() : ended;
+    if (!ended)
     {
-      this->Found.push_back(pieces.GetError()); // cancelled
+      this->Found.push_back(ended.GetError()); // cancelled, or too much is wrong
       return std::move(this->Found);
     }
-    this->CheckTree();
     if (this->Found.empty() && this->Digest.Hexadecimal() != this->Whole.Information.digest)
     {
       this->Found.push_back(DamagedBlob("metadata", "the digest does not match the content"));
@@ -43,6 +46,8 @@ public:
   }
 
 private:
+  static constexpr std::size_t mostFound = 1000;
+
   void Note(const std::string& name, const Status& status)
   {
     if (!status)
@@ -53,59 +58,92 @@ private:
     }
   }
 
+  // Nothing is taken for as many pieces as the store claims.
   Status CheckPieces()
   {
-    const std::vector<PieceId> ids = this->Whole.PieceIds();
-    for (std::size_t i = 0; i < ids.size(); ++i)
-    {
-      const std::string name = BlobName(ids[i], this->Whole.Information.depths);
-      const auto blob = this->Whole.ReadPieceBlob(ids[i]);
-      this->Note(name, OnlyStatus(blob));
-      if (blob)
+    const double all = this->CountPieces();
+    double done = 0;
+    return this->Whole.VisitPieceIds(
+      [&](PieceId id) -> Status
       {
-        this->Digest.AddPiece(ids[i], *blob);
-        this->Note(name, OnlyStatus(this->Whole.Decode(*blob, ids[i])));
-      }
-      KDSTREAM_TRY(this->Progress.Report("verify", double(i + 1) / double(ids.size())));
-    }
-    return {};
+        const std::string name = BlobName(id, this->Whole.Information.depths);
+        const auto blob = this->Whole.ReadPieceBlob(id);
+        this->Note(name, OnlyStatus(blob));
+        if (blob)
+        {
+          this->Digest.AddPiece(id, *blob);
+          this->Note(name, OnlyStatus(this->Whole.Decode(*blob, id)));
+        }
+        KDSTREAM_TRY(this->EndWhereMuchIsWrong());
+        return this->Progress.Report("verify", ++done / all);
+      });
   }
 
-  void CheckTree()
+  double CountPieces() const
   {
-    const TreeDepths& depths = this->Whole.Information.depths;
-    std::vector<Box> boxes(std::size_t{ 2 } << depths.partition);
-    const std::size_t before = this->Found.size();
-    for (const NodeId node : AllPartitionBoxes(depths))
+    const ModelDescription& info = this->Whole.Information;
+    auto count = static_cast<double>(info.partitions);
+    for (unsigned depth = 0; depth < info.levels.size(); ++depth)
     {
-      const auto blob = this->Whole.ReadBoxesBlob(node);
-      this->Note(BoxesName(node), OnlyStatus(blob));
-      if (!blob)
-      {
-        continue;
-      }
-      this->Digest.AddBoxes(node, *blob);
-      const auto told = DecodePartitionBoxes(*blob, node, depths);
-      this->Note(BoxesName(node), OnlyStatus(told));
-      if (told)
-      {
-        std::copy(told->begin(), told->end(),
-          boxes.begin() + (node << (depths.partition - DepthOfNode(node))));
-      }
+      count += std::ldexp(1.0, static_cast<int>(PieceDepth(Resolution::Level(depth), info.depths)));
     }
-    UniteBoxes(boxes);
-    const bool boxesKnown = this->Found.size() == before; // pages are told within them
-    PieceTable pieces(depths, this->Whole.Information.HasLevels());
+    return count;
+  }
+
+  Status EndWhereMuchIsWrong() const
+  {
+    return this->Found.size() < mostFound
+             ? Status{}
+             : Status{ Error{ ErrorCode::Damaged, "there is more, which is not checked" } };
+  }
+
+  Status CheckTree()
+  {
+    const auto boxes = this->CheckBoxes();
+    KDSTREAM_TRY(boxes);
+    const TreeDepths& depths = this->Whole.Information.depths;
+    std::optional<PieceTable> pieces; // without boxes pages are not decoded: they are told in them
+    if (!boxes->empty())
+    {
+      pieces.emplace(depths, this->Whole.Information.HasLevels());
+    }
     for (const NodeId page : TreePages(depths))
     {
       const auto blob = this->Whole.ReadTreePageBlob(page);
       this->Note(TreePageName(page),
-        blob && boxesKnown ? this->Whole.DecodePage(*blob, page, boxes, pieces) : OnlyStatus(blob));
+        blob && pieces ? this->Whole.DecodePage(*blob, page, *boxes, *pieces) : OnlyStatus(blob));
       if (blob)
       {
         this->Digest.AddTreePage(page, *blob);
       }
+      KDSTREAM_TRY(this->EndWhereMuchIsWrong());
     }
+    return {};
+  }
+
+  // The tree's boxes; none where any is damaged.
+  Result<std::vector<Box>> CheckBoxes()
+  {
+    const TreeDepths& depths = this->Whole.Information.depths;
+    const std::size_t before = this->Found.size();
+    std::vector<Box> partitions; // as many as there are, not as many as are claimed
+    const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      const auto blob = this->Whole.ReadBoxesBlob(node);
+      const auto told = blob ? DecodePartitionBoxes(*blob, node, depths) : blob.GetError();
+      this->Note(BoxesName(node), OnlyStatus(told));
+      if (blob)
+      {
+        this->Digest.AddBoxes(node, *blob);
+      }
+      if (told)
+      {
+        partitions.insert(partitions.end(), told->begin(), told->end());
+      }
+      KDSTREAM_TRY(this->EndWhereMuchIsWrong());
+    }
+    return this->Found.size() == before ? BoxesAbove(partitions) : std::vector<Box>();
   }
 
   template <class Value>

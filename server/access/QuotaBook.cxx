@@ -7,7 +7,10 @@
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -78,15 +81,40 @@ QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t end
   return { what + ": again at " + UtcOf(now + seconds * second), std::chrono::seconds(seconds) };
 }
 
+// Which file it is; zeros where there is none.
+std::pair<dev_t, ino_t> IdentityOf(const std::filesystem::path& file)
+{
+  struct stat status = {};
+  const bool isThere = ::stat(file.c_str(), &status) == 0;
+  return isThere ? std::pair(status.st_dev, status.st_ino) : std::pair<dev_t, ino_t>();
+}
+
+// Makes the file, if it is not there, for its owner alone: it tells who looked at what.
+void MakePrivate(const std::filesystem::path& file)
+{
+  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (made >= 0)
+  {
+    ::close(made);
+  }
+}
+
 }
 
 struct QuotaBook::File
 {
-  std::mutex mutex;
+  std::filesystem::path path;
+  std::chrono::seconds window{};
+  std::mutex mutex;                         // for what follows
   std::atomic<std::uint64_t> failures{ 0 }; // to begin
+  std::pair<dev_t, ino_t> identity;
   Database database;
   Statement begin, commit, rollback, expire, lower, has, count, oldest, add, raise, due, pace;
 
+  // Opens the file, in place of the one of before.
+  Status Open(std::int64_t now);
+  // Whether the path still leads to the file that is open.
+  bool IsThere() const { return IdentityOf(this->path) == this->identity; }
   Status Prepare();
   Error Failure() const;
 
@@ -151,6 +179,31 @@ Result<std::optional<std::int64_t>> QuotaBook::File::Ask(Statement& statement)
   return answer;
 }
 
+Status QuotaBook::File::Open(std::int64_t now)
+{
+  for (Statement* const each :
+    { &this->begin, &this->commit, &this->rollback, &this->expire, &this->lower, &this->has,
+      &this->count, &this->oldest, &this->add, &this->raise, &this->due, &this->pace })
+  {
+    *each = {}; // before their database
+  }
+  this->identity = {};
+  MakePrivate(this->path);
+  auto opened = OpenForWriting(this->path);
+  KDSTREAM_TRY(opened);
+  this->database = std::move(*opened);
+  std::string old = tidy;
+  old.replace(
+    old.find('@'), 1, std::to_string(now - std::int64_t{ this->window.count() } * second));
+  if (!Execute(this->database.get(), schema) || !Execute(this->database.get(), old))
+  {
+    return this->Failure();
+  }
+  KDSTREAM_TRY(this->Prepare());
+  this->identity = IdentityOf(this->path);
+  return {};
+}
+
 QuotaBook::QuotaBook(std::unique_ptr<File> file, QuotaLimits limits, Clock clock)
   : Kept(std::move(file))
   , Limits(limits)
@@ -164,19 +217,10 @@ Result<std::unique_ptr<QuotaBook>> QuotaBook::Open(
   const std::filesystem::path& file, QuotaLimits limits, Clock clock)
 {
   auto kept = std::make_unique<File>();
-  auto database = OpenForWriting(file);
-  KDSTREAM_TRY(database);
-  kept->database = std::move(*database);
+  kept->path = file;
+  kept->window = limits.window;
   std::unique_ptr<QuotaBook> book(new QuotaBook(std::move(kept), limits, std::move(clock)));
-  auto& opened = *book->Kept;
-  std::string old = tidy;
-  old.replace(
-    old.find('@'), 1, std::to_string(book->Now() - std::int64_t{ limits.window.count() } * second));
-  if (!Execute(opened.database.get(), schema) || !Execute(opened.database.get(), old))
-  {
-    return opened.Failure();
-  }
-  KDSTREAM_TRY(opened.Prepare());
+  KDSTREAM_TRY(book->Kept->Open(book->Now()));
   return book;
 }
 
@@ -190,6 +234,13 @@ QuotaBook::Taken QuotaBook::InTransaction(const Work& work)
   if (file.failures != failures) // it was tried meanwhile: who waits waits once, not one after all
   {
     return Error{ ErrorCode::InputOutput, "the quotas cannot be kept: the file is locked" };
+  }
+  if (!file.IsThere())
+  {
+    KDSTREAM_TRY(file.Open(this->Now()));
+    return Error{ ErrorCode::InputOutput,
+      "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
+      "name" };
   }
   const auto begun = file.Ask(file.begin);
   if (!begun)

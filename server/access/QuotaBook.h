@@ -49,7 +49,8 @@ class QuotaBook
 public:
   using Clock = std::function<std::int64_t()>; // microseconds since 1970
 
-  // Opens the file, or makes it. Without a clock, the system's. Errors: InputOutput.
+  // Opens the file, or makes it, for this user alone. Without a clock, the system's. Errors:
+  // InputOutput.
   static Result<std::unique_ptr<QuotaBook>> Open(
     const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});
   ~QuotaBook();
@@ -57,7 +58,8 @@ public:
   using Taken = Result<std::optional<QuotaRefusal>>; // nothing: it may have it
   // Enters that the subject gets a partition of `bytes` bytes, of a model (its digest) that has
   // `partitions`. From any thread; waits for a disk, and for other servers 2 s at most. Errors:
-  // InputOutput.
+  // InputOutput. Where the file was removed or replaced, one attempt fails and says so; then the
+  // file of that name counts, made anew if need be.
   Taken TakePartition(std::string_view subject, std::string_view model, std::uint64_t partitions,
     std::uint32_t partition, std::uint64_t bytes);
   // The same for a region.

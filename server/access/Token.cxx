@@ -304,7 +304,9 @@ Result<TokenClaims> ReadToken(std::string_view token, const TokenKeys& keys, std
 {
   if (!LooksLikeToken(token))
   {
-    return WrongToken("is none");
+    return WrongToken("is no whole one: it has three parts with dots between, and at most " +
+                      std::to_string(maximumTokenBytes) +
+                      " bytes. Copy it again from whoever gave it to you");
   }
   const auto text = ReadSigned(token, keys);
   KDSTREAM_TRY(text);

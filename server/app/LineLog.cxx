@@ -20,7 +20,8 @@ namespace kdstream
 namespace
 {
 
-// Does not wait for a pipe's reader: without one it fails.
+// Does not wait for a pipe's reader: without one it fails. A new one is not for everybody: it tells
+// who looked at what.
 int OpenFile(const std::string& file)
 {
   if (file == "-")
@@ -28,7 +29,7 @@ int OpenFile(const std::string& file)
     return STDERR_FILENO;
   }
   constexpr int flags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOCTTY;
-  const int opened = ::open(file.c_str(), flags | O_NONBLOCK, 0644);
+  const int opened = ::open(file.c_str(), flags | O_NONBLOCK, 0640);
   if (opened >= 0)
   {
     ::fcntl(opened, F_SETFL, O_APPEND);

@@ -4,6 +4,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
+#include "server/app/Descriptors.h"
 #include "server/app/FolderWatch.h"
 #include "server/app/Messages.h"
 #include "server/app/ServeOptions.h"
@@ -14,7 +15,6 @@
 #include "server/session/StoreCatalog.h"
 
 #include <poll.h>
-#include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
@@ -231,28 +231,20 @@ void Drain(const sigset_t& signals, const Surroundings& around)
   }
 }
 
-// Takes all the descriptors that the system gives, and no more clients than they are enough for:
-// one each, and what the program itself needs.
-void FitDescriptors(Messages& messages, HttpServerOptions& server)
+// No more clients than there are descriptors for.
+Status FitDescriptors(
+  Messages& messages, std::optional<std::uint64_t> limit, HttpServerOptions& server)
 {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
+  const auto wanted = server.maximumConnections;
+  const auto isShort = limit ? FitConnections(*limit, server) : false;
+  KDSTREAM_TRY(isShort);
+  if (*isShort)
   {
-    return;
+    messages.Warn("--max-connections " + std::to_string(wanted),
+      "this process may have " + std::to_string(*limit) + " descriptors, enough for " +
+        std::to_string(server.maximumConnections) + " clients");
   }
-  limit.rlim_cur = limit.rlim_max;
-  (void)::setrlimit(RLIMIT_NOFILE, &limit);
-  (void)::getrlimit(RLIMIT_NOFILE, &limit);
-  // Of what is left, half for stores where there is little.
-  const std::uint64_t own = std::min<std::uint64_t>(512, limit.rlim_cur / 2);
-  const std::uint64_t most = std::max<std::uint64_t>(1, limit.rlim_cur - own);
-  if (limit.rlim_cur != RLIM_INFINITY && server.maximumConnections > most)
-  {
-    messages.Warn("--max-connections " + std::to_string(server.maximumConnections),
-      "this process may have " + std::to_string(limit.rlim_cur) + " descriptors, enough for " +
-        std::to_string(most) + " clients");
-    server.maximumConnections = static_cast<std::size_t>(most);
-  }
+  return {};
 }
 
 // null where none is wanted.
@@ -375,7 +367,7 @@ int Serve(const std::string& program, ServeOptions& line)
 {
   Messages messages(program);
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
-  FitDescriptors(messages, line.server);
+  const auto descriptors = TakeDescriptors();
   const sigset_t signals = BlockSignals();
   StoreCatalog catalog(
     line.folder,
@@ -405,6 +397,10 @@ int Serve(const std::string& program, ServeOptions& line)
   if (!tokens)
   {
     return PrintError(program, "", tokens.GetError());
+  }
+  if (const auto status = FitDescriptors(messages, descriptors, line.server); !status)
+  {
+    return PrintError(program, "", status.GetError());
   }
   line.server.onError = [&messages](const std::string& what) { messages.Fail(what); };
   line.server.lostLines = [&messages, logs = *logs] { return LostLines(messages, logs); };

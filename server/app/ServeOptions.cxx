@@ -199,9 +199,35 @@ void AddLimits(CLI::App& app, HttpServerOptions& server)
     ->type_name("N")
     ->capture_default_str()
     ->group(limits);
+}
+
+// What the client of a stream may ask for at once.
+void AddStreamLimits(CLI::App& app, ConversationLimits& stream)
+{
+  const char* const limits = "Limits";
+  app
+    .add_option("--max-message", stream.message.bytes,
+      "bytes of a message on a stream; viewers send 4096 at most, larger ones end the stream (413)")
+    ->check(CLI::Range(protocol::maximumClientMessageBytes, std::size_t{ 1 } << 20))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(limits);
+  app
+    .add_option("--max-list", stream.message.listed,
+      "pieces, partitions or nodes that a message on a stream lists; more are refused")
+    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 20))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(limits);
   app
     .add_option(
-      "--max-region", server.regionPartitions, "most partitions of a region that is asked for")
+      "--max-requests", stream.requests, "unfinished requests of a stream; more are refused (429)")
+    ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1024 }))
+    ->type_name("N")
+    ->capture_default_str()
+    ->group(limits);
+  app
+    .add_option("--max-region", stream.partitions, "most partitions of a region that is asked for")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 30))
     ->type_name("N")
     ->capture_default_str()
@@ -285,6 +311,7 @@ void AddServeOptions(CLI::App& app, ServeOptions& line)
   AddPages(app, line);
   AddAccess(app, line);
   AddLimits(app, line.server);
+  AddStreamLimits(app, line.server.stream);
   AddPatience(app, line);
   AddWork(app, line);
 }

@@ -120,14 +120,15 @@ void ClientLimits::GiveBack(const std::string& key)
   }
 }
 
-bool ClientLimits::TakeRequest(std::string_view address, Clock::time_point now)
+std::chrono::seconds ClientLimits::TakeRequest(std::string_view address, Clock::time_point now)
 {
   bool isLoopback = false;
   const auto key = KeyOf(address, isLoopback);
   const auto most = static_cast<double>(this->Requests.value_or(isLoopback ? 0 : defaultRequests));
+  constexpr std::chrono::seconds none{ 0 };
   if (most == 0)
   {
-    return true;
+    return none;
   }
   const std::lock_guard lock(this->Mutex);
   this->Sweep(now, most);
@@ -138,10 +139,11 @@ bool ClientLimits::TakeRequest(std::string_view address, Clock::time_point now)
   client.counted = now;
   if (client.requests < 1)
   {
-    return false;
+    const std::chrono::duration<double> wait((1 - client.requests) * 60 / most);
+    return std::max(std::chrono::seconds(1), std::chrono::ceil<std::chrono::seconds>(wait));
   }
   client.requests -= 1;
-  return true;
+  return none;
 }
 
 // Forgets those who are gone, and could ask as often as those who have never been here.

@@ -35,9 +35,9 @@ public:
   // A seat of this address, kept while its client is connected; null if it has all of its own.
   std::shared_ptr<void> TakeSeat(std::string_view address);
 
-  // Whether this address may ask once more: as many requests at once as it may have in a minute,
-  // which come back evenly.
-  bool TakeRequest(std::string_view address, Clock::time_point now = Clock::now());
+  // Takes a request of this address: as many at once as it may have in a minute, which come back
+  // evenly. Where it has none left, after how many seconds there is one; else 0.
+  std::chrono::seconds TakeRequest(std::string_view address, Clock::time_point now = Clock::now());
 
   // Addresses that are remembered.
   std::size_t Size() const;

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/HttpConnection.h"
 
-#include "server/http/ParsedRequest.h"
 #include "server/http/ProxyHeader.h"
+#include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
 #include "server/http/StreamConnection.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/session/Refusal.h"
 
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/read_size.hpp>
 #include <boost/beast/core/string.hpp>
 #include <boost/beast/http/error.hpp>
 #include <boost/beast/http/rfc7230.hpp>
@@ -172,7 +171,7 @@ private:
   void Read()
   {
     this->Answering = false;
-    SetLimits(this->Parser.emplace(), this->State.Options.headerBytes);
+    this->Input.Begin();
     this->Socket.ExpireAfter(this->State.Options.requestTimeout);
     this->Parse();
   }
@@ -180,30 +179,15 @@ private:
   // Goes on with the request in what has come so far.
   void Parse()
   {
-    beast::error_code error;
-    while (!error && !this->Parser->is_done() && this->Input.size() != 0)
+    if (const auto ended = this->Input.Parse())
     {
-      this->Input.consume(this->Parser->put(this->Input.data(), error));
-    }
-    if (error == beast::http::error::need_more)
-    {
-      error = {};
-    }
-    if (!error && !this->Parser->is_done() && this->Input.size() < this->Input.max_size())
-    {
-      this->ReadSome();
+      this->OnRead(*ended);
       return;
     }
-    this->OnRead(error || this->Parser->is_done() ? error : beast::http::error::buffer_overflow);
-  }
-
-  void ReadSome()
-  {
-    this->Socket.async_read_some(
-      this->Input.prepare(beast::read_size(this->Input, this->Input.max_size())),
+    this->Socket.async_read_some(this->Input.Prepare(),
       [self = this->shared_from_this()](beast::error_code error, std::size_t bytes)
       {
-        self->Input.commit(bytes);
+        self->Input.Commit(bytes);
         self->Guard([&] { error ? self->OnRead(error) : self->Parse(); });
       });
   }
@@ -214,9 +198,14 @@ private:
     this->Answering = true;
     this->SetBusy();
     this->Began = Clock::now();
-    if (error == asio::error::eof)
+    const bool isBegun = this->Input.IsBegun();
+    if (error == asio::error::eof && !isBegun)
     {
       this->Close();
+    }
+    else if (error == asio::error::eof)
+    {
+      this->Refuse(400, "the request ends before its header does");
     }
     else if (error == http::error::header_limit || error == http::error::buffer_overflow)
     {
@@ -231,20 +220,24 @@ private:
     {
       this->Refuse(400, "the request is not HTTP: " + error.message());
     }
-    else if (error)
-    {
-      return; // the client has gone, or took too long
-    }
-    else
+    else if (!error)
     {
       this->OnRequest();
+    }
+    // The client has gone, or took too long: there is nobody to answer.
+    else if (isBegun && !this->Admitted.isAdmin)
+    {
+      this->Answer = {};
+      this->Answer.status = error == beast::error::timeout ? 408 : 400;
+      this->Record(error);
     }
   }
 
   void OnRequest()
   {
-    const auto& request = this->Parser->get();
-    const bool probes = Routes::IsProbe({ request.target().data(), request.target().size() });
+    const auto& request = this->Input.Request();
+    const auto target = this->Target();
+    const bool probes = Routes::IsProbe(target.path);
     const bool draining = this->State.Draining();
     if (this->Admitted.isAdmin)
     {
@@ -265,16 +258,17 @@ private:
     {
       this->Refuse(400, "the request must name one host");
     }
-    else if (!probes && !this->MayNameHost())
+    else if (!probes && !this->MayNameHost(target))
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
       this->Refuse(421, "this server does not answer for that host");
     }
-    else if (!this->MayAsk())
+    else if (const auto wait = this->TakeRequest(); wait.count() > 0)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Requests);
-      this->Send(this->State.Answers.Failure(429, "too many requests: ask again later"),
-        request.keep_alive());
+      auto response = this->State.Answers.Failure(429, TooManyRequests(wait), wait);
+      response.omitBody = request.method() == beast::http::verb::head;
+      this->Send(std::move(response), request.keep_alive());
     }
     else if (beast::websocket::is_upgrade(request))
     {
@@ -286,8 +280,14 @@ private:
     }
   }
 
-  // Whether the client may ask once more. Finds out who it is.
-  bool MayAsk()
+  RequestTarget Target() const
+  {
+    const auto target = this->Input.Request().target();
+    return SplitTarget({ target.data(), target.size() });
+  }
+
+  // After how long the client may ask; 0: it may now. Finds out who it is.
+  std::chrono::seconds TakeRequest()
   {
     auto& client = this->Admitted.client;
     if (client.proxied)
@@ -298,15 +298,16 @@ private:
   }
 
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
-  bool MayNameHost() const
+  bool MayNameHost(const RequestTarget& target) const
   {
     const auto& allowed = this->State.Options.allowedHosts;
     if (allowed.empty())
     {
       return true;
     }
-    const auto field = this->Parser->get()[beast::http::field::host];
-    const std::string_view host(field.data(), field.size());
+    const auto field = this->Input.Request()[beast::http::field::host];
+    const std::string_view host =
+      target.host ? *target.host : std::string_view(field.data(), field.size());
     const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
     return std::any_of(allowed.begin(), allowed.end(),
       [&](const std::string& name) {
@@ -320,7 +321,7 @@ private:
     auto request = this->Plain();
     if (auto response = this->Caught([&] { return this->State.Answers.AnswerAtOnce(request); }))
     {
-      this->Send(std::move(*response), this->Parser->get().keep_alive());
+      this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
     this->State.Read(
@@ -334,7 +335,7 @@ private:
             asio::post(self->Executor,
               [self, response = std::move(*response)]() mutable {
                 self->Guard(
-                  [&] { self->Send(std::move(response), self->Parser->get().keep_alive()); });
+                  [&] { self->Send(std::move(response), self->Input.Request().keep_alive()); });
               });
           },
           [] {}); // the connection ends as the last to hold it lets go
@@ -358,25 +359,25 @@ private:
 
   std::string Joined(beast::string_view name) const
   {
-    return JoinedFields(this->Parser->get(), name);
+    return JoinedFields(this->Input.Request(), name);
   }
   HttpRequest Plain() const
   {
-    return PlainRequest(this->Parser->get(), this->Admitted.client.address);
+    return PlainRequest(this->Input.Request(), this->Admitted.client.address);
   }
 
   // Answers with an error and closes the connection.
   void Refuse(unsigned status, const std::string& message)
   {
     auto response = this->State.Answers.Failure(status, message);
-    response.omitBody = this->Parser->get().method() == beast::http::verb::head;
+    response.omitBody = this->Input.Request().method() == beast::http::verb::head;
     this->Send(std::move(response), false);
   }
 
   void Upgrade()
   {
     namespace http = beast::http;
-    const auto& request = this->Parser->get();
+    const auto& request = this->Input.Request();
     const auto text = [&](http::field name)
     {
       const auto value = request[name];
@@ -407,7 +408,7 @@ private:
       this->Send(this->State.Answers.Forbidden({ 401, permission.GetError().message }), false);
       return;
     }
-    if (this->Input.size() != 0)
+    if (this->Input.HasMore())
     {
       this->Refuse(400, "the client sent data before the WebSocket was open");
       return;
@@ -433,11 +434,12 @@ private:
     this->Answer = std::move(response);
     this->KeepAlive = keepAlive && !this->State.Draining();
     const bool isSecured = this->State.IsTls() && !this->Admitted.isAdmin;
-    this->Head = WriteResponseHead(this->Answer, this->Parser->get().version() == 10,
+    this->Head = WriteResponseHead(this->Answer, this->Input.Request().version() == 10,
       this->KeepAlive, isSecured ? this->State.Options.strictTransport : std::chrono::seconds(0));
     const bool hasBody = this->Answer.body && !this->Answer.omitBody;
     this->BodyBytes = hasBody ? this->Answer.length : 0;
     this->BodySent = 0;
+    this->Written = 0;
     this->TakenBy = Clock::now() + this->State.PatienceFor(this->BodyBytes);
     this->SendPart(asio::const_buffer(this->Head.data(), this->Head.size()));
   }
@@ -456,8 +458,9 @@ private:
       this->Socket, std::array{ before, asio::const_buffer(part, bytes) },
       [](beast::error_code error, std::size_t) // how much to write at once
       { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
-      [self = this->shared_from_this()](beast::error_code error, std::size_t)
+      [self = this->shared_from_this()](beast::error_code error, std::size_t written)
       {
+        self->Written += written;
         const bool goesOn = !error && self->BodySent < self->BodyBytes;
         self->Guard([&] { goesOn ? self->SendPart({}) : self->OnSent(error); });
       });
@@ -488,8 +491,8 @@ private:
   // What was sent: for the metrics and the log.
   void Record(beast::error_code error)
   {
-    const auto& request = this->Parser->get();
-    const auto sent = error ? 0 : this->BodyBytes;
+    const auto& request = this->Input.Request();
+    const auto sent = this->Written - std::min(this->Written, this->Head.size());
     const auto time = Clock::now() - this->Began;
     auto& counters = this->State.Counters;
     counters.CountRequest(this->Answer.status);
@@ -503,11 +506,11 @@ private:
     {
       return;
     }
-    const auto method = request.method_string();
-    const auto target = request.target();
-    this->State.Log({ this->Admitted.client.address, std::string(method.data(), method.size()),
-      std::string(target.data(), target.size()), this->Answer.status, sent,
-      std::chrono::duration<double>(time).count() });
+    const auto known = [](beast::string_view text) // of half a request
+    { return text.empty() ? std::string("-") : std::string(text.data(), text.size()); };
+    this->State.Log(
+      { this->Admitted.client.address, known(request.method_string()), known(request.target()),
+        this->Answer.status, sent, std::chrono::duration<double>(time).count() });
   }
 
   // Where it has a seat, that may be taken back `before` long from now.
@@ -551,11 +554,11 @@ private:
   ClientSocket Socket;
   ServerState& State;
   Admission Admitted;
-  beast::flat_buffer Input{ this->State.Options.headerBytes + 1024 };
-  std::optional<RequestParser> Parser;
+  RequestInput Input{ this->State.Options.headerBytes };
   HttpResponse Answer;
   std::string Head;                        // what is sent before the body
   std::size_t BodyBytes = 0, BodySent = 0; // BodySent: or on its way
+  std::size_t Written = 0;                 // of the answer, its head too
   Clock::time_point TakenBy;               // all of the answer
   bool KeepAlive = false;
   std::array<char, 4096> Discarded{};

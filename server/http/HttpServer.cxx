@@ -55,9 +55,11 @@ struct HttpServer::Implementation
   Admission Admit(const TcpSocket& socket);
   void Stop(std::chrono::milliseconds drainTimeout);
 
-  // At most so many clients without a seat are answered 503 at a time. Further ones are closed
-  // without an answer; so are those who want more metrics at a time.
-  static constexpr int maximumRefusals = 64;
+  // Whether there may be one more connection beside those that have a seat.
+  bool MayJoin(const std::shared_ptr<int>& others) const
+  {
+    return static_cast<std::size_t>(others.use_count()) <= this->State.Options.extraConnections;
+  }
 
   ServerState State;
   std::atomic<std::size_t> Turn{ 0 };
@@ -133,7 +135,7 @@ void HttpServer::Implementation::Serve(TcpSocket socket)
   auto admission = this->Admit(socket);
   if (admission.refusedWith != 0)
   {
-    if (this->Refusals.use_count() > maximumRefusals)
+    if (!this->MayJoin(this->Refusals))
     {
       return;
     }
@@ -154,11 +156,11 @@ ClientSocket HttpServer::Implementation::Wrap(TcpSocket socket)
 
 void HttpServer::Implementation::ServeAdmin(TcpSocket socket)
 {
-  Admission admission;
-  admission.isAdmin = true;
-  admission.refusal = this->Administrators;
-  if (this->Administrators.use_count() <= maximumRefusals)
+  if (this->MayJoin(this->Administrators))
   {
+    Admission admission;
+    admission.isAdmin = true;
+    admission.refusal = this->Administrators;
     ServeHttp(ClientSocket(std::move(socket)), this->State, std::move(admission));
   }
 }

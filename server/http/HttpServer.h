@@ -7,6 +7,7 @@
 #include "server/access/TokenGuard.h"
 #include "server/http/StaticFiles.h"
 #include "server/session/Catalog.h"
+#include "server/session/Conversation.h"
 #include "server/session/PartitionLedger.h"
 
 #include <chrono>
@@ -46,6 +47,9 @@ struct HttpServerOptions
   unsigned threads = 2; // of the event loop, at least 1
   unsigned readers = 8; // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
+  // Beyond them, so many are told at a time that there is no place, and so many may be at the admin
+  // address. Further ones are closed without an answer.
+  std::size_t extraConnections = 64;
   // Of one address, connections at a time and requests a minute, messages of streams included. 0:
   // any number. Without a number the defaults of ClientLimits, not for this machine itself.
   std::optional<std::size_t> connectionsOfAddress, requestsOfAddress;
@@ -55,9 +59,9 @@ struct HttpServerOptions
   bool proxyProtocol = false;
   // The hosts that requests may name (but those to /healthz and /readyz); none: any.
   std::vector<std::string> allowedHosts;
-  std::size_t regionPartitions = 65536; // most in a region
-  std::size_t headerBytes = 8192;       // most of a request's header
-  std::string allowOrigin;              // RouteOptions::allowOrigin
+  std::size_t headerBytes = 8192; // most of a request's header; a body none may have
+  ConversationLimits stream;      // what the client of each may ask for at once
+  std::string allowOrigin;        // RouteOptions::allowOrigin
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
   // What the bearers of tokens may have of the original; null: any number of it.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "server/http/HttpMessage.h"
+#include "server/http/RequestForm.h"
 
 #include <boost/beast/core/string.hpp>
 #include <boost/beast/http/empty_body.hpp>
@@ -26,6 +27,14 @@ inline void SetLimits(RequestParser& parser, std::size_t headerBytes)
   parser.header_limit(static_cast<std::uint32_t>(headerBytes));
   parser.body_limit(0);
   parser.eager(true);
+}
+
+// Whether a body is announced, be it an empty one in chunks: what follows the header is no request.
+inline bool AnnouncesBody(const RequestParser& parser)
+{
+  return parser.is_header_done() &&
+         (!parser.is_done() ||
+           parser.get().count(boost::beast::http::field::transfer_encoding) != 0);
 }
 
 // The fields of a name, joined by commas.
@@ -52,8 +61,9 @@ inline HttpRequest PlainRequest(const ParsedRequest& request, const std::string&
   };
   const auto method = request.method_string();
   const auto target = request.target();
-  return { std::string(method.data(), method.size()), std::string(target.data(), target.size()),
-    field(http::field::if_none_match), field(http::field::range), field(http::field::if_range),
+  return { std::string(method.data(), method.size()),
+    SplitTarget({ target.data(), target.size() }).path, field(http::field::if_none_match),
+    field(http::field::range), field(http::field::if_range),
     JoinedFields(request, "Accept-Encoding"), field(http::field::authorization), client };
 }
 

@@ -22,12 +22,6 @@ namespace
 constexpr const char* revalidate = "no-cache";
 constexpr const char* forEver = "public, max-age=31536000, immutable";
 constexpr const char* forEverOfOne = "private, max-age=31536000, immutable";
-// Pages load nothing from elsewhere. connect-src names ws: and wss: because browsers differ in
-// whether 'self' covers them. No frame-ancestors: other sites may embed the viewer.
-constexpr const char* contentPolicy =
-  "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; "
-  "img-src 'self' data:; style-src 'self'; object-src 'none'; base-uri 'none'";
-
 BlobBytes Bytes(std::string_view text)
 {
   return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
@@ -379,9 +373,10 @@ Routes::Answered Routes::AnswerModel(
   {
     return std::nullopt;
   }
-  if (unchanged ? !*unchanged : !model.CheckUnchanged())
+  // Where it looks changed, the error is known without the disk.
+  if (const auto status = unchanged == true ? Status{} : model.CheckUnchanged(); !status)
   {
-    const auto refusal = RefuseModel(model.Description().id);
+    const auto refusal = RefuseModel(model.Description().id, status.GetError());
     return this->Failure(refusal.status, refusal.message);
   }
   auto body = model.Json(detail);
@@ -516,7 +511,7 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, const StaticFile& fi
   {
     response.fields.emplace_back("Vary", "Accept-Encoding");
   }
-  response.fields.emplace_back("Content-Security-Policy", contentPolicy);
+  response.fields.emplace_back("Content-Security-Policy", protocol::pagePolicy);
   response.fields.emplace_back("Referrer-Policy", "same-origin");
   return response;
 }

@@ -6,6 +6,7 @@
 #include "server/http/ClientLimits.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Metrics.h"
+#include "server/http/RareMessages.h"
 #include "server/http/Routes.h"
 #include "server/http/TlsCertificate.h"
 #include "server/http/WorkerPool.h"
@@ -106,11 +107,19 @@ public:
       this->WriteLog([&] { this->Options.onAccess(record); });
     }
   }
+  // The same error is told once a minute at most, with how often it has come.
   void LogError(std::string_view message) noexcept
   {
     if (this->Options.onError)
     {
-      this->WriteLog([&] { this->Options.onError(std::string(message)); });
+      this->WriteLog(
+        [&]
+        {
+          if (const auto text = this->Errors.Take(message))
+          {
+            this->Options.onError(*text);
+          }
+        });
     }
   }
 
@@ -119,7 +128,7 @@ public:
   {
     if (this->Options.onError)
     {
-      this->WriteLog([this] { this->Options.onError(CaughtError().message); });
+      this->LogError(CaughtError().message);
     }
   }
 
@@ -298,7 +307,8 @@ private:
   }
 
   std::mutex Mutex;
-  std::mutex LogMutex;
+  std::mutex LogMutex; // for Errors too
+  RareMessages Errors;
   std::condition_variable Changed;
   std::unordered_map<const Drainable*, std::weak_ptr<Drainable>> Connections;
   std::size_t Count = 0;

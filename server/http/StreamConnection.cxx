@@ -34,7 +34,7 @@ public:
     , State(state)
     , Place(std::move(seat))
     , Record(std::move(record))
-    , Talk(state.Models, state.Options.regionPartitions, std::move(permission))
+    , Talk(state.Models, state.Options.stream, std::move(permission))
     , Patience(this->Socket.get_executor())
     , Looks(this->Socket.get_executor())
   {
@@ -65,7 +65,7 @@ public:
       }));
     // More than a conversation accepts, so that the conversation can refuse it in words; but not
     // unlimited.
-    this->Socket.read_message_max(16 * protocol::maximumClientMessageBytes);
+    this->Socket.read_message_max(16 * this->State.Options.stream.message.bytes);
     this->Socket.auto_fragment(false);
     this->LimitUnsentBytes();
     this->Socket.async_accept(request,
@@ -173,12 +173,12 @@ private:
     if (this->Socket.got_text())
     {
       const auto data = this->Input.cdata();
-      const bool busy = !this->State.Clients.TakeRequest(this->Record.client);
-      if (busy)
+      const auto wait = this->State.Clients.TakeRequest(this->Record.client);
+      if (wait.count() > 0)
       {
         this->State.Counters.CountRefusal(Metrics::Reason::Requests);
       }
-      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() }, busy);
+      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() }, wait);
       this->SetBusy();
     }
     else

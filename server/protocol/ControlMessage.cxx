@@ -21,8 +21,6 @@ constexpr std::uint32_t highestNode = (std::uint32_t{ 1 } << (maximumDepth + 1))
 constexpr std::uint32_t highestPartition = (std::uint32_t{ 1 } << maximumDepth) - 1;
 constexpr std::uint64_t mostCount = std::uint64_t{ 1 } << 53;
 constexpr std::size_t mostMessageBytes = 4096; // of the text of an error
-// No list in a message of maximumClientMessageBytes is longer.
-constexpr std::size_t mostListed = maximumClientMessageBytes;
 
 void PutList(JsonWriter& writer, const char* key, const std::vector<std::uint32_t>& list)
 {
@@ -146,13 +144,13 @@ OpenRequest ReadOpen(JsonReader& reader, const JsonValue& json)
   return body;
 }
 
-LevelRequest ReadLevel(JsonReader& reader, const JsonValue& json)
+LevelRequest ReadLevel(JsonReader& reader, const JsonValue& json, std::size_t mostListed)
 {
   return { reader.Small<std::uint8_t>(json, "level", 0, maximumDepth),
     reader.Integers(json, "nodes", 1, highestNode, mostListed, false) };
 }
 
-BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json)
+BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json, std::size_t mostListed)
 {
   BlobsRequest body;
   const JsonValue* names = reader.Array(json, "blobs", mostListed);
@@ -170,7 +168,7 @@ BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json)
   return body;
 }
 
-RegionRequest ReadRegion(JsonReader& reader, const JsonValue& json)
+RegionRequest ReadRegion(JsonReader& reader, const JsonValue& json, std::size_t mostListed)
 {
   return { reader.Small<std::uint32_t>(json, "cell", 1, highestNode),
     reader.Small<std::uint8_t>(json, "rings", 0, maximumRings),
@@ -238,7 +236,8 @@ OpenedAnswer ReadOpened(JsonReader& reader, const JsonValue& json)
   return body;
 }
 
-void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& message)
+void ReadClientBody(
+  JsonReader& reader, const JsonValue& json, std::size_t mostListed, ClientMessage& message)
 {
   const auto type = reader.Text(json, "type", 32);
   if (type == "open")
@@ -251,7 +250,7 @@ void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& me
   }
   else if (type == "level")
   {
-    message.body = ReadLevel(reader, json);
+    message.body = ReadLevel(reader, json, mostListed);
   }
   else if (type == "tree")
   {
@@ -263,7 +262,7 @@ void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& me
   }
   else if (type == "region")
   {
-    message.body = ReadRegion(reader, json);
+    message.body = ReadRegion(reader, json, mostListed);
   }
   else if (type == "partitions")
   {
@@ -272,7 +271,7 @@ void ReadClientBody(JsonReader& reader, const JsonValue& json, ClientMessage& me
   }
   else if (type == "blobs")
   {
-    message.body = ReadBlobs(reader, json);
+    message.body = ReadBlobs(reader, json, mostListed);
   }
   else if (type == "cancel")
   {
@@ -343,14 +342,14 @@ std::string WriteServerMessage(const ServerMessage& message)
   return Write(message);
 }
 
-Result<ClientMessage> ParseClientMessage(std::string_view text)
+Result<ClientMessage> ParseClientMessage(std::string_view text, const MessageLimits& limits)
 {
-  const auto json = ParseObject(text, maximumClientMessageBytes);
+  const auto json = ParseObject(text, limits.bytes);
   KDSTREAM_TRY(json);
   JsonReader reader("message");
   Result<ClientMessage> message = ClientMessage{};
   message->request = reader.Small<std::uint32_t>(*json, "request", 1, mostId);
-  ReadClientBody(reader, *json, *message);
+  ReadClientBody(reader, *json, limits.listed, *message);
   if (!reader.Good())
   {
     message = Error{ ErrorCode::InvalidArgument, reader.Fault() };
@@ -358,9 +357,9 @@ Result<ClientMessage> ParseClientMessage(std::string_view text)
   return message;
 }
 
-std::uint32_t FindRequestId(std::string_view text)
+std::uint32_t FindRequestId(std::string_view text, const MessageLimits& limits)
 {
-  const auto json = ParseObject(text, maximumClientMessageBytes);
+  const auto json = ParseObject(text, limits.bytes);
   if (!json)
   {
     return 0;

@@ -23,6 +23,12 @@ namespace kdstream::protocol
 {
 
 inline constexpr std::size_t maximumClientMessageBytes = 4096;
+// What a server takes of a client's message; viewers send no more than this.
+struct MessageLimits
+{
+  std::size_t bytes = maximumClientMessageBytes;
+  std::size_t listed = maximumClientMessageBytes / 2; // in a list: more do not fit in
+};
 inline constexpr std::size_t maximumServerMessageBytes = maximumModelBytes + 4096;
 inline constexpr std::uint8_t maximumRings = 3;
 // `begin` lists the partitions of a region of at most so many.
@@ -111,11 +117,11 @@ std::string WriteClientMessage(const ClientMessage& message);
 // Errors: LimitExceeded for too many bytes; InvalidInput for what is not a JSON object (the
 // conversation ends with both); InvalidArgument naming the member that is wrong (an error of this
 // request only).
-Result<ClientMessage> ParseClientMessage(std::string_view text);
+Result<ClientMessage> ParseClientMessage(std::string_view text, const MessageLimits& limits = {});
 
 // The request id in a message that ParseClientMessage refused with InvalidArgument; 0 if there is
 // none.
-std::uint32_t FindRequestId(std::string_view text);
+std::uint32_t FindRequestId(std::string_view text, const MessageLimits& limits = {});
 
 // ---- from the server
 

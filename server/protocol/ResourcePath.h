@@ -23,6 +23,13 @@ namespace kdstream::protocol
 inline constexpr std::string_view streamPath = "/api/stream";
 inline constexpr std::string_view streamSubprotocol = "kdstream.v1";
 
+// The Content-Security-Policy of the viewer's page, whoever serves it: it loads nothing from
+// elsewhere. connect-src names ws: and wss: because browsers differ in whether 'self' covers them.
+// No frame-ancestors: other sites may embed the viewer.
+inline constexpr std::string_view pagePolicy =
+  "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; "
+  "img-src 'self' data:; style-src 'self'; object-src 'none'; base-uri 'none'";
+
 struct ResourcePath
 {
   enum class Kind

@@ -121,28 +121,28 @@ struct Conversation::Job
 };
 
 Conversation::Conversation(
-  const Catalog& catalog, std::size_t mostPartitions, Permission permission)
+  const Catalog& catalog, const ConversationLimits& limits, Permission permission)
   : Models(catalog)
-  , MostPartitions(mostPartitions)
+  , Limits(limits)
   , May(std::move(permission))
 {
 }
 
 Conversation::~Conversation() = default;
 
-void Conversation::Receive(std::string_view text, bool busy)
+void Conversation::Receive(std::string_view text, std::chrono::seconds wait)
 {
   if (this->Close)
   {
     return;
   }
-  const auto message = protocol::ParseClientMessage(text);
+  const auto message = protocol::ParseClientMessage(text, this->Limits.message);
   if (!message)
   {
     const Error& error = message.GetError();
     if (error.code == ErrorCode::InvalidArgument)
     {
-      const auto request = protocol::FindRequestId(text);
+      const auto request = protocol::FindRequestId(text, this->Limits.message);
       this->AnswerError(this->IsUnfinished(request) ? 0 : request, 400, error.message);
       return;
     }
@@ -161,15 +161,15 @@ void Conversation::Receive(std::string_view text, bool busy)
     this->AnswerError(
       0, 409, "request " + std::to_string(message->request) + " is not finished yet");
   }
-  else if (busy)
+  else if (wait.count() > 0)
   {
-    this->AnswerError(message->request, 429, "too many requests: ask again later");
+    this->AnswerError(message->request, 429, TooManyRequests(wait));
   }
-  else if (this->Waiting.size() + (this->Current ? 1 : 0) >= maximumRequests)
+  else if (this->Waiting.size() + (this->Current ? 1 : 0) >= this->Limits.requests)
   {
     ++this->Counts.tooMany;
     this->AnswerError(message->request, 429,
-      "there are already " + std::to_string(maximumRequests) + " unfinished requests");
+      "there are already " + std::to_string(this->Limits.requests) + " unfinished requests");
   }
   else if (this->Draining)
   {
@@ -388,7 +388,7 @@ void Conversation::Start(Received received)
   this->Current->request = message.request;
   this->Current->received = received.at;
   this->Current->model = opens ? nullptr : this->Model;
-  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions, this->May);
+  this->Pending = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
   this->Pending->Model = this->Current->model;
   this->Pending->Request = std::move(message);
   const bool takesLong =
@@ -429,7 +429,7 @@ void Conversation::FinishOpening(Errand& errand)
   this->Current.reset();
   if (errand.Failure)
   {
-    const auto refusal = RefuseModel(name);
+    const auto refusal = RefuseModel(name, *errand.Failure);
     this->AnswerError(request, refusal.status, refusal.message);
   }
   else if (!errand.Model)
@@ -510,7 +510,7 @@ bool Conversation::HasBlob()
     return true;
   }
   job.bytes.reset();
-  this->Pending = std::make_shared<Errand>(this->Models, this->MostPartitions, this->May);
+  this->Pending = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
   this->Pending->Model = job.model;
   this->Pending->Blob = id;
   return false;

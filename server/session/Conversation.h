@@ -73,27 +73,32 @@ private:
   bool Taken = false;
 };
 
+// What one client may ask for at once.
+struct ConversationLimits
+{
+  std::size_t partitions = 65536; // in a region
+  std::size_t requests = 16;      // that are not finished
+  protocol::MessageLimits message;
+};
+
 class Conversation
 {
 public:
   // A control message (text), or a frame (binary).
   using Message = std::variant<std::string, std::vector<std::uint8_t>>;
 
-  static constexpr std::size_t maximumRequests = 16; // unfinished ones
   static constexpr std::size_t maximumPendingAnswers =
     64; // to messages that are no accepted requests
 
-  static constexpr std::size_t defaultPartitions = 65536;
-
-  // Regions of more than `mostPartitions` are refused (400), and what `permission` does not allow
+  // What is beyond the limits is refused (400, 413, 429), and what `permission` does not allow
   // (403). REQUIRES: the catalog outlives the conversation.
-  explicit Conversation(const Catalog& catalog, std::size_t mostPartitions = defaultPartitions,
-    Permission permission = {});
+  explicit Conversation(
+    const Catalog& catalog, const ConversationLimits& limits = {}, Permission permission = {});
   ~Conversation();
 
-  // Takes a text message of any content and length. busy: the client has asked too often; requests
-  // but cancels are refused (429).
-  void Receive(std::string_view text, bool busy = false);
+  // Takes a text message of any content and length. wait: the client has asked too often, and may
+  // ask again after that; requests but cancels are refused (429).
+  void Receive(std::string_view text, std::chrono::seconds wait = std::chrono::seconds(0));
   // Takes a binary message, which a client must not send.
   void ReceiveBinary();
   // The server is stopping: the current request is finished, waiting and later ones are refused
@@ -134,7 +139,7 @@ public:
   {
     std::uint64_t failedBlobs = 0; // that could not be read
     std::uint64_t forbidden = 0;   // requests that its token does not allow, and that it has ended
-    std::uint64_t tooMany = 0;     // requests beyond maximumRequests
+    std::uint64_t tooMany = 0;     // requests beyond ConversationLimits::requests
   };
   const Tally& Counted() const { return this->Counts; }
 
@@ -170,7 +175,7 @@ private:
   std::vector<std::uint8_t> NextFrame();
 
   const Catalog& Models;
-  std::size_t MostPartitions;
+  ConversationLimits Limits;
   Permission May;
   std::shared_ptr<const ServedModel> Model; // the open one
   std::deque<Received> Waiting;

@@ -4,6 +4,11 @@
 namespace kdstream
 {
 
+std::string TooManyRequests(std::chrono::seconds wait)
+{
+  return "too many requests: ask again in " + std::to_string(wait.count()) + " s";
+}
+
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error)
 {
   switch (error.code)
@@ -26,8 +31,12 @@ Refusal RefusePart(const std::string& model, const std::string& what, const Erro
   return { 500, what + " of " + model + " is damaged on the server" };
 }
 
-Refusal RefuseModel(const std::string& model)
+Refusal RefuseModel(const std::string& model, const Error& error)
 {
+  if (error.code == ErrorCode::Damaged)
+  {
+    return { 500, model + " is damaged on the server" };
+  }
   return { 503, model + " is being replaced: ask again" };
 }
 

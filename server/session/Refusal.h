@@ -21,12 +21,16 @@ struct Refusal
   bool IsFailure() const { return this->status >= 500; }
 };
 
+// 429, to a client that may ask again after `wait`.
+std::string TooManyRequests(std::chrono::seconds wait);
+
 // Of what the model `model` should have: `what` is a blob's name, or "tree". 404 where there is no
 // such blob; 410 where the store has been changed; 503 for what may pass (memory, the disk); 500
 // for damage.
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error);
 
-// Of a model whose store has been changed, until it is opened again: 503.
-Refusal RefuseModel(const std::string& model);
+// Of a model whose store has been changed: 503 until it is opened again, 500 where there is no
+// whole store any more. error: of ServedModel::CheckUnchanged.
+Refusal RefuseModel(const std::string& model, const Error& error);
 
 }

@@ -70,14 +70,17 @@ bool MayPass(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// It may be half of a copy that is under way.
-bool WasWrittenJustNow(const std::filesystem::path& file)
+// It may be half of a copy that is under way. A file that was a store before is waited for less:
+// meanwhile clients ask again and again.
+constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
+
+bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds patience)
 {
   std::error_code error;
   const auto age =
     std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
   // Not for ever where the clock has been set back.
-  return !error && std::chrono::abs(age) < std::chrono::seconds(10);
+  return !error && std::chrono::abs(age) < patience;
 }
 
 template <class ModelMap>
@@ -87,7 +90,10 @@ std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
   models.reserve(byId.size());
   for (const auto& entry : byId)
   {
-    models.push_back(entry.second);
+    if (!entry.second->IsDamaged())
+    {
+      models.push_back(entry.second);
+    }
   }
   return models;
 }
@@ -132,6 +138,26 @@ Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::pat
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+// Of a file that cannot be opened for that reason, where a model `old` was served from one of its
+// name: what clients get. A model whose file is beyond hope is marked so.
+std::string WhatIsServed(const StoreModel* old, const Error& error)
+{
+  if (!old)
+  {
+    return "; it is left out, the other stores are served";
+  }
+  if (old->CheckUnchanged())
+  {
+    return "; the store of before is served";
+  }
+  if (MayPass(error))
+  {
+    return "; clients are told to ask again until a whole store is there";
+  }
+  old->MarkDamaged();
+  return "; clients are told that it is damaged until a whole store is there";
 }
 
 }
@@ -230,15 +256,12 @@ void StoreCatalog::Add(
     return;
   }
   const Error& error = model.GetError();
-  const bool isNew = patience == Patience::WithNew && WasWrittenJustNow(file);
+  const bool isNew = patience == Patience::WithNew &&
+                     WasWrittenJustNow(file, old ? patienceWithChanged : patienceWithNew);
   state.passing = state.passing || MayPass(error) || isNew;
   if (!isNew)
   {
-    const char* meanwhile = !old ? "; it is left out, the other stores are served"
-                            : old->CheckUnchanged()
-                              ? "; the store of before is served"
-                              : "; clients are told to ask again until a whole store is there";
-    this->Reports->TellOnce(file, error.message + meanwhile);
+    this->Reports->TellOnce(file, error.message + WhatIsServed(old.get(), error));
   }
   if (old)
   {

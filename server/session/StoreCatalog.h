@@ -39,9 +39,10 @@ public:
   // Reads the folder (not the folders in it), at first and whenever it may have changed. Stores
   // that have not changed stay open. Stores that cannot be opened and names that are not model ids
   // are reported; where the name had a model before, that one stays. Models whose file is gone are
-  // found no more. Pointers to earlier models stay valid. Errors: NotFound or InputOutput where the
-  // folder cannot be read, LimitExceeded where memory runs out: the models stay as they were, and
-  // Refresh tries again. Memory: 48 bytes a node of each tree.
+  // found no more; one whose file was written to in place and is no store any more is found, but
+  // not listed, and says that it is damaged. Pointers to earlier models stay valid. Errors:
+  // NotFound or InputOutput where the folder cannot be read, LimitExceeded where memory runs out:
+  // the models stay as they were, and Refresh tries again. Memory: 48 bytes a node of each tree.
   Status Reload();
 
   // What Reload does, where stores may have come or gone; but nothing is reported again.

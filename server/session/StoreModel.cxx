@@ -50,9 +50,16 @@ public:
 
   Status CheckUnchanged() const override
   {
+    if (this->IsDamaged())
+    {
+      return Error{ ErrorCode::Damaged, "the file is no whole store any more" };
+    }
     return Caught([this] { return this->Source->CheckUnchanged(); });
   }
-  std::optional<bool> LooksUnchanged() const override { return this->Source->LooksUnchanged(); }
+  std::optional<bool> LooksUnchanged() const override
+  {
+    return this->IsDamaged() ? false : this->Source->LooksUnchanged();
+  }
   bool IsFile(const std::filesystem::path& file) const override
   {
     return this->Source->IsFile(file);

@@ -5,6 +5,7 @@
 #include "server/session/BlobCache.h"
 #include "server/session/Catalog.h"
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -22,6 +23,14 @@ class StoreModel : public ServedModel
 public:
   // Whether `file` is still the very store that this model reads, unchanged.
   virtual bool IsFile(const std::filesystem::path& file) const = 0;
+
+  // Its file was written to and is no store any more, nor is it being written: from now on
+  // CheckUnchanged says Damaged, of which clients need not ask again.
+  void MarkDamaged() const { this->Damaged = true; }
+  bool IsDamaged() const { return this->Damaged; }
+
+private:
+  mutable std::atomic<bool> Damaged{ false };
 };
 
 // Opens the store `file` as the model `id`, whose blobs are kept in `cache`. If its tree is damaged

@@ -76,12 +76,16 @@ std::vector<SessionStep> Script(
 {
   using Kind = SessionStep::Kind;
   std::vector<SessionStep> steps;
-  if (!first.empty())
+  if (!line.link.empty())
+  {
+    steps = { { Kind::Link, {}, line.link }, { Kind::WaitForIdle, {}, {} } };
+  }
+  else if (!first.empty())
   {
     steps.push_back({ Kind::Select, {}, first });
     steps.push_back({ Kind::WaitForIdle, {}, {} });
   }
-  if (line.replay.empty())
+  if (line.replay.empty() && line.link.empty())
   {
     steps.push_back({ Kind::Select, {}, first }); // again: full screen
     steps.push_back({ Kind::WaitForIdle, {}, {} });
@@ -195,7 +199,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
 {
   const auto first = At(line.source, FirstModel(line, replay, source.Models()));
   KDSTREAM_TRY(first);
-  const SceneSettings settings{ line.coloring, line.occlusion };
+  SceneSettings settings{ line.coloring, line.occlusion };
   const auto window = line.offscreen.empty()
                         ? SessionWindow::MakeOnScreen(line.width, line.height, settings)
                         : SessionWindow::MakeOffscreen(
@@ -224,6 +228,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
     const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
     KDSTREAM_TRY(told);
+    Perform(step, settings);
     exitCode = std::max(exitCode, *told);
   }
   failures.TellOfTheRest();
@@ -231,7 +236,8 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   KDSTREAM_TRY(At(line.record, WriteOutput(line.record, record)));
   KDSTREAM_TRY(
     At(line.statistics, WriteOutput(line.statistics, StatisticsJson(session.Statistics()))));
-  KDSTREAM_TRY(At(line.report, WriteOutput(line.report, report.Json(session.GetTraffic()))));
+  KDSTREAM_TRY(At(line.report,
+    WriteOutput(line.report, report.Json(session.GetTraffic(), LinkTo(session, settings)))));
   TellIfNothingIsWritten(program, line, steps, session);
   return exitCode;
 }

@@ -62,17 +62,25 @@ vtkSmartPointer<vtkPolyData> EdgesOf(const std::vector<Box>& boxes, const Vec3& 
 
 }
 
-RegionBoxes::RegionBoxes(vtkRenderer& renderer)
+RegionBoxes::RegionBoxes(vtkRenderer& model)
+  : Model(model)
 {
   this->Actor->GetProperty()->LightingOff();
-  this->Actor->VisibilityOff();
   this->Actor->PickableOff();
-  renderer.AddActor(this->Actor);
+  this->Over->AddActor(this->Actor);
+  this->Over->SetActiveCamera(model.GetActiveCamera());
+  this->Over->AutomaticLightCreationOff();
+  this->Over->InteractiveOff();
+  this->Over->DrawOff();
 }
 
 void RegionBoxes::Show(const std::vector<Box>& boxes, const Vec3& center, double lineWidth)
 {
-  this->Actor->SetVisibility(!boxes.empty());
+  this->Over->SetDraw(!boxes.empty());
+  this->Over->SetLayer(this->Model.GetLayer());
+  this->Over->SetViewport(this->Model.GetViewport());
+  this->Over->PreserveColorBufferOn(); // after SetLayer, which changes it
+  this->Over->PreserveDepthBufferOn();
   this->Actor->GetProperty()->SetLineWidth(static_cast<float>(lineWidth));
   if (boxes == this->Shown && center == this->Center)
   {

@@ -17,16 +17,24 @@ namespace kdstream
 // Width of their lines, points.
 inline constexpr double boxLineWidth = 1.5;
 
+// They have a renderer of their own, drawn after the model's into its depths: in the model's own
+// they would be taken for relief, and darken the surface beside them (viewer/rendering's
+// SceneOcclusion, at the end of that renderer).
 class RegionBoxes
 {
 public:
-  explicit RegionBoxes(vtkRenderer& renderer);
+  explicit RegionBoxes(vtkRenderer& model);
+
+  // For vtkRenderWindow::AddRenderer, after the model's.
+  vtkRenderer& Renderer() { return *this->Over; }
 
   // Shows these, the picked one first; none hides them. center: what the renderer's coordinates are
   // relative to.
   void Show(const std::vector<Box>& boxes, const Vec3& center, double lineWidth);
 
 private:
+  vtkRenderer& Model;
+  vtkNew<vtkRenderer> Over;
   vtkNew<vtkActor> Actor;
   std::vector<Box> Shown;
   Vec3 Center{};

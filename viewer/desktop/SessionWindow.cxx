@@ -34,6 +34,7 @@ SessionWindow::SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const Scen
 {
   this->SetSettings(settings);
   this->Window->AddRenderer(&this->Scene.Renderer());
+  this->Window->AddRenderer(&this->Boxes.Renderer());
 }
 
 void SessionWindow::Resize(const Viewport& view)

@@ -73,6 +73,14 @@ SessionStep BudgetsStep(std::uint64_t triangles, std::uint64_t memory)
   return step;
 }
 
+std::string LinkTo(const ViewerSession& session, const SceneSettings& settings)
+{
+  ViewLink link = session.Link();
+  link.colors = settings.coloring == SurfaceColoring::Own ? "" : NameOf(settings.coloring);
+  link.light = settings.occlusion ? "" : "plain";
+  return FormatViewLink(link);
+}
+
 void Perform(const SessionStep& step, SceneSettings& settings)
 {
   if (step.kind == Kind::Light)

@@ -5,10 +5,10 @@
 
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/SessionFile.h"
-#include "viewer/session/SessionTypes.h"
+#include "viewer/session/ViewerSession.h"
 
 #include <cstdint>
-#include <string_view>
+#include <string>
 
 namespace kdstream
 {
@@ -33,6 +33,9 @@ SessionStep BoxesStep(bool boxes);
 SessionStep DetailStep(DetailMode detail);
 SessionStep RingsStep(unsigned rings);
 SessionStep BudgetsStep(std::uint64_t triangles, std::uint64_t memory);
+
+// A link to what is seen, as ViewLink.h has it.
+std::string LinkTo(const ViewerSession& session, const SceneSettings& settings);
 
 // Does what the step changes of these; nothing where it is of another kind.
 void Perform(const SessionStep& step, SceneSettings& settings);

@@ -63,9 +63,11 @@ Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& opt
   return ViewHeadless(program, options, *replay, **source);
 }
 
-// Steps: check where the outputs go; a window, or a look without one. Returns the exit code.
+// Steps: what a link says; check where the outputs go; a window, or a look without one. Returns the
+// exit code.
 Result<int> View(const std::string& program, ViewOptions options)
 {
+  KDSTREAM_TRY(At(options.source, TakeLink(options)));
   KDSTREAM_TRY(CheckOutputs(options));
   // A session file is played and ends: nobody has to do anything in a window.
   if (options.OpensWindow())

@@ -3,6 +3,7 @@
 #include "viewer/desktop/ViewOptions.h"
 
 #include "filters/core/SystemReason.h"
+#include "viewer/desktop/SettingSteps.h"
 #include "viewer/rendering/OffscreenWindow.h"
 
 #include <algorithm>
@@ -232,6 +233,37 @@ std::string CheckPicture(const std::string& file)
     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending == ".png" ? ""
                           : "'" + file + "' does not end in .png, and pictures are written as PNG";
+}
+
+Status TakeLink(ViewOptions& options)
+{
+  const std::size_t hash = options.source.find("#model=");
+  std::error_code failure;
+  if (hash == std::string::npos || std::filesystem::exists(options.source, failure))
+  {
+    return {};
+  }
+  options.link = options.source.substr(hash + 1);
+  options.source.resize(hash);
+  const auto link = ParseViewLink(options.link);
+  KDSTREAM_TRY(link);
+  if (!options.replay.empty())
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "a link to a view does not go with --replay: the session file tells what is seen" };
+  }
+  if (!options.model.empty() && options.model != link->model)
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "the link is to a view of '" + link->model + "', and not of --model " + options.model };
+  }
+  options.model = link->model;
+  SceneSettings scene{ options.coloring, options.occlusion };
+  Perform({ SessionStep::Kind::Colors, {}, link->colors }, scene);
+  Perform({ SessionStep::Kind::Light, {}, link->light }, scene);
+  options.coloring = scene.coloring;
+  options.occlusion = link->light.empty() ? options.occlusion : scene.occlusion;
+  return {};
 }
 
 Status CheckOutputs(ViewOptions& line)

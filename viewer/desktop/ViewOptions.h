@@ -16,6 +16,7 @@ namespace kdstream
 struct ViewOptions
 {
   std::string source;      // a server's URL, or a file or folder
+  std::string link;        // to a view of it, as ViewLink.h has it; perhaps none
   std::string token;       // of the server
   std::string authorities; // a PEM file; empty: those of the system
   std::string model, offscreen, record, replay, screenshot, statistics, report;
@@ -33,6 +34,10 @@ struct ViewOptions
 };
 
 void AddViewOptions(CLI::App& app, ViewOptions& options);
+
+// Takes the link to a view that stands behind the source's #, and what it says of model, colours
+// and light. Errors: those of ParseViewLink; InvalidArgument with a session file, or another model.
+Status TakeLink(ViewOptions& options);
 
 // What a session goes by that is looked at with these. Turning is free, until somebody says
 // otherwise.

@@ -56,7 +56,7 @@ void ViewReport::AddFrame(const ViewerStatus& status)
   this->First = this->First < 0 ? this->Settled : this->First;
 }
 
-std::string ViewReport::Json(const SessionTraffic& traffic) const
+std::string ViewReport::Json(const SessionTraffic& traffic, const std::string& link) const
 {
   JsonWriter json;
   const auto seconds = [&json](const char* key, double value)
@@ -69,6 +69,7 @@ std::string ViewReport::Json(const SessionTraffic& traffic) const
   seconds("seconds_to_settled", this->Settled);
   json.Member("peak_triangles", this->PeakTriangles)
     .Member("peak_rss_bytes", PeakMemory())
+    .Member("link", link)
     .EndObject();
   return json.Text() + "\n";
 }

@@ -23,8 +23,8 @@ public:
 
   // A frame has been drawn.
   void AddFrame(const ViewerStatus& status);
-  // One JSON object.
-  std::string Json(const SessionTraffic& traffic) const;
+  // One JSON object. link: to what is seen at the end.
+  std::string Json(const SessionTraffic& traffic, const std::string& link) const;
 
 private:
   double Now() const;

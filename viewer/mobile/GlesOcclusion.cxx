@@ -145,11 +145,12 @@ void GlesOcclusion::Fill(Index target) const
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlesOcclusion::EndDepths(const GlesProjection& projection)
+void GlesOcclusion::EndDepths(const GlesProjection& projection, double facet)
 {
   glDisable(GL_DEPTH_TEST);
   BindTexture(0, this->Targets[depths].texture);
   this->Use(this->Occlude, projection);
+  glUniform1f(glGetUniformLocation(this->Occlude, "facet"), static_cast<float>(facet));
   this->Fill(occluded);
   BindTexture(1, this->Targets[occluded].texture);
   this->Use(this->Average, projection);

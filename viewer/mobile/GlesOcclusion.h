@@ -34,9 +34,9 @@ public:
   // Binds a framebuffer of half the picture's sides for the depths of the model, and clears it;
   // draw it there. False where there is no memory for it: then the picture goes without.
   bool BeginDepths(const Viewport& picture);
-  // Finds the occluded light, and binds again what was bound before BeginDepths. REQUIRES: an
-  // empty vertex array is bound.
-  void EndDepths(const GlesProjection& projection);
+  // Finds the occluded light, and binds again what was bound before BeginDepths. facet:
+  // FacetLength, in the projection's unit. REQUIRES: an empty vertex array is bound.
+  void EndDepths(const GlesProjection& projection, double facet);
   // Darkens the picture, where something is nearer than the background. REQUIRES: an empty vertex
   // array is bound; the depths of the picture are in the bound framebuffer. Leaves blending on, and
   // a depth test of its own.

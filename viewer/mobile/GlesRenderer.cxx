@@ -339,6 +339,7 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
   {
     this->Bounds.Add(part.bounds);
   }
+  this->Facet = FacetLength(*scene.surface);
   return {};
 }
 
@@ -565,7 +566,7 @@ bool GlesRenderer::DrawDepths(const Sight& sight, const Viewport& viewport)
   }
   this->DrawChunks(sight, HalfSide(viewport.height));
   glBindVertexArray(this->Compiled->emptyArray);
-  this->Occlusion->EndDepths(sight.projection);
+  this->Occlusion->EndDepths(sight.projection, this->Facet * this->Scale);
   return true;
 }
 

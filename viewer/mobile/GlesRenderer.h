@@ -97,6 +97,7 @@ private:
   TreeDepths Depths;
   SurfaceColoring Colored = SurfaceColoring::Own;
   Box Bounds;             // of what is drawn, relative to Center; not scaled
+  double Facet = 0.0;     // FacetLength of what is drawn; not scaled
   std::size_t Points = 0; // of a cloud; 0 if it has triangles
 
   SurfaceColoring Coloring = SurfaceColoring::Own;

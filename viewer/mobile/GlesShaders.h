@@ -61,7 +61,8 @@ void main()
   gl_PointSize = splat.x;
 })";
 
-// Phong's model with three directional lights. Followed by one of the two main functions.
+// Phong's model with the two directional lights of SceneLook.h. Followed by one of the two main
+// functions.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
@@ -69,8 +70,8 @@ in vec3 smoothColor;
 flat in vec3 flatColor;
 flat in vec2 splat;
 uniform float smoothness; // of colours: 1, or 0
-uniform vec3 lightDirection[3];
-uniform vec3 lightColor[3];
+uniform vec3 lightDirection[2];
+uniform vec3 lightColor[2];
 uniform vec4 material;
 uniform vec3 highlightColor;
 uniform vec3 depthRange; // nearest, farthest, 1 / their difference
@@ -81,7 +82,7 @@ vec3 lit(vec3 normal)
   vec3 toEye = normalize(-viewPosition);
   vec3 diffuse = vec3(0.0);
   vec3 specular = vec3(0.0);
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < 2; ++i)
   {
     float facing = dot(normal, lightDirection[i]);
     if (facing > 0.0)

@@ -80,7 +80,7 @@ struct SceneOcclusion::Area
   std::array<float, 4> place;
   std::array<int, 2> half;
   std::array<float, 4> projection;
-  float likeness;
+  float likeness, facet;
   std::array<float, 4> Grid() const
   {
     const auto reach = static_cast<float>(occlusionReach);
@@ -157,6 +157,7 @@ void SceneOcclusion::Run(
   pass.Program->SetUniform4f("grid", area.Grid().data());
   pass.Program->SetUniform4f("projection", area.projection.data());
   pass.Program->SetUniformf("likeness", area.likeness);
+  pass.Program->SetUniformf("facet", area.facet);
   pass.Program->SetUniformf("strength", static_cast<float>(occlusionStrength));
   pass.Render();
   if (occluded)
@@ -186,7 +187,7 @@ void SceneOcclusion::FindOcclusion(vtkTextureObject& depths, const Area& area)
   state->PopFramebufferBindings();
 }
 
-void SceneOcclusion::Darken(vtkRenderer& renderer, bool isCloud)
+void SceneOcclusion::Darken(vtkRenderer& renderer, double facet)
 {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer.GetRenderWindow());
   vtkOpenGLFramebufferObject* drawn = window ? window->GetRenderFramebuffer() : nullptr;
@@ -211,7 +212,8 @@ void SceneOcclusion::Darken(vtkRenderer& renderer, bool isCloud)
   area.projection = { static_cast<float>(scale * height / width), static_cast<float>(scale),
     static_cast<float>(-(range[1] + range[0]) / depth),
     static_cast<float>(-2.0 * range[1] * range[0] / depth) };
-  area.likeness = isCloud ? 0.0f : 0.5f;
+  area.likeness = facet > 0.0 ? 0.5f : 0.0f;
+  area.facet = static_cast<float>(facet);
   if (!this->Prepare(*window, *depths, area))
   {
     return;

@@ -28,8 +28,9 @@ public:
   SceneOcclusion& operator=(const SceneOcclusion&) = delete;
 
   // Darkens what the renderer has drawn, before its window shows it: to be called at its EndEvent.
-  // Nothing where its window is not of OpenGL, or has no depths that can be read.
-  void Darken(vtkRenderer& renderer, bool isCloud);
+  // Nothing where its window is not of OpenGL, or has no depths that can be read. facet:
+  // FacetLength of what is drawn; 0 for a cloud.
+  void Darken(vtkRenderer& renderer, double facet);
 
 private:
   struct Area;

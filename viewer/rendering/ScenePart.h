@@ -38,7 +38,6 @@ public:
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
   void SetStyle(const SceneStyle& style);
-  bool IsOfPoints() const { return this->IsCloud; }
   // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
   void AimSplats(const ClippingPlanes& planes, double tangent, int height);
 

@@ -86,6 +86,7 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
     hasOne ? std::move(this->Entries.front().scene) : std::make_unique<ScenePart>();
   whole.front().scene->Show(surface, NormalsOf(surface), depths, center, this->Style);
   this->Take(std::move(whole));
+  this->Facet = FacetLength(surface);
   return {};
 }
 
@@ -94,7 +95,9 @@ Status SurfaceScene::Update(
 {
   if (surface.TriangleCount() == 0 || surface.Parts().size() > mostParts)
   {
-    return this->Update(surface.Whole(), depths, center);
+    KDSTREAM_TRY(this->Update(surface.Whole(), depths, center));
+    this->Facet = FacetLength(surface);
+    return {};
   }
   std::map<const SurfacePart*, Entry*> before;
   for (Entry& entry : this->Entries)
@@ -145,6 +148,7 @@ Status SurfaceScene::Update(
     }
   }
   this->Take(std::move(entries));
+  this->Facet = FacetLength(surface);
   return {};
 }
 
@@ -195,7 +199,7 @@ void SurfaceScene::ApplyOcclusion()
 {
   if (this->Style.occlusion && !this->Entries.empty())
   {
-    this->Occlusion->Darken(*this->SceneRenderer, this->Entries.front().scene->IsOfPoints());
+    this->Occlusion->Darken(*this->SceneRenderer, this->Facet);
   }
 }
 

@@ -2,8 +2,8 @@
 // Draws one surface in a VTK renderer. Step "render" of the README's picture: the surface is
 // DrawSurface's.
 //
-// The model stands like a piece in a museum: stone before a soft gradient, lit by a key light, a
-// fill light and a headlight that all follow the camera.
+// The model stands like a piece in a museum: stone before a soft gradient, lit by the lamps of
+// viewer/session/look/SceneLook.h, which follow the camera.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -81,7 +81,8 @@ private:
   SceneCamera Camera;
   TreeDepths Depths;
   Vec3 Center{ 0.0, 0.0, 0.0 };
-  Box Bounds; // of what is drawn, relative to Center
+  Box Bounds;         // of what is drawn, relative to Center
+  double Facet = 0.0; // FacetLength of what is drawn
   std::unique_ptr<SceneOcclusion> Occlusion;
   unsigned long SplatObserver = 0, OcclusionObserver = 0;
 };

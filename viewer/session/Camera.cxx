@@ -98,6 +98,32 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
     std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
 }
 
+Vec3 Camera::PlaceOf(const Vec3& point) const
+{
+  return (point - (this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5)) * (1 / this->Radius);
+}
+
+Vec3 Camera::PointAt(const Vec3& place) const
+{
+  return this->Fitted.lo * 0.5 + this->Fitted.hi * 0.5 + place * this->Radius;
+}
+
+CameraPlace Camera::GetPlace() const
+{
+  return { this->PlaceOf(this->FocalPoint), this->EyeDistance / this->Radius, this->Turn,
+    static_cast<double>(this->View.width) / this->View.height };
+}
+
+void Camera::SetPlace(const CameraPlace& place)
+{
+  const double aspect = static_cast<double>(this->View.width) / this->View.height;
+  const double farther = std::max(1.0, std::min(place.aspect, 1.0) / std::min(aspect, 1.0));
+  this->Turn = place.orientation;
+  this->EyeDistance =
+    std::clamp(place.distance * farther, nearestInRadii, farthestInRadii) * this->Radius;
+  this->FocalPoint = this->Confined(this->PointAt(place.focal));
+}
+
 void Camera::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
 {
   this->FocalPoint = focal;
@@ -252,6 +278,19 @@ Ray Camera::RayOf(double x, double y) const
   const Vec3 direction{ (x - this->View.width * 0.5) * unit, (this->View.height * 0.5 - y) * unit,
     -1 };
   return { this->Eye(), Normalized(this->Turn.Rotate(direction)) };
+}
+
+std::optional<std::array<double, 2>> Camera::PixelOf(const Vec3& point) const
+{
+  const Vec3 sight = point - this->Eye();
+  const double depth = Dot(sight, this->Forward());
+  if (!(depth > 0))
+  {
+    return {};
+  }
+  const double unit = this->View.height / (2 * this->Tangent * depth);
+  return std::array<double, 2>{ this->View.width * 0.5 + Dot(sight, this->Right()) * unit,
+    this->View.height * 0.5 - Dot(sight, this->Up()) * unit };
 }
 
 std::array<Vec3, 5> Camera::InwardNormals() const

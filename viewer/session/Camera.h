@@ -5,6 +5,7 @@
 #include "viewer/session/Geometry.h"
 
 #include <array>
+#include <optional>
 
 namespace kdstream
 {
@@ -33,6 +34,17 @@ enum class Turning
   Free     // as a ball under the finger, and two fingers roll it
 };
 
+// Where a camera stands, whatever the model's size and place: lengths in radii of the sphere around
+// the fitted box, from its middle.
+struct CameraPlace
+{
+  Vec3 focal{};
+  double distance = 1;
+  Quaternion orientation;
+  double aspect = 1; // of the window: width / height
+  bool operator==(const CameraPlace&) const = default;
+};
+
 // A perspective camera that turns about a focal point.
 //
 // The state is the focal point, the distance to it, and an orientation; eye, up and rays follow
@@ -58,6 +70,14 @@ public:
   // the window, portrait and landscape alike. Sets the limits of panning and zooming, in radii of
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
+
+  CameraPlace GetPlace() const;
+  // A point of the model, in these lengths, and back.
+  Vec3 PlaceOf(const Vec3& point) const;
+  Vec3 PointAt(const Vec3& place) const;
+  // In a window of another shape the whole of the largest square in the middle is seen still.
+  // Within the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
+  void SetPlace(const CameraPlace& place);
 
   // As a camera of somebody else's looks, whatever it looks at. tangent: of half the vertical angle
   // of view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of
@@ -95,6 +115,9 @@ public:
   Camera PartOfTheWayTo(const Camera& moved, double part) const;
 
   Ray RayOf(double x, double y) const;
+  // Where a point is seen, pixels from the upper left corner, perhaps beside the window; nothing
+  // behind the eye.
+  std::optional<std::array<double, 2>> PixelOf(const Vec3& point) const;
   // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
   // an empty box false.
   bool MaySee(const Box& box) const;

@@ -6,6 +6,8 @@
 // and v, solved by Cramer.
 #include "viewer/session/Picker.h"
 
+#include "filters/core/TriangleDistance.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -134,32 +136,6 @@ struct Nearest
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
 
-Vec3 NearestOnSegment(const Vec3& point, const Vec3& a, const Vec3& b)
-{
-  const Vec3 way = b - a;
-  const double square = Dot(way, way);
-  return square > 0 ? a + way * std::clamp(Dot(point - a, way) / square, 0.0, 1.0) : a;
-}
-
-// Straight down on its plane, where that is between the edges; else, and of a degenerate one, on an
-// edge.
-Vec3 NearestOnTriangle(const Vec3& point, const Vec3& a, const Vec3& b, const Vec3& c)
-{
-  const Vec3 normal = Cross(b - a, c - a);
-  const double square = Dot(normal, normal);
-  if (square > 0 && Dot(Cross(b - a, point - a), normal) >= 0 &&
-      Dot(Cross(c - b, point - b), normal) >= 0 && Dot(Cross(a - c, point - c), normal) >= 0)
-  {
-    return point - normal * (Dot(point - a, normal) / square);
-  }
-  Vec3 nearest = NearestOnSegment(point, a, b);
-  for (const Vec3& other : { NearestOnSegment(point, b, c), NearestOnSegment(point, c, a) })
-  {
-    nearest = Length(other - point) < Length(nearest - point) ? other : nearest;
-  }
-  return nearest;
-}
-
 double DistanceTo(const Box& box, const Vec3& point)
 {
   Vec3 away{};
@@ -259,19 +235,20 @@ std::optional<SurfaceHit> PickSurface(
     if (nearest.Distance() < sofar)
     {
       best = nearest.hit;
+      best->part = static_cast<std::size_t>(&each - surface.Parts().data());
     }
   }
   return best;
 }
 
-std::optional<Vec3> NearestOnSurface(const DrawnSurface& surface, const Vec3& point, double enough)
+std::optional<SurfaceHit> NearestOnSurface(
+  const DrawnSurface& surface, const Vec3& point, double enough)
 {
-  std::optional<Vec3> nearest;
-  double distance = never;
+  SurfaceHit nearest{ {}, 0, never };
   const auto enter = [&](const Box& box)
   {
     const double entry = DistanceTo(box, point);
-    return distance <= enough || entry >= distance ? never : entry;
+    return nearest.distance <= enough || entry >= nearest.distance ? never : entry;
   };
   for (const DrawnSurface::Part& each : surface.Parts())
   {
@@ -288,14 +265,15 @@ std::optional<Vec3> NearestOnSurface(const DrawnSurface& surface, const Vec3& po
         const Vec3 found = part.triangles.empty() ? part.points[i]
                                                   : NearestOnTriangle(point, part.points[t[0]],
                                                       part.points[t[1]], part.points[t[2]]);
-        if (Length(found - point) < distance)
+        const double distance = Length(found - point);
+        if (distance < nearest.distance)
         {
-          nearest = found;
-          distance = Length(found - point);
+          const auto number = static_cast<std::size_t>(&each - surface.Parts().data());
+          nearest = { found, i, distance, number };
         }
       });
   }
-  return nearest;
+  return nearest.distance < never ? std::optional(nearest) : std::nullopt;
 }
 
 bool IsAround(const DrawnSurface& surface, const Vec3& point)

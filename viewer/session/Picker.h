@@ -15,7 +15,8 @@ struct SurfaceHit
 {
   Vec3 point;
   std::size_t triangle = 0; // in Surface::triangles; of a cloud: in Surface::points
-  double distance = 0;      // from the ray's origin, model units
+  double distance = 0;      // from the ray's origin, or the point asked for, model units
+  std::size_t part = 0;     // of DrawnSurface::Parts
 };
 
 // The nearest point of `surface` that `ray` meets, seen from either side; the triangle with the
@@ -27,17 +28,17 @@ struct SurfaceHit
 // point before the eye that is no farther from the ray than `slack` times its distance: the tangent
 // of the angle that a finger covers. O(points).
 std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack = 0);
-// The same for all parts of a surface, of the first part among equals; `triangle` is one of some
-// part then. Goes down the trees of the parts that the ray may meet, and makes those that were not
+// The same for all parts of a surface, of the first part among equals; `triangle` is one of that
+// part. Goes down the trees of the parts that the ray may meet, and makes those that were not
 // asked for before (SurfacePart::Tree): in practice O(log triangles). visited: how many triangles,
 // or points, were looked at.
 std::optional<SurfaceHit> PickSurface(
   const DrawnSurface& surface, const Ray& ray, double slack = 0, std::size_t* visited = nullptr);
 
-// The point of the surface that is nearest to `point`: of its triangles or, of a cloud, of its
-// points; nothing where it is empty. Any that is no farther than `enough` may be given instead, if
-// that is found sooner. As PickSurface.
-std::optional<Vec3> NearestOnSurface(
+// The point of the surface that is nearest to `point`, and how far away: of its triangles or, of a
+// cloud, of its points; nothing where it is empty. Any that is no farther than `enough` may be
+// given instead, if that is found sooner. As PickSurface.
+std::optional<SurfaceHit> NearestOnSurface(
   const DrawnSurface& surface, const Vec3& point, double enough = 0);
 
 // Whether a closed surface is around a point: rays from there cross it an odd number of times. What

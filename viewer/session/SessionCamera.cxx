@@ -21,7 +21,6 @@ namespace
 constexpr double mostOfTheWay = 0.9;      // to what is ahead,
 constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
 constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
-constexpr std::size_t mostEarlierViews = 32;
 
 // Turning on: in steps of a fixed time, each slower than the one before, for about as far as a
 // finger goes in a fifth of a second.
@@ -40,6 +39,7 @@ void ViewerSession::FitModel()
   this->Eye.SetUp(pose.up);
   this->Eye.FitTo(this->Current->box, LookingFrom(pose.view, pose.up));
   this->EyeMoved = false;
+  this->IsArriving = false;
   this->Coasting.reset();
 }
 
@@ -92,16 +92,17 @@ double ViewerSession::FreePart(const Camera& from, const Camera& to) const
 // The surface, that is: the camera itself knows no more than a box, of which most may be empty.
 void ViewerSession::KeepInSight(Camera& camera) const
 {
-  if (const auto point =
+  if (const auto nearest =
         NearestOnSurface(*this->Shown.GetSurface(), camera.Focal(), camera.Reach()))
   {
-    camera.KeepInSight(*point);
+    camera.KeepInSight(nearest->point);
   }
 }
 
 // As far as the eye may go. What turns goes all the way or not at all.
 void ViewerSession::Move(Camera moved)
 {
+  this->IsArriving = false;
   this->KeepInSight(moved);
   const double part = this->FreePart(this->Eye, moved);
   if (part == 1)
@@ -117,11 +118,13 @@ void ViewerSession::Move(Camera moved)
 // Straight back, whatever is behind the eye.
 void ViewerSession::BackAway(double length)
 {
+  this->IsArriving = false;
   this->Eye.StepBack(length);
   this->StepOutside();
 }
 
-// A finer surface may lie before the coarser one by which the eye was stopped.
+// A finer surface may lie before the coarser one by which the eye was stopped. Not on the way to a
+// view of somebody else's: that was outside of the surface that comes.
 void ViewerSession::StepOutside()
 {
   constexpr int mostWalls = 8;
@@ -131,7 +134,8 @@ void ViewerSession::StepOutside()
     return this->Eye.DistanceTo(this->Current->box) == 0 &&
            IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
   };
-  for (int i = 0; i < mostWalls && this->Current && this->Current->isClosed && isInside(); ++i)
+  const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving;
+  for (int i = 0; i < mostWalls && mayBeInside && isInside(); ++i)
   {
     const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };
     const auto wall = PickSurface(*this->Shown.GetSurface(), back);
@@ -169,19 +173,11 @@ void ViewerSession::Turn(double x, double y, double dx, double dy)
 
 // ---- jumps
 
-// Can be undone, unless it leads nowhere.
 void ViewerSession::JumpHome()
 {
   const EarlierView before{ this->Eye, this->EyeMoved };
   this->FitModel();
-  if (before.eye != this->Eye)
-  {
-    this->EarlierViews.push_back(before);
-  }
-  if (this->EarlierViews.size() > mostEarlierViews)
-  {
-    this->EarlierViews.pop_front();
-  }
+  this->NoteJump(before);
 }
 
 void ViewerSession::GoHome()
@@ -235,6 +231,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
   if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
   {
     this->Coasting.reset();
+    this->SetSpinning(false);
     this->FocusUnder(x, y);
     this->ZoomBy(factor, x, y);
   }
@@ -282,6 +279,7 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
 {
   if (!frame.touches.empty())
   {
+    this->SetSpinning(false);
     this->Coasting.reset();
   }
   if (frame.touches.size() == 1 && this->LastSteps.empty())
@@ -342,8 +340,16 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
         this->Mode = ViewerMode::FullScreen;
         this->FollowZoom();
       }
+      else if (this->InHand == Tool::Measure)
+      {
+        this->MeasureAt(gesture.x, gesture.y);
+      }
       break;
     case Gesture::Kind::DoubleTap:
+      if (this->InHand == Tool::Measure && this->MeasureAt(gesture.x, gesture.y))
+      {
+        break; // two ends in quick succession
+      }
       this->DoubleTap(gesture.x, gesture.y);
       break;
   }
@@ -391,8 +397,30 @@ void ViewerSession::LetGo(double x, double y, double time)
   this->Coasting = coast;
 }
 
+void ViewerSession::SetSpinning(bool spins)
+{
+  this->Spins = spins;
+  this->LastSpin.reset();
+}
+
+void ViewerSession::Spin(double time)
+{
+  constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
+  constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian
+  const double seconds = this->LastSpin ? std::clamp(time - *this->LastSpin, 0.0, longestStep) : 0;
+  this->LastSpin = time;
+  const Viewport& window = this->Eye.GetViewport();
+  const double pixels = sidesPerSecond * seconds * std::min(window.width, window.height);
+  this->Turn(0.5 * window.width + pixels, 0.5 * window.height, pixels, 0);
+  this->Update();
+}
+
 void ViewerSession::Advance(double time)
 {
+  if (this->Spins && this->Current && std::isfinite(time))
+  {
+    this->Spin(time);
+  }
   if (this->Coasting && !(time >= this->Coasting->time - 1))
   {
     this->Coasting.reset(); // by another clock

@@ -203,6 +203,17 @@ Result<SessionStep> ParseWait(const JsonValue& object, std::size_t line)
   return step;
 }
 
+Result<SessionStep> ParseLink(const JsonValue& object, std::size_t line)
+{
+  auto step = ParseNamed(object, line, "link", SessionStep::Kind::Link);
+  KDSTREAM_TRY(step);
+  if (const auto link = ParseViewLink(step->name); !link)
+  {
+    return Wrong(line, link.GetError().message);
+  }
+  return step;
+}
+
 Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
 {
   const auto parsed = ParseJson(text);
@@ -222,16 +233,21 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("select")     ? ParseNamed(object, line, "select", Kind::Select)
          : has("screenshot") ? ParseNamed(object, line, "screenshot", Kind::Screenshot)
          : has("go")         ? ParseWord(object, line, "go", Kind::Go, { "home", "undo", "back" })
+         : has("side")       ? ParseWord(object, line, "side", Kind::Side,
+                                 { "front", "back", "left", "right", "top", "bottom" })
+         : has("tool")       ? ParseWord(object, line, "tool", Kind::Tool, { "none", "measure" })
+         : has("link")       ? ParseLink(object, line)
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
            ? ParseWord(object, line, "detail", Kind::Detail, { "view", "level", "full" })
          : has("colours") ? ParseWord(object, line, "colours", Kind::Colors,
                               { "own", "none", "partition", "resolution" })
          : has("light")   ? ParseWord(object, line, "light", Kind::Light, { "relief", "plain" })
-         : has("boxes")   ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
-                        : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
-                                      "'go', 'turning', 'detail', 'rings', 'triangles', "
-                                      "'colours', 'light', 'boxes', 'window'");
+         : has("boxes")
+           ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
+           : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
+                         "'go', 'side', 'link', 'tool', 'turning', 'detail', 'rings', 'triangles', "
+                         "'colours', 'light', 'boxes', 'window'");
 }
 
 }
@@ -279,6 +295,18 @@ Status Perform(const SessionStep& step, ViewerSession& session)
       : step.name == "undo" ? session.UndoView()
                             : session.LeaveFullScreen();
       break;
+    case SessionStep::Kind::Side:
+      session.LookFromSide(step.name);
+      break;
+    case SessionStep::Kind::Tool:
+      session.SetTool(step.name == "measure" ? Tool::Measure : Tool::None);
+      break;
+    case SessionStep::Kind::Link:
+    {
+      const auto link = ParseViewLink(step.name);
+      KDSTREAM_TRY(link);
+      return session.Follow(*link);
+    }
     case SessionStep::Kind::Turning:
       session.SetTurning(step.name == "free" ? Turning::Free : Turning::Upright);
       break;
@@ -335,6 +363,15 @@ std::string FormatSessionStep(const SessionStep& step)
       break;
     case SessionStep::Kind::Go:
       json.Member("go", step.name);
+      break;
+    case SessionStep::Kind::Side:
+      json.Member("side", step.name);
+      break;
+    case SessionStep::Kind::Tool:
+      json.Member("tool", step.name);
+      break;
+    case SessionStep::Kind::Link:
+      json.Member("link", step.name);
       break;
     case SessionStep::Kind::Turning:
       json.Member("turning", step.name);

@@ -11,6 +11,9 @@
 //       a wheel enlarges so much about that pixel
 //   {"go":"home"}               the first view again; "undo": the one before the last jump; "back":
 //                               out of full screen
+//   {"side":"front"}            from there: front, back, left, right, top or bottom
+//   {"link":"model=…"}          what a link to a view says (ViewLink.h), but for colours and light
+//   {"tool":"measure"}          what taps do from here on: measure, or none (as before it)
 //   {"turning":"upright"}       how fingers turn the model from here on: upright or free, which it
 //                               is before
 //   {"detail":"level"}          view, level or full from here on
@@ -49,6 +52,9 @@ struct SessionStep
     Select,
     Zoom,
     Go,
+    Side,
+    Link,
+    Tool,
     Turning,
     Detail,
     Rings,
@@ -60,7 +66,8 @@ struct SessionStep
   };
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
-  // File of Screenshot, model of Select, word of Go, Turning, Detail, Colors, Light and Boxes.
+  // File of Screenshot, model of Select, text of Link; word of Go, Side, Tool, Turning, Detail,
+  // Colors, Light and Boxes.
   std::string name{};
   double factor = 1; // of Zoom, above 0
   double x = 0, y = 0;

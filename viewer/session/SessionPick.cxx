@@ -11,11 +11,16 @@
 namespace kdstream
 {
 
-std::optional<SurfaceHit> ViewerSession::PickUnder(double x, double y) const
+// The tangent of the angle that a finger covers.
+double ViewerSession::FingerSlack() const
 {
   const double pixels = this->Options.fingerPoints * this->Eye.GetViewport().pixelRatio;
-  const double slack = pixels / (this->Eye.PixelsPerUnit() * this->Eye.Distance());
-  return PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y), slack);
+  return pixels / (this->Eye.PixelsPerUnit() * this->Eye.Distance());
+}
+
+std::optional<SurfaceHit> ViewerSession::PickUnder(double x, double y) const
+{
+  return PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y), this->FingerSlack());
 }
 
 void ViewerSession::DoubleTap(double x, double y)

@@ -106,7 +106,8 @@ struct ViewerStatus
   };
   std::optional<Region> region;
   bool canUndo = false;  // a jump of the camera
-  bool coasting = false; // the model turns by itself
+  bool coasting = false; // the model turns on, or by itself
+  bool spinning = false; // by itself
   bool picking = false;  // a double tap waits for the part of the tree that it needs
   std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
   std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last

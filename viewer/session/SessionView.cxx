@@ -39,6 +39,7 @@ void ViewerSession::RefineView()
 {
   Model& model = *this->Current;
   this->FollowPick();
+  this->FollowEnds();
   this->MissingTree = model.tree.TakeMissing();
   std::erase_if(this->EarlierTaps,
     [&](std::uint32_t partition)
@@ -83,6 +84,10 @@ std::vector<PieceId> ViewerSession::TappedPieces() const
     pieces.push_back(
       { Resolution::Original(), NodeOfPartition(partition, this->Current->codec.depths) });
   };
+  for (const End& end : this->Ends)
+  {
+    std::for_each(end.partitions.begin(), end.partitions.end(), add);
+  }
   if (this->Region)
   {
     std::for_each(this->Region->partitions.begin(), this->Region->partitions.end(), add);

@@ -106,6 +106,7 @@ void ViewerSession::FollowTree()
 {
   KnownTree& tree = this->Current->tree;
   this->FollowPick();
+  this->FollowEnds();
   this->MissingTree = tree.TakeMissing();
   const bool hasTree = this->Current->description.detail != ModelDetail::Preview;
   if (hasTree && this->Mode == ViewerMode::FullScreen && this->Options.detail == DetailMode::Level)
@@ -224,6 +225,7 @@ void ViewerSession::RequestRegion(const std::vector<PieceId>& missing)
     this->RequestAllPartitions(missing);
     return;
   }
+  this->RequestAllPartitions(this->BesideRegion(missing));
   if (!this->Region)
   {
     return;
@@ -251,6 +253,21 @@ void ViewerSession::RequestRegion(const std::vector<PieceId>& missing)
     this->BlobsWanted += request.blobs.size();
     this->Book.Send(std::move(request));
   }
+}
+
+// What measurements need.
+std::vector<PieceId> ViewerSession::BesideRegion(std::vector<PieceId> missing) const
+{
+  std::erase_if(missing,
+    [this](PieceId piece)
+    {
+      const auto isIt = [&](std::uint32_t partition)
+      { return NodeOfPartition(partition, this->Current->codec.depths) == piece.node; };
+      return !piece.resolution.IsOriginal() ||
+             (this->Region &&
+               std::any_of(this->Region->partitions.begin(), this->Region->partitions.end(), isIt));
+    });
+  return missing;
 }
 
 void ViewerSession::RequestAllPartitions(const std::vector<PieceId>& missing)

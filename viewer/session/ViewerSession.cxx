@@ -122,6 +122,11 @@ void ViewerSession::CloseModel()
   this->EarlierViews.clear();
   this->LastSteps.clear();
   this->Coasting.reset();
+  this->Followed.reset();
+  this->SetSpinning(false);
+  this->Measured.clear();
+  this->Ends.clear();
+  this->MeasurementsMade = 0;
 }
 
 void ViewerSession::EnterFullScreen()
@@ -264,6 +269,10 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   this->Shown.Reset(model.depths);
   this->FitModel();
   this->Target = this->Current->policy.PreviewLevel();
+  if (this->Followed)
+  {
+    this->TakeLink();
+  }
   this->FollowZoom(); // full screen may have been asked for already
   this->Update();
   this->Trace("opened", this->ModelId);
@@ -463,7 +472,17 @@ void ViewerSession::BeginFrame()
     this->History.BeginFrame(this->Shown.Pieces());
     this->NoteWhatIsShown();
     this->StepOutside();
+    if (!this->Ends.empty())
+    {
+      this->PickEndsAnew();
+      this->Update();
+    }
     this->Trace("frame");
+  }
+  if (this->IsArriving && this->IsIdle())
+  {
+    this->IsArriving = false;
+    this->StepOutside();
   }
 }
 
@@ -526,7 +545,8 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   status.picking = this->IsPicking();
   status.canUndo = !this->EarlierViews.empty();
-  status.coasting = this->Coasting.has_value();
+  status.coasting = this->Coasting.has_value() || this->Spins;
+  status.spinning = this->Spins;
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };

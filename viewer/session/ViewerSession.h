@@ -12,11 +12,13 @@
 #include "viewer/session/KnownTree.h"
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/LineMeter.h"
+#include "viewer/session/Measurement.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/RequestBook.h"
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/ShownSurface.h"
+#include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
 
 #include <deque>
@@ -74,6 +76,12 @@ private:
     std::string_view input, std::string_view detail) const = nullptr; // with Sink
 };
 
+enum class Tool
+{
+  None,
+  Measure
+};
+
 // One person's session with one server. The states:
 //
 //   no model --SelectModel--> browsing --tap, pinch, wheel, SelectModel again--> full screen
@@ -86,9 +94,9 @@ private:
 // the model lets the region go, and goes home. Selecting another model browses that one.
 //
 // The first view of a model is that of its description (ModelPose). Nobody gets lost: some of the
-// model's box stays on the screen (Camera::Pan), and the eye never goes through the shown surface,
-// nor, while nothing is shown, into the box. A motion ends before them. Where a surface that has
-// changed is around the eye, that steps back.
+// shown surface stays on the screen (KeepInSight), and the eye never goes through it, nor, while
+// nothing is shown, into the box. A motion ends before them; but zooming out always leads away.
+// Where a surface that has changed is around the eye, that steps back.
 //
 // A region stays while one turns, pans and pinches, until it has become too small to be seen. The
 // next one adds to it, as far as the budget goes; what leaves the view then is let go.
@@ -114,6 +122,15 @@ public:
   // then.
   Status SelectModel(const std::string& model);
   void EnterFullScreen();
+  // What taps do from here on: with Measure they place the ends of distances, one after the other,
+  // in full screen. Half a measurement is dropped.
+  void SetTool(Tool tool);
+  Tool GetTool() const { return this->InHand; }
+  // Of the model that is selected, oldest first; at most 64. Ends move to the original when that
+  // has come.
+  const std::vector<Measurement>& Measurements() const { return this->Measured; }
+  void NameMeasurement(std::size_t index, const std::string& name);
+  void RemoveMeasurement(std::size_t index);
   // Back to browsing the same model: its preview again, whole, without a region.
   void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
@@ -125,12 +142,26 @@ public:
   void Zoom(double factor, double x, double y);
   // The first view again, of this window.
   void GoHome();
-  // The view before the last jump (home, back to browsing) again, however one has moved since; one
-  // jump after the other. Nothing where there is none.
+  // From a side, level but for top and bottom: "front" (as the first view, but level), "back",
+  // "left", "right" (of somebody who looks at the front), "top", "bottom". A jump. False, and
+  // nothing changes, for other words.
+  bool LookFromSide(std::string_view side);
+  // The view as it is now; without colours and light, which are the scene's.
+  ViewLink Link() const;
+  // Shows what somebody else saw: the model full screen, as soon as it is open, and the camera
+  // where it stood. A region is picked again. Where the model is another version a sentence says
+  // so. Errors: those of SelectModel.
+  Status Follow(const ViewLink& link);
+  // The view before the last jump (a side, a link, home, back to browsing) again, however one has
+  // moved since; one jump after the other. Nothing where there is none.
   void UndoView();
   void SetTurning(Turning turning);
   void SetCoasting(bool coasts);
-  // It is `time` by the clock of HandleTouches: what was let go turns on. Call before each frame.
+  // The model turns by itself, once in 24 seconds, until it is touched or zoomed. No session file
+  // tells of it.
+  void SetSpinning(bool spins);
+  // It is `time` by the clock of HandleTouches: what was let go turns on, and what turns by itself.
+  // Call before each frame.
   void Advance(double time);
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
@@ -170,6 +201,7 @@ public:
   // What to send since the last call, in order.
   std::vector<SessionRequest> TakeRequests();
   ViewerScene Scene() const;
+  const Camera& GetCamera() const { return this->Eye; }
   ViewerStatus GetStatus() const;
   const std::vector<ModelSummary>& Models() const { return this->ModelList; }
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
@@ -231,6 +263,17 @@ private:
     double time = 0, x = 0, y = 0, speedX = 0, speedY = 0;
   };
 
+  // An end of a measurement that is not on the original yet.
+  struct End
+  {
+    std::size_t measurement = 0;
+    bool isSecond = false;
+    bool isTold = false;                // by a link: the ray begins there, and goes nowhere
+    Ray ray;                            // by which it was picked
+    std::set<std::uint32_t> partitions; // that are to be the original
+    std::vector<Vec3> around;           // places whose partitions are to be, once they are known
+  };
+
   // All that Update goes by.
   struct Situation
   {
@@ -256,11 +299,22 @@ private:
   void Turn(double x, double y, double dx, double dy);
   double DistanceToObstacle(const Ray& ray) const;
   void JumpHome();
+  void NoteJump(const EarlierView& before);
+  void TakeLink();
   void LetGo(double x, double y, double time);
+  void Spin(double time);
   void FocusUnder(double x, double y);
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
+  double FingerSlack() const;
+  bool MeasureAt(double x, double y);
+  void AddTold(const std::array<Vec3, 2>& points);
+  MeasuredPoint& PointOf(const End& end);
+  bool Settle(End& end, const SurfaceHit& hit);
+  void FollowEnds();
+  void PickEndsAnew();
+  bool IsGivenUp(const End& end) const;
   void FollowPick();
   bool SetRegion(NodeId cell);
   void GiveWayToTap();
@@ -291,6 +345,7 @@ private:
   void RequestTree();
   void RequestLevels(const std::vector<PieceId>& missing);
   void RequestRegion(const std::vector<PieceId>& missing);
+  std::vector<PieceId> BesideRegion(std::vector<PieceId> missing) const;
   void RequestAllPartitions(const std::vector<PieceId>& missing);
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
@@ -308,8 +363,12 @@ private:
   Camera Eye;
   bool EyeMoved = false;                // by a pinch or a wheel since it was fitted
   std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
+  std::optional<ViewLink> Followed;     // waits until its model is open
+  bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   std::deque<TurningStep> LastSteps;    // of a finger that turns
   std::optional<Coast> Coasting;
+  bool Spins = false;             // by itself
+  std::optional<double> LastSpin; // when it last did
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
 
@@ -318,6 +377,10 @@ private:
   std::optional<Model> Current; // once it is open
   unsigned Target = 0;          // level that the zoom asks for
   std::optional<PickedRegion> Region;
+  Tool InHand = Tool::None;
+  std::vector<Measurement> Measured;
+  std::size_t MeasurementsMade = 0;
+  std::vector<End> Ends; // that wait for the original
   // What a tap waits for until enough of the tree has come: which partition it means, and which are
   // around that.
   std::optional<Vec3> WaitingPick;

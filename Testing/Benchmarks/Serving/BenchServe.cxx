@@ -5,8 +5,9 @@
 //   BenchServe PROGRAMS STORE LOG [MINUTES [VIEWERS...]]
 // PROGRAMS: the folder of kdstream-serve. STORE: NAME.kds, alone in its folder. Each crowd (1,000
 // and 5,000 viewers) is weighed, roams for so long (1 minute), and roams for 20 seconds where the
-// server may have 1,024 descriptors: three servers, one after the other. Ends with an error where a
-// bar is missed.
+// server may have 1,024 descriptors: three servers, one after the other. Before them, viewers that
+// read as fast as they can are measured alone and beside slow ones, in turn. Ends with an error
+// where a bar is missed.
 #include "Testing/Benchmarks/Serving/CrowdViewer.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/store/Store.h"
@@ -355,6 +356,75 @@ private:
   bool Good = true;
 };
 
+// How much later others get what they ask for where some read slowly or not at all.
+class Neighbours
+{
+public:
+  Neighbours(const path& programs, const path& store, const path& log, const CrowdModel& model)
+    : Model(model)
+    , Server({ programs / "kdstream-serve", store.parent_path(), "--port", "0" }, log, std::nullopt)
+    , Port(this->Server.ReadPort())
+  {
+  }
+
+  // Whether the bar is met.
+  bool Run()
+  {
+    std::vector<float> alone, beside, ratios;
+    for (int round = 0; round < rounds; ++round) // in turn: other work of the machine meets both
+    {
+      const auto first = this->Roam(0), second = this->Roam(slowOnes);
+      ratios.push_back(static_cast<float>(Percentile(second, 0.99) / Percentile(first, 0.99)));
+      alone.insert(alone.end(), first.begin(), first.end());
+      beside.insert(beside.end(), second.begin(), second.end());
+    }
+    const auto ms = [](const std::vector<float>& times, double part)
+    { return 1e3 * Percentile(times, part); };
+    const double ratio = Percentile(ratios, 0.5);
+    std::printf("  region, ms from the tap to the last blob: alone (%zu taps) p50 %.2f, p99 %.2f; "
+                "beside (%zu taps) p50 %.2f, p99 %.2f\n  p99 beside over alone, the median of %d "
+                "rounds: %.2f (wanted: at "
+                "most %.1f)%s\n",
+      alone.size(), ms(alone, 0.5), ms(alone, 0.99), beside.size(), ms(beside, 0.5),
+      ms(beside, 0.99), rounds, ratio, mostRatio, ratio <= mostRatio ? "" : "  MISSED");
+    std::fflush(stdout);
+    return this->Server.End() && ratio <= mostRatio;
+  }
+
+  static constexpr std::size_t others = 300, slowOnes = 100;
+
+private:
+  static constexpr int rounds = 7;
+  static constexpr double mostRatio = 1.2;
+
+  // How long the others' regions took, in one round.
+  std::vector<float> Roam(std::size_t slow)
+  {
+    Crowd crowd(this->Model, this->Port, others + slow,
+      [](std::size_t viewer) {
+        return viewer < others ? Manner::Eager : viewer % 4 == 0 ? Manner::Deaf : Manner::Slow;
+      });
+    crowd.Arrive();
+    if (!crowd.Settle())
+    {
+      Fail("some have not got their preview");
+    }
+    crowd.Each([](CrowdViewer& viewer) { viewer.Roam(Seconds(1)); });
+    crowd.RunFor(Seconds(8));
+    std::vector<float> times = crowd.Tally.lastBlobs;
+    if (crowd.Tally.failures != 0)
+    {
+      Fail(crowd.Tally.firstFailure);
+    }
+    crowd.Leave();
+    return times;
+  }
+
+  const CrowdModel& Model;
+  ServerProcess Server;
+  const std::uint16_t Port;
+};
+
 CrowdModel Look(const path& file)
 {
   const auto store = Store::Open(file);
@@ -395,7 +465,9 @@ int main(int argc, char** argv)
   limit.rlim_cur = limit.rlim_max;
   ::setrlimit(RLIMIT_NOFILE, &limit);
   const CrowdModel model = Look(store);
-  bool good = true;
+  std::printf("\n%zu viewers, alone and beside %zu that read 16 KiB a second or nothing\n",
+    Neighbours::others, Neighbours::slowOnes);
+  bool good = Neighbours(programs, store, log, model).Run();
   for (const auto viewers : crowds)
   {
     if (limit.rlim_cur < viewers + 100)

@@ -274,6 +274,10 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
   const auto boxes = (*hollow)->ReadBoxes();
   ASSERT_FALSE(boxes);
   EXPECT_EQ(boxes.GetError().code, ErrorCode::Damaged);
+  const auto damage = (*hollow)->Verify();
+  ASSERT_FALSE(damage.empty());
+  EXPECT_LT(damage.size(), 2000u);
+  EXPECT_EQ(damage.back().message, "there is more, which is not checked");
 }
 
 TEST_F(DamagedStore, AFileThatIsTruncatedIsReadNoMore)

@@ -53,6 +53,49 @@ QuotaLimits Share(double share)
 
 }
 
+TEST_F(Quotas, ItsFileIsForItsOwnerAlone)
+{
+  const auto book = this->Open(Share(0.01));
+  EXPECT_TRUE(May(*book, "ann", 1));
+  namespace fs = std::filesystem;
+  std::size_t files = 0;
+  for (const auto& each : fs::directory_iterator(this->folder.Path))
+  {
+    const auto others = fs::perms::group_all | fs::perms::others_all;
+    EXPECT_EQ(each.status().permissions() & others, fs::perms::none) << each.path();
+    ++files;
+  }
+  EXPECT_GE(files, 1u);
+}
+
+// Else two servers would go on with two files, or one with none.
+TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
+{
+  const auto book = this->Open(Share(0.002)); // 2 of 1000
+  EXPECT_TRUE(May(*book, "ann", 1));
+  EXPECT_TRUE(May(*book, "ann", 2));
+  EXPECT_FALSE(May(*book, "ann", 3));
+  for (const char* const end : { "", "-wal", "-shm" })
+  {
+    std::filesystem::remove(this->file.string() + end);
+  }
+  const auto refused = book->TakePartition("ann", "m", partitions, 3, 1);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.GetError().message, "the quotas' file was removed or replaced: what was had is "
+                                        "counted anew in the one of its name");
+  EXPECT_TRUE(May(*book, "ann", 3)) << "in a new one";
+  EXPECT_TRUE(std::filesystem::exists(this->file));
+  const auto other = this->Open(Share(0.002));
+  EXPECT_TRUE(May(*other, "ann", 4));
+  EXPECT_FALSE(May(*book, "ann", 5)) << "which they share";
+  std::filesystem::remove(this->file);
+  std::filesystem::create_directory(this->file);
+  for (int i = 0; i < 2; ++i)
+  {
+    EXPECT_FALSE(book->TakePartition("ann", "m", partitions, 5, 1)) << "no file, no partition";
+  }
+}
+
 TEST_F(Quotas, AShareOfTheModelInAWindow)
 {
   const auto book = this->Open(Share(0.0105)); // 10 of 1000

@@ -268,7 +268,11 @@ TEST(Token, NothingButTheTokenItselfIsValid)
 
 TEST(Token, IsOfABoundedSize)
 {
-  EXPECT_EQ(Refusal(std::string(1 << 20, 'A')), "the token is none");
+  const std::string none =
+    "the token is no whole one: it has three parts with dots between, and at most 4096 bytes. Copy "
+    "it again from whoever gave it to you";
+  EXPECT_EQ(Refusal(std::string(1 << 20, 'A')), none);
+  EXPECT_EQ(Refusal("garbage"), none);
   std::string models = "[\"a\"";
   while (models.size() < maximumTokenBytes)
   {
@@ -276,7 +280,7 @@ TEST(Token, IsOfABoundedSize)
   }
   EXPECT_EQ(
     RefusalOfClaims(R"({"sub":"ann","exp":2000,"detail":"levels","models":)" + models + "]}"),
-    "the token is none");
+    none);
   EXPECT_EQ(RefusalOfClaims(std::string(2500, '[')), "the token has no claims");
 }
 

@@ -46,6 +46,12 @@ TEST_F(Log, ALineARequestAppended)
   EXPECT_EQ(text.substr(7 + 20), " 127.0.0.1 \"GET /a\\x20\\x22b\\x22\" 200 512 250.0\n");
 }
 
+TEST_F(Log, ANewFileIsNotForEverybody)
+{
+  ASSERT_TRUE(AccessLog::Open(this->file));
+  EXPECT_EQ(fs::status(this->file).permissions() & fs::perms::others_all, fs::perms::none);
+}
+
 TEST_F(Log, GoesOnInTheFileThatHasTheName)
 {
   const auto old = fs::path(this->file) += ".1";

@@ -79,19 +79,24 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
-// More clients knock than there are descriptors: all are answered or turned away at once, stores go
-// on, and nothing stays lost.
-TEST_F(Serve, RunsOutOfDescriptorsAndRecovers)
+// More clients knock than there are descriptors: those without a place are turned away at once, and
+// the server itself never runs out: stores come, all is read, the administrator is answered.
+TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
 {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the sanitizer itself needs descriptors when it looks at an object's type";
 #endif
   this->Build("one.kds");
-  Process serve({ this->stores, "--port", "0" }, program, rlimit{ 48, 48 });
+  Process serve({ this->stores, "--port", "0", "--threads", "2", "--admin", "127.0.0.1:0" },
+    program, rlimit{ 48, 48 });
   const auto port = serve.Port();
-  EXPECT_EQ(serve.ErrorLine(),
-    "kdstream-serve: warning: --max-connections 1000: this process may have 48 descriptors, enough "
-    "for 24 clients");
+  const auto warning = serve.ErrorLine();
+  const std::string start =
+    "kdstream-serve: warning: --max-connections 1000: this process may have "
+    "48 descriptors, enough for ";
+  ASSERT_EQ(warning.substr(0, start.size()), start);
+  EXPECT_LE(std::stoi(warning.substr(start.size())), 16) << warning;
+  const auto admin = serve.AdminPort();
   StreamTestClient seated(port);
   ASSERT_TRUE(seated.Open());
   seated.Ask({ 1, protocol::OpenRequest{ "one" } });
@@ -107,23 +112,66 @@ TEST_F(Serve, RunsOutOfDescriptorsAndRecovers)
     {
       turnedAway += crowd[i - 1]->Ends() ? 1 : 0;
     }
+    HttpTestClient administrator(admin);
+    const auto metrics = administrator.Get("/metrics");
+    ASSERT_TRUE(metrics);
+    EXPECT_NE(metrics->body.find("kdstream_failures_total{what=\"accept\"} 0\n"), std::string::npos)
+      << metrics->body;
     this->Build("two.kds");
     serve.Signal(SIGHUP);
-    seated.Ask({ 2, protocol::PartitionsRequest{ { 0 } } });
-    const auto answer = seated.Await(2);
-    EXPECT_TRUE(answer.end);
-    EXPECT_TRUE(answer.blobErrors.empty() || answer.blobErrors[0].code == 503);
+    std::uint32_t request = 1;
+    do // with the crowd still there
+    {
+      seated.Ask({ ++request, protocol::OpenRequest{ "two" } });
+    } while (!seated.Await(request).opened);
+    ++request;
+    seated.Ask({ request, protocol::PartitionsRequest{ { 0 } } });
+    EXPECT_EQ(seated.Await(request).blobs.size(), 1u);
   }
   EXPECT_EQ(turnedAway, 40u);
   std::optional<HttpTestClient::Response> answer;
-  while (!answer || answer->status != 200) // until the crowd has gone, and the store is opened
+  while (!answer || answer->status != 200) // until the crowd has gone
   {
     answer = HttpTestClient(port).Get("/api/models/two/model.json");
   }
-  seated.Ask({ 3, protocol::PartitionsRequest{ { 0 } } });
-  EXPECT_EQ(seated.Await(3).blobs.size(), 1u);
+  seated.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Serve, DoesNotStartWithTooFewDescriptors)
+{
+  this->Build("one.kds");
+  Process serve({ this->stores, "--port", "0", "--threads", "2" }, program, rlimit{ 32, 32 });
+  EXPECT_EQ(serve.Wait(), 1);
+  const auto line = serve.ErrorLine();
+  EXPECT_EQ(line.substr(0, line.find(", but needs ")),
+    "kdstream-serve: error: this process may have 32 descriptors (ulimit -n, LimitNOFILE=)");
+}
+
+TEST_F(Serve, StreamsHaveTheLimitsOfItsOptions)
+{
+  this->Build("one.kds");
+  Process serve({ this->stores, "--port", "0", "--max-message", "8000", "--max-list", "2",
+    "--max-requests", "1", "--max-region", "1" });
+  const auto port = serve.Port();
+  StreamTestClient stream(port);
+  ASSERT_TRUE(stream.Open());
+  stream.SendText(R"({"request":1,"type":"open","model":"one"})" + std::string(7900, ' '));
+  ASSERT_TRUE(stream.Await(1).opened);
+  stream.Ask({ 2, protocol::PartitionsRequest{ { 0, 0, 0 } } });
+  const auto listed = stream.Await(2).error;
+  ASSERT_TRUE(listed);
+  EXPECT_EQ(listed->code, 400u);
+  stream.SendText(std::string(8001, ' '));
+  while (stream.Receive())
+  {
+    // Why it ends.
+  }
+  EXPECT_EQ(stream.CloseCode(), 1009u);
+  Process small({ this->stores, "--max-message", "4095" });
+  EXPECT_EQ(small.Wait(), 2);
+  EXPECT_NE(small.AnyErrorLine().find("--max-message"), std::string::npos);
 }
 
 TEST_F(Serve, TakesAllTheDescriptorsThatItMayHave)

@@ -10,8 +10,8 @@
 // model is told.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/ClientLimits.h"
-#include "server/http/ParsedRequest.h"
 #include "server/http/ProxyHeader.h"
+#include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
 #include "server/http/Routes.h"
 #include "server/session/StoreCatalog.h"
@@ -208,23 +208,24 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   {
     bytes.remove_prefix(TakeProxyHeader(bytes));
   }
-  for (int requests = 0; requests < 8 && !bytes.empty(); ++requests)
+  RequestInput input(8192);
+  for (int requests = 0; requests < 8; ++requests)
   {
-    RequestParser parser;
-    SetLimits(parser, 8192);
-    boost::beast::error_code error;
-    bool stuck = false;
-    while (!error && !stuck && !parser.is_done() && !bytes.empty())
+    input.Begin();
+    auto ended = input.Parse();
+    while (!ended && !bytes.empty())
     {
-      const auto taken = parser.put(boost::asio::buffer(bytes.data(), bytes.size()), error);
+      const auto taken = boost::asio::buffer_copy(input.Prepare(),
+        boost::asio::buffer(bytes.data(), std::min<std::size_t>(bytes.size(), 100)));
+      input.Commit(taken);
       bytes.remove_prefix(taken);
-      stuck = taken == 0;
+      ended = input.Parse();
     }
-    if (error || !parser.is_done())
+    if (!ended || *ended)
     {
       break;
     }
-    Answer(parser.get());
+    Answer(input.Request());
   }
   return 0;
 }

@@ -89,6 +89,11 @@ void HttpTestClient::Send(const std::string& bytes)
   asio::write(this->Peer->socket, asio::buffer(bytes), error);
 }
 
+void HttpTestClient::EndOutput()
+{
+  this->Peer->socket.shutdown(tcp::socket::shutdown_send);
+}
+
 std::optional<HttpTestClient::Response> HttpTestClient::Receive(bool head)
 {
   beast::http::response_parser<beast::http::string_body> parser;

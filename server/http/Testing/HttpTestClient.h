@@ -35,6 +35,8 @@ public:
   static bool Connects(std::uint16_t port);
 
   void Send(const std::string& bytes);
+  // Says that nothing more is sent.
+  void EndOutput();
   // The next answer, or nothing if the connection ends instead.
   std::optional<Response> Receive(bool head = false);
   std::optional<Response> Get(

@@ -10,9 +10,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace kdstream
@@ -39,6 +41,25 @@ protected:
     EXPECT_TRUE(started) << started.GetError().message;
     this->server = std::move(*started);
     return this->server->Port();
+  }
+
+  // The record of a request for `target`, once there is one.
+  AccessRecord AwaitRecord(const std::string& target)
+  {
+    for (;;)
+    {
+      {
+        const std::lock_guard lock(this->mutex);
+        for (const auto& record : this->records)
+        {
+          if (record.target == target)
+          {
+            return record;
+          }
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5)); // or the server would not get in
+    }
   }
 
   // One that waits for no client for long when it ends.

@@ -52,18 +52,32 @@ TEST(ClientLimits, RequestsComeBackEvenly)
   const auto start = ClientLimits::Clock::now();
   for (int i = 0; i < 60; ++i)
   {
-    EXPECT_TRUE(limits.TakeRequest("10.0.0.1", start));
+    EXPECT_EQ(limits.TakeRequest("10.0.0.1", start), 0s);
   }
-  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start));
-  EXPECT_TRUE(limits.TakeRequest("10.0.0.2", start));
-  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start + 900ms));
-  EXPECT_TRUE(limits.TakeRequest("10.0.0.1", start + 1100ms));
-  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start + 1200ms));
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start), 1s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.2", start), 0s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 900ms), 1s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 1100ms), 0s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 1200ms), 1s);
   for (int i = 0; i < 60; ++i)
   {
-    EXPECT_TRUE(limits.TakeRequest("10.0.0.1", start + 10min));
+    EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 10min), 0s);
   }
-  EXPECT_FALSE(limits.TakeRequest("10.0.0.1", start + 10min)) << "never more than a minute's";
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 10min), 1s) << "never more than a minute's";
+}
+
+TEST(ClientLimits, WhoHasToWaitIsToldHowLong)
+{
+  ClientLimits limits(0, 20); // one every three seconds
+  const auto start = ClientLimits::Clock::now();
+  for (int i = 0; i < 20; ++i)
+  {
+    EXPECT_EQ(limits.TakeRequest("10.0.0.1", start), 0s);
+  }
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start), 3s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 1500ms), 2s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 2900ms), 1s);
+  EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 3100ms), 0s) << "as it was told";
 }
 
 TEST(ClientLimits, ThoseWhoAreGoneAreForgotten)

@@ -178,6 +178,85 @@ TEST_F(Server, RefusesWhatIsNotARequest)
   EXPECT_EQ(statusOf("GET /" + std::string(20000, 'x') + " HTTP/1.1\r\nHost: a\r\n\r\n"), 431u);
 }
 
+// What a proxy could take for another request than the server does, and what it waits for in vain.
+TEST_F(Server, RefusesWhatIsMoreThanOneRequest)
+{
+  const auto port = this->Start();
+  const auto answerTo = [port](const std::vector<std::string>& parts)
+  {
+    HttpTestClient client(port);
+    for (const auto& part : parts)
+    {
+      client.Send(part);
+    }
+    const auto response = client.Receive();
+    EXPECT_TRUE(client.Ends());
+    return response ? std::to_string(response->status) + " " + response->body : "none";
+  };
+  const std::string start = "GET /healthz HTTP/1.1\r\nHost: a\r\n";
+  const std::string body = "413 {\"error\":\"requests with a body are not accepted\"}\n";
+  EXPECT_EQ(answerTo({ start + "Transfer-Encoding: chunked\r\n\r\n" }), body)
+    << "which does not come";
+  EXPECT_EQ(answerTo({ start + "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n" }), body);
+  EXPECT_EQ(answerTo({ start + "Transfer-Encoding: gzip\r\n\r\n" }), body);
+  EXPECT_EQ(answerTo({ start + "Content-Length: 5\r\n\r\n" }), body);
+  const std::string folded = "400 {\"error\":\"the request is not HTTP: bad obs-fold\"}\n";
+  EXPECT_EQ(answerTo({ start + "X: a\r\n b\r\n\r\n" }), folded);
+  EXPECT_EQ(answerTo({ start, "X: a\r\n", "\tb\r\n\r\n" }), folded);
+  EXPECT_EQ(answerTo({ "GET /healthz HTTP/1.1\r\n Host: a\r\n\r\n" }), folded);
+}
+
+TEST_F(Server, TakesRequestsInEveryFormOfTheStandard)
+{
+  this->options.allowedHosts = { "example.com" };
+  const auto port = this->Start();
+  HttpTestClient client(port);
+  const auto status = [&client](const std::string& bytes)
+  {
+    client.Send(bytes);
+    const auto response = client.Receive();
+    return response ? response->status : 0;
+  };
+  const std::string list = "/api/models.json HTTP/1.1\r\nHost: ";
+  EXPECT_EQ(status("\r\nGET " + list + "example.com\r\n\r\n"), 200u) << "after an empty line";
+  EXPECT_EQ(status("GET http://example.com" + list + "other.example\r\n\r\n"), 200u)
+    << "the target's host counts";
+  EXPECT_EQ(status("GET HTTP://EXAMPLE.COM:80" + list + "example.com\r\n\r\n"), 200u);
+  EXPECT_EQ(status("GET http://other.example/healthz HTTP/1.1\r\nHost: a\r\n\r\n"), 200u);
+  EXPECT_EQ(status("GET http://other.example" + list + "example.com\r\n\r\n"), 421u);
+  HttpTestClient twice(port);
+  twice.Send("\r\n\r\nGET " + list + "example.com\r\n\r\n");
+  EXPECT_EQ(twice.Receive()->status, 400u) << "one such line";
+}
+
+TEST_F(Server, HalfARequestIsLogged)
+{
+  this->options.requestTimeout = std::chrono::milliseconds(50);
+  const auto port = this->Start();
+  {
+    HttpTestClient idle(port); // asks for nothing
+  }
+  HttpTestClient slow(port);
+  slow.Send("GET /a HTTP/1.1\r\nHost: a\r\n");
+  EXPECT_TRUE(slow.Ends());
+  const auto late = this->AwaitRecord("/a");
+  EXPECT_EQ(late.method, "GET");
+  EXPECT_EQ(late.status, 408u);
+  EXPECT_EQ(late.bytes, 0u);
+  this->server.reset();
+  this->options.requestTimeout = std::chrono::milliseconds(100000);
+  const auto next = this->Start();
+  HttpTestClient half(next);
+  half.Send("GET /b");
+  half.EndOutput();
+  const auto answer = half.Receive();
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->status, 400u);
+  EXPECT_EQ(answer->body, "{\"error\":\"the request ends before its header does\"}\n");
+  EXPECT_EQ(this->AwaitRecord("-").status, 400u);
+  EXPECT_EQ(this->records.size(), 2u) << "none of who asked for nothing";
+}
+
 TEST_F(Server, SurvivesHostileBytes)
 {
   this->options.requestTimeout = std::chrono::milliseconds(100); // some are no whole request

@@ -250,5 +250,21 @@ TEST_F(ReplacedStores, ATruncationIsSeen)
     this->SeenWhile([this] { fs::resize_file(this->served, fs::file_size(this->served) / 2); });
   EXPECT_GT(seen[410], 0u);
   EXPECT_EQ(seen[foreign] + seen[0] + seen[500], 0u);
-  EXPECT_EQ(HttpTestClient(this->server->Port()).Get("/healthz")->status, 200u);
+  HttpTestClient client(this->server->Port());
+  EXPECT_EQ(client.Get("/healthz")->status, 200u);
+  EXPECT_EQ(client.Get("/api/models/m/model.json")->status, 503u) << "it may still be written";
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto refused = client.Get("/api/models/m/model.json");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 500u) << "final";
+  EXPECT_EQ(refused->body, "{\"error\":\"m is damaged on the server\"}\n");
+  EXPECT_EQ(refused->Field("Retry-After"), "");
+  const auto blob = BlobPath("m", this->told.digest, BlobId::Partition(0));
+  EXPECT_EQ(client.Get(blob)->status, 410u);
+  StreamTestClient stream(this->server->Port());
+  ASSERT_TRUE(stream.Open());
+  stream.Ask({ 1, OpenRequest{ "m" } });
+  const auto answer = stream.Await(1);
+  ASSERT_TRUE(answer.error);
+  EXPECT_EQ(answer.error->code, 500u);
 }

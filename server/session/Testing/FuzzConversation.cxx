@@ -92,8 +92,14 @@ class Visit
 {
 public:
   explicit Visit(unsigned detail)
-    : Talk(TheWorld().catalog, 1000, PermissionOf(detail))
+    : Talk(TheWorld().catalog, Limits(), PermissionOf(detail))
   {
+  }
+  static ConversationLimits Limits()
+  {
+    ConversationLimits limits;
+    limits.partitions = 1000;
+    return limits;
   }
 
   void Take(std::string_view line)
@@ -130,7 +136,7 @@ public:
       default:
         if (this->Talk.AcceptsMessages())
         {
-          this->Talk.Receive(line, line.size() % 16 == 15);
+          this->Talk.Receive(line, std::chrono::seconds(line.size() % 16 == 15 ? 3 : 0));
         }
     }
   }

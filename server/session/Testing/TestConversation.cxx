@@ -257,6 +257,43 @@ TEST_F(Talk, WrongMessagesAreErrorsAndOthersEndIt)
   EXPECT_EQ(this->conversation.Closing(), CloseReason::NotText);
 }
 
+TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
+{
+  ConversationLimits limits;
+  limits.message.bytes = 8192;
+  limits.message.listed = 3;
+  limits.requests = 2;
+  Conversation other(this->catalog, limits);
+  const auto errorTo = [&other](const std::string& text)
+  {
+    other.Receive(text);
+    const auto message = other.NextReadyMessage();
+    if (!message)
+    {
+      return std::string("none");
+    }
+    const auto answer = ParseServerMessage(std::get<std::string>(*message));
+    const auto* error = std::get_if<ErrorAnswer>(&answer->body);
+    return error ? std::to_string(error->code) + " " + error->message : "no error";
+  };
+  const auto open = WriteClientMessage({ 1, OpenRequest{ "dragon" } });
+  EXPECT_EQ(errorTo(open + std::string(8192 - open.size(), ' ')), "none") << "it is opened";
+  EXPECT_EQ(errorTo(WriteClientMessage({ 2, PartitionsRequest{ { 1, 2, 3 } } })), "none");
+  EXPECT_EQ(errorTo(WriteClientMessage({ 3, PreviewRequest{} })),
+    "429 there are already 2 unfinished requests");
+  for (const auto& list : { WriteClientMessage({ 4, PartitionsRequest{ { 1, 2, 3, 4 } } }),
+         WriteClientMessage({ 4, TreeRequest{ { 1, 2, 3, 4 } } }),
+         WriteClientMessage({ 4, BoxesRequest{ { 1, 2, 3, 4 } } }),
+         WriteClientMessage({ 4, LevelRequest{ 2, { 1, 2, 3, 4 } } }),
+         WriteClientMessage({ 4, RegionRequest{ 1, 1, { 1, 2, 3, 4 } } }),
+         WriteClientMessage({ 4, BlobsRequest{ std::vector(4, BlobId::Partition(1)) } }) })
+  {
+    EXPECT_EQ(errorTo(list).substr(0, 4), "400 ") << list;
+  }
+  EXPECT_EQ(errorTo(std::string(8193, ' ')).substr(0, 4), "413 ");
+  EXPECT_EQ(other.Closing(), CloseReason::TooLarge);
+}
+
 TEST_F(Talk, CancelStopsTheCurrentRequestAtOnce)
 {
   this->OpenModel();
@@ -356,7 +393,9 @@ TEST_F(Talk, RegionsHaveSoManyPartitions)
 {
   for (const std::size_t most : { std::size_t{ 127 }, std::size_t{ 128 } })
   {
-    Conversation other(this->catalog, most);
+    ConversationLimits limits;
+    limits.partitions = most;
+    Conversation other(this->catalog, limits);
     other.Receive(WriteClientMessage({ 1, OpenRequest{ "dragon" } }));
     other.NextMessage();
     other.Receive(WriteClientMessage({ 2, RegionRequest{ 1, 3, {} } }));
@@ -371,11 +410,13 @@ TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
 {
   this->OpenModel();
   this->Ask({ 2, PartitionsRequest{ { 3 } } });
-  this->conversation.Receive(WriteClientMessage({ 3, PreviewRequest{} }), true);
-  this->conversation.Receive(WriteClientMessage({ 2, CancelRequest{} }), true);
+  this->conversation.Receive(WriteClientMessage({ 3, PreviewRequest{} }), std::chrono::seconds(7));
+  this->conversation.Receive(WriteClientMessage({ 2, CancelRequest{} }), std::chrono::seconds(7));
   this->Finish();
   ASSERT_EQ(this->answers.size(), 2u);
   EXPECT_EQ(std::get<ErrorAnswer>(this->answers[0].body).code, 429);
+  EXPECT_EQ(
+    std::get<ErrorAnswer>(this->answers[0].body).message, "too many requests: ask again in 7 s");
   EXPECT_EQ(this->answers[0].request, 3u);
   EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
 }

@@ -93,7 +93,7 @@ TEST_F(Ledger, AConversationGetsItsShareAndIsToldWhenThereIsMore)
     this->refusals = 0;
     this->records.clear();
     const auto ledger = this->With(Share(0.25)); // 8
-    Conversation talk(this->catalog, Conversation::defaultPartitions, this->Ann(ledger));
+    Conversation talk(this->catalog, ConversationLimits(), this->Ann(ledger));
     Ask(talk, { 1, OpenRequest{ "dragon" } });
     const auto heard = Ask(talk, { 2, RegionRequest{ 1, 3, {} } });
     EXPECT_EQ(heard.partitions.size(), 8u);
@@ -118,7 +118,7 @@ TEST_F(Ledger, RegionsAreCounted)
 {
   QuotaLimits limits;
   limits.regionsPerMinute = 1;
-  Conversation talk(this->catalog, Conversation::defaultPartitions, this->Ann(this->With(limits)));
+  Conversation talk(this->catalog, ConversationLimits(), this->Ann(this->With(limits)));
   Ask(talk, { 1, OpenRequest{ "dragon" } });
   EXPECT_TRUE(Ask(talk, { 2, RegionRequest{ 32, 0, {} } }).ended);
   const auto heard = Ask(talk, { 3, RegionRequest{ 33, 0, {} } });
@@ -129,7 +129,7 @@ TEST_F(Ledger, RegionsAreCounted)
 
 TEST_F(Ledger, EveryPartitionIsRecorded)
 {
-  Conversation talk(this->catalog, Conversation::defaultPartitions, this->Ann(this->With({})));
+  Conversation talk(this->catalog, ConversationLimits(), this->Ann(this->With({})));
   Ask(talk, { 1, OpenRequest{ "dragon" } });
   Ask(talk, { 2, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(7) } } });
   this->model->damaged = { BlobId::Partition(8) };

@@ -41,7 +41,7 @@ protected:
   }
   Conversation Talk(const std::string& detail) const
   {
-    return Conversation(this->catalog, Conversation::defaultPartitions, this->For(detail));
+    return Conversation(this->catalog, ConversationLimits(), this->For(detail));
   }
 
   // The messages that answer these, errors and others; and how many frames.

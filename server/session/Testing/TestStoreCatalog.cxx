@@ -519,8 +519,34 @@ TEST_F(Folder, AStoreThatIsCutOffInPlaceIsNotCalledServed)
   fs::resize_file(this->folder / "a.kds", fs::file_size(this->folder / "a.kds") / 2);
   ASSERT_TRUE(this->catalog.Reload());
   ASSERT_EQ(this->reports.size(), 1u);
-  EXPECT_NE(this->reports[0].find("; clients are told to ask again until a whole store is there"),
+  EXPECT_NE(
+    this->reports[0].find("; clients are told that it is damaged until a whole store is there"),
     std::string::npos)
     << this->reports[0];
-  EXPECT_FALSE(this->catalog.Find("a")->CheckUnchanged());
+  const auto status = this->catalog.Find("a")->CheckUnchanged();
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.GetError().code, ErrorCode::Damaged);
+  EXPECT_TRUE(this->catalog.Models().empty()) << "nor is it listed";
+  const auto list = this->catalog.ListJson();
+  EXPECT_TRUE(ParseModelList(std::string(list->begin(), list->end()))->empty());
+  this->Build("a.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_TRUE(this->catalog.Find("a")->CheckUnchanged());
+  EXPECT_EQ(this->catalog.Models().size(), 1u);
+}
+
+// While it may still be written it is waited for, for a few seconds.
+TEST_F(Folder, AStoreThatWasCutOffAMomentAgoIsWaitedForThenDamaged)
+{
+  this->Build("a.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto file = this->folder / "a.kds";
+  fs::resize_file(file, fs::file_size(file) / 2);
+  this->catalog.Look();
+  EXPECT_EQ(this->catalog.Find("a")->CheckUnchanged().GetError().code, ErrorCode::Changed);
+  EXPECT_TRUE(this->reports.empty());
+  fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::seconds(4));
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.Find("a")->CheckUnchanged().GetError().code, ErrorCode::Damaged);
+  EXPECT_EQ(this->reports.size(), 1u);
 }

@@ -2,6 +2,7 @@
 // kdstream-view as a person runs it: pictures, statistics, recordings, exit codes and error lines.
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
+#include "viewer/desktop/Testing/PicturesCompared.h"
 #include "viewer/session/SessionFile.h"
 
 #include <gtest/gtest.h>
@@ -17,6 +18,7 @@
 #include <iterator>
 
 using namespace kdstream;
+using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusCatalog;
 
 namespace
@@ -438,6 +440,35 @@ TEST_F(TestView, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
   EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
+}
+
+TEST_F(TestView, ALinkOpensTheViewThatItTells)
+{
+  const std::string url = this->Server->Url();
+  const std::string look = " --offscreen auto --size 200x150 --screenshot ";
+  ASSERT_EQ(this->Run(url + " --colour-by partition --detail level" + look + "a.png"), 0);
+  ASSERT_EQ(
+    this->Run("'" + url + "/#model=torus&colours=partition&detail=level'" + look + "b.png"), 0)
+    << this->Err;
+  EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png"));
+  // What one report tells, shows the same elsewhere.
+  this->Write("zoom.jsonl",
+    "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"
+    "{\"wait\":\"idle\"}\n{\"zoom\":2,\"x\":120,\"y\":70}\n{\"wait\":\"idle\"}\n");
+  ASSERT_EQ(this->Run(url + " --replay zoom.jsonl --report r.json" + look + "c.png"), 0);
+  const std::string told =
+    nlohmann::json::parse(ReadText(this->Folder / "r.json")).at("link").get<std::string>();
+  ASSERT_EQ(this->Run("'" + url + "#" + told + "'" + look + "e.png"), 0) << this->Err;
+  EXPECT_LT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "e.png"), 0.002) << told;
+  EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
+  for (const auto& [link, what] : { std::pair{ "#model=other", "no model 'other'" },
+         { "#model=torus&view=AAAA", "about its view" }, { "#model=a/b", "about its model" } })
+  {
+    EXPECT_EQ(this->Run("'" + url + link + "'" + look + "d.png"), 1);
+    EXPECT_NE(this->Err.find(what), std::string::npos) << this->Err;
+  }
+  EXPECT_EQ(this->Run("'" + url + "#model=torus' --replay zoom.jsonl" + look + "d.png"), 2);
+  EXPECT_NE(this->Err.find("does not go with --replay"), std::string::npos) << this->Err;
 }
 
 TEST_F(TestView, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)

@@ -3,15 +3,15 @@
 // this under xvfb-run.
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
+#include "viewer/desktop/Testing/PicturesCompared.h"
+#include "viewer/desktop/Testing/ReadClipboard.h"
+#include "viewer/desktop/Testing/ScreenPicture.h"
 #include "viewer/session/SessionFile.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGReader.h>
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
@@ -29,6 +29,10 @@ using namespace kdstream;
 using namespace std::chrono_literals;
 using fixtures::ReadWhole;
 using fixtures::TemporaryFolder;
+using kdstream::testing::LookAtScreen;
+using kdstream::testing::ReadClipboard;
+using kdstream::testing::ScreenPicture;
+using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusModel;
 
 namespace
@@ -64,35 +68,6 @@ public:
 private:
   std::vector<std::shared_ptr<const ServedModel>> All;
 };
-
-// Of the pixels of two pictures those that differ by more than 8 of 255; 1 for other sizes.
-double ShareThatDiffers(const std::filesystem::path& a, const std::filesystem::path& b)
-{
-  const vtkNew<vtkPNGReader> first;
-  const vtkNew<vtkPNGReader> second;
-  first->SetFileName(a.c_str());
-  second->SetFileName(b.c_str());
-  first->Update();
-  second->Update();
-  const auto size = first->GetOutput()->GetNumberOfPoints();
-  if (size == 0 || size != second->GetOutput()->GetNumberOfPoints())
-  {
-    return 1;
-  }
-  const auto* p = static_cast<const unsigned char*>(first->GetOutput()->GetScalarPointer());
-  const auto* q = static_cast<const unsigned char*>(second->GetOutput()->GetScalarPointer());
-  vtkIdType different = 0;
-  for (vtkIdType i = 0; i < size; ++i)
-  {
-    int most = 0;
-    for (vtkIdType c = 3 * i; c < 3 * i + 3; ++c)
-    {
-      most = std::max(most, std::abs(p[c] - q[c]));
-    }
-    different += most > 8 ? 1 : 0;
-  }
-  return static_cast<double>(different) / static_cast<double>(size);
-}
 
 class TestWindow : public ::testing::Test
 {
@@ -309,6 +284,66 @@ TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 
+// With the first picture that shows their button pressed: a new panel is measured before.
+TEST_F(TestWindow, PanelsAreThereWithTheirButton)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  this->SettledPicture("third");
+  std::this_thread::sleep_for(5s); // until the note of the picture has gone
+  const auto buttons = [] { return LookAtScreen(100, 4, windowWidth - 104, 50); };
+  const auto below = []
+  { return LookAtScreen(windowWidth / 2 - 30, windowHeight / 2 - 30, 60, 60); };
+  const ScreenPicture free = buttons();
+  const ScreenPicture without = below();
+  for (const char* key : { "F1", "o", "d" })
+  {
+    SCOPED_TRACE(key);
+    for (const bool opens : { true, false })
+    {
+      Hands("key " + std::string(key));
+      const auto last = std::chrono::steady_clock::now() + patience / 4;
+      bool changed = false;
+      while (!changed && std::chrono::steady_clock::now() < last)
+      {
+        changed = (buttons() == free) != opens;
+      }
+      EXPECT_NE(below() == without, opens) << opens;
+      EXPECT_TRUE(changed) << opens;
+    }
+  }
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
+// Whoever looks at the screen all the while sees the list of keys, though no picture has it.
+TEST_F(TestWindow, PanelsStayWhileAPictureIsWritten)
+{
+  this->Open(this->Server->Url() + " --model third --size " + Size());
+  const std::string before = this->SettledPicture("third");
+  Hands("key F1");
+  std::this_thread::sleep_for(2s);
+  const auto list = []
+  { return LookAtScreen(windowWidth / 2 - 60, windowHeight / 2 - 60, 120, 120); };
+  const ScreenPicture shown = list();
+  const std::size_t pictures = this->Pictures("third");
+  std::size_t looks = 0, without = 0;
+  for (int i = 0; i < 5; ++i)
+  {
+    Hands("key s");
+    const auto last = std::chrono::steady_clock::now() + 600ms;
+    while (std::chrono::steady_clock::now() < last)
+    {
+      ++looks;
+      without += list() != shown ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(without, 0u) << "of " << looks << " looks";
+  EXPECT_GT(looks, 50u);
+  const std::string after = this->SettledPicture("third");
+  EXPECT_GT(this->Pictures("third"), pictures);
+  EXPECT_EQ(ShareThatDiffers(this->Folder / before, this->Folder / after), 0);
+  EXPECT_EQ(this->End(), 0) << this->Err();
+}
+
 TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
 {
   this->Open(this->Server->Url() + " --model first --size " + Size());
@@ -323,6 +358,26 @@ TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
   EXPECT_EQ(this->Err().rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err();
   Hands("key F1");
   EXPECT_EQ(this->End(), 0) << "it can still be closed";
+}
+
+TEST_F(TestWindow, ToolsMeasureAndCopy)
+{
+  this->Open(this->Server->Url() + " --model first --record r.jsonl --size " + Size());
+  this->SettledPicture("first");
+  Hands("key t");
+  Hands("key r");
+  Hands("mousemove 640 280 click 1 sleep 0.6 mousemove 660 320 click 1 sleep 0.6 key 5 key l");
+  std::string copied;
+  const auto last = std::chrono::steady_clock::now() + patience;
+  while ((copied = ReadClipboard()).empty() && std::chrono::steady_clock::now() < last)
+  {
+    std::this_thread::sleep_for(100ms); // the window is not there yet
+  }
+  EXPECT_EQ(copied.rfind(this->Server->Url() + "/#model=first&digest=", 0), 0u) << copied;
+  EXPECT_EQ(this->End(), 0) << this->Err();
+  const std::string recorded = ReadWhole(this->Folder / "r.jsonl");
+  EXPECT_NE(recorded.find("{\"tool\":\"measure\"}"), std::string::npos) << recorded;
+  EXPECT_NE(recorded.find("{\"side\":\"top\"}"), std::string::npos) << recorded;
 }
 
 TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)

@@ -6,6 +6,7 @@
 #include "viewer/desktop/window/Panels.h"
 
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <array>
@@ -52,13 +53,25 @@ std::string RegionText(const ViewerStatus& status)
                        : "none: double-click the surface";
 }
 
+// Ends the table; the width of a window around it in which no column is cut off.
+float EndTable()
+{
+  const ImGuiTable& table = *ImGui::GetCurrentTable();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const bool scrolls = (table.Flags & ImGuiTableFlags_ScrollY) != 0;
+  const float width =
+    table.ColumnsAutoFitWidth + 2 * style.WindowPadding.x + (scrolls ? style.ScrollbarSize : 0);
+  ImGui::EndTable();
+  return width;
 }
 
-void DrawFacts(const PanelFacts& facts)
+}
+
+float DrawFacts(const PanelFacts& facts)
 {
   if (!ImGui::BeginTable("##facts", 2, ImGuiTableFlags_SizingFixedFit))
   {
-    return;
+    return 0;
   }
   const ViewerStatus& status = facts.status;
   if (facts.model && status.shownLevel)
@@ -79,10 +92,10 @@ void DrawFacts(const PanelFacts& facts)
   Row("From the cache", std::to_string(fromCache) + " of " + std::to_string(facts.blobs->size()));
   Row("Memory", BytesText(static_cast<double>(facts.residentBytes)));
   Row("A frame", Number(1000 * facts.frameSeconds, "%.1f ms"));
-  ImGui::EndTable();
+  return EndTable();
 }
 
-void DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio)
+float DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio)
 {
   static constexpr std::array<const char*, 8> heads{ "Blob", "Vertices", "Triangles", "Bytes",
     "Sent ms", "Parsed ms", "Drawn ms", "Cache" };
@@ -91,7 +104,7 @@ void DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio)
   const ImVec2 room(0, std::max(ImGui::GetContentRegionAvail().y, static_cast<float>(80 * ratio)));
   if (!ImGui::BeginTable("##blobs", static_cast<int>(heads.size()), flags, room))
   {
-    return;
+    return 0;
   }
   ImGui::TableSetupScrollFreeze(0, 1);
   for (const char* head : heads)
@@ -117,7 +130,7 @@ void DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio)
       }
     }
   }
-  ImGui::EndTable();
+  return EndTable();
 }
 
 }

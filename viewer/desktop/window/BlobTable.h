@@ -11,9 +11,10 @@ namespace kdstream
 
 struct PanelFacts;
 
-// Both in Dear ImGui, within a window.
-void DrawFacts(const PanelFacts& facts);
+// Both in Dear ImGui, within a window, and how wide this has to be so that nothing is cut off,
+// pixels: known in the second frame.
+float DrawFacts(const PanelFacts& facts);
 // The newest first. ratio: pixels a point.
-void DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio);
+float DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio);
 
 }

@@ -14,6 +14,7 @@
 #include <imgui_internal.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace kdstream
 {
@@ -206,7 +207,18 @@ void InterfaceLayer::Begin(int width, int height, double seconds)
 bool InterfaceLayer::End()
 {
   ImGui::Render();
-  return !this->Events.empty();
+  std::vector<Shape> shapes;
+  for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows)
+  {
+    if (window->Active)
+    {
+      shapes.push_back({ window->ID, window->Hidden || window->Appearing, window->Pos.x,
+        window->Pos.y, window->Size.x, window->Size.y });
+    }
+  }
+  const bool settles = shapes != this->Shapes;
+  this->Shapes = std::move(shapes);
+  return settles || !this->Events.empty();
 }
 
 void InterfaceLayer::SetVisible(bool visible)

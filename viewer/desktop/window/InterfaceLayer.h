@@ -10,6 +10,7 @@
 #include <deque>
 #include <set>
 #include <string_view>
+#include <vector>
 
 class vtkProp;
 class vtkRenderWindow;
@@ -36,14 +37,24 @@ public:
   // Whether widgets were drawn at this pixel.
   bool IsOver(double x, double y) const;
 
-  // Widgets are described between these two. End returns whether the mouse has done more than one
-  // frame can tell: another one is needed at once.
+  // Widgets are described between these two. End returns whether they have to be once more: the
+  // mouse has done more than can be told at a time, or windows do not stand where they did before
+  // (a new one is measured first, unseen).
   void Begin(int width, int height, double seconds);
   bool End();
 
   void SetVisible(bool visible);
 
 private:
+  // Of a window of widgets.
+  struct Shape
+  {
+    unsigned id;
+    bool isNew; // or not seen yet
+    float left, top, width, height;
+    bool operator==(const Shape&) const = default;
+  };
+
   void TakeEvents();
 
   vtkRenderWindow& Window;
@@ -53,6 +64,7 @@ private:
   std::set<char32_t> Letters;
   bool FontsAreDue = true;
   std::deque<WindowEvent> Events;
+  std::vector<Shape> Shapes; // when they were described last
 };
 
 }

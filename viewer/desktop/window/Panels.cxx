@@ -4,11 +4,13 @@
 
 #include "filters/program/ProgressReporter.h"
 #include "viewer/desktop/window/BlobTable.h"
+#include "viewer/desktop/window/ToolsPanel.h"
 
 #include <imgui.h>
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 
 namespace kdstream
@@ -177,6 +179,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
     this->DrawOpening(facts, wishes);
     return wishes;
   }
+  DrawDistances(facts);
   this->DrawError(facts, wishes);
   this->DrawWarnings(facts);
   if (this->helpOpen)
@@ -197,6 +200,10 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   if (this->detailsOpen)
   {
     this->DrawDetails(facts);
+  }
+  if (this->toolsOpen)
+  {
+    DrawToolsPanel(facts, wishes, this->toolsOpen);
   }
   return wishes;
 }
@@ -238,6 +245,11 @@ void Panels::DrawTools(const PanelFacts& facts, PanelWishes& wishes)
   if (Button("Picture", false, "Write a picture (S)"))
   {
     wishes.screenshot = true;
+  }
+  ImGui::SameLine();
+  if (Button("Tools", this->toolsOpen, "Sides, distances, links (T)"))
+  {
+    this->toolsOpen = !this->toolsOpen;
   }
   ImGui::SameLine();
   if (Button("Details", this->detailsOpen, "What is shown, and what came of it (D)"))
@@ -441,10 +453,14 @@ void Panels::DrawDetails(const PanelFacts& facts)
 {
   ImGui::SetNextWindowPos(Place(gap * facts.ratio, 150 * facts.ratio), ImGuiCond_Appearing);
   ImGui::SetNextWindowSize(Place(560 * facts.ratio, 420 * facts.ratio), ImGuiCond_Appearing);
+  // As wide as its columns, where the window has room.
+  const double most = facts.width - 2 * gap * facts.ratio;
+  ImGui::SetNextWindowSizeConstraints(
+    Place(std::min<double>(this->DetailsWidth, most), 0), Place(FLT_MAX, FLT_MAX));
   if (ImGui::Begin("Details", &this->detailsOpen, panel))
   {
-    DrawFacts(facts);
-    DrawBlobTable(*facts.blobs, facts.ratio);
+    this->DetailsWidth = std::max(this->DetailsWidth, DrawFacts(facts));
+    this->DetailsWidth = std::max(this->DetailsWidth, DrawBlobTable(*facts.blobs, facts.ratio));
   }
   ImGui::End();
 }
@@ -455,7 +471,7 @@ void Panels::DrawHelp(const PanelFacts& facts)
   {
     const char *what, *how;
   };
-  static constexpr std::array<Line, 17> lines{ {
+  static constexpr std::array<Line, 21> lines{ {
     { "Drag, one finger, arrow keys", "turn" },
     { "Right drag, Shift and drag, two fingers", "move" },
     { "Wheel, pinch, + and -", "nearer and farther" },
@@ -466,6 +482,10 @@ void Panels::DrawHelp(const PanelFacts& facts)
     { "M", "previews of all models" },
     { "Esc", "back, one thing after the other" },
     { "S, F12", "write a picture" },
+    { "T", "tools: sides, distances, links" },
+    { "1 to 6", "from the front, back, left, right, top, bottom" },
+    { "R", "clicks measure, or not" },
+    { "L", "copy a link to this view" },
     { "D", "what is shown, and what came of it" },
     { "O", "settings" },
     { "B", "boxes of the partitions around a double click" },

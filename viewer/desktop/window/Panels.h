@@ -6,7 +6,9 @@
 #include "viewer/desktop/SettingSteps.h"
 #include "viewer/desktop/window/Previews.h"
 #include "viewer/session/SessionFile.h"
+#include "viewer/session/ViewerSession.h"
 
+#include <array>
 #include <deque>
 #include <optional>
 #include <string>
@@ -34,6 +36,13 @@ struct ViewSettings
   bool operator==(const ViewSettings&) const = default;
 };
 
+// A distance, and where its ends are seen: pixels from the window's upper left corner.
+struct SeenMeasurement
+{
+  Measurement measurement;
+  std::optional<std::array<double, 2>> from, to;
+};
+
 // What is told.
 struct PanelFacts
 {
@@ -54,6 +63,9 @@ struct PanelFacts
   double frameSeconds = 0; // of the last frames
   std::uint64_t residentBytes = 0;
   std::string note; // shown for a moment
+  Tool tool = Tool::None;
+  std::vector<SeenMeasurement> measurements;
+  Vec3 up{ 0, 1, 0 }; // of the model
 };
 
 // What a person asked for in one frame.
@@ -61,13 +73,16 @@ struct PanelWishes
 {
   std::vector<SessionStep> steps;
   std::optional<std::size_t> open; // a model
+  std::optional<std::size_t> removeMeasurement;
+  std::optional<bool> spin;
   bool fullScreen = false, screenshot = false, retry = false, quit = false;
+  bool copyLink = false, copyMeasurements = false;
 };
 
 class Panels
 {
 public:
-  bool settingsOpen = false, detailsOpen = false, helpOpen = false;
+  bool settingsOpen = false, detailsOpen = false, helpOpen = false, toolsOpen = false;
   bool popUp = false;    // of the previews
   bool bare = false;     // only the model
   std::string dismissed; // an error that has been read
@@ -95,6 +110,7 @@ private:
   void DrawWarnings(const PanelFacts& facts);
 
   std::size_t FirstTile = 0; // model
+  float DetailsWidth = 0;    // the most that its columns have taken, pixels
 };
 
 }

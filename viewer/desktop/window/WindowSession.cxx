@@ -108,7 +108,11 @@ void WindowSession::Begin(OpenedSources sources)
   }
   const auto named = std::find_if(models.begin(), models.end(),
     [this](const ModelSummary& model) { return model.id == this->Options.model; });
-  if (named != models.end() || models.size() == 1)
+  if (named != models.end() && !this->Options.link.empty())
+  {
+    this->Do({ SessionStep::Kind::Link, {}, this->Options.link });
+  }
+  else if (named != models.end() || models.size() == 1)
   {
     this->Open(named == models.end() ? 0 : static_cast<std::size_t>(named - models.begin()));
   }
@@ -225,6 +229,12 @@ void WindowSession::OpenNext(int step)
 void WindowSession::SetAhead(std::size_t bytes)
 {
   this->Looks.SetAhead(bytes);
+}
+
+void WindowSession::RemoveMeasurement(std::size_t index)
+{
+  this->Looks.RemoveMeasurement(index);
+  this->Send();
 }
 
 // ---- frames

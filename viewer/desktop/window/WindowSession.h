@@ -51,6 +51,9 @@ public:
   // What could not be had, once more.
   void Retry();
   void SetAhead(std::size_t bytes);
+  // As ViewerSession's; of neither a recording tells.
+  void SetSpinning(bool spins) { this->Looks.SetSpinning(spins); }
+  void RemoveMeasurement(std::size_t index);
 
   // As ViewerSession's Advance and BeginFrame, and EndFrame.
   void BeginFrame(double time);

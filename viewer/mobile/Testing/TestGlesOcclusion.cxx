@@ -61,6 +61,70 @@ TEST(GlesOcclusion, APlaneStaysAsItIs)
   }
 }
 
+TEST(GlesOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
+{
+  for (const double slope : { 0.0, 0.5, -1.0 })
+  {
+    for (const double viewAngle : { 0.05, 0.2, 1.2 })
+    {
+      SCOPED_TRACE(std::to_string(slope) + ", " + std::to_string(viewAngle));
+      Easel easel(width, height);
+      const Pair pair =
+        DrawBoth(easel, SceneBefore(AroundTheEye(Extruded({ { -1, -slope }, { 1, slope } })),
+                          { 0, 0, 5 }, viewAngle));
+      EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
+    }
+  }
+}
+
+TEST(GlesOcclusion, AGrooveIsDarkWhereDepthsAreCoarse)
+{
+  Easel easel(width, height);
+  const Pair pair = DrawBoth(easel,
+    SceneBefore(
+      AroundTheEye(Extruded({ { -1, 0 }, { -0.15, 0 }, { 0, -0.3 }, { 0.15, 0 }, { 1, 0 } })),
+      { 0, 0, 5 }));
+  EXPECT_LT(LeftAt(pair, 100, 75), 0.6);
+  EXPECT_GT(LeftAt(pair, 130, 75), 0.97);
+}
+
+// A valley along y, of n × n quads.
+Surface Valley(double slope, std::uint32_t n)
+{
+  Surface surface;
+  for (std::uint32_t i = 0; i <= n; ++i)
+  {
+    for (std::uint32_t j = 0; j <= n; ++j)
+    {
+      const double x = -2.0 + 4.0 * i / n;
+      surface.points.push_back({ x, -2.0 + 4.0 * j / n, slope * std::abs(x) });
+      surface.sources.push_back({ Resolution::Level(7), MakeKey(0, i * (n + 1) + j) });
+      if (i < n && j < n)
+      {
+        const VertexId a = i * (n + 1) + j;
+        surface.triangles.push_back({ a, a + n + 1, a + 1 });
+        surface.triangles.push_back({ a + 1, a + n + 1, a + n + 2 });
+      }
+    }
+  }
+  return surface;
+}
+
+// Of triangles that are larger than what is looked at it is where a round surface was cut into
+// triangles, unless it is deep.
+TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
+{
+  const auto left = [](double slope, std::uint32_t quads)
+  {
+    Easel easel(width, height);
+    return LeftAt(DrawBoth(easel, SceneBefore(Valley(slope, quads), { 0, 0, 5 })), 100, 75);
+  };
+  EXPECT_LT(left(0.12, 200), 0.975);
+  EXPECT_GT(left(0.12, 2), 0.99);
+  EXPECT_LT(left(1.0, 2), 0.7);
+  EXPECT_NEAR(left(1.0, 2), left(1.0, 200), 0.08);
+}
+
 // A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. As much
 // whatever the size of the model, and however far it is from the origin.
 TEST(GlesOcclusion, AGrooveIsDark)
@@ -98,17 +162,10 @@ TEST(GlesOcclusion, AGrooveIsDark)
 // outlines either.
 TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
 {
-  Surface two = Extruded({ { -1, 0 }, { 1, 0 } });
-  const Surface before = Extruded({ { -0.2, 3 }, { 0.2, 3 } });
-  for (const Triangle& t : before.triangles)
-  {
-    const auto first = static_cast<VertexId>(two.points.size());
-    two.triangles.push_back({ t[0] + first, t[1] + first, t[2] + first });
-  }
-  two.points.insert(two.points.end(), before.points.begin(), before.points.end());
-  two.sources.insert(two.sources.end(), before.sources.begin(), before.sources.end());
+  const Surface two =
+    Joined(Extruded({ { -1, 0 }, { 1, 0 } }), Extruded({ { -0.2, 3 }, { 0.2, 3 } }));
   Easel easel(width, height);
-  const Pair pair = DrawBoth(easel, SceneBefore(std::move(two), { 0, 0, 8 }));
+  const Pair pair = DrawBoth(easel, SceneBefore(two, { 0, 0, 8 }));
   EXPECT_NE(pair.plain[0], pair.plain[3 * (75 * width + 100)]); // there is a background
   EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
 }

@@ -90,6 +90,17 @@ void PageSession::SelectModel(const std::string& model)
   this->Refusal = selected ? "" : selected.GetError().message;
 }
 
+void PageSession::Follow(const std::string& text)
+{
+  auto link = ParseViewLink(text);
+  if (link && link->detail == DetailMode::Full)
+  {
+    link->detail = DetailMode::View; // no phone holds every model's original
+  }
+  const Status followed = link ? this->Viewer.Follow(*link) : Status(link.GetError());
+  this->Refusal = followed ? "" : followed.GetError().message;
+}
+
 void PageSession::Exchange(double now)
 {
   this->Send(now);
@@ -173,6 +184,35 @@ std::string PageSession::ModelsJson() const
   return json.Text();
 }
 
+std::string PageSession::MeasurementsJson() const
+{
+  const Vec3 up = this->Open.pose.value_or(ModelPose{}).up;
+  JsonWriter json;
+  const auto put = [&](const char* key, const MeasuredPoint& end)
+  {
+    const auto pixel = this->Viewer.GetCamera().PixelOf(end.point);
+    json.Key(key);
+    pixel ? json.BeginArray().Put((*pixel)[0]).Put((*pixel)[1]).EndArray() : json.PutJson("null");
+  };
+  json.BeginArray();
+  for (const Measurement& each : this->Viewer.Measurements())
+  {
+    json.BeginObject()
+      .Member("name", each.name)
+      .Member("distance", each.Distance())
+      .Member("height", each.Height(up))
+      .Member("horizontal", each.Horizontal(up))
+      .Member("error", each.Error())
+      .Member("exact", each.IsExact())
+      .Member("waits", each.from.waits || (each.to && each.to->waits));
+    put("from", each.from);
+    each.to ? put("to", *each.to) : void(json.Key("to").PutJson("null"));
+    json.EndObject();
+  }
+  json.EndArray();
+  return json.Text();
+}
+
 void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
@@ -194,6 +234,8 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
     .Member("idle", this->Viewer.IsIdle() && !isOnItsWay)
     .Member("canUndo", status.canUndo)
     .Member("turnsOn", status.coasting)
+    .Member("spinning", status.spinning)
+    .Member("measuring", this->Viewer.GetTool() == Tool::Measure)
     .Member("surface", scene.surfaceVersion)
     .Member("colored", HasOwnColors(*scene.surface))
     .Member("connection", NameOf(this->Talk.GetState()))

@@ -35,6 +35,8 @@ public:
   Status SetModels(std::string_view json);
   // As ViewerSession's; a model that cannot be selected is named in the status.
   void SelectModel(const std::string& model);
+  // Shows what a link to a view tells (ViewLink.h); what is wrong with it is told in the status.
+  void Follow(const std::string& link);
   // Carries between session and line what either has for the other. Call after every input.
   void Exchange(double now);
 
@@ -52,6 +54,10 @@ public:
 
   // [{"id","digest","title","vertices","triangles"}], the models of the list.
   std::string ModelsJson() const;
+  // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]: the distances
+  // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
+  // along the model's up.
+  std::string MeasurementsJson() const;
   // What to tell the person, into an object; page.js tells the members. isOnItsWay:
   // whether what is drawn is not yet what it comes to.
   void Describe(JsonWriter& json, bool isOnItsWay) const;

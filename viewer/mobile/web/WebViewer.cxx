@@ -304,6 +304,44 @@ extern "C"
   {
     viewer->page.Session().UndoView();
   }
+  // The inbox is the side: "front" and so on.
+  EMSCRIPTEN_KEEPALIVE void ViewerLookFromSide(WebViewer* viewer)
+  {
+    viewer->page.Session().LookFromSide(viewer->inbox);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSetSpinning(WebViewer* viewer, bool spins)
+  {
+    viewer->page.Session().SetSpinning(spins);
+  }
+  // The inbox is a link to a view.
+  EMSCRIPTEN_KEEPALIVE void ViewerFollow(WebViewer* viewer)
+  {
+    viewer->page.Follow(viewer->inbox);
+  }
+  // A link to what is seen, but for colours, as the text.
+  EMSCRIPTEN_KEEPALIVE void ViewerLink(WebViewer* viewer)
+  {
+    viewer->outbox = FormatViewLink(viewer->page.Session().Link());
+  }
+  // Whether taps measure.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetMeasuring(WebViewer* viewer, bool measures)
+  {
+    viewer->page.Session().SetTool(measures ? kdstream::Tool::Measure : kdstream::Tool::None);
+  }
+  // As the text.
+  EMSCRIPTEN_KEEPALIVE void ViewerMeasurements(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->page.MeasurementsJson();
+  }
+  // The inbox is the name.
+  EMSCRIPTEN_KEEPALIVE void ViewerNameMeasurement(WebViewer* viewer, std::size_t index)
+  {
+    viewer->page.Session().NameMeasurement(index, viewer->inbox);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerRemoveMeasurement(WebViewer* viewer, std::size_t index)
+  {
+    viewer->page.Session().RemoveMeasurement(index);
+  }
   // 0 upright, 1 free.
   EMSCRIPTEN_KEEPALIVE void ViewerSetTurning(WebViewer* viewer, unsigned turning)
   {

@@ -19,7 +19,8 @@
 //     blobsLoaded, blobsWanted, bytesLoaded
 //                   since nothing was outstanding last
 //     idle          whether all that is wanted has come and is drawn, and nothing moves
-//     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns by itself
+//     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns, spinning: by itself
+//     measuring     whether taps measure
 //     error         what failed last, or ""
 //     connection    "connecting", "streaming", "lost" (is tried again) or "getting" (no stream: blob by blob)
 //     trouble       why nothing comes, or ""
@@ -50,6 +51,8 @@ let fingers = null;
 let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
 let asksForToken = false; // because of that
+let linked = ""; // a link to a view, that waits for the list
+let tools = null; // once they have been used
 let contextLost = false;
 let update = null; // goes over to a newer page
 let keptPage = false; // it has been asked for
@@ -165,14 +168,38 @@ async function markKept() {
   }
 }
 
-// After a reload in full screen: that model again.
+// What a link shows, or, after a reload in full screen, that model again.
 function selectFirst() {
+  if (linked) {
+    followLink(linked);
+    linked = "";
+    return;
+  }
   const earlier = models.find(({ id }) => id === history.state?.model);
   viewer.select((earlier ?? models[0]).id);
   if (earlier) {
     viewer.enterFullScreen();
   }
   line.exchange();
+}
+
+// The view that stands behind the # of the address; "" for none.
+function linkInAddress() {
+  return location.hash.match(/^#(model=.{1,2000})$/)?.[1] ?? "";
+}
+
+const colorings = ["own", "partition", "resolution", "none"];
+
+function followLink(link) {
+  const told = new URLSearchParams(link);
+  const menu = find("menu").elements;
+  menu.detail.value = told.get("detail") === "level" ? "1" : "0";
+  menu.turning.value = told.get("turning") === "free" ? "1" : "0";
+  menu.coloring.value = String(Math.max(colorings.indexOf(told.get("colours")), 0));
+  viewer.setColoring(Number(menu.coloring.value));
+  viewer.follow(link);
+  line.exchange();
+  wake();
 }
 
 function listEntry(model) {
@@ -216,7 +243,11 @@ function describeModel(status) {
 
 let knowsDoubleTap = false;
 
-function showHint({ shownLevel, region }, wrong) {
+function showHint({ shownLevel, region, measuring }, wrong) {
+  if (measuring) {
+    say(find("hint"), `${coarse ? "Tap" : "Click"} one point of the surface, then another`);
+    return;
+  }
   knowsDoubleTap ||= region !== null;
   const tap = coarse ? "Double-tap" : "Double-click";
   const needed = shownLevel !== null && !knowsDoubleTap && !wrong && find("menu").hidden;
@@ -314,6 +345,7 @@ function show() {
   if (before.gliding || lastStatus.gliding) {
     wake();
   }
+  tools?.show();
   showStatus(lastStatus);
   showHint(lastStatus, wrong);
   showWhatComes(lastStatus, wrong);
@@ -364,6 +396,7 @@ function followMode(before, { mode, model }) {
   if (before === "full screen" && mode !== before) {
     openMenu(false);
     showOwnColours();
+    openTools(false);
     refreshList();
   }
 }
@@ -396,7 +429,34 @@ function followHistory() {
   wake();
 }
 
+async function openTools(open) {
+  find("tools").hidden = !open;
+  find("tools-button").setAttribute("aria-expanded", open);
+  if (open) {
+    openMenu(false);
+    if (!tools) {
+      const { Tools } = await import("./tools.js");
+      tools ??= new Tools({
+        canvas, viewer, wake,
+        exchange: () => line.exchange(),
+        status: () => lastStatus,
+        words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
+        colours: () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value],
+        redraw: () => {
+          viewer.resize(canvas.width, canvas.height, canvas.width / canvas.clientWidth);
+          viewer.frame();
+        },
+      });
+    }
+    tools.show();
+  }
+  wake();
+}
+
 function openMenu(open) {
+  if (open) {
+    openTools(false);
+  }
   find("menu").hidden = !open;
   find("menu-button").setAttribute("aria-expanded", open);
   if (open) {
@@ -462,6 +522,8 @@ function listenToButtons() {
   jump("home", () => viewer.goHome());
   jump("undo", () => viewer.undoView());
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
+  find("tools-button").addEventListener("click", () => openTools(find("tools").hidden));
+  find("tools").addEventListener("submit", (event) => event.preventDefault());
   find("menu").addEventListener("change", ({ target }) => {
     if (target.name === "detail") {
       viewer.setDetail(Number(target.value));
@@ -479,13 +541,16 @@ function listenToButtons() {
   });
   canvas.addEventListener("pointerdown", () => {
     openMenu(false);
+    openTools(false);
     canvas.classList.add("pointed");
   });
   canvas.addEventListener("blur", () => canvas.classList.remove("pointed"));
   document.addEventListener("keydown", ({ key }) => {
-    if (key === "Escape" && !find("menu").hidden) {
+    const open = ["menu", "tools"].find((id) => !find(id).hidden);
+    if (key === "Escape" && open) {
       openMenu(false);
-      find("menu-button").focus();
+      openTools(false);
+      find(`${open}-button`).focus();
     } else if (key === "Escape" && lastStatus.mode === "full screen") {
       goBack();
     } else if (key === "Enter" && document.activeElement === canvas) {
@@ -503,7 +568,13 @@ function listenToButtons() {
 function listenToBrowser() {
   addEventListener("popstate", followHistory);
   addEventListener("online", tryNow);
-  addEventListener("hashchange", () => takeToken() && location.reload());
+  addEventListener("hashchange", () => {
+    if (takeToken()) {
+      location.reload();
+    } else if (linkInAddress() && models) {
+      followLink(linkInAddress());
+    }
+  });
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) {
       tryNow();
@@ -554,6 +625,7 @@ async function start() {
   }
   heard(true);
   takeToken();
+  linked = linkInAddress();
   viewer.setKeeps(mayKeep());
   if (!viewer.gainCanvas(canvas)) {
     hideLoading();

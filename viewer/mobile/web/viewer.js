@@ -109,6 +109,48 @@ class Viewer {
     this.#call("UndoView");
   }
 
+  // "front", "back", "left", "right", "top" or "bottom".
+  lookFromSide(side) {
+    this.#putText(side);
+    this.#call("LookFromSide");
+  }
+
+  setSpinning(spins) {
+    this.#call("SetSpinning", spins ? 1 : 0);
+  }
+
+  // What stands behind the # of an address: model=…; what is wrong with it the status tells.
+  follow(link) {
+    this.#putText(link);
+    this.#call("Follow");
+  }
+
+  // A link to what is seen, but for colours.
+  link() {
+    this.#call("Link");
+    return this.#text();
+  }
+
+  setMeasuring(measures) {
+    this.#call("SetMeasuring", measures ? 1 : 0);
+  }
+
+  // [{ name, distance, height, horizontal, error, exact, waits, from, to }]: lengths in the model's unit; from and to are
+  // where the ends are seen, [x, y] in pixels of the canvas, or null.
+  measurements() {
+    this.#call("Measurements");
+    return JSON.parse(this.#text() || "[]");
+  }
+
+  nameMeasurement(index, name) {
+    this.#putText(name);
+    this.#call("NameMeasurement", index);
+  }
+
+  removeMeasurement(index) {
+    this.#call("RemoveMeasurement", index);
+  }
+
   // 0 upright, 1 free.
   setTurning(turning) {
     this.#call("SetTurning", turning);

@@ -53,6 +53,34 @@ TEST(SceneOcclusion, AGrooveIsDark)
   }
 }
 
+// The eye is within the surface's box.
+TEST(SceneOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
+{
+  for (const double viewAngle : { 0.05, 0.6 })
+  {
+    SCOPED_TRACE(viewAngle);
+    const Surface plane = AroundTheEye(Extruded({ { -1, 1 }, { 1, -1 } }));
+    const Stage stage(WindowBackend::Egl, side, side);
+    const auto draw = [&](bool occlusion)
+    {
+      SceneStyle style;
+      style.occlusion = occlusion;
+      stage.scene->SetStyle(style);
+      EXPECT_TRUE(stage.scene->Update(plane, depths, { 0, 0, 0 }));
+      EXPECT_TRUE(stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, viewAngle }));
+      return stage.Draw();
+    };
+    const Picture plain = draw(false), hollow = draw(true);
+    for (int y = 0; y < side; ++y)
+    {
+      for (int x = 0; x < side; ++x)
+      {
+        ASSERT_NEAR(RedAt(plain, x, y), RedAt(hollow, x, y), 3) << x << ", " << y;
+      }
+    }
+  }
+}
+
 TEST(SceneOcclusion, OsMesaDrawsTheSame)
 {
   EXPECT_EQ(DrawGroove(true).rgb, DrawGroove(true, WindowBackend::OsMesa).rgb);

@@ -184,12 +184,13 @@ TEST(TestPicker, FindsTheNearestPointOfASurface)
       }
       const auto found = NearestOnSurface(drawn, from);
       ASSERT_TRUE(found);
-      const double nearest = Length(*found - from);
+      const double nearest = Length(found->point - from);
+      EXPECT_EQ(found->distance, nearest);
       EXPECT_LE(nearest, sampled + 1e-12);
       EXPECT_GE(nearest, sampled - step);
       const auto enough = NearestOnSurface(drawn, from, 2 * nearest);
       ASSERT_TRUE(enough);
-      EXPECT_LE(Length(*enough - from), 2 * nearest);
+      EXPECT_LE(Length(enough->point - from), 2 * nearest);
     }
   }
 }
@@ -200,8 +201,8 @@ TEST(TestPicker, FindsTheNearestPointOfACloud)
   EXPECT_FALSE(NearestOnSurface(DrawnSurface(), {}));
   cloud.points = { { 0, 0, -10 }, { 0.4, 0, -5 }, { 0, 0, 3 } };
   cloud.sources.resize(3);
-  EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), {}), cloud.points[2]);
-  EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), { 1, 0, -6 }), cloud.points[1]);
+  EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), {})->point, cloud.points[2]);
+  EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), { 1, 0, -6 })->point, cloud.points[1]);
 }
 
 // What every triangle of every part says.

@@ -25,6 +25,17 @@ Surface TwoTriangles()
   return surface;
 }
 
+TEST(SceneRules, FacetsAreAsLongAsTheirEdges)
+{
+  Surface surface;
+  surface.points = { { 0, 0, 0 }, { 3, 0, 0 }, { 0, 4, 0 }, { 30, 0, 0 }, { 0, 40, 0 } };
+  EXPECT_EQ(FacetLength(surface), 0);
+  surface.triangles = { { 0, 1, 2 } };
+  EXPECT_DOUBLE_EQ(FacetLength(surface), 4);
+  surface.triangles.push_back({ 0, 3, 4 });
+  EXPECT_DOUBLE_EQ(FacetLength(surface), 22);
+}
+
 TEST(SceneRules, FindWhatIsWrongWithASurface)
 {
   const Vec3 center{ 0.5, 1, 1.5 };

@@ -480,6 +480,46 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
   }
 }
 
+TEST(TestSessionCamera, TurnsByItselfUntilItIsTouched)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  Open(session);
+  server.Serve(session);
+  const View first = ViewOf(session);
+  session.SetSpinning(true);
+  EXPECT_TRUE(session.GetStatus().coasting);
+  EXPECT_TRUE(session.IsIdle()) << "nobody waits for its end";
+  double time = 50;
+  for (int i = 0; i <= 24 * 60; ++i)
+  {
+    session.Advance(time += i == 0 ? 0 : 1.0 / 60);
+    if (i == 12 * 60)
+    {
+      EXPECT_GT(Length(ViewOf(session).eye - first.eye), 1.5 * Length(first.eye - first.focal));
+    }
+  }
+  EXPECT_LT(Length(ViewOf(session).eye - first.eye), 0.01 * Length(first.eye - first.focal));
+  const View before = ViewOf(session);
+  session.Advance(time += 1e6); // asleep
+  EXPECT_LT(Length(ViewOf(session).eye - before.eye), 0.1 * Length(first.eye - first.focal));
+  const std::vector<std::function<void()>> stops{ [&] { session.Zoom(1.1, 400, 300); },
+    [&] {
+      session.HandleTouches({ time += 1, { { 1, 5, 5 } } });
+    },
+    [&] { session.SetSpinning(false); } };
+  for (const auto& stop : stops)
+  {
+    session.SetSpinning(true);
+    session.Advance(time += 1);
+    stop();
+    EXPECT_FALSE(session.GetStatus().spinning);
+    const View stopped = ViewOf(session);
+    session.Advance(time += 1);
+    EXPECT_EQ(ViewOf(session), stopped);
+  }
+}
+
 // Where frames are slow, a flick is one step, just before the finger is lifted.
 TEST(TestSessionCamera, AFlickWithinAFrameTurnsOn)
 {

@@ -23,9 +23,10 @@ TEST(TestSessionFile, ReadsEveryKindOfLine)
                                   "{\"window\":[640,480],\"ratio\":2}\n"
                                   "{\"triangles\":5000,\"memory\":8000000000}\n"
                                   "{\"colours\":\"none\"}\n{\"light\":\"plain\"}\n"
-                                  "{\"boxes\":\"on\"}");
+                                  "{\"boxes\":\"on\"}\n{\"side\":\"top\"}\n"
+                                  "{\"link\":\"model=dragon\"}\n{\"tool\":\"measure\"}");
   ASSERT_TRUE(steps) << steps.GetError().message;
-  ASSERT_EQ(steps->size(), 15u);
+  ASSERT_EQ(steps->size(), 18u);
   EXPECT_EQ((*steps)[0], (SessionStep{ Kind::Select, {}, "dragon" }));
   EXPECT_EQ((*steps)[1], (SessionStep{ Kind::WaitForIdle, {}, {} }));
   EXPECT_EQ((*steps)[2], (SessionStep{ Kind::Touches, { 0.25, { { 1, 640, 360.5 } } }, {} }));
@@ -44,6 +45,9 @@ TEST(TestSessionFile, ReadsEveryKindOfLine)
   EXPECT_EQ((*steps)[12], (SessionStep{ Kind::Colors, {}, "none" }));
   EXPECT_EQ((*steps)[13], (SessionStep{ Kind::Light, {}, "plain" }));
   EXPECT_EQ((*steps)[14], (SessionStep{ Kind::Boxes, {}, "on" }));
+  EXPECT_EQ((*steps)[15], (SessionStep{ Kind::Side, {}, "top" }));
+  EXPECT_EQ((*steps)[16], (SessionStep{ Kind::Link, {}, "model=dragon" }));
+  EXPECT_EQ((*steps)[17], (SessionStep{ Kind::Tool, {}, "measure" }));
   EXPECT_TRUE(ParseSession("")->empty());
 }
 
@@ -57,6 +61,9 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
     { R"({"wait":1})", "'wait'" },
     { R"({"turning":"round"})", "'upright', 'free'" },
     { R"({"go":"away"})", "'home', 'undo', 'back'" },
+    { R"({"tool":"saw"})", "'none', 'measure'" },
+    { R"({"side":"inside"})", "'front', 'back'" },
+    { R"({"link":"view=1"})", "this link to a view" },
     { R"({"detail":"high"})", "'view', 'level', 'full'" },
     { R"({"rings":4})", "'rings'" },
     { R"({"rings":1.5})", "'rings'" },

@@ -19,7 +19,7 @@
 namespace kdstream
 {
 
-inline constexpr double occlusionReach = 0.08;    // of the picture's height
+inline constexpr double occlusionReach = 0.08;   // of the picture's height
 inline constexpr double occlusionStrength = 1.4; // 1 would be what is geometrically hidden
 
 // The side of the passes' targets for one of the picture.
@@ -51,10 +51,17 @@ vec3 positionAt(vec2 place)
 
 // How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
 // texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
-// walked in 6 steps that become longer.
+// walked in 6 steps that become longer. A rise is less by `unsure`, the length that so many steps
+// of 24 bits of depth are there: where the eye is within the model's box one is as long as a texel,
+// and smooth surfaces would have the rings and worms of these. facet: FacetLength, in the unit of
+// the projection. Where that is longer than the reach, hollow edges between triangles are not the
+// model's relief but the end of its resolution, and shallow ones are left out.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;
+float unsure;
+uniform float facet;
+const float depthSteps = 1.5;
 const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
 // The sine of how far a place rises from the plane across the line of sight; -1 where nothing
 // is, out of reach, and out of the picture.
@@ -68,7 +75,7 @@ float rise(vec2 texel)
   vec3 way = positionAt(place) - here;
   float square = max(dot(way, way), 1e-12 * reach * reach);
   float near = clamp(2.0 - 2.0 * square / (reach * reach), 0.0, 1.0);
-  return mix(-1.0, dot(way, toEye) * inversesqrt(square), near);
+  return mix(-1.0, (dot(way, toEye) - unsure) * inversesqrt(square), near);
 }
 void main()
 {
@@ -80,10 +87,12 @@ void main()
     here = positionAt(place);
     toEye = -normalize(here);
     reach = grid.w * -here.z;
+    unsure = depthSteps * 1.2e-7 * here.z * here.z / abs(projection.w);
     vec2 cell = mod(floor(texel), 4.0);
     vec2 way = ways[int(mod(cell.x + 2.0 * cell.y, 4.0))];
     float most = max(grid.z / length(way), 1.0);
     float part = 0.25 * cell.y; // of a step
+    float shallow = 0.13 * clamp(facet / reach - 0.3, 0.0, 1.0);
     for (int i = 0; i < 2; ++i)
     {
       float ahead = -1.0, behind = -1.0;
@@ -94,7 +103,8 @@ void main()
         ahead = max(ahead, rise(texel + far));
         behind = max(behind, rise(texel - far));
       }
-      closed += clamp(0.5 * (ahead + behind) - 0.02, 0.0, 1.0);
+      float risen = clamp(0.5 * (ahead + behind) - 0.02, 0.0, 1.0);
+      closed += risen * clamp((risen - shallow) / max(shallow, 0.001), 0.0, 1.0);
       way = vec2(-way.y, way.x);
     }
   }

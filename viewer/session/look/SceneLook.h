@@ -2,8 +2,8 @@
 // How a scene looks, whoever draws it: lights, material, background. Step "render" of the README's
 // picture.
 //
-// The model stands like a piece in a museum: stone before a soft gradient, lit by a key light, a
-// fill light and a headlight that all follow the camera.
+// The model stands like a piece in a museum: stone before a soft gradient, lit by a key light from
+// the upper left and a fill light, which both follow the camera.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -21,10 +21,12 @@ struct SceneLight
   Vec3 color; // red, green, blue: 0-1
   double intensity;
 };
-inline constexpr std::array<SceneLight, 3> sceneLights{ {
-  { { -0.7, 0.9, 0.8 }, { 1.0, 0.98, 0.94 }, 0.95 },
-  { { 1.0, 0.1, 0.6 }, { 0.84, 0.91, 1.0 }, 0.3 },
-  { { 0.0, 0.0, 1.0 }, { 1.0, 1.0, 1.0 }, 0.12 },
+// The fill light stands near the eye: so what is away from the key light still becomes darker the
+// more it turns away, to the outline, and its relief is seen. From the far side it would light
+// these places full on, where a slope makes no difference.
+inline constexpr std::array<SceneLight, 2> sceneLights{ {
+  { { -0.75, 0.95, 0.75 }, { 1.0, 0.97, 0.91 }, 0.8 },
+  { { 0.3, 0.2, 1.0 }, { 0.92, 0.95, 1.0 }, 0.36 },
 } };
 
 // Phong's model. Ambient and diffuse light take the colour of the place, highlights that of stone.
@@ -33,7 +35,7 @@ struct SceneMaterial
   double ambient, diffuse, specular;
   double specularPower;
 };
-inline constexpr SceneMaterial sceneMaterial{ 0.06, 0.88, 0.14, 30.0 };
+inline constexpr SceneMaterial sceneMaterial{ 0.15, 0.85, 0.14, 30.0 };
 
 // Red, green, blue: 0-1. Whole 255ths, since VTK cuts a gradient's ends to these.
 inline constexpr Vec3 backgroundBottom{ 91.0 / 255.0, 94.0 / 255.0, 99.0 / 255.0 };

@@ -124,6 +124,35 @@ Box Enlarged(const Box& bounds, double margin)
   return larger;
 }
 
+double FacetLength(const DrawnSurface& surface)
+{
+  double least = 0.0;
+  for (const DrawnSurface::Part& part : surface.Parts())
+  {
+    const double length = FacetLength(part.part->surface);
+    least = least == 0.0 || (length > 0.0 && length < least) ? length : least;
+  }
+  return least;
+}
+
+double FacetLength(const Surface& surface)
+{
+  constexpr std::size_t looks = 64;
+  const std::size_t triangles = surface.triangles.size();
+  const std::size_t step = std::max<std::size_t>(triangles / looks, 1);
+  double sum = 0.0;
+  std::size_t edges = 0;
+  for (std::size_t i = 0; i < triangles; i += step)
+  {
+    const Triangle& t = surface.triangles[i];
+    for (std::size_t k = 0; k < 3; ++k, ++edges)
+    {
+      sum += Length(surface.points[t[k]] - surface.points[t[(k + 1) % 3]]);
+    }
+  }
+  return edges > 0 ? sum / static_cast<double>(edges) : 0.0;
+}
+
 ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal)
 {
   // The box's extent along the line of sight: its center's, and half its sides' projected.

@@ -42,6 +42,11 @@ Box BoundsAround(const Surface& surface, const Vec3& center);
 // The same, farther out by `margin` on every side; empty bounds stay empty.
 Box Enlarged(const Box& bounds, double margin);
 
+// How long edges are about where triangles are smallest: the mean of some of each part's, of the
+// part where that is least; 0 without triangles. O(parts).
+double FacetLength(const DrawnSurface& surface);
+double FacetLength(const Surface& surface);
+
 // Distances from the eye along the line of sight, 0 < nearest < farthest, between which all of
 // `bounds` that is before the eye lies; around the focal point where bounds are empty.
 // REQUIRES: the eye is not at the focal point.

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tools for looking, on a phone: views from six sides, turning by itself, distances, links to views and pictures.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+import { Pixels, Server, Visit, launchBrowser, makeModels, landscape } from "./harness.mjs";
+
+let server, browser, pixels;
+
+before(async () => {
+  server = await Server.start(makeModels({ dragon: false }));
+  browser = await launchBrowser();
+  pixels = await Pixels.make(browser);
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+async function openPebble(visit, url = server.url) {
+  await visit.open(url);
+  await visit.choose("pebble");
+  await visit.tap(await visit.centre());
+  return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+}
+
+// Opens the panel, or closes it.
+async function turnPanel(visit) {
+  await visit.page.locator("#tools-button").click();
+  await visit.untilIdle();
+}
+
+const press = (visit, name) => visit.page.getByRole("button", { name, exact: true }).click();
+
+// What the page copies, by its own way where there is no clipboard.
+async function copied(visit, id) {
+  await visit.page.evaluate(() => {
+    window.copied = "";
+    document.addEventListener("copy", () => {
+      window.copied = document.activeElement.value ?? "";
+    });
+    navigator.clipboard.writeText = (text) => {
+      window.copied = text;
+      return Promise.resolve();
+    };
+  });
+  await visit.page.locator(id).click();
+  return visit.page.evaluate(() => window.copied);
+}
+
+test("the tools come only when they are used", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  assert.ok(!visit.requests.some((url) => url.includes("tools.")), "not before");
+  await turnPanel(visit);
+  assert.ok(visit.requests.some((url) => url.endsWith("tools.js")));
+  await visit.picture("tools-1-panel");
+  await visit.page.keyboard.press("Escape");
+  assert.equal(await visit.page.locator("#tools").isVisible(), false);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("six sides, and turning by itself until it is touched", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await turnPanel(visit);
+  const seen = [];
+  for (const side of ["Front", "Right", "Top"]) {
+    await press(visit, side);
+    const { canUndo } = await visit.untilIdle();
+    assert.ok(canUndo || side === "Front");
+    seen.push(await visit.around(await visit.centre(), 300));
+  }
+  assert.ok(await pixels.difference(seen[0], seen[1]) > 0.02);
+  assert.ok(await pixels.difference(seen[1], seen[2]) > 0.02);
+  await press(visit, "Turn by itself");
+  await visit.until("it turns", ({ spinning }) => spinning);
+  const frames = (await visit.status()).frames;
+  await visit.until("frames", (status) => status.frames > frames + 5);
+  await visit.tap({ x: 30, y: 700 });
+  await visit.until("it rests", ({ spinning, turnsOn }) => !spinning && !turnsOn);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("two taps measure, on the original", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await turnPanel(visit);
+  await press(visit, "Measure");
+  await turnPanel(visit);
+  const middle = await visit.centre();
+  await visit.tap({ x: middle.x - 60, y: middle.y });
+  await visit.tap({ x: middle.x + 60, y: middle.y + 20 });
+  await visit.untilIdle();
+  await turnPanel(visit);
+  const told = await visit.page.locator("#measurements li span").textContent();
+  const [, distance, height] = told.match(/^([\d.]+) ± \S+, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(told);
+  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && Math.abs(Number(height)) < Number(distance), told);
+  assert.equal(await visit.page.locator("#overlay line").count(), 1);
+  await visit.page.locator("#measurements input").fill("the width");
+  await visit.page.locator("#measurements input").press("Tab");
+  await visit.picture("tools-2-distance");
+  assert.equal(await copied(visit, "#copy-measurements"), `the width: ${told}`);
+  await press(visit, "Remove");
+  await visit.page.locator("#measurements li").waitFor({ state: "detached" });
+  assert.equal(await visit.page.locator("#overlay line").count(), 0);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("a link shows the same elsewhere", async () => {
+  const mine = await Visit.phone(browser);
+  await openPebble(mine);
+  const middle = await mine.centre();
+  await mine.pinch(middle, 80, 260);
+  await mine.drag(middle, 70, 40);
+  await mine.page.locator("#menu-button").click();
+  await mine.page.locator("[name=coloring][value='1']").check({ force: true });
+  await mine.page.locator("#menu-button").click();
+  await mine.untilIdle();
+  const seen = await mine.around(middle, 380);
+  await turnPanel(mine);
+  const link = await copied(mine, "#copy-link");
+  assert.match(link, /^http:\/\/127\.0\.0\.1:\d+\/#model=pebble&digest=[0-9a-f]{8}&view=[\w-]{47}&colours=partition$/);
+  await mine.close();
+
+  const theirs = await Visit.phone(browser);
+  await theirs.open(link);
+  await theirs.until("the view", ({ mode, idle, model }) => mode === "full screen" && idle && model === "pebble");
+  await theirs.picture("tools-3-link");
+  assert.ok(await pixels.difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
+  // Another link in the same tab; then one that says nothing.
+  await theirs.page.evaluate(() => {
+    location.hash = "model=shell";
+  });
+  await theirs.until("the other model", ({ mode, idle, model }) => mode === "full screen" && idle && model === "shell");
+  await theirs.page.evaluate(() => {
+    location.hash = "model=shell&view=%3Cscript%3E";
+  });
+  await theirs.until("a sentence", ({ error }) => /link to a view/.test(error));
+  await theirs.page.evaluate(() => {
+    location.hash = "model=nowhere";
+  });
+  await theirs.until("a sentence", ({ error }) => /no model 'nowhere'/.test(error));
+  theirs.assertClean(server.url);
+  await theirs.close();
+});
+
+test("a picture is saved with its words", async () => {
+  const visit = await Visit.phone(browser, landscape);
+  await openPebble(visit);
+  await turnPanel(visit);
+  const downloading = visit.page.waitForEvent("download");
+  await press(visit, "Save picture");
+  const download = await downloading;
+  assert.equal(download.suggestedFilename(), "pebble.png");
+  const saved = readFileSync(await download.path());
+  assert.equal(saved.subarray(1, 4).toString(), "PNG");
+  const view = await visit.page.locator("#view").boundingBox();
+  assert.deepEqual(await visit.page.locator("#overlay").boundingBox(), view, "lines lie over the picture");
+  const [width, height] = [saved.readUInt32BE(16), saved.readUInt32BE(20)];
+  assert.equal(width, 3 * landscape.width);
+  assert.ok(height > 3 * view.height, "room for the words");
+  await download.saveAs(`${process.env.KDSTREAM_PICTURES}/tools-4-saved.png`);
+  visit.assertClean(server.url);
+  await visit.close();
+});

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which of a server's error messages are worth a line: where the system fails, it fails for
+// thousands in the same way. Internal to the server.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// Functions: from one thread at a time.
+class RareMessages
+{
+public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds pause{ 60 };
+
+  // The line to write now, if any: a message that was not told for a minute, and how often it has
+  // come since. Where there is no memory to remember it, it is told.
+  std::optional<std::string> Take(std::string_view message, Clock::time_point now = Clock::now());
+
+private:
+  struct Told
+  {
+    Clock::time_point at;
+    std::uint64_t untold = 0;
+  };
+  static constexpr std::size_t mostKinds = 100; // else all are forgotten
+
+  std::map<std::string, Told, std::less<>> Kinds;
+};
+
+}

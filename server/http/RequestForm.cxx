@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/RequestForm.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+
+namespace
+{
+
+// Whether the text begins so, in whatever case; `start` is in lower case.
+bool BeginsWith(std::string_view text, std::string_view start)
+{
+  return text.size() >= start.size() &&
+         std::equal(start.begin(), start.end(), text.begin(),
+           [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + ('a' - 'A') : b); });
+}
+
+}
+
+std::optional<std::size_t> EmptyLine(std::string_view input)
+{
+  if (input == "\r" || input.empty())
+  {
+    return std::nullopt;
+  }
+  return input.substr(0, 2) == "\r\n" ? 2 : 0;
+}
+
+bool HasFoldedLine(std::string_view input)
+{
+  for (auto end = input.find("\r\n"); end != input.npos; end = input.find("\r\n", end + 2))
+  {
+    const auto next = input.substr(end + 2);
+    if (next.empty() || next.front() == '\r') // the header's end
+    {
+      return false;
+    }
+    if (next.front() == ' ' || next.front() == '\t')
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+RequestTarget SplitTarget(std::string_view target)
+{
+  for (const std::string_view scheme : { "http://", "https://" })
+  {
+    if (BeginsWith(target, scheme))
+    {
+      const auto rest = target.substr(scheme.size());
+      const auto end = std::min(rest.find_first_of("/?"), rest.size());
+      const auto host = rest.substr(0, end);
+      const auto path = rest.substr(end);
+      if (host.empty() || host.find('@') != host.npos)
+      {
+        break;
+      }
+      return { std::string(host), (path.empty() || path[0] == '?' ? "/" : "") + std::string(path) };
+    }
+  }
+  return { std::nullopt, std::string(target) };
+}
+
+}

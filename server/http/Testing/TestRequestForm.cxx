@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "server/http/RequestForm.h"
+
+#include <gtest/gtest.h>
+
+using namespace kdstream;
+
+TEST(RequestForm, AnEmptyLineBeforeARequestIsFound)
+{
+  EXPECT_EQ(EmptyLine(""), std::nullopt);
+  EXPECT_EQ(EmptyLine("\r"), std::nullopt) << "not yet told";
+  EXPECT_EQ(EmptyLine("\r\n"), 2u);
+  EXPECT_EQ(EmptyLine("\r\nGET / HTTP/1.1\r\n"), 2u);
+  EXPECT_EQ(EmptyLine("\rGET"), 0u);
+  EXPECT_EQ(EmptyLine("G"), 0u);
+}
+
+TEST(RequestForm, AFoldedLineIsFoundBeforeTheHeaderEnds)
+{
+  EXPECT_TRUE(HasFoldedLine("GET / HTTP/1.1\r\nHost: a\r\n b\r\n\r\n"));
+  EXPECT_TRUE(HasFoldedLine("GET / HTTP/1.1\r\n\tHost: a\r\n"));
+  EXPECT_TRUE(HasFoldedLine("Host: a\r\n ")) << "as far as it has come";
+  EXPECT_FALSE(HasFoldedLine("GET / HTTP/1.1\r\nHost: a\r\n\r\n"));
+  EXPECT_FALSE(HasFoldedLine("GET / HTTP/1.1\r\nHost: a\r\n"));
+  EXPECT_FALSE(HasFoldedLine("GET / HTTP/1.1\r\nHost: a\r\n\r\n GET")) << "of the next one";
+  EXPECT_FALSE(HasFoldedLine(""));
+}
+
+TEST(RequestForm, ATargetMayNameItsHost)
+{
+  const auto split = [](std::string_view target)
+  {
+    const auto parts = SplitTarget(target);
+    return parts.host.value_or("-") + " " + parts.path;
+  };
+  EXPECT_EQ(split("/a/b?c"), "- /a/b?c");
+  EXPECT_EQ(split("http://example.com/a/b?c"), "example.com /a/b?c");
+  EXPECT_EQ(split("HTTPS://[::1]:8700/"), "[::1]:8700 /");
+  EXPECT_EQ(split("http://example.com"), "example.com /");
+  EXPECT_EQ(split("http://example.com?c"), "example.com /?c");
+  EXPECT_EQ(split("http:///a"), "- http:///a") << "names none";
+  EXPECT_EQ(split("http://ann@example.com/a"), "- http://ann@example.com/a");
+  EXPECT_EQ(split("ftp://example.com/a"), "- ftp://example.com/a");
+  EXPECT_EQ(split("*"), "- *");
+  EXPECT_EQ(split(""), "- ");
+}

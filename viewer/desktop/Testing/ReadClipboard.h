@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a person would paste: for tests of what is copied.
+#pragma once
+
+#include <string>
+
+namespace kdstream::testing
+{
+
+// The X server's CLIPBOARD as UTF-8; empty where nobody offers any within five seconds.
+std::string ReadClipboard();
+
+}

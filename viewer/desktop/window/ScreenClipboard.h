@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Texts for other programs to paste, by the X server's selection CLIPBOARD (ICCCM, section 2).
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace kdstream
+{
+
+// What was put here is there for as long as this program runs and no other has put anything.
+class ScreenClipboard
+{
+public:
+  ScreenClipboard();
+  ~ScreenClipboard();
+  ScreenClipboard(const ScreenClipboard&) = delete;
+  ScreenClipboard& operator=(const ScreenClipboard&) = delete;
+
+  // UTF-8, at most 64 KiB. False where there is no X server.
+  bool Put(std::string text);
+  // Answers those who have asked since the last call: call it several times a second.
+  void Serve();
+
+private:
+  struct State;
+  std::unique_ptr<State> Own; // null without an X server
+};
+
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tools for looking: see ToolsPanel.h.
+#include "viewer/desktop/window/ToolsPanel.h"
+
+#include "viewer/desktop/window/Panels.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr ImU32 lineColor = IM_COL32(255, 209, 102, 255), shadowColor = IM_COL32(10, 12, 15, 200);
+
+void Say(const std::string& text)
+{
+  ImGui::TextUnformatted(text.data(), text.data() + text.size());
+}
+
+std::string LengthText(double value, double error)
+{
+  const double size = std::abs(value);
+  const int digits =
+    error > 0 ? static_cast<int>(std::ceil(std::log10(std::max(size, error) / error))) + 1 : 6;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", std::clamp(digits, 1, 9), value);
+  return text.data();
+}
+
+std::string WithUnit(const std::string& text, const std::string& unit)
+{
+  return unit.empty() ? text : text + " " + unit;
+}
+
+void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
+{
+  Say("Look from");
+  static constexpr std::array<std::pair<const char*, const char*>, 6> sides{ { { "Front", "front" },
+    { "Back", "back" }, { "Left", "left" }, { "Right", "right" }, { "Top", "top" },
+    { "Bottom", "bottom" } } };
+  for (std::size_t i = 0; i < sides.size(); ++i)
+  {
+    if (i % 3 != 0)
+    {
+      ImGui::SameLine();
+    }
+    if (ImGui::Button(sides[i].first, { static_cast<float>(76 * facts.ratio), 0 }))
+    {
+      wishes.steps.push_back({ SessionStep::Kind::Side, {}, sides[i].second });
+    }
+  }
+  bool spins = facts.status.spinning;
+  ImGui::BeginDisabled(facts.recording); // no file tells of it
+  if (ImGui::Checkbox("Turn by itself", &spins))
+  {
+    wishes.spin = spins;
+  }
+  ImGui::EndDisabled();
+}
+
+void DrawList(const PanelFacts& facts, PanelWishes& wishes)
+{
+  const std::string unit = facts.model ? facts.model->unit : "";
+  for (std::size_t i = 0; i < facts.measurements.size(); ++i)
+  {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::SmallButton("Remove"))
+    {
+      wishes.removeMeasurement = i;
+    }
+    ImGui::SameLine();
+    const Measurement& each = facts.measurements[i].measurement;
+    std::string text = each.name + ": " + DescribeMeasurement(each, facts.up, unit);
+    const std::size_t comma = text.find(", height"); // two lines
+    Say(comma == std::string::npos ? text : text.replace(comma, 2, "\n"));
+    ImGui::PopID();
+  }
+}
+
+}
+
+std::string DescribeMeasurement(
+  const Measurement& measurement, const Vec3& up, const std::string& unit)
+{
+  if (!measurement.to)
+  {
+    return "from here to …";
+  }
+  const double error = measurement.Error();
+  const auto length = [&](double value) { return WithUnit(LengthText(value, error), unit); };
+  const bool waits = measurement.from.waits || measurement.to->waits;
+  return LengthText(measurement.Distance(), error) +
+         (error > 0 ? " ± " + LengthText(error, error / 2) : "") + WithUnit("", unit) +
+         (waits                    ? " (the original is coming)"
+           : measurement.IsExact() ? ""
+                                   : " (of a coarser level)") +
+         ", height " + length(measurement.Height(up)) + ", across " +
+         length(measurement.Horizontal(up));
+}
+
+void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen)
+{
+  const auto scaled = [&](double points) { return static_cast<float>(points * facts.ratio); };
+  ImGui::SetNextWindowPos({ scaled(10), scaled(150) }, ImGuiCond_Appearing);
+  if (ImGui::Begin("Tools", &isOpen,
+        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoCollapse |
+          ImGuiWindowFlags_AlwaysAutoResize))
+  {
+    DrawSides(facts, wishes);
+    ImGui::Separator();
+    Say("Distances");
+    bool measures = facts.tool == Tool::Measure;
+    if (ImGui::Checkbox("Clicks measure: one point, then another (R)", &measures))
+    {
+      wishes.steps.push_back({ SessionStep::Kind::Tool, {}, measures ? "measure" : "none" });
+    }
+    DrawList(facts, wishes);
+    if (!facts.measurements.empty() && ImGui::Button("Copy as text"))
+    {
+      wishes.copyMeasurements = true;
+    }
+    ImGui::Separator();
+    Say("This view");
+    if (ImGui::Button("Copy link (L)"))
+    {
+      wishes.copyLink = true;
+    }
+  }
+  ImGui::End();
+}
+
+void DrawDistances(const PanelFacts& facts)
+{
+  ImDrawList& paint = *ImGui::GetBackgroundDrawList();
+  const auto scaled = [&](double points) { return static_cast<float>(points * facts.ratio); };
+  const auto place = [](const std::array<double, 2>& pixel)
+  { return ImVec2(static_cast<float>(pixel[0]), static_cast<float>(pixel[1])); };
+  for (const SeenMeasurement& each : facts.measurements)
+  {
+    for (const auto& end : { each.from, each.to })
+    {
+      if (end)
+      {
+        paint.AddCircleFilled(place(*end), scaled(5), shadowColor);
+        paint.AddCircleFilled(place(*end), scaled(4), lineColor);
+      }
+    }
+    if (!each.from || !each.to)
+    {
+      continue;
+    }
+    const ImVec2 from = place(*each.from), to = place(*each.to);
+    paint.AddLine(from, to, shadowColor, scaled(4));
+    paint.AddLine(from, to, lineColor, scaled(2));
+    const std::string text =
+      WithUnit(LengthText(each.measurement.Distance(), each.measurement.Error()),
+        facts.model ? facts.model->unit : "");
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const ImVec2 at((from.x + to.x - size.x) / 2, (from.y + to.y) / 2 - size.y - scaled(6));
+    paint.AddRectFilled({ at.x - scaled(4), at.y - scaled(1) },
+      { at.x + size.x + scaled(4), at.y + size.y + scaled(1) }, shadowColor, scaled(3));
+    paint.AddText(at, lineColor, text.c_str());
+  }
+}
+
+}

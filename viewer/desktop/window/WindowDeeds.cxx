@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What people do in a window: keys, buttons, settings. See WindowLook.h.
+#include "viewer/desktop/window/WindowLook.h"
+
+#include <array>
+#include <utility>
+
+namespace kdstream
+{
+
+void WindowLook::TakeEvents()
+{
+  for (const WindowEvent& event : this->Display->TakeEvents())
+  {
+    this->Handle(event);
+    this->FramesLeft = 2;
+  }
+}
+
+void WindowLook::Handle(const WindowEvent& event)
+{
+  using Kind = WindowEvent::Kind;
+  const bool begins = event.kind == Kind::Press || event.kind == Kind::TouchBegin;
+  const bool isOverWords = this->Interface.IsOver(event.x, event.y);
+  if (event.kind == Kind::Key)
+  {
+    if (this->HandleKey(event))
+    {
+      return;
+    }
+  }
+  if (begins && !this->Input.Touching())
+  {
+    this->PressIsOfWords = isOverWords;
+  }
+  // To the words fingers are a mouse, where they began there.
+  const bool isFinger =
+    event.kind == Kind::TouchBegin || event.kind == Kind::TouchMove || event.kind == Kind::TouchEnd;
+  if (event.kind != Kind::Key && (!isFinger || this->PressIsOfWords))
+  {
+    this->Interface.Handle(event);
+  }
+  const bool isZoom = event.kind == Kind::Wheel || event.kind == Kind::Pinch;
+  const bool isOfWords = isZoom ? isOverWords : this->PressIsOfWords;
+  if (!this->Session.IsOpen() || (isOfWords && event.kind != Kind::Key))
+  {
+    return;
+  }
+  for (const SessionStep& step : this->Input.Handle(event))
+  {
+    this->Session.Do(step);
+  }
+}
+
+// Keys that do something to the window; false for the model's.
+bool WindowLook::HandleKey(const WindowEvent& event)
+{
+  const std::string& key = event.key;
+  if (event.control)
+  {
+    this->Ended |= key == "q";
+    return true;
+  }
+  if (key == "b")
+  {
+    ViewSettings settings = this->Settings;
+    settings.scene.boxes = !settings.scene.boxes;
+    this->Apply(settings);
+    return true;
+  }
+  bool* const toggled = key == "o"                         ? &this->Words.settingsOpen
+                        : key == "d"                       ? &this->Words.detailsOpen
+                        : key == "F1" || key == "question" ? &this->Words.helpOpen
+                        : key == "t"                       ? &this->Words.toolsOpen
+                        : key == "m"                       ? &this->Words.popUp
+                        : key == "Tab"                     ? &this->Words.bare
+                                                           : nullptr;
+  if (toggled)
+  {
+    *toggled = !*toggled;
+  }
+  else if (key == "Escape")
+  {
+    this->GoBack();
+  }
+  else if (key == "f" || key == "F11")
+  {
+    this->Display->SetFullScreen(!this->Display->IsFullScreen());
+  }
+  else if (key == "s" || key == "F12")
+  {
+    this->AskForPicture();
+  }
+  else if (key == "q")
+  {
+    this->Ended = true;
+  }
+  else if (key == "Next" || key == "Prior")
+  {
+    this->Session.OpenNext(key == "Next" ? 1 : -1);
+  }
+  else
+  {
+    return this->HandleToolKey(key);
+  }
+  return true;
+}
+
+bool WindowLook::HandleToolKey(const std::string& key)
+{
+  if (key == "l")
+  {
+    this->CopyLink();
+  }
+  else if (key == "r" && this->Session.IsOpen())
+  {
+    const bool measures = this->Session.Viewer().GetTool() == Tool::Measure;
+    this->Session.Do({ SessionStep::Kind::Tool, {}, measures ? "none" : "measure" });
+    this->Tell(
+      measures ? "Clicks measure no more." : "Click one point of the surface, then another.");
+  }
+  else if (key.size() == 1 && key[0] >= '1' && key[0] <= '6' && this->Session.IsOpen())
+  {
+    static constexpr std::array<const char*, 6> sides{ "front", "back", "left", "right", "top",
+      "bottom" };
+    this->Session.Do(
+      { SessionStep::Kind::Side, {}, sides[static_cast<std::size_t>(key[0] - '1')] });
+  }
+  else
+  {
+    return false;
+  }
+  return true;
+}
+
+// One thing after the other.
+void WindowLook::GoBack()
+{
+  for (bool* const open : { &this->Words.helpOpen, &this->Words.popUp, &this->Words.settingsOpen,
+         &this->Words.detailsOpen, &this->Words.toolsOpen, &this->Words.bare })
+  {
+    if (*open)
+    {
+      *open = false;
+      return;
+    }
+  }
+  if (this->Display->IsFullScreen())
+  {
+    this->Display->SetFullScreen(false);
+  }
+  else if (this->Session.IsOpen() && this->Session.Models()->size() > 1)
+  {
+    this->Session.Do({ SessionStep::Kind::Go, {}, "back" });
+  }
+}
+
+void WindowLook::Apply(const ViewSettings& settings)
+{
+  const ViewSettings before = std::exchange(this->Settings, settings);
+  if (before == settings)
+  {
+    return;
+  }
+  if (before.detail != settings.detail)
+  {
+    this->Session.Do(DetailStep(settings.detail));
+  }
+  if (before.turning != settings.turning)
+  {
+    this->Session.Do(
+      { SessionStep::Kind::Turning, {}, settings.turning == Turning::Free ? "free" : "upright" });
+  }
+  if (before.rings != settings.rings)
+  {
+    this->Session.Do(RingsStep(settings.rings));
+  }
+  if (before.triangles != settings.triangles || before.memory != settings.memory)
+  {
+    this->Session.Do(BudgetsStep(settings.triangles, settings.memory));
+  }
+  this->Apply(before.scene);
+  this->Session.SetAhead(settings.fetchAhead ? bytesAhead : 0);
+  this->FramesLeft = 2;
+}
+
+// Frames are drawn by the settings as they are; here they are recorded where they were others.
+void WindowLook::Apply(const SceneSettings& before)
+{
+  const SceneSettings& now = this->Settings.scene;
+  if (before.coloring != now.coloring)
+  {
+    this->Session.Do(ColoringStep(now.coloring));
+  }
+  if (before.occlusion != now.occlusion)
+  {
+    this->Session.Do(LightStep(now.occlusion));
+  }
+  if (before.boxes != now.boxes)
+  {
+    this->Session.Do(BoxesStep(now.boxes));
+  }
+}
+
+void WindowLook::Fulfil(const PanelWishes& wishes)
+{
+  for (const SessionStep& step : wishes.steps)
+  {
+    this->Session.Do(step);
+  }
+  if (wishes.open)
+  {
+    this->Session.Open(*wishes.open);
+  }
+  if (wishes.fullScreen)
+  {
+    this->Display->SetFullScreen(!this->Display->IsFullScreen());
+  }
+  if (wishes.screenshot)
+  {
+    this->AskForPicture();
+  }
+  if (wishes.spin)
+  {
+    this->Session.SetSpinning(*wishes.spin);
+  }
+  if (wishes.removeMeasurement)
+  {
+    this->Session.RemoveMeasurement(*wishes.removeMeasurement);
+    this->FramesLeft = 2;
+  }
+  if (wishes.copyLink)
+  {
+    this->CopyLink();
+  }
+  if (wishes.copyMeasurements)
+  {
+    this->CopyMeasurements();
+  }
+  if (wishes.retry)
+  {
+    this->Session.Retry();
+  }
+  this->Ended |= wishes.quit;
+}
+
+}

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One window, one person, one session: what ViewInWindow shows. In three files: WindowView.cxx has
+// the frames, WindowDeeds.cxx what people do, WindowOutputs.cxx what is written and copied.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/desktop/RegionBoxes.h"
+#include "viewer/desktop/SessionScene.h"
+#include "viewer/desktop/ViewOptions.h"
+#include "viewer/desktop/ViewReport.h"
+#include "viewer/desktop/window/DisplayWindow.h"
+#include "viewer/desktop/window/InterfaceLayer.h"
+#include "viewer/desktop/window/Panels.h"
+#include "viewer/desktop/window/ScreenClipboard.h"
+#include "viewer/desktop/window/WindowInput.h"
+#include "viewer/desktop/window/WindowSession.h"
+#include "viewer/session/look/OcclusionClock.h"
+
+#include <vtkNew.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+class vtkRenderer;
+
+namespace kdstream
+{
+
+// Of a steady clock.
+inline double SteadySeconds()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+inline constexpr std::size_t bytesAhead = std::size_t{ 1 } << 20;
+
+// What the model is seen as.
+struct SceneSight
+{
+  std::uint64_t surfaceVersion = 0;
+  Vec3 eye, focal, up;
+  bool operator==(const SceneSight&) const = default;
+};
+
+// One window, one person, one session.
+class WindowLook
+{
+public:
+  WindowLook(std::string program, const ViewOptions& options,
+    std::unique_ptr<DisplayWindow> display, SessionRecorder recorder);
+
+  void Run();
+  bool IsOpen() const { return this->Session.IsOpen(); }
+  // Writes what the command line asked for at the end.
+  Status Finish();
+
+private:
+  double Wait();
+  void TakeEvents();
+  void Handle(const WindowEvent& event);
+  bool HandleKey(const WindowEvent& event);
+  bool HandleToolKey(const std::string& key);
+  void TakeNews();
+  void GoBack();
+  void Frame();
+  std::vector<PanelWishes> DescribePanels(double seconds, ViewSettings& settings);
+  void DrawPicture();
+  void Layout();
+  PanelFacts Facts() const;
+  void AddTools(PanelFacts& facts) const;
+  void Copy(const std::string& text, const std::string& what);
+  void CopyLink();
+  void CopyMeasurements();
+  void Apply(const ViewSettings& settings);
+  void Apply(const SceneSettings& before);
+  void Fulfil(const PanelWishes& wishes);
+  void AskForPicture();
+  void TakePicture();
+  Status WriteModelPicture(const std::string& file);
+  void Tell(const std::string& note);
+  std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
+  void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }
+  // Turning previews leave most of a slow machine to the model.
+  double TurningPause() const
+  {
+    constexpr double least = 0.05; // between frames of the previews
+    constexpr double share = 0.25; // of the time that their frames take
+    return std::max(least, this->FrameSeconds / share);
+  }
+  bool OwesOcclusion(double now) { return this->LacksOcclusion && this->Occlusion.Has(false, now); }
+  bool PreviewsTurn() const { return this->Shelf && this->Shelf->AnyIsShown(); }
+
+  ViewOptions Options;
+  std::unique_ptr<DisplayWindow> Display;
+
+  vtkNew<vtkRenderer> Ground; // behind all
+  SessionScene Scene;
+  RegionBoxes Boxes;
+  InterfaceLayer Interface;
+  Panels Words;
+  ViewSettings Settings;
+  WindowInput Input;
+  ScreenClipboard Clipboard;
+  WindowSession Session;
+  ViewReport Report;
+
+  std::unique_ptr<Previews> Shelf; // once the models are known
+  std::string Titled;              // the model that the window's title names
+
+  std::vector<Tile> Tiles;
+  Viewport View;
+  OcclusionClock Occlusion;
+  bool LacksOcclusion = false;    // the picture, which is to have it
+  std::optional<SceneSight> Seen; // in the last picture
+  bool PressIsOfWords = false;
+  bool Ended = false;
+  bool OwesPicture = false;
+  // After each change: panels take their size in the second.
+  int FramesLeft = 2;
+  double LastFrame = SteadySeconds(), LastTurn = SteadySeconds(), FrameSeconds = 0;
+  std::string Note;
+  double NoteUntil = 0;
+};
+
+}

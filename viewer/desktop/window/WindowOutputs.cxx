@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What leaves a window: pictures, texts to paste, and what the command line asks for. See
+// WindowLook.h.
+#include "viewer/desktop/OpenSource.h"
+#include "viewer/desktop/window/ToolsPanel.h"
+#include "viewer/desktop/window/WindowLook.h"
+#include "viewer/rendering/Picture.h"
+
+#include <vtkRenderWindow.h>
+
+#include <filesystem>
+
+namespace kdstream
+{
+namespace
+{
+
+// "dragon.png", or "dragon-2.png" where that is there.
+std::string NewPictureName(const std::string& model)
+{
+  std::error_code failure;
+  std::string name = model + ".png";
+  for (int i = 2; std::filesystem::exists(name, failure); ++i)
+  {
+    name = model + "-" + std::to_string(i) + ".png";
+  }
+  return name;
+}
+
+}
+
+void WindowLook::Copy(const std::string& text, const std::string& what)
+{
+  this->Tell(this->Clipboard.Put(text) ? what + " copied." : "There is no clipboard.");
+}
+
+// For a browser, or for kdstream-view.
+void WindowLook::CopyLink()
+{
+  if (this->Session.Model())
+  {
+    const std::string& source = this->Options.source;
+    const bool isServer = NamesServer(source);
+    this->Copy(source + (isServer && source.back() != '/' ? "/#" : "#") + this->Link(),
+      "The link to this view is");
+  }
+}
+
+void WindowLook::CopyMeasurements()
+{
+  std::string text;
+  const PanelFacts facts = this->Facts();
+  for (const SeenMeasurement& each : facts.measurements)
+  {
+    text += each.measurement.name + ": " +
+            DescribeMeasurement(each.measurement, facts.up, facts.model ? facts.model->unit : "") +
+            "\n";
+  }
+  this->Copy(text, "The distances are");
+}
+
+// A picture is taken when what was done before it is on the screen; of a recording when all has
+// come, as it is when that plays again.
+void WindowLook::AskForPicture()
+{
+  this->OwesPicture = true;
+  this->FramesLeft = 2;
+  if (this->Session.IsRecording() && !this->Session.Viewer().IsIdle())
+  {
+    this->Tell("The picture is taken when all of it has come.");
+  }
+}
+
+void WindowLook::TakePicture()
+{
+  this->OwesPicture = false;
+  const std::string model = this->Session.Viewer().GetStatus().model;
+  if (model.empty() || this->Session.Viewer().GetStatus().vertices == 0)
+  {
+    this->Tell("There is nothing to write a picture of yet.");
+    return;
+  }
+  const std::string file = NewPictureName(model);
+  const Status written = this->WriteModelPicture(file);
+  this->Session.Do({ SessionStep::Kind::Screenshot, {}, file });
+  this->Tell(written ? "Wrote " + file : written.GetError().message);
+}
+
+// The model alone. It is drawn, but not shown: the window keeps its words and buttons.
+Status WindowLook::WriteModelPicture(const std::string& file)
+{
+  vtkRenderWindow& window = this->Display->Window();
+  this->Interface.SetVisible(false);
+  this->Scene.SetStyle({ this->Settings.scene.coloring, false, this->Settings.scene.occlusion });
+  window.SwapBuffersOff();
+  const auto picture = Pixels(window);
+  window.SwapBuffersOn();
+  this->Interface.SetVisible(true);
+  KDSTREAM_TRY(picture);
+  return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
+}
+
+Status WindowLook::Finish()
+{
+  if (!this->Options.screenshot.empty() && this->Session.Viewer().GetStatus().vertices > 0)
+  {
+    KDSTREAM_TRY(At(this->Options.screenshot, this->WriteModelPicture(this->Options.screenshot)));
+  }
+  KDSTREAM_TRY(At(this->Options.record, this->Session.Recorder().Finish()));
+  KDSTREAM_TRY(At(this->Options.statistics,
+    WriteOutput(this->Options.statistics, StatisticsJson(this->Session.Viewer().Statistics()))));
+  return At(
+    this->Options.report, WriteOutput(this->Options.report,
+                            this->Report.Json(this->Session.Viewer().GetTraffic(), this->Link())));
+}
+
+}

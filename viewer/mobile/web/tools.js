@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tools for looking: views from six sides, turning by itself, measuring, links to views, pictures. Fetched when they are
+// first used. What they do is decided in WebAssembly; here are their buttons, and the lines over the picture.
+
+const find = (id) => document.getElementById(id);
+
+function make(name, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(name), properties);
+  element.append(...children);
+  return element;
+}
+
+function makeButton(text, act, properties = {}) {
+  const button = make("button", { type: "button", textContent: text, ...properties });
+  button.addEventListener("click", act);
+  return button;
+}
+
+function group(title, ...children) {
+  return make("fieldset", {}, make("legend", { textContent: title }), ...children);
+}
+
+// ---- figures
+
+// As many digits as the error leaves; of what is exact six.
+export function formatLength(value, error, unit) {
+  const size = Math.abs(value);
+  const digits = error > 0 ? Math.ceil(Math.log10(Math.max(size, error) / error)) + 1 : 6;
+  const rounded = Number(value.toPrecision(Math.min(Math.max(digits, 1), 9)));
+  const plain = size === 0 || (size >= 1e-6 && size < 1e9);
+  const text = plain ? rounded.toLocaleString("en", { maximumFractionDigits: 9 }) : rounded.toExponential();
+  return unit ? `${text}\u00a0${unit}` : text;
+}
+
+export function describeMeasurement({ distance, height, horizontal, error, exact, waits, to }, unit) {
+  if (!to) {
+    return "from here to …";
+  }
+  const length = (value) => formatLength(value, error, unit);
+  const doubt = error > 0 ? ` ± ${formatLength(error, error / 2, unit)}` : "";
+  const told = waits ? " (the original is coming)" : exact ? "" : " (of a coarser level)";
+  return `${length(distance)}${doubt}${told}, height ${length(height)}, across ${length(horizontal)}`;
+}
+
+// ---- carrying away
+
+async function copyText(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch { // not in a page without https
+    const area = make("textarea", { value: text });
+    document.body.append(area);
+    area.select();
+    const copied = document.execCommand("copy");
+    area.remove();
+    if (!copied) {
+      prompt("Copy this:", text);
+    }
+  }
+}
+
+function download(blob, name) {
+  const link = make("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+// The canvas on the page's background, with the lines over it, and title, credit and licence below.
+function composePicture(canvas, overlay, words) {
+  const ratio = canvas.width / canvas.clientWidth;
+  const line = Math.round(18 * ratio);
+  const picture = make("canvas", { width: canvas.width, height: canvas.height + (words.length ? (words.length + 0.7) * line : 0) });
+  const brush = picture.getContext("2d");
+  const ground = brush.createLinearGradient(0, 0, 0, canvas.height);
+  ground.addColorStop(0, "rgb(33 36 41)");
+  ground.addColorStop(1, "rgb(92 94 99)");
+  brush.fillStyle = ground;
+  brush.fillRect(0, 0, canvas.width, canvas.height);
+  brush.drawImage(canvas, 0, 0);
+  overlay(brush);
+  brush.fillStyle = "#1a1c20";
+  brush.fillRect(0, canvas.height, picture.width, picture.height - canvas.height);
+  brush.fillStyle = "#f3f0ea";
+  brush.font = `${Math.round(13 * ratio)}px system-ui, sans-serif`;
+  words.forEach((text, i) => brush.fillText(text, line / 2, canvas.height + (i + 1) * line, picture.width - line));
+  return new Promise((done) => {
+    picture.toBlob(done, "image/png");
+  });
+}
+
+// ---- the panel
+
+// page: { canvas, viewer, exchange, wake, status(), words(), colours() }
+export class Tools {
+  #page;
+  #panel = find("tools");
+  #overlay = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  #list = make("ol", { id: "measurements" });
+  #drawn = "";
+
+  constructor(page) {
+    this.#page = page;
+    document.head.append(make("link", { rel: "stylesheet", href: new URL("tools.css", import.meta.url).href }));
+    this.#overlay.id = "overlay";
+    this.#overlay.setAttribute("aria-hidden", "true");
+    page.canvas.after(this.#overlay);
+    const side = (name) => makeButton(name, () => this.#do((viewer) => viewer.lookFromSide(name.toLowerCase())), { className: "tool" });
+    const toggle = (id, text, act) => makeButton(text, act, { id, className: "tool" });
+    this.spin = toggle("spin", "Turn by itself", () => this.#do((viewer) => viewer.setSpinning(!page.status().spinning)));
+    this.measure = toggle("measure", "Measure", () => this.#do((viewer) => viewer.setMeasuring(!page.status().measuring)));
+    const share = navigator.share ? [makeButton("Share…", () => this.#share(), { className: "tool" })] : [];
+    this.#panel.append(
+      group("Look from", make("div", { className: "grid" }, ...["Front", "Back", "Left", "Right", "Top", "Bottom"].map(side)), this.spin),
+      group("Distances", this.measure, this.#list,
+        makeButton("Copy as text", () => this.#copyMeasurements(), { className: "tool", id: "copy-measurements" })),
+      group("This view", makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
+        makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" })),
+      make("p", { id: "tools-note", role: "status" }));
+    this.show();
+  }
+
+  #do(act) {
+    act(this.#page.viewer);
+    this.#page.exchange();
+    this.#page.wake();
+  }
+
+  #note(text) {
+    find("tools-note").textContent = text;
+  }
+
+  link() {
+    const { origin, pathname } = location;
+    const colours = this.#page.colours();
+    return `${origin}${pathname}#${this.#page.viewer.link()}${colours ? `&colours=${colours}` : ""}`;
+  }
+
+  async #copyLink() {
+    await copyText(this.link());
+    this.#note("The link to this view is copied.");
+  }
+
+  async #share() {
+    try {
+      await navigator.share({ title: document.title, url: this.link() });
+    } catch {
+      // nobody was told
+    }
+  }
+
+  async #copyMeasurements() {
+    const { unit } = this.#page.status();
+    const lines = this.#page.viewer.measurements().map((each) => `${each.name}: ${describeMeasurement(each, unit)}`);
+    await copyText(lines.join("\n"));
+    this.#note("The distances are copied.");
+  }
+
+  async #savePicture() {
+    this.#page.redraw(); // a canvas keeps its picture for as long as this turn lasts
+    const blob = await composePicture(this.#page.canvas, (brush) => this.#paint(brush), this.#page.words());
+    download(blob, `${this.#page.status().model}.png`);
+    this.#note("The picture is saved.");
+  }
+
+  // ---- lines over the picture
+
+  // After each frame.
+  show() {
+    const { spinning, measuring, unit } = this.#page.status();
+    this.spin.setAttribute("aria-pressed", Boolean(spinning));
+    this.measure.setAttribute("aria-pressed", Boolean(measuring));
+    const measurements = this.#page.viewer.measurements();
+    const text = JSON.stringify([measurements, unit]);
+    if (text === this.#drawn) {
+      return;
+    }
+    this.#drawn = text;
+    this.#showLines(measurements, unit);
+    this.#showList(measurements, unit);
+  }
+
+  #showLines(measurements, unit) {
+    const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
+    const shape = (name, properties) => {
+      const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+      Object.entries(properties).forEach(([key, value]) => element.setAttribute(key, value));
+      return element;
+    };
+    this.#overlay.replaceChildren(...measurements.flatMap((each) => {
+      const [from, to] = [each.from, each.to].map((place) => place?.map((pixels) => pixels / ratio));
+      const dots = [from, to].filter(Boolean).map(([x, y]) => shape("circle", { cx: x, cy: y, r: 4 }));
+      if (!from || !to) {
+        return dots;
+      }
+      const label = shape("text", { x: (from[0] + to[0]) / 2, y: (from[1] + to[1]) / 2 - 8 });
+      label.textContent = formatLength(each.distance, each.error, unit);
+      return [shape("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1] }), ...dots, label];
+    }));
+  }
+
+  #showList(measurements, unit) {
+    find("copy-measurements").hidden = measurements.length === 0;
+    while (this.#list.children.length > measurements.length) {
+      this.#list.lastElementChild.remove();
+    }
+    while (this.#list.children.length < measurements.length) {
+      this.#list.append(this.#listEntry(this.#list.children.length));
+    }
+    measurements.forEach((each, i) => {
+      const [name, figures] = this.#list.children[i].children;
+      if (document.activeElement !== name) {
+        name.value = each.name;
+      }
+      figures.textContent = describeMeasurement(each, unit);
+    });
+  }
+
+  #listEntry(index) {
+    const name = make("input", { type: "text", maxLength: 60, ariaLabel: "Name of the distance" });
+    name.addEventListener("change", () => this.#do((viewer) => viewer.nameMeasurement(index, name.value)));
+    const remove = makeButton("×", () => this.#do((viewer) => viewer.removeMeasurement(index)), { className: "remove", ariaLabel: "Remove" });
+    return make("li", {}, name, make("span"), remove);
+  }
+
+  // The same lines, for a picture.
+  #paint(brush) {
+    const { unit } = this.#page.status();
+    const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
+    brush.strokeStyle = brush.fillStyle = "#ffd166";
+    brush.lineWidth = 2 * ratio;
+    brush.font = `600 ${Math.round(14 * ratio)}px system-ui, sans-serif`;
+    brush.textAlign = "center";
+    for (const { from, to, distance, error } of this.#page.viewer.measurements()) {
+      if (from && to) {
+        brush.beginPath();
+        brush.moveTo(...from);
+        brush.lineTo(...to);
+        brush.stroke();
+        brush.fillText(formatLength(distance, error, unit), (from[0] + to[0]) / 2, (from[1] + to[1]) / 2 - 8 * ratio);
+      }
+    }
+    brush.textAlign = "start";
+  }
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Distances that a person measures between two points of the surface. Step "pick" of the README's
+// picture.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
+
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+struct MeasuredPoint
+{
+  Vec3 point{};          // model units
+  Resolution resolution; // the coarsest that had a part in what was picked
+  // The mesh that the store was built from is no farther away there: of a level the largest
+  // deviation of any of its vertices, and what the grid rounds.
+  double error = 0;   // model units
+  bool waits = false; // for the original, which is asked for
+  bool operator==(const MeasuredPoint&) const = default;
+};
+
+// How far the input's surface may be from what a resolution shows, model units; 0 for the original
+// of a lossless store.
+double ErrorBoundOf(Resolution resolution, const ModelDescription& model);
+
+struct Measurement
+{
+  std::string name;
+  MeasuredPoint from;
+  std::optional<MeasuredPoint> to; // nothing while only one end is there
+  bool operator==(const Measurement&) const = default;
+
+  // Of these three nothing is known before `to` is there: 0.
+  double Distance() const;                 // model units, straight
+  double Height(const Vec3& up) const;     // of that along `up`, of length 1; below 0: downwards
+  double Horizontal(const Vec3& up) const; // of that across it
+  // The distance in the input is no farther from that than this.
+  double Error() const;
+  // Both ends are on the original.
+  bool IsExact() const;
+};
+
+}

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The lamps on a sphere: how bright each slope is, and how much brighter its neighbours are.
+#include "viewer/session/Geometry.h"
+#include "viewer/session/look/SceneLook.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+// Of a place whose normal is `normal`: its light, 1 for all of its colour; and the steepest change
+// of it with the normal, a radian, as a share of it. Highlights left out.
+struct Shade
+{
+  double light, relief;
+};
+
+Shade ShadeOf(const Vec3& normal)
+{
+  double light = sceneMaterial.ambient;
+  Vec3 change{ 0, 0, 0 };
+  for (const SceneLight& lamp : sceneLights)
+  {
+    const Vec3 direction = Normalized(lamp.position);
+    const double facing = Dot(normal, direction);
+    if (facing > 0)
+    {
+      light += sceneMaterial.diffuse * lamp.intensity * facing;
+      change = change + (direction - normal * facing) * (sceneMaterial.diffuse * lamp.intensity);
+    }
+  }
+  return { light, Length(change) / light };
+}
+
+bool IsAwayFromKey(const Vec3& normal)
+{
+  return Dot(normal, sceneLights[0].position) <= 0;
+}
+
+// Normals of what is seen of a sphere, but its outline.
+std::vector<Vec3> SeenNormals()
+{
+  std::vector<Vec3> normals;
+  for (double x = -1; x <= 1; x += 0.02)
+  {
+    for (double y = -1; y <= 1; y += 0.02)
+    {
+      if (x * x + y * y < 0.97)
+      {
+        normals.push_back({ x, y, std::sqrt(1 - x * x - y * y) });
+      }
+    }
+  }
+  return normals;
+}
+
+// And there is a side that is lit, and one that is not.
+TEST(SceneLook, NothingIsBlackAndNothingIsBlown)
+{
+  double darkest = 2, brightestAway = 0, brightest = 0;
+  for (const Vec3& normal : SeenNormals())
+  {
+    const double light = ShadeOf(normal).light;
+    darkest = std::min(darkest, light);
+    brightest = std::max(brightest, light);
+    brightestAway = std::max(brightestAway, IsAwayFromKey(normal) ? light : 0);
+  }
+  EXPECT_GE(darkest, 0.14);
+  EXPECT_LE(brightest, 1.05);
+  EXPECT_LT(brightestAway, 0.5 * brightest);
+}
+
+// Nine in ten places there change their light by 40 % a radian and more, the half by 70 %: as those
+// in the light.
+TEST(SceneLook, SidesAwayFromTheKeyLightShowRelief)
+{
+  std::vector<double> dark, bright;
+  for (const Vec3& normal : SeenNormals())
+  {
+    (IsAwayFromKey(normal) ? dark : bright).push_back(ShadeOf(normal).relief);
+  }
+  ASSERT_GT(dark.size(), 500U);
+  std::sort(dark.begin(), dark.end());
+  std::sort(bright.begin(), bright.end());
+  EXPECT_GE(dark[dark.size() / 10], 0.4);
+  EXPECT_GE(dark[dark.size() / 2], 0.7);
+  EXPECT_GE(dark[dark.size() / 2], 0.9 * bright[bright.size() / 2]);
+}
+
+}
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A view that is told to another viewer: what a link to it says. Step "look" of the README's
+// picture.
+//
+//   model=dragon&digest=76cfa554&view=AX9…&turning=free&detail=level&region=1234.2
+//
+// is what stands behind the # of a viewer's address (doc/viewing.md#links-to-views).
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/session/Camera.h"
+#include "viewer/session/SessionTypes.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ViewLink
+{
+  struct Region
+  {
+    NodeId cell = 1;
+    unsigned rings = 1;
+    bool operator==(const Region&) const = default;
+  };
+
+  std::string model;                // its id
+  std::string digest;               // how the model's digest begins; empty: whichever it has
+  std::optional<CameraPlace> place; // of the camera; nothing: the first view
+  Turning turning = Turning::Upright;
+  DetailMode detail = DetailMode::View;
+  std::optional<Region> region; // that is the original
+  // The ends of distances that were measured, as CameraPlace has points; at most mostMeasurements.
+  std::vector<std::array<Vec3, 2>> measurements;
+  std::string colors, light; // words of the session files; empty: as usual
+  bool operator==(const ViewLink&) const = default;
+
+  static constexpr std::size_t digestDigits = 8;
+  static constexpr std::size_t mostMeasurements = 16;
+  static constexpr std::size_t longest = 2048; // characters
+};
+
+// The camera's numbers are rounded to less than a hundredth of a pixel. O(size).
+std::string FormatViewLink(const ViewLink& link);
+
+// Takes any text. What it does not know it skips: a later version's links open as far as they can.
+// Errors: InvalidInput where the text is longer than ViewLink::longest, no model is named, or a
+// value is none that its key can have.
+Result<ViewLink> ParseViewLink(std::string_view text);
+
+}
