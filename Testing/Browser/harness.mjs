@@ -306,7 +306,7 @@ export class Visit {
   messageShown() {
     return this.page.evaluate(() => {
       const message = document.getElementById("message");
-      return message.checkVisibility() ? document.getElementById("message-text").textContent : "";
+      return message?.checkVisibility({ visibilityProperty: true }) ? document.getElementById("message-text").textContent : "";
     });
   }
 

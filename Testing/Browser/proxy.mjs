@@ -3,7 +3,7 @@
 // stream, alters blobs on the way, cuts frames short. It speaks as much WebSocket as that takes: whole, unmasked,
 // uncompressed messages from the server, each of one frame.
 
-import { once } from "node:events";
+import { EventEmitter, once } from "node:events";
 import { createServer, request } from "node:http";
 import { connect } from "node:net";
 
@@ -21,7 +21,7 @@ function blobOfPath(path) {
   return /^\/api\/models\/[^/]+\/[0-9a-f]{32}\/(.+)$/.exec(path)?.[1];
 }
 
-export class Proxy {
+export class Proxy extends EventEmitter {
   #server;
   #target; // port
   #sockets = new Set();
@@ -33,6 +33,8 @@ export class Proxy {
   alterBlob = null;
   // (message) => message: a whole KdStream frame
   alterFrame = null;
+  bytesPerSecond = Infinity; // of each answer to a GET
+  stallsAt = Infinity; // bytes of an answer after which nothing more comes
   altered = 0; // blobs and frames that were
 
   static async start(target) {
@@ -74,10 +76,29 @@ export class Proxy {
         body = this.#alter(name, body);
       }
       const fields = { ...answered.headers, "content-length": method === "HEAD" ? answered.headers["content-length"] : body.length };
-      answer.writeHead(answered.statusCode, fields).end(body);
+      answer.writeHead(answered.statusCode, fields);
+      await this.#pace(answer, body);
     });
     onward.on("error", () => answer.writeHead(502).end());
     asked.pipe(onward);
+  }
+
+  async #pace(answer, body) {
+    const step = Math.max(1, Math.ceil(this.bytesPerSecond / 10)); // ten a second
+    for (let begin = 0; begin < body.length && step < Infinity; begin += step) {
+      if (begin >= this.stallsAt) {
+        await once(this, "goes on");
+      }
+      answer.write(body.subarray(begin, begin + step));
+      await new Promise((resolve) => setTimeout(resolve, 100));
+    }
+    answer.end(step < Infinity ? undefined : body);
+  }
+
+  // Ends a stall.
+  goOn() {
+    this.stallsAt = Infinity;
+    this.emit("goes on");
   }
 
   // ---- the stream

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Puts FILES into the folder PAGE, compresses each, prints their sizes, and fails where they are more than MOST_BYTES
-# together: what a phone must fetch before it sees anything. Comments and indentation stay at home.
+# Puts the page of the folder SOURCE and WASM into the folder PAGE, compresses each file, prints their sizes, and fails
+# where they are more than MOST_BYTES together: what a phone must fetch before it sees anything. What page.js imports
+# becomes one file with it: each file costs a slow network a round trip.
 function(pad text width result)
   string(LENGTH "${text}" length)
   math(EXPR missing "${width} - ${length}")
@@ -14,33 +15,50 @@ function(print_row name raw compressed)
   message("${raw} ${compressed}  ${name}")
 endfunction()
 
-# Only what needs no parser: comments that have their lines to themselves, and white space before a line.
-function(copy_stripped file to)
-  file(READ "${file}" text)
+# Comments and indentation stay at home.
+function(copy_stripped name)
+  file(READ "${SOURCE}/${name}" text)
   string(REGEX REPLACE "\n[ ]+" "\n" text "\n${text}")
-  if(file MATCHES "\\.js$")
-    string(REGEX REPLACE "\n//[^\n]*" "" text "${text}")
-  else()
-    string(REGEX REPLACE "\n/\\*[^*]*\\*/" "" text "${text}")
-  endif()
   string(REGEX REPLACE "\n\n+" "\n" text "${text}")
   string(REGEX REPLACE "^\n" "" text "${text}")
-  file(WRITE "${to}" "${text}")
+  file(WRITE "${PAGE}/${name}" "${text}")
+endfunction()
+
+function(minify name)
+  # es2022: what browsers with WebGL 2 and bulk memory have.
+  execute_process(COMMAND "${ESBUILD}" "${SOURCE}/${name}" --bundle --minify --format=esm --target=es2022 --charset=utf8
+    --legal-comments=none --log-level=warning ${ARGN} "--outfile=${PAGE}/${name}" COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
 file(REMOVE_RECURSE "${PAGE}")
 file(MAKE_DIRECTORY "${PAGE}")
+file(COPY "${WASM}" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
+file(SIZE "${WASM}" wasm_bytes)
+copy_stripped(index.html)
+minify(style.css)
+minify(page.js "--define:viewerBytes=${wasm_bytes}" --external:./tools.js)
+minify(tools.js) # and its style: fetched when they are first used
+minify(tools.css)
+
+file(COPY "${SOURCE}/icon.svg" "${SOURCE}/manifest.webmanifest" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
+
+# The service worker knows all the others by their digests, and so is another one whenever any of them is.
+set(files index.html style.css page.js tools.js tools.css kdstream.wasm icon.svg manifest.webmanifest)
+set(digests)
+foreach(name IN LISTS files)
+  file(SHA256 "${PAGE}/${name}" digest)
+  list(APPEND digests "\"${name}\":\"${digest}\"")
+endforeach()
+list(JOIN digests "," digests)
+string(SHA256 version "${digests}")
+string(SUBSTRING "${version}" 0 16 version)
+minify(worker.js "--define:pageVersion=\"${version}\"" "--define:pageFiles={${digests}}")
+
 set(sum 0)
 set(sum_compressed 0)
 print_row("the page" "bytes" "gzipped")
-foreach(file IN LISTS FILES)
-  get_filename_component(name "${file}" NAME)
-  if(name MATCHES "^kdstream\\.") # emscripten's
-    file(COPY "${file}" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
-  else()
-    copy_stripped("${file}" "${PAGE}/${name}")
-  endif()
-  execute_process(COMMAND "${GZIP}" -9 -n -k -f "${PAGE}/${name}" COMMAND_ERROR_IS_FATAL ANY)
+foreach(name IN LISTS files ITEMS worker.js)
+  execute_process(COMMAND "${ZOPFLI}" "${PAGE}/${name}" COMMAND_ERROR_IS_FATAL ANY)
   file(SIZE "${PAGE}/${name}" raw)
   file(SIZE "${PAGE}/${name}.gz" compressed)
   math(EXPR sum "${sum} + ${raw}")

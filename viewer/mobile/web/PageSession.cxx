@@ -3,6 +3,7 @@
 #include "viewer/mobile/web/PageSession.h"
 
 #include "filters/model/ModelJson.h"
+#include "server/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
 
@@ -105,13 +106,38 @@ void PageSession::Exchange(double now)
   this->Send(now);
   for (const ClientEvent& event : this->Talk.TakeEvents())
   {
-    if (event.kind == ClientEvent::Kind::Opened)
-    {
-      this->Open = event.model;
-    }
-    Deliver(event, this->Viewer);
+    this->Take(event);
   }
   this->Send(now); // what the events have led to
+}
+
+void PageSession::Take(const ClientEvent& event)
+{
+  if (event.kind == ClientEvent::Kind::Opened)
+  {
+    this->Open = event.model;
+    this->OpenRequest = event.request;
+  }
+  const bool keeps =
+    this->Keeps && event.kind == ClientEvent::Kind::Blob && event.request > this->OpenRequest;
+  const std::string before = keeps ? this->Viewer.GetStatus().error : "";
+  Deliver(event, this->Viewer);
+  if (keeps && !this->Open.id.empty() && this->Viewer.GetStatus().error == before)
+  {
+    this->Arrivals.push_back(
+      { protocol::BlobPath(this->Open.id, this->Open.digest, event.blob), event.bytes });
+  }
+}
+
+std::optional<PageSession::Arrival> PageSession::TakeArrival()
+{
+  if (this->Arrivals.empty())
+  {
+    return std::nullopt;
+  }
+  Arrival arrival = std::move(this->Arrivals.front());
+  this->Arrivals.pop_front();
+  return arrival;
 }
 
 void PageSession::Send(double now)
@@ -148,6 +174,7 @@ std::string PageSession::ModelsJson() const
   {
     json.BeginObject()
       .Member("id", model.id)
+      .Member("digest", model.digest)
       .Member("title", model.title)
       .Member("vertices", model.vertices)
       .Member("triangles", model.triangles)

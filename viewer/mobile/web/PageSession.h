@@ -9,9 +9,13 @@
 #include "viewer/client/ServerLine.h"
 #include "viewer/session/ViewerSession.h"
 
+#include <cstdint>
+#include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -36,7 +40,19 @@ public:
   // Carries between session and line what either has for the other. Call after every input.
   void Exchange(double now);
 
-  // [{"id","title","vertices","triangles"}], the models of the list.
+  // A blob as it came, undamaged as far as the session has seen, and its path at the server: what a
+  // page may keep for later.
+  struct Arrival
+  {
+    std::string path;
+    std::vector<std::uint8_t> bytes;
+  };
+  // Whether they are gathered; not at first.
+  void SetKeeps(bool keeps) { this->Keeps = keeps; }
+  // The next one since the last call, or none.
+  std::optional<Arrival> TakeArrival();
+
+  // [{"id","digest","title","vertices","triangles"}], the models of the list.
   std::string ModelsJson() const;
   // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]: the distances
   // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
@@ -48,6 +64,7 @@ public:
 
 private:
   void Send(double now);
+  void Take(const ClientEvent& event);
   std::string Staleness() const;
 
   ViewerSession Viewer;
@@ -55,6 +72,9 @@ private:
   std::string Refusal; // of the last selection
   bool Listed = false; // there is a list of models
   ModelDescription Open;
+  std::uint32_t OpenRequest = 0; // all later ones are for that model
+  bool Keeps = false;
+  std::deque<Arrival> Arrivals;
 };
 
 }

@@ -12,6 +12,7 @@
 #include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/look/OcclusionClock.h"
+#include "viewer/session/look/Palette.h"
 
 #include <emscripten/emscripten.h>
 #include <emscripten/html5.h>
@@ -21,6 +22,7 @@
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -73,6 +75,7 @@ struct WebViewer
   std::string drawingError;
 
   std::string inbox, outbox;
+  std::vector<std::uint8_t> arrived; // the bytes of the last arrival
 };
 
 namespace
@@ -503,10 +506,50 @@ extern "C"
   {
     return viewer->mostBytes;
   }
+  EMSCRIPTEN_KEEPALIVE void ViewerSetKeeps(WebViewer* viewer, bool keeps)
+  {
+    viewer->page.SetKeeps(keeps);
+  }
+  // The bytes of the next blob that has come, while such are kept; the text is its path. 0 if there
+  // is none.
+  EMSCRIPTEN_KEEPALIVE const std::uint8_t* ViewerArrival(WebViewer* viewer)
+  {
+    auto arrival = viewer->page.TakeArrival();
+    viewer->outbox = arrival ? std::move(arrival->path) : "";
+    viewer->arrived = arrival ? std::move(arrival->bytes) : std::vector<std::uint8_t>();
+    return arrival ? viewer->arrived.data() : nullptr;
+  }
+  EMSCRIPTEN_KEEPALIVE std::size_t ViewerArrivalBytes(const WebViewer* viewer)
+  {
+    return viewer->arrived.size();
+  }
   // As the text.
   EMSCRIPTEN_KEEPALIVE void ViewerModels(WebViewer* viewer)
   {
     viewer->outbox = viewer->page.ModelsJson();
+  }
+  // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
+  // level: -1 for the original; color: 0xrrggbb.
+  EMSCRIPTEN_KEEPALIVE void ViewerLegend(WebViewer* viewer)
+  {
+    std::set<kdstream::Resolution> shown;
+    const kdstream::ViewerScene scene = viewer->page.Session().Scene();
+    for (const auto& part : scene.surface->Parts())
+    {
+      shown.insert(part.part->piece.resolution);
+    }
+    kdstream::JsonWriter json;
+    json.BeginArray();
+    for (auto resolution = shown.rbegin(); resolution != shown.rend(); ++resolution)
+    {
+      const auto [red, green, blue] = kdstream::ResolutionColor(*resolution);
+      json.BeginObject()
+        .Member("level", resolution->IsOriginal() ? -1 : static_cast<int>(resolution->Depth()))
+        .Member("color", red << 16 | green << 8 | blue)
+        .EndObject();
+    }
+    json.EndArray();
+    viewer->outbox = json.Text();
   }
   EMSCRIPTEN_KEEPALIVE void ViewerStatus(WebViewer* viewer)
   {

@@ -2,11 +2,15 @@
 // The page's sockets: does what the viewer's line to the server wants, and tells it what happened. Step "receive" of
 // the README's picture.
 
+import { findBlob, findText, storeBlobs, storeText } from "./storage.js";
 import { Action } from "./viewer.js";
 
 const longestSilence = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
+const listPath = "/api/models.json";
+const keepPause = 300; // ms, for which blobs are gathered before they are kept
+const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
 // What the server lets its guests have comes with the page's link (#token=…), or is entered. It is kept for this tab,
 // and stays in no address or log; but a browser may remember the link that was opened. True if there was one.
@@ -44,6 +48,15 @@ export function enterToken(given) {
   return Boolean(found);
 }
 
+// What takes a token is for those who have one, and not for whoever uses this browser next.
+export const mayKeep = () => !token;
+
+// Whether the list is that of an earlier day, as the server cannot be reached.
+let offline = false;
+export const isOffline = () => offline;
+
+const notKept = () => ({ status: 404, bytes: new TextEncoder().encode('{"error":"it is not kept on this device"}'), retryAfter: 0 });
+
 // All addresses are relative to the page's, so that it works below a path too.
 function addressOf(path) {
   return new URL(path.replace(/^\/+/, ""), new URL(".", location.href));
@@ -64,7 +77,7 @@ function retryAfterOf({ status, headers }) {
 }
 
 // The answer's status, body and retryAfter; stops where it has more than mostBytes, or falls silent.
-async function get(path, mostBytes, cache = "default") {
+export async function get(path, mostBytes, cache = "default") {
   const controller = new AbortController();
   let timer = 0;
   const wait = () => {
@@ -109,15 +122,49 @@ function join(parts, length) {
 // The list of models as bytes. Throws an error whose message says why there is none, with retryAfter where a busy server
 // has said it.
 export async function getList() {
-  const { status, bytes, retryAfter } = await get("api/models.json", mostListBytes).catch(() => {
-    throw new Error("the server does not answer");
-  });
+  let answer;
+  try {
+    answer = await get(listPath, mostListBytes);
+  } catch {
+    const kept = mayKeep() ? await findText(listPath) : null;
+    if (!kept) {
+      throw new Error("the server does not answer");
+    }
+    offline = true;
+    return kept;
+  }
+  offline = false;
+  const { status, bytes, retryAfter } = answer;
   if (status !== 200) {
     const lacks = token ? "the link has expired, or is for another server" : "open the link that you were given";
     const asksForToken = status === 401;
     throw Object.assign(new Error(asksForToken ? `the server asks for a token: ${lacks}` : `the server says ${status}`), { retryAfter, asksForToken });
   }
+  if (mayKeep()) {
+    storeText(listPath, bytes);
+  }
   return bytes;
+}
+
+// As `get`, but what is kept is not fetched, and is all there is where the server cannot be reached.
+async function getOrFind(path, mostBytes, cache) {
+  const kept = mayKeep() && cache === "default" && blobPath.test(path) ? await findBlob(path) : null;
+  if (kept) {
+    return { status: 200, bytes: new Uint8Array(kept), retryAfter: 0, kept: true };
+  }
+  try {
+    const answer = await get(path, mostBytes, cache);
+    if (mayKeep() && answer.status === 200 && path.endsWith("/model.json")) {
+      storeText(path, answer.bytes);
+    }
+    return answer;
+  } catch (error) {
+    if (!offline) {
+      throw error;
+    }
+    const description = await findText(path);
+    return description ? { status: 200, bytes: description, retryAfter: 0 } : notKept();
+  }
 }
 
 export class Line {
@@ -125,6 +172,9 @@ export class Line {
   #changed;
   #socket = null;
   #fetched = new Set(); // paths
+  #arrived = []; // blobs that are to be kept
+  #found = new Set(); // paths that were
+  #described = new Set(); // models whose descriptions are
   #distrusted = new Set(); // those of them whose copy in the browser's cache may be damaged
 
   // changed: called whenever something came for the viewer.
@@ -152,7 +202,32 @@ export class Line {
           this.#fetch(action.text, action.mostBytes);
           break;
         default:
+          this.#keepArrivals();
           return;
+      }
+    }
+  }
+
+  #keepArrivals() {
+    const idle = this.#arrived.length === 0;
+    for (let arrival; (arrival = this.#viewer.nextArrival());) {
+      if (!this.#found.delete(arrival.path)) {
+        this.#arrived.push(arrival);
+      }
+    }
+    if (idle && this.#arrived.length) {
+      setTimeout(() => this.#store(), keepPause);
+    }
+  }
+
+  #store() {
+    const arrived = this.#arrived;
+    this.#arrived = [];
+    storeBlobs(arrived);
+    for (const id of new Set(arrived.map(({ path }) => blobPath.exec(path)[1]))) {
+      if (!this.#described.has(id)) {
+        this.#described.add(id);
+        getOrFind(`/api/models/${id}/model.json`, mostListBytes).catch(() => this.#described.delete(id));
       }
     }
   }
@@ -235,7 +310,10 @@ export class Line {
     const cache = this.#distrusted.delete(path) ? "reload" : "default";
     this.#fetched.add(path);
     try {
-      const { status, bytes, retryAfter } = await get(path, mostBytes, cache);
+      const { status, bytes, retryAfter, kept } = await getOrFind(path, mostBytes, cache);
+      if (kept) {
+        this.#found.add(path);
+      }
       this.#viewer.fetched(status, bytes, now(), retryAfter);
     } catch {
       this.#viewer.fetchFailed("the server does not answer", now());

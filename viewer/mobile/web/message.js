@@ -31,7 +31,8 @@ function sentence(text) {
 //
 // situation: { status: of the viewer; name: of the model; failed: the viewer has stopped; contextLost; listed: there is a
 // list of models; listTrouble: why there is no new one, asksForToken: for want of one; away: nothing comes from the
-// server; wellAgain; tryNow, askAgain, askForToken: functions }.
+// server; wellAgain; offline: what is kept is all
+// there is; update: a function, where there is a newer page; tryNow, askAgain, askForToken: functions }.
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: "Try now", act: situation.tryNow };
@@ -49,6 +50,12 @@ export function findMessage(situation) {
   if (situation.away) {
     return { text: `${sentence(status.trouble)} Trying again …`, ...again };
   }
+  if (situation.offline) {
+    const missing = status.error && !status.targetLevel; // not even its description
+    return { text: missing
+      ? `“${name}” is not kept on this device, and the server cannot be reached.`
+      : "The server cannot be reached. What this device has kept is shown.", ...again };
+  }
   if (status.drawingError) {
     return { text: sentence(`the picture cannot be drawn: ${status.drawingError}`), ...reload };
   }
@@ -63,6 +70,9 @@ export function findMessage(situation) {
   }
   if (status.stale === "replaced") {
     return { text: `The server has another “${status.title || status.model}” now.`, ...reload };
+  }
+  if (situation.update) {
+    return { text: "There is a newer version of this viewer.", good: true, label: "Reload", act: situation.update };
   }
   return situation.wellAgain ? { text: "Connected again.", good: true } : null;
 }

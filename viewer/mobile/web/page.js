@@ -30,7 +30,15 @@
 //     frames        pictures drawn so far; drawingError: why the last one could not be
 
 import { Fingers } from "./fingers.js";
+import { Line, enterToken, getList, isOffline, mayKeep, takeToken } from "./line.js";
+import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
+import { keepPage, listenToOfflineOptions, openOfflineOptions } from "./offline.js";
+import { storedPaths } from "./storage.js";
+import { loadViewer } from "./viewer.js";
+import { describeProgress, describeSize, describeSurface } from "./words.js";
+
+/* global viewerBytes: of the WebAssembly, by MakePage.cmake */
 
 const find = (id) => document.getElementById(id);
 const canvas = find("view");
@@ -39,9 +47,6 @@ const coarse = matchMedia("(pointer: coarse)").matches;
 let viewer = null;
 let line = null;
 let fingers = null;
-let getList = null;
-let takeToken = null;
-let enterToken = null;
 
 let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
@@ -49,15 +54,11 @@ let asksForToken = false; // because of that
 let linked = ""; // a link to a view, that waits for the list
 let tools = null; // once they have been used
 let contextLost = false;
+let update = null; // goes over to a newer page
+let keptPage = false; // it has been asked for
 let lastStatus = {};
 
 // ---- words
-
-const count = (number) => number.toLocaleString("en");
-
-function kilobytes(bytes) {
-  return bytes < 1e6 ? `${count(Math.ceil(bytes / 1000))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
-}
 
 function say(element, text) {
   if (element.textContent !== text) {
@@ -94,13 +95,15 @@ function showWhatIsWrong(status) {
   const name = nameOf(selectedModel());
   const failed = viewer.failure !== null;
   const listed = models !== null;
-  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, tryNow, askAgain, askForToken }));
+  const offline = isOffline();
+  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, offline, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- the list of models
 
 const firstRetry = 1; // s
 const longestRetry = 8;
+const offlineRetry = 8;
 const emptyRetry = 5; // for a server that has no models yet
 
 let listTimer = 0;
@@ -108,6 +111,7 @@ let listRetry = firstRetry;
 
 async function refreshList() {
   clearTimeout(listTimer);
+  const wasOffline = isOffline();
   try {
     const trouble = viewer.setModels(await getList());
     if (trouble) {
@@ -117,6 +121,11 @@ async function refreshList() {
     asksForToken = false;
     listRetry = firstRetry;
     showModels(viewer.models());
+    if (isOffline()) {
+      refreshListIn(offlineRetry * (1 + Math.random()));
+    } else if (wasOffline) {
+      askAgain(); // for what could not be had
+    }
   } catch (error) {
     listTrouble = error.message;
     asksForToken = error.asksForToken ?? false;
@@ -137,6 +146,7 @@ function showModels(list) {
     models = list;
     find("models").replaceChildren(...models.map(listEntry));
   }
+  markKept();
   const none = find("empty");
   none.hidden = models.length > 0;
   say(none, "This server has no models yet. They appear here as soon as it has one.");
@@ -144,6 +154,17 @@ function showModels(list) {
     refreshListIn(emptyRetry);
   } else if (viewer.status().mode === "no model") {
     selectFirst();
+  }
+}
+
+// Which models open without a network: description and preview are kept.
+async function markKept() {
+  const paths = mayKeep() ? await storedPaths() : new Set();
+  for (const { id, digest } of models) {
+    const blobs = `/api/models/${id}/${digest}/`;
+    const kept = paths.has(`/api/models/${id}/model.json`) && [...paths].some((path) => path.startsWith(blobs));
+    const mark = find("models").querySelector(`[data-model="${CSS.escape(id)}"] .kept`);
+    mark.hidden = !kept;
   }
 }
 
@@ -188,6 +209,11 @@ function listEntry(model) {
   const facts = document.createElement("span");
   facts.className = "facts";
   facts.textContent = describeSize(model.triangles, model.vertices);
+  const kept = document.createElement("span");
+  kept.className = "kept";
+  kept.textContent = " · available offline";
+  kept.hidden = true;
+  facts.append(kept);
   const button = document.createElement("button");
   button.type = "button";
   button.dataset.model = model.id;
@@ -206,26 +232,6 @@ function choose(model) {
 }
 
 // ---- how it stands
-
-function counted(number, thing) {
-  return `${count(number)} ${thing}${number === 1 ? "" : "s"}`;
-}
-
-function describeSize(triangles, vertices) {
-  return triangles ? `${counted(triangles, "triangle")} · ${count(vertices)} vertices` : counted(vertices, "point");
-}
-
-function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original }) {
-  if (shownLevel === null) {
-    return "";
-  }
-  const detail = region?.shown || original ? `Level ${shownLevel} and original` : `Level ${shownLevel} of ${finestLevel}`;
-  return `${detail} · ${triangles ? counted(triangles, "triangle") : counted(vertices, "point")}`;
-}
-
-function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
-  return blobsWanted ? `${blobsLoaded} of ${blobsWanted} parts, ${kilobytes(bytesLoaded)}` : "";
-}
 
 function describeModel(status) {
   const { triangles, vertices } = selectedModel();
@@ -246,6 +252,44 @@ function showHint({ shownLevel, region, measuring }, wrong) {
   const tap = coarse ? "Double-tap" : "Double-click";
   const needed = shownLevel !== null && !knowsDoubleTap && !wrong && find("menu").hidden;
   say(find("hint"), needed ? `${tap} the surface for its original detail` : "");
+}
+
+// Before there is a picture.
+function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
+  if (shownLevel !== null || models?.length === 0 || wrong) {
+    hideLoading();
+  } else if (models) {
+    showLoading(`Loading “${nameOf(selectedModel())}”`, blobsWanted ? blobsLoaded / blobsWanted : null);
+  } else {
+    showLoading("Loading the list of models", null);
+  }
+}
+
+const isColouredByDetail = () => find("menu").elements.coloring.value === "2";
+
+let legendShown = ""; // of which surface
+
+function showLegend({ mode, surface }) {
+  const legend = find("legend");
+  legend.hidden = mode !== "full screen" || !isColouredByDetail();
+  if (!legend.hidden && legendShown !== surface) {
+    legendShown = surface;
+    legend.replaceChildren(...viewer.legend().map(legendEntry));
+  }
+}
+
+// By an attribute: the page's policy lets no style into elements.
+function legendEntry({ level, color }) {
+  const item = document.createElement("li");
+  const dot = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  dot.setAttribute("viewBox", "0 0 1 1");
+  const square = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+  square.setAttribute("width", "1");
+  square.setAttribute("height", "1");
+  square.setAttribute("fill", `#${color.toString(16).padStart(6, "0")}`);
+  dot.append(square);
+  item.append(dot, level < 0 ? "Original" : `Level\u00a0${level}`);
+  return item;
 }
 
 function showStatus(status) {
@@ -304,7 +348,16 @@ function show() {
   tools?.show();
   showStatus(lastStatus);
   showHint(lastStatus, wrong);
+  showWhatComes(lastStatus, wrong);
+  showLegend(lastStatus);
   followMode(before.mode, lastStatus);
+  if (lastStatus.idle && lastStatus.shownLevel !== null && !keptPage) {
+    keptPage = true; // now that it takes nothing away from the first picture
+    keepPage((change) => {
+      update = change;
+      wake();
+    });
+  }
 }
 
 // The canvas has as many pixels as the screen under it.
@@ -343,8 +396,15 @@ function followMode(before, { mode, model }) {
   if (before === "full screen" && mode !== before) {
     openMenu(false);
     openTools(false);
+    showOwnColours();
     refreshList();
   }
+}
+
+// Partitions and detail are looked at in full screen; the list shows models as they are.
+function showOwnColours() {
+  find("menu").elements.coloring.value = "0";
+  viewer.setColoring(0);
 }
 
 function goBack() {
@@ -401,6 +461,7 @@ function openMenu(open) {
   find("menu-button").setAttribute("aria-expanded", open);
   if (open) {
     say(find("facts"), describeModel(lastStatus));
+    openOfflineOptions(lastStatus.model);
     find("menu").querySelector("input:checked").focus();
   }
   wake(); // the hint makes room
@@ -419,6 +480,7 @@ function askAgain() {
 
 function askForToken() {
   if (enterToken(prompt("The token that you were given, or its link:") ?? "")) {
+    viewer.setKeeps(mayKeep());
     tryNow();
   }
 }
@@ -471,7 +533,7 @@ function listenToButtons() {
       viewer.setAhead(Number(target.value));
     } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
-    } else {
+    } else if (target.name === "coloring") {
       viewer.setColoring(Number(target.value));
     }
     line.exchange();
@@ -480,7 +542,9 @@ function listenToButtons() {
   canvas.addEventListener("pointerdown", () => {
     openMenu(false);
     openTools(false);
+    canvas.classList.add("pointed");
   });
+  canvas.addEventListener("blur", () => canvas.classList.remove("pointed"));
   document.addEventListener("keydown", ({ key }) => {
     const open = ["menu", "tools"].find((id) => !find(id).hidden);
     if (key === "Escape" && open) {
@@ -540,21 +604,31 @@ function listenToBrowser() {
 
 async function start() {
   if (typeof WebAssembly !== "object") {
+    hideLoading();
     showEnd("This browser has no WebAssembly, or it is switched off.");
     return;
   }
-  let Line;
+  find("message").hidden = true; // from here on there is somebody to tell what is wrong
+  find("message").className = "";
+  find("tap").textContent = coarse ? "double tap" : "double click";
+  const heard = watchSilence();
   try {
-    const { loadViewer } = await import("./viewer.js");
-    ({ Line, getList, takeToken, enterToken } = await import("./line.js"));
-    takeToken();
-    linked = linkInAddress();
-    viewer = await loadViewer();
+    viewer = await loadViewer((bytes) => {
+      heard();
+      showLoading("Loading the viewer", Math.min(bytes / viewerBytes, 1));
+    });
   } catch {
+    heard(true);
+    hideLoading();
     showEnd("The viewer could not be loaded from the server.");
     return;
   }
+  heard(true);
+  takeToken();
+  linked = linkInAddress();
+  viewer.setKeeps(mayKeep());
   if (!viewer.gainCanvas(canvas)) {
+    hideLoading();
     showEnd("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.");
     return;
   }
@@ -563,6 +637,7 @@ async function start() {
   window.kdstream = { status: () => (viewer.failure ? lastStatus : viewer.status()) };
   watchSize();
   listenToButtons();
+  listenToOfflineOptions(wake);
   moveIfLiked();
   saveDataIfAsked();
   listenToBrowser();

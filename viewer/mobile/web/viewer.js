@@ -8,12 +8,21 @@ const toText = new TextDecoder();
 
 export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4 };
 
-export async function loadViewer() {
+// came: called whenever some of it has come, with the bytes so far.
+export async function loadViewer(came) {
   const response = await fetch(new URL("kdstream.wasm", import.meta.url), { credentials: "same-origin" });
   if (!response.ok) {
     throw new Error(`the server says ${response.status}`);
   }
-  const { instance } = await WebAssembly.instantiate(await response.arrayBuffer(), imports);
+  const parts = [];
+  let bytes = 0;
+  const reader = response.body.getReader();
+  for (let part; (part = await reader.read()).value;) {
+    parts.push(part.value);
+    bytes += part.value.length;
+    came(bytes);
+  }
+  const { instance } = await WebAssembly.instantiate(await new Blob(parts).arrayBuffer(), imports);
   useMemory(instance.exports.memory);
   instance.exports._initialize();
   return new Viewer(instance.exports);
@@ -260,9 +269,26 @@ class Viewer {
     return { kind, text: texts ? this.#text() : "", mostBytes: this.#call("MostBytes") };
   }
 
-  // [{ id, title, vertices, triangles }]
+  // Whether what comes is told by nextArrival.
+  setKeeps(keeps) {
+    this.#call("SetKeeps", keeps ? 1 : 0);
+  }
+
+  // A blob that has come: { path, bytes }, or null.
+  nextArrival() {
+    const begin = this.#call("Arrival");
+    return begin ? { path: this.#text(), bytes: bytesAt(begin, this.#call("ArrivalBytes")).slice().buffer } : null;
+  }
+
+  // [{ id, digest, title, vertices, triangles }]
   models() {
     this.#call("Models");
+    return JSON.parse(this.#text() || "[]");
+  }
+
+  // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.
+  legend() {
+    this.#call("Legend");
     return JSON.parse(this.#text() || "[]");
   }
 

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Without a network: what was seen opens again, a model that is kept on purpose opens to its original, the page's own files
+// never mix versions; and storage that is denied, full, or cleared harms nothing.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { cpSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { Pixels, Server, Visit, launchBrowser, longest, makeModels, temporaryFolder } from "./harness.mjs";
+import { Proxy } from "./proxy.mjs";
+
+let models, browser, pixels, server, visit;
+
+before(async () => {
+  models = makeModels({ dragon: false });
+  browser = await launchBrowser();
+  pixels = await Pixels.make(browser);
+});
+
+after(() => browser?.close());
+
+beforeEach(async () => {
+  server = await Server.start(models);
+  visit = await Visit.phone(browser);
+});
+
+afterEach(async () => {
+  await visit.close();
+  await server.stop();
+});
+
+const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+// Asks the page until the answer is good.
+async function eventually(what, ask, good = Boolean) {
+  for (const end = Date.now() + longest; ; await pause(50)) {
+    const answer = await ask();
+    if (good(answer)) {
+      return answer;
+    }
+    assert.ok(Date.now() < end, `never came: ${what}; instead ${JSON.stringify(answer)}`);
+  }
+}
+
+const workerIsActive = () => eventually("the service worker", () => visit.page.evaluate(
+  async () => (await navigator.serviceWorker.getRegistration())?.active?.state === "activated"));
+
+// The paths of the blobs that are kept, and the sum that is told of them beside the true one.
+const stored = (page = visit.page) => page.evaluate(() => new Promise((resolve) => {
+  const request = indexedDB.open("kdstream", 1);
+  request.onupgradeneeded = () => request.transaction.abort(); // there is none, and making it is not our affair
+  request.onerror = () => resolve({ paths: [], entries: 0, told: 0, bytes: 0 });
+  request.onsuccess = () => {
+    const transaction = request.result.transaction(["blobs", "entries", "texts"]);
+    const [paths, all, entries, bytes] = [transaction.objectStore("blobs").getAllKeys(), transaction.objectStore("blobs").getAll(),
+      transaction.objectStore("entries").getAll(), transaction.objectStore("texts").get("bytes")];
+    transaction.oncomplete = () => {
+      request.result.close();
+      resolve({ paths: paths.result, entries: entries.result.length, told: bytes.result ?? 0,
+        bytes: all.result.reduce((sum, blob) => sum + blob.byteLength, 0) });
+    };
+  };
+}));
+
+// What came last is kept.
+async function untilStored() {
+  let before_ = -1;
+  await eventually("what is kept rests", async () => {
+    const { paths } = await stored();
+    const rests = paths.length > 0 && paths.length === before_;
+    before_ = paths.length;
+    await pause(500);
+    return rests;
+  });
+  return stored();
+}
+
+async function openFullScreen(model) {
+  await visit.choose(model);
+  await visit.tap(await visit.centre());
+  return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+}
+
+test("it can be installed", async () => {
+  await visit.open(server.url);
+  const address = await visit.page.evaluate(() => document.querySelector("link[rel=manifest]").href);
+  const answer = await fetch(address);
+  assert.equal(answer.headers.get("content-type"), "application/manifest+json");
+  const { icons, start_url: start, display } = await answer.json();
+  assert.equal(display, "standalone");
+  assert.equal((await fetch(new URL(start, address))).status, 200);
+  for (const { src, type } of icons) {
+    assert.equal((await fetch(new URL(src, address))).headers.get("content-type"), type);
+  }
+  await visit.untilIdle();
+  await workerIsActive();
+  const session = await visit.page.context().newCDPSession(visit.page);
+  const { errors } = await session.send("Page.getAppManifest");
+  assert.deepEqual(errors, []);
+  visit.assertClean(server.url);
+});
+
+test("what was seen opens without the server, and the rest says that it is not there", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle(); // with the first model, the pebble
+  const online = await visit.around(await visit.centre());
+  await untilStored();
+  await workerIsActive();
+  await server.stop();
+  await visit.page.reload();
+  assert.equal((await visit.untilIdle()).model, "pebble");
+  assert.ok(await pixels.difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
+  await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
+  const marks = () => visit.page.locator("#models .kept").filter({ visible: true }).count();
+  await eventually("a mark in the list", marks, (count) => count >= 1);
+  await visit.picture("offline-1-list");
+
+  // Full screen wants more than was seen; what is not there is no error.
+  await visit.tap(await visit.centre());
+  await visit.until("full screen", ({ mode, shownLevel }) => mode === "full screen" && shownLevel !== null);
+  await visit.picture("offline-2-full-screen");
+
+  // And back.
+  server = await Server.start(models, { port: server.port });
+  await visit.page.locator("#message-action").click();
+  await visit.until("the original", ({ idle, original }) => idle && original);
+  await visit.untilQuiet();
+});
+
+test("a model that was never seen says so", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await untilStored();
+  await workerIsActive();
+  await visit.page.evaluate(() => new Promise((resolve) => {
+    const request = indexedDB.open("kdstream", 1);
+    request.onsuccess = () => {
+      const texts = request.result.transaction("texts", "readwrite");
+      texts.objectStore("texts").delete("/api/models/shell/model.json");
+      texts.oncomplete = () => resolve(request.result.close());
+    };
+  }));
+  await server.stop();
+  await visit.page.reload();
+  await visit.page.locator('[data-model="shell"]').click();
+  await visit.untilSaid(/^“A shell” is not kept on this device, and the server cannot be reached\.$/);
+  server = await Server.start(models, { port: server.port });
+});
+
+test("keep offline: progress, pause, going on, and the original without the server", async () => {
+  const proxy = await Proxy.start(server.port);
+  await visit.open(proxy.url);
+  await openFullScreen("pebble");
+  await workerIsActive();
+  await visit.page.locator("#menu-button").click();
+  await eventually("details to choose from", () => visit.page.locator("#keep-goal option").count(), (count) => count > 1);
+  assert.match(await visit.page.locator("#keep-goal option").last().innerText(), /^Original, [\d.]+\u00a0[kM]B$/);
+  proxy.bytesPerSecond = 1000;
+  const button = visit.page.locator("#keep");
+  const said = () => visit.page.locator("#keep-state").textContent();
+  await button.click();
+  await eventually("progress", said, (text) => /^[1-9]\d* of \d+ parts, /.test(text));
+  assert.equal(await button.textContent(), "Pause");
+  await button.click();
+  await eventually("a pause", said, (text) => /^Paused after [1-9]/.test(text));
+  const { paths } = await stored();
+  assert.equal(await button.textContent(), "Go on");
+  await visit.page.locator("#stored").scrollIntoViewIfNeeded();
+  await visit.picture("offline-3-keeping");
+  proxy.bytesPerSecond = Infinity;
+  await button.click();
+  await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
+  const all = await stored();
+  assert.ok(all.paths.length > paths.length);
+  assert.equal(all.told, all.bytes, "the sum is that of the blobs");
+  assert.ok(all.paths.some((path) => path.includes("/partitions/")));
+
+  await proxy.stop();
+  await visit.page.evaluate(() => history.replaceState(null, ""));
+  await visit.page.reload();
+  await openFullScreen("pebble");
+  for (let pinches = 0; !(await visit.status()).original; ++pinches) {
+    assert.ok(pinches < 10, "the original is there");
+    await visit.pinch(await visit.centre(), 100, 140);
+    await visit.untilIdle();
+  }
+  await visit.doubleTap(await visit.centre());
+  const { error } = await visit.until("a region", ({ idle, region }) => idle && region?.shown === region?.partitions && region !== null);
+  assert.equal(error, "");
+});
+
+test("it is shown what is kept, limited, and emptied", async () => {
+  await visit.open(server.url);
+  await openFullScreen("pebble");
+  const { bytes, told } = await untilStored();
+  assert.ok(bytes > 0);
+  assert.equal(told, bytes);
+  await visit.page.locator("#menu-button").click();
+  await eventually("how much", () => visit.page.locator("#stored").textContent(),
+    (text) => text === `${Math.ceil(bytes / 1000)}\u00a0kB of 200\u00a0MB are used.`);
+  await visit.page.locator("#limit").selectOption("50000000");
+  await eventually("the limit", () => visit.page.locator("#stored").textContent(), (text) => text.endsWith("of 50\u00a0MB are used."));
+  await visit.page.locator("#empty-storage").click();
+  await eventually("nothing", () => stored(), ({ paths, entries, told: sum }) => !paths.length && !entries && !sum);
+  assert.match(await visit.page.locator("#stored").textContent(), /^0\u00a0kB of/);
+  visit.assertClean(server.url);
+});
+
+test("beyond the limit what was used longest ago goes, and what was asked for stays", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await untilStored();
+  await visit.page.evaluate(() => new Promise((resolve) => { // pretend that there is much
+    const request = indexedDB.open("kdstream", 1);
+    request.onsuccess = () => {
+      const transaction = request.result.transaction(["blobs", "entries", "texts"], "readwrite");
+      const put = (path, used, pinned) => {
+        transaction.objectStore("blobs").put(new ArrayBuffer(10), path);
+        transaction.objectStore("entries").put({ path, size: 190e6, used, pinned });
+      };
+      put("old", 1, 0);
+      put("asked for", 1, 1);
+      transaction.objectStore("texts").put(380e6, "bytes");
+      transaction.oncomplete = () => resolve(request.result.close());
+    };
+  }));
+  await visit.choose("shell");
+  await visit.choose("pebble");
+  const { paths } = await eventually("room", () => stored(), ({ paths: left }) => !left.includes("old"));
+  assert.ok(paths.includes("asked for"));
+});
+
+for (const [name, harm] of [
+  ["denied", () => Object.defineProperty(window, "indexedDB", { get() { throw new DOMException("no", "SecurityError"); } })],
+  ["refused", () => (IDBFactory.prototype.open = () => { throw new DOMException("no", "UnknownError"); })],
+  ["full", () => (IDBObjectStore.prototype.put = () => { throw new DOMException("full", "QuotaExceededError"); })],
+]) {
+  test(`storage that is ${name} harms nothing, and is told in the options`, async () => {
+    await visit.page.addInitScript(harm);
+    await visit.open(server.url);
+    await openFullScreen("pebble");
+    await pause(600); // for what has come to be kept
+    await visit.page.locator("#menu-button").click();
+    await eventually("why", () => visit.page.locator("#stored").textContent(), (text) => /^Nothing more can be kept: /.test(text));
+    await visit.picture(`offline-4-${name}`);
+    assert.deepEqual(await visit.messages(), []);
+    visit.assertClean(server.url);
+  });
+}
+
+test("storage that is cleared in between, and two tabs", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await untilStored();
+  await visit.page.evaluate(() => new Promise((resolve) => {
+    const request = indexedDB.deleteDatabase("kdstream");
+    request.onsuccess = resolve;
+  }));
+  await visit.choose("shell");
+  await untilStored();
+
+  const other = await visit.page.context().newPage();
+  await other.goto(server.url);
+  await eventually("the other tab", () => other.evaluate(() => window.kdstream?.status().idle));
+  await Promise.all([other.locator('[data-model="shell"]').click(), visit.choose("pebble")]);
+  await eventually("the other tab", () => other.evaluate(() => window.kdstream.status().idle));
+  const { told, bytes } = await untilStored();
+  assert.equal(told, bytes, "two tabs keep one sum");
+  assert.deepEqual(await visit.messages(), []);
+});
+
+test("nothing that takes a token is kept", async () => {
+  await visit.page.addInitScript(() => sessionStorage.setItem("token", "a.b.c"));
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await pause(600);
+  await visit.page.locator("#open").click();
+  await visit.page.locator("#menu-button").click();
+  assert.equal(await visit.page.locator("#offline").isVisible(), false);
+  assert.equal(await visit.page.evaluate(async () => (await indexedDB.databases()).length), 0);
+});
+
+// A page of another title, and a worker that knows its files; or still those of before.
+function otherPage({ mixed = false } = {}) {
+  const folder = temporaryFolder();
+  cpSync(process.env.KDSTREAM_PAGE, folder, { recursive: true });
+  readdirSync(folder).filter((name) => name.endsWith(".gz")).forEach((name) => rmSync(join(folder, name)));
+  const change = (name, act) => writeFileSync(join(folder, name), act(readFileSync(join(folder, name), "utf8")));
+  const digest = () => createHash("sha256").update(readFileSync(join(folder, "index.html"))).digest("hex");
+  const before_ = digest();
+  change("index.html", (text) => text.replace(">Models<", ">Newer models<"));
+  const after_ = mixed ? "0".repeat(64) : digest();
+  change("worker.js", (text) => text.replaceAll(before_, after_));
+  const [, version] = readFileSync(join(folder, "worker.js"), "utf8").match(/"([0-9a-f]{16})"/);
+  change("worker.js", (text) => text.replaceAll(version, "f".repeat(16)));
+  return folder;
+}
+
+const heading = () => visit.page.locator("h1").textContent();
+const caches_ = () => visit.page.evaluate(async () => (await caches.keys()).filter((name) => name.startsWith("kdstream page")));
+
+test("a new page comes whole, when the person wants it", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await workerIsActive();
+  await visit.page.reload();
+  await visit.untilIdle();
+  await server.stop();
+  server = await Server.start(models, { port: server.port, web: otherPage() });
+  await visit.page.reload();
+  assert.equal(await heading(), "Models", "the page of before, and all of it");
+  await visit.untilSaid(/^There is a newer version of this viewer\.$/);
+  await visit.picture("offline-5-update");
+  await visit.page.locator("#message-action").click();
+  await eventually("the new page", () => heading().catch(() => ""), (text) => text === "Newer models");
+  await visit.untilIdle();
+  assert.equal((await caches_()).length, 1, "the old files are gone");
+  assert.match((await caches_())[0], /f{16}$/);
+});
+
+test("of a server that has files of two versions nothing is taken over", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await workerIsActive();
+  const [before_] = await caches_();
+  await server.stop();
+  server = await Server.start(models, { port: server.port, web: otherPage({ mixed: true }) });
+  await visit.page.reload();
+  await visit.untilIdle();
+  assert.ok(await visit.page.evaluate(async () => {
+    const registration = await navigator.serviceWorker.getRegistration();
+    return registration.update().then(({ installing }) => Boolean(installing), () => true);
+  }), "the server's worker is another one");
+  await eventually("the other worker fails", () => visit.page.evaluate(async () => {
+    const { installing, waiting } = await navigator.serviceWorker.getRegistration();
+    return !installing && !waiting;
+  }));
+  await visit.page.reload();
+  await visit.untilIdle();
+  assert.equal(await heading(), "Models");
+  assert.deepEqual(await caches_(), [before_]);
+  assert.deepEqual(await visit.messages(), []);
+});

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// No false alarms: what is seen on a slow network before there is a picture, and words that fit the device.
+
+import assert from "node:assert/strict";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { Server, Visit, landscape, launchBrowser, longest, makeModels } from "./harness.mjs";
+import { Proxy } from "./proxy.mjs";
+
+let server, browser, proxy, visit;
+
+before(async () => {
+  server = await Server.start(makeModels({ dragon: false }));
+  browser = await launchBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+beforeEach(async () => {
+  proxy = await Proxy.start(server.port);
+});
+
+afterEach(async () => {
+  await visit.close();
+  await proxy.stop();
+});
+
+const loading = () => visit.page.evaluate(() => {
+  const box = document.getElementById("loading");
+  return box?.checkVisibility() ? document.getElementById("loading-text").textContent : "";
+});
+
+const settled = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+
+async function untilLoading(pattern) {
+  for (const end = Date.now() + longest; !pattern.test(await loading()); await settled(0.05)) {
+    assert.ok(Date.now() < end, `never came: ${pattern}; instead “${await loading()}”`);
+  }
+}
+
+test("at 10 kB/s it tells how much has come, and raises no alarm", async () => {
+  proxy.bytesPerSecond = 10_000;
+  visit = await Visit.phone(browser);
+  await visit.page.goto(proxy.url, { waitUntil: "commit" });
+  await untilLoading(/Loading the viewer/);
+  while (!(await visit.page.evaluate(() => document.styleSheets.length))) {
+    await settled(0.05); // before its style has come, the browser shows nothing
+  }
+  const begin = Date.now();
+  const told = new Set();
+  while (!(await visit.page.evaluate(() => window.kdstream))) {
+    told.add(await loading());
+    assert.equal(await visit.messageShown(), "", "no alarm while it loads");
+    if (told.size === 30) {
+      await visit.picture("slow-1-loading");
+    }
+    await settled(0.1);
+  }
+  assert.ok(Date.now() - begin > 8000, "it took long");
+  const parts = [...told].map((text) => Number(/(\d+)\u00a0%/.exec(text)?.[1])).filter((part) => part >= 0);
+  assert.ok(parts.length > 20 && parts.every((part, i) => !i || part > parts[i - 1]), `it grows: ${parts}`);
+  await visit.untilIdle();
+  assert.equal(await loading(), "");
+  assert.deepEqual(await visit.messages(), []);
+  await visit.picture("slow-2-loaded");
+});
+
+test("where nothing comes for long, it says so, and goes on with what comes then", async () => {
+  proxy.bytesPerSecond = 200_000;
+  proxy.stallsAt = 60_000;
+  visit = await Visit.phone(browser);
+  await visit.page.goto(proxy.url);
+  await visit.untilSaid(/^Nothing has come from the server for a while\. Still waiting …$/);
+  await visit.picture("slow-3-silent");
+  proxy.goOn();
+  await visit.untilIdle();
+  await visit.untilQuiet();
+});
+
+test("a viewer that is not there is told at once", async () => {
+  visit = await Visit.phone(browser);
+  await visit.page.route("**/kdstream.wasm", (route) => route.fulfill({ status: 404, body: "" }));
+  await visit.page.goto(proxy.url);
+  await visit.untilSaid(/^The viewer could not be loaded from the server\.$/);
+  assert.equal(await loading(), "");
+});
+
+async function openFullScreen(model) {
+  await visit.choose(model);
+  await visit.tap(await visit.centre());
+  return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+}
+
+// Lines of an element's text.
+const lines = (id) => visit.page.evaluate((name) => {
+  const element = document.getElementById(name);
+  const range = document.createRange();
+  range.selectNodeContents(element);
+  return new Set([...range.getClientRects()].map(({ top }) => Math.round(top))).size;
+}, id);
+
+const box = (id) => visit.page.locator(`#${id}`).boundingBox();
+
+for (const [name, viewport] of [["portrait", undefined], ["landscape", landscape]]) {
+  test(`captions lie beside the picture and are one line: ${name}`, async () => {
+    visit = await Visit.phone(browser, viewport);
+    await visit.open(server.url);
+    await openFullScreen("pebble");
+    const view = await box("view");
+    const foot = name === "portrait" ? "hint" : "status";
+    assert.ok((await box(foot)).y >= view.y + view.height, "below the picture");
+    assert.equal(await lines(foot), 1);
+    if (name === "portrait") {
+      const { y, height } = await box("title");
+      assert.ok(y + height <= view.y, "above the picture");
+    } else {
+      await visit.page.evaluate(() => {
+        document.getElementById("title").firstChild.data = "A very long title ".repeat(20);
+      });
+      const { x, width } = await box("title");
+      assert.ok(x + width < viewport.width / 2, "a long title leaves room");
+    }
+    await visit.picture(`slow-4-captions-${name}`);
+  });
+}
+
+test("a legend of the colours of detail, which the list does not keep", async () => {
+  visit = await Visit.phone(browser);
+  await visit.open(server.url);
+  await openFullScreen("pebble");
+  assert.equal(await visit.page.locator("#legend").isVisible(), false);
+  await visit.page.locator("#menu-button").click();
+  assert.match(await visit.page.locator("#menu").innerText(), /around a double tap/);
+  await visit.page.locator("[name=coloring][value='2']").check({ force: true });
+  await visit.page.locator("#menu-button").click();
+  await visit.untilIdle();
+  const told = await visit.page.locator("#legend li").allInnerTexts();
+  const { shownLevel, original } = await visit.status();
+  assert.equal(told[0].trim(), original ? "Original" : `Level\u00a0${shownLevel}`);
+  const colours = await visit.page.locator("#legend rect").evaluateAll((all) => all.map((one) => getComputedStyle(one).fill));
+  assert.equal(new Set(colours).size, told.length, "a colour each");
+  await visit.picture("slow-5-legend");
+  await visit.back();
+  assert.equal(await visit.page.locator("#legend").isVisible(), false);
+  await visit.untilIdle();
+  await visit.picture("slow-6-list");
+  assert.equal(await visit.page.evaluate(() => document.getElementById("menu").elements.coloring.value), "0");
+});
+
+test("on a desktop: double click, and no frame around the picture after a key", async () => {
+  visit = await Visit.desktop(browser);
+  await visit.open(server.url);
+  await visit.choose("pebble");
+  const { x, y } = await visit.centre();
+  await visit.page.mouse.click(x, y);
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  await visit.page.keyboard.press("ArrowLeft");
+  const frame = () => visit.page.evaluate(() => getComputedStyle(document.getElementById("view")).outlineStyle);
+  assert.equal(await visit.page.evaluate(() => document.activeElement.id), "view");
+  assert.equal(await frame(), "none");
+  await visit.page.locator("#menu-button").click();
+  assert.match(await visit.page.locator("#menu").innerText(), /around a double click/);
+  await visit.picture("slow-7-desktop");
+  await visit.page.keyboard.press("Escape");
+  await visit.page.locator("#home").focus();
+  for (let i = 0; i < 20 && await visit.page.evaluate(() => document.activeElement.id !== "view"); ++i) {
+    await visit.page.keyboard.press("Shift+Tab");
+  }
+  assert.equal(await frame(), "solid", "who comes by keyboard sees where he is");
+});

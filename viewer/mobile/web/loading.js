@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is seen before there is a picture: what is on its way, and how much of it has come.
+
+import { showMessage } from "./message.js";
+
+const longestSilence = 20000; // ms
+
+const box = document.getElementById("loading");
+const words = document.getElementById("loading-text");
+const bar = box.querySelector("progress");
+
+// text: what comes; part: of it, 0-1, or null where nobody knows.
+export function showLoading(text, part) {
+  box.hidden = false;
+  const shown = part === null ? `${text} …` : `${text}: ${Math.floor(100 * part)}\u00a0%`;
+  if (words.textContent !== shown) {
+    words.textContent = shown;
+  }
+  if (part === null) {
+    bar.removeAttribute("value");
+  } else {
+    bar.value = part;
+  }
+}
+
+export function hideLoading() {
+  box.hidden = true;
+}
+
+// Tells where nothing comes for long, for as long as nothing does. Returns what to call whenever something came, and at
+// the end with `true`.
+export function watchSilence() {
+  let timer = 0;
+  let told = false;
+  const silent = () => {
+    told = true;
+    showMessage({
+      text: "Nothing has come from the server for a while. Still waiting …",
+      label: "Reload",
+      act: () => location.reload(),
+    });
+  };
+  const heard = (ended = false) => {
+    clearTimeout(timer);
+    if (told) {
+      told = false;
+      showMessage(null);
+    }
+    timer = ended ? 0 : setTimeout(silent, longestSilence);
+  };
+  heard();
+  return heard;
+}

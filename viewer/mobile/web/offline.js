@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What of the page works without a network: its own files (worker.js), a model that is kept on purpose, and the part of
+// the options that tells of both. What was merely looked at line.js keeps.
+
+import { get, isOffline, mayKeep } from "./line.js";
+import { emptyStorage, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes } from "./storage.js";
+
+const find = (id) => document.getElementById(id);
+const previewLevel = 11; // one piece, whatever the model
+const atOnce = 4; // requests
+const mostBlobBytes = 64 << 20;
+const size = (bytes) => (bytes < 1e6 ? `${Math.ceil(bytes / 1000)}\u00a0kB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)}\u00a0MB`);
+
+// ---- which blobs a model has: doc/protocol.md
+
+function* nodesOf(depth) {
+  for (let node = 2 ** depth; node < 2 ** (depth + 1); ++node) {
+    yield node;
+  }
+}
+
+// Those of all that is coarser than `goal`, and of it: a level, or "original".
+function* blobsUpTo(goal, { partition_depth: depth, levels }) {
+  yield "tree/1";
+  for (let page = depth - 5; depth >= 10 && page >= 5; page -= 5) {
+    for (const node of nodesOf(page)) {
+      yield `tree/${node}`;
+    }
+  }
+  for (const node of nodesOf(Math.max(0, depth - 5))) {
+    yield `boxes/${node}`;
+  }
+  for (const { depth: level } of levelsUpTo(goal, levels)) {
+    for (const node of nodesOf(Math.min(depth, Math.max(0, level - previewLevel)))) {
+      yield `levels/${level}/${node}`;
+    }
+  }
+  for (let partition = 0; goal === "original" && partition < 2 ** depth; ++partition) {
+    yield `partitions/${partition}`;
+  }
+}
+
+function levelsUpTo(goal, levels) {
+  const coarsest = Math.min(previewLevel, levels.length - 1);
+  return levels.filter(({ depth }) => depth >= coarsest && (goal === "original" || depth <= goal));
+}
+
+function bytesUpTo(goal, { levels, original }) {
+  const sum = levelsUpTo(goal, levels).reduce((bytes, level) => bytes + level.bytes, 0);
+  return sum + (goal === "original" ? original.bytes : 0);
+}
+
+// ---- keeping one on purpose
+
+// run: null while it is paused; requests of a run before it no longer count.
+let job = null; // { id, goal, run, done, all, bytes, trouble }
+
+async function keepModel(own, description) {
+  const { id, digest } = description;
+  const paths = [...blobsUpTo(own.goal, description)].map((blob) => `/api/models/${id}/${digest}/${blob}`);
+  own.all = paths.length;
+  own.done = own.bytes = 0;
+  own.trouble = "";
+  const run = (own.run = {});
+  const next = paths.values();
+  const work = async () => {
+    for (const path of next) {
+      if (own.run !== run) {
+        return;
+      }
+      await keepBlob(own, run, path);
+      showOffline();
+    }
+  };
+  await Promise.all(Array.from({ length: atOnce }, work));
+  if (own.run === run) {
+    own.run = null;
+  }
+}
+
+// What stands in the way pauses the job.
+async function keepBlob(own, run, path) {
+  const pause = (trouble) => {
+    if (own.run === run) {
+      own.run = null;
+      own.trouble = trouble;
+    }
+  };
+  if (!await pinBlob(path)) {
+    const { status, bytes } = await get(path, mostBlobBytes).catch(() => ({ status: 0 }));
+    if (own.run !== run) {
+      return;
+    }
+    if (status === 200) {
+      if (await storedBytes() + bytes.byteLength > storageLimit()) {
+        return pause("the limit is reached");
+      }
+      if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
+        return pause(storageTrouble() || "it cannot be kept");
+      }
+      own.bytes += bytes.byteLength;
+    } else if (status !== 404) { // where there are no vertices there is no blob
+      return pause(status ? `the server says ${status}` : "the server cannot be reached");
+    }
+  }
+  own.done += own.run === run;
+}
+
+async function describe(id) {
+  const path = `/api/models/${id}/model.json`;
+  const { status, bytes } = await get(path, mostBlobBytes);
+  if (status !== 200) {
+    throw new Error(`the server says ${status}`);
+  }
+  await storeText(path, bytes);
+  return JSON.parse(new TextDecoder().decode(bytes));
+}
+
+async function startOrPause() {
+  if (job.run) {
+    job.run = null;
+  } else {
+    try {
+      const description = await describe(job.id);
+      job.goal = find("keep-goal").value === "original" ? "original" : Number(find("keep-goal").value);
+      await keepModel(job, description);
+    } catch (error) {
+      job.trouble = isOffline() ? "the server cannot be reached" : error.message;
+    }
+  }
+  showOffline();
+}
+
+// ---- the options
+
+let changed = () => {};
+
+function describeJob() {
+  if (job.trouble) {
+    return `Paused: ${job.trouble}.`;
+  }
+  const part = `${job.done} of ${job.all} parts, ${size(job.bytes)}`;
+  return !job.all ? "" : job.done === job.all ? "Kept: it opens without a network." : job.run ? `${part} …` : `Paused after ${part}`;
+}
+
+async function showOffline() {
+  find("keep").textContent = job?.run ? "Pause" : job?.done < job?.all ? "Go on" : "Keep offline";
+  find("keep-goal").disabled = Boolean(job?.run);
+  find("keep-state").textContent = job ? describeJob() : "";
+  const bytes = await storedBytes();
+  find("stored").textContent = storageTrouble()
+    ? `Nothing more can be kept: ${storageTrouble()}.`
+    : `${size(bytes)} of ${size(storageLimit())} are used.`;
+  changed();
+}
+
+// Of the model that is open, when the options are.
+export async function openOfflineOptions(id) {
+  find("offline").hidden = !mayKeep();
+  if (!mayKeep()) {
+    return;
+  }
+  if (job?.id !== id && !job?.run) {
+    job = { id, run: null, done: 0, all: 0, bytes: 0, trouble: "" };
+    find("keep-goal").replaceChildren();
+    describe(id).then((description) => {
+      const goals = [...levelsUpTo("original", description.levels).map(({ depth }) => depth), "original"];
+      find("keep-goal").replaceChildren(...goals.map((goal) => new Option(
+        `${goal === "original" ? "Original" : `Level\u00a0${goal}`}, ${size(bytesUpTo(goal, description))}`, goal)));
+      find("keep-goal").value = "original";
+    }, () => {});
+  }
+  find("limit").value = storageLimit();
+  await showOffline();
+}
+
+export function listenToOfflineOptions(told) {
+  changed = told;
+  find("keep").addEventListener("click", startOrPause);
+  find("limit").addEventListener("change", async ({ target }) => {
+    await setStorageLimit(Number(target.value));
+    showOffline();
+  });
+  find("empty-storage").addEventListener("click", async () => {
+    if (job) {
+      Object.assign(job, { run: null, done: 0, all: 0, bytes: 0, trouble: "" });
+    }
+    await emptyStorage();
+    showOffline();
+  });
+}
+
+// ---- the page's own files
+
+// updated: called with what to call to change over, where there is a newer page than this one.
+export async function keepPage(updated) {
+  try {
+    const registration = await navigator.serviceWorker?.register(new URL("worker.js", location.href));
+    const look = (worker) => {
+      const tell = () => worker.state === "installed" && navigator.serviceWorker.controller && updated(() => {
+        navigator.serviceWorker.addEventListener("controllerchange", () => location.reload());
+        worker.postMessage("take over");
+      });
+      worker.addEventListener("statechange", tell);
+      tell();
+    };
+    registration?.addEventListener("updatefound", () => registration.installing && look(registration.installing));
+    for (const worker of [registration?.waiting, registration?.installing]) {
+      worker && look(worker);
+    }
+  } catch {
+    // not over plain HTTP, nor where the person forbids it: then the page needs its server
+  }
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What this browser keeps of a server's models, in IndexedDB: the list, descriptions, and blobs by their paths, which name
+// model, digest and blob (origins have databases of their own). Blobs that were not asked to be kept go when all of them
+// are more than the limit, those that were used longest ago first.
+//
+// Every function does nothing, or finds nothing, where the browser keeps nothing for us, storage is full, or was cleared
+// in between: the network is there. Sums are kept in the same transaction as what they sum, so tabs may share all this.
+
+const limits = [50e6, 200e6, 1e9];
+const limitKey = "kdstream.limit";
+
+let opened = null; // promise of the database, or of null
+let trouble = "";
+
+const done = (request) => new Promise((resolve, reject) => {
+  request.onsuccess = () => resolve(request.result);
+  request.onerror = () => reject(request.error);
+});
+
+function open() {
+  opened ??= new Promise((resolve) => {
+    const give = (database) => {
+      trouble = database ? "" : "this browser keeps nothing for this page";
+      resolve(database);
+    };
+    try {
+      const request = indexedDB.open("kdstream", 1);
+      request.onupgradeneeded = () => {
+        const database = request.result;
+        database.createObjectStore("blobs");
+        database.createObjectStore("entries", { keyPath: "path" }).createIndex("used", ["pinned", "used"]);
+        database.createObjectStore("texts");
+      };
+      request.onsuccess = () => {
+        const forget = () => (opened = null); // cleared by the person, or wanted by a later page
+        request.result.onclose = forget;
+        request.result.onversionchange = () => {
+          request.result.close();
+          forget();
+        };
+        give(request.result);
+      };
+      request.onerror = request.onblocked = () => give(null);
+    } catch {
+      give(null);
+    }
+  });
+  return opened;
+}
+
+// What `act` gives, given the stores; or `otherwise`.
+async function within(mode, act, otherwise) {
+  const database = await open();
+  if (!database) {
+    return otherwise;
+  }
+  try {
+    const names = ["blobs", "entries", "texts"];
+    const transaction = database.transaction(names, mode);
+    const ended = new Promise((resolve, reject) => {
+      transaction.oncomplete = resolve;
+      transaction.onabort = transaction.onerror = () => reject(transaction.error);
+    });
+    ended.catch(() => {}); // where `act` fails first
+    const stores = Object.fromEntries(names.map((name) => [name, transaction.objectStore(name)]));
+    const result = await act(stores);
+    await ended;
+    return result;
+  } catch (error) {
+    if (error?.name === "QuotaExceededError") {
+      trouble = "the browser's storage is full";
+    } else if (error?.name === "InvalidStateError") {
+      opened = null; // closed under our hands
+    }
+    return otherwise;
+  }
+}
+
+async function addBytes(texts, bytes) {
+  const sum = (await done(texts.get("bytes")) ?? 0) + bytes;
+  texts.put(Math.max(sum, 0), "bytes");
+  return sum;
+}
+
+// Removes what was used longest ago and is not pinned, until `bytes` are freed.
+async function freeBytes({ blobs, entries, texts }, bytes) {
+  let freed = 0;
+  const unpinned = IDBKeyRange.bound([0, 0], [0, Infinity]);
+  const request = entries.index("used").openCursor(unpinned);
+  for (let cursor; freed < bytes && (cursor = await done(request)); cursor.continue()) {
+    freed += cursor.value.size;
+    blobs.delete(cursor.value.path);
+    entries.delete(cursor.value.path);
+  }
+  await addBytes(texts, -freed);
+}
+
+// Why nothing is kept, or "".
+export const storageTrouble = () => trouble;
+
+export function storageLimit() {
+  try {
+    const limit = Number(localStorage.getItem(limitKey));
+    return limits.includes(limit) ? limit : limits[1];
+  } catch {
+    return limits[1];
+  }
+}
+
+export function setStorageLimit(bytes) {
+  try {
+    localStorage.setItem(limitKey, bytes);
+  } catch {
+    // then it is the usual one
+  }
+  return within("readwrite", async (stores) => {
+    const sum = await done(stores.texts.get("bytes")) ?? 0;
+    await freeBytes(stores, sum - storageLimit());
+  });
+}
+
+// Of all blobs.
+export const storedBytes = () => within("readonly", async ({ texts }) => await done(texts.get("bytes")) ?? 0, 0);
+
+// An ArrayBuffer, or null.
+export function findBlob(path) {
+  return within("readwrite", async ({ blobs, entries }) => {
+    const [bytes, entry] = await Promise.all([done(blobs.get(path)), done(entries.get(path))]);
+    if (!bytes || !entry) {
+      return null;
+    }
+    entries.put({ ...entry, used: Date.now() });
+    return bytes;
+  }, null);
+}
+
+// [{ path, bytes }]. pinned: asked for, so they stay when room is made. Whether they are kept.
+export async function storeBlobs(all, pinned = false) {
+  const put = () => within("readwrite", async (stores) => {
+    let grown = 0;
+    for (const { path, bytes } of all) {
+      const before = await done(stores.entries.get(path));
+      grown += bytes.byteLength - (before?.size ?? 0);
+      stores.blobs.put(bytes, path);
+      stores.entries.put({ path, size: bytes.byteLength, used: Date.now(), pinned: pinned || before?.pinned ? 1 : 0 });
+    }
+    const sum = await addBytes(stores.texts, grown);
+    if (sum > storageLimit()) {
+      await freeBytes(stores, sum - 0.9 * storageLimit());
+    }
+    return true;
+  }, false);
+  if (await put()) {
+    trouble = "";
+    return true;
+  }
+  if (trouble && opened) { // full: make room, once
+    const size = all.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
+    await within("readwrite", (stores) => freeBytes(stores, 4 * size));
+    return put();
+  }
+  return false;
+}
+
+// Pins what is there already; whether it is.
+export function pinBlob(path) {
+  return within("readwrite", async ({ entries }) => {
+    const entry = await done(entries.get(path));
+    if (entry) {
+      entries.put({ ...entry, pinned: 1 });
+    }
+    return Boolean(entry);
+  }, false);
+}
+
+// The list of models and their descriptions, as bytes under their paths.
+export const findText = (path) => within("readonly", async ({ texts }) => await done(texts.get(path)) ?? null, null);
+export const storeText = (path, bytes) => within("readwrite", ({ texts }) => done(texts.put(bytes, path)));
+
+// The paths of all descriptions and blobs. For marks in the list.
+export const storedPaths = () => within("readonly",
+  async ({ entries, texts }) => new Set((await Promise.all([done(entries.getAllKeys()), done(texts.getAllKeys())])).flat()),
+  new Set());
+
+export async function emptyStorage() {
+  await within("readwrite", ({ blobs, entries, texts }) => Promise.all([blobs, entries, texts].map((all) => done(all.clear()))));
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The service worker: keeps the page's own files, so that the page opens without a network. They are of one version, all
+// or none, whose digests are built in (MakePage.cmake); a server that has another in between is asked again next time.
+// Models are not its affair: storage.js keeps them.
+
+/* global pageVersion, pageFiles: { "page.js": SHA-256 } */
+
+const { scope } = self.registration;
+const ours = `kdstream page ${scope} `; // paths of an origin share its caches
+const name = ours + pageVersion;
+const addressOf = (file) => new URL(file, scope).href;
+
+async function digestOf(bytes) {
+  const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
+  return [...digest].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+async function fetchFile([file, digest]) {
+  const answer = await fetch(addressOf(file), { cache: "no-cache" });
+  if (!answer.ok || await digestOf(await answer.clone().arrayBuffer()) !== digest) {
+    throw new Error(`${file} is not of this version`);
+  }
+  return [addressOf(file), answer];
+}
+
+async function keepFiles() {
+  const answers = await Promise.all(Object.entries(pageFiles).map(fetchFile));
+  const cache = await caches.open(name);
+  await Promise.all(answers.map(([address, answer]) => cache.put(address, answer)));
+}
+
+async function dropOthers() {
+  const names = await caches.keys();
+  await Promise.all(names.filter((other) => other.startsWith(ours) && other !== name).map((other) => caches.delete(other)));
+}
+
+// Where one is missing, the browser has cleared them: then all come from the server, until the next version.
+async function answerWith(file, request) {
+  const kept = await caches.open(name).then((cache) => cache.match(addressOf(file))).catch(() => null);
+  if (!kept) {
+    await caches.delete(name).catch(() => false);
+  }
+  return kept ?? fetch(request);
+}
+
+self.addEventListener("install", (event) => event.waitUntil(keepFiles()));
+self.addEventListener("activate", (event) => event.waitUntil(dropOthers()));
+self.addEventListener("message", ({ data }) => data === "take over" && self.skipWaiting());
+self.addEventListener("fetch", (event) => {
+  const [address] = event.request.url.split(/[?#]/);
+  const file = address === scope ? "index.html" : address.startsWith(scope) ? address.slice(scope.length) : "";
+  if (event.request.method === "GET" && Object.hasOwn(pageFiles, file)) {
+    event.respondWith(answerWith(file, event.request));
+  }
+});
