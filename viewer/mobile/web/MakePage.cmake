@@ -37,13 +37,13 @@ file(SIZE "${WASM}" wasm_bytes)
 copy_stripped(index.html)
 minify(style.css)
 minify(page.js "--define:viewerBytes=${wasm_bytes}" --external:./tools.js)
-minify(tools.js) # fetched when it is first used
+minify(tools.js) # and its style: fetched when they are first used
 minify(tools.css)
 
 file(COPY "${SOURCE}/icon.svg" "${SOURCE}/manifest.webmanifest" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
 
 # The service worker knows all the others by their digests, and so is another one whenever any of them is.
-set(files index.html style.css page.js kdstream.wasm tools.js tools.css icon.svg manifest.webmanifest)
+set(files index.html style.css page.js tools.js tools.css kdstream.wasm icon.svg manifest.webmanifest)
 set(digests)
 foreach(name IN LISTS files)
   file(SHA256 "${PAGE}/${name}" digest)

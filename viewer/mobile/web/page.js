@@ -395,8 +395,8 @@ function followMode(before, { mode, model }) {
   }
   if (before === "full screen" && mode !== before) {
     openMenu(false);
-    showOwnColours();
     openTools(false);
+    showOwnColours();
     refreshList();
   }
 }
