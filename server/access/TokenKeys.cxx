@@ -158,9 +158,14 @@ Result<TokenKeys> ParseTokenKeys(std::string_view json)
 Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
 {
   std::error_code error;
-  if (std::filesystem::is_directory(file, error))
+  const auto kind = std::filesystem::status(file, error).type();
+  if (kind == std::filesystem::file_type::directory)
   {
     return Error{ ErrorCode::InputOutput, "is a folder" };
+  }
+  if (std::filesystem::exists(file, error) && kind != std::filesystem::file_type::regular)
+  {
+    return Error{ ErrorCode::InputOutput, "is not a file" }; // of a pipe one might wait for ever
   }
   errno = 0;
   std::ifstream input(file, std::ios::binary);
@@ -169,7 +174,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
     return Error{ errno == ENOENT ? ErrorCode::NotFound : ErrorCode::InputOutput,
       "cannot be read: " + SystemReason(errno) };
   }
-  // Not to its end, which a pipe may not have.
+  // Not to its end: of a file that is too long the beginning tells.
   std::string text(maximumKeysBytes + 1, '\0');
   input.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (input.bad())

@@ -115,6 +115,8 @@ public:
   }
 
 private:
+  static constexpr std::chrono::milliseconds closePatience{ 2000 };
+
   using Timer = asio::basic_waitable_timer<Clock, asio::wait_traits<Clock>, EventLoop>;
 
   // What each handler does.
@@ -366,7 +368,10 @@ private:
     }
     this->ClosingNow = true;
     this->Writing = true;
-    this->WatchWrite(0);
+    // All that is owed has been given to the kernel. Who does not answer has gone, or sleeps:
+    // nobody waits for him, least of all the end of the server.
+    this->TakenBy = Clock::now() + std::min(closePatience, this->State.PatienceFor(0));
+    this->Watch();
     this->Socket.async_close(
       beast::websocket::close_reason(
         static_cast<beast::websocket::close_code>(static_cast<std::uint16_t>(*reason))),

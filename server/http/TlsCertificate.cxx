@@ -21,6 +21,12 @@ namespace
 
 Status CheckPem(const std::string& file)
 {
+  std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
+  {
+    // Of a pipe one might wait for ever.
+    return Error{ ErrorCode::InputOutput, file + ": is not a file" };
+  }
   errno = 0;
   if (!std::ifstream(file))
   {

@@ -6,6 +6,8 @@
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
 
+#include <sys/stat.h>
+
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -319,6 +321,18 @@ TEST_F(Ending, TakesNoLongerThanItMay)
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
 }
 
+// As a phone that sleeps: it neither asks for anything nor answers that the stream ends.
+TEST_F(Ending, WaitsForNobodyWhoSleeps)
+{
+  Process serve(this->Arguments("6"));
+  const auto port = serve.Port();
+  StreamTestClient asleep(port);
+  ASSERT_TRUE(asleep.Open());
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_EQ(serve.ErrorLine(), "") << "nothing was under way";
+}
+
 TEST_F(Ending, ASecondSignalEndsItAtOnce)
 {
   Process serve(this->Arguments("100000"));
@@ -398,6 +412,25 @@ TEST_F(Serve, FindsThePageThatIsInstalledWithIt)
   EXPECT_EQ(packed->body, "packed");
   EXPECT_EQ(packed->Field("Content-Encoding"), "gzip");
   EXPECT_EQ(client.Get("/", "Accept-Encoding: br, gzip;q=0\r\n")->body, "installed");
+}
+
+// Who writes to it may never come.
+TEST_F(Serve, NoSecretsComeByAPipe)
+{
+  const auto pipe = this->folder / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const auto& arguments :
+    { std::vector<std::string>{ "--tokens", pipe }, { "--tls-cert", pipe, "--tls-key", pipe } })
+  {
+    auto all = std::vector<std::string>{ this->stores, "--port", "0" };
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    Process serve(all);
+    EXPECT_EQ(serve.OutLine(), "");
+    const std::string line = serve.ErrorLine();
+    EXPECT_EQ(line.substr(0, 23), "kdstream-serve: error: ");
+    EXPECT_NE(line.find("is not a file"), std::string::npos) << line;
+    EXPECT_EQ(serve.Wait(), 1);
+  }
 }
 
 TEST_F(Serve, TellsWhyItCannotServe)
