@@ -68,11 +68,14 @@ std::string UtcOf(std::int64_t microseconds)
   return { text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) };
 }
 
-// From when on a pace goes on: from `due`, as it is kept, or from now. A pace is never ahead of
-// `latest` but where the clock was ahead, and was set back since: then it begins anew.
+// From when on a pace goes on: from `due`, as it is kept, or from now. A pace is ahead of `latest`
+// only where the clock was ahead, of this server or of another with the same file. By a little, it
+// still counts: each step back would be a whole new quota. By more it begins anew, or nobody would
+// be served until the clock has caught up.
 std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int64_t latest)
 {
-  return due && *due <= latest ? std::max(now, *due) : now;
+  constexpr std::int64_t clocksDiffer = 600 * second;
+  return due && *due <= latest + clocksDiffer ? std::max(now, *due) : now;
 }
 
 QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t ends)

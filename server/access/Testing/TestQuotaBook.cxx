@@ -144,6 +144,29 @@ TEST_F(Quotas, OutliveAClockThatWasAhead)
   EXPECT_FALSE(region());
 }
 
+// Nor is a clock that goes back a little, or is a little behind another server's, a new quota.
+TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
+{
+  QuotaLimits limits;
+  limits.regionsPerMinute = 3;
+  limits.bytesPerSecond = 1'000'000;
+  const std::unique_ptr<QuotaBook> books[] = { this->Open(limits), this->Open(limits) };
+  const auto region = [&books](int server) { return !*books[server]->TakeRegion("ann", "m"); };
+  int had = 0;
+  for (int i = 0; i < 120; ++i) // two minutes of two servers, one of which is a second behind
+  {
+    had += region(0) ? 1 : 0;
+    this->time -= second;
+    had += region(1) ? 1 : 0;
+    this->time += 2 * second;
+  }
+  EXPECT_LE(had, 3 + 2 * 3);
+  EXPECT_GE(had, 3 + 2 * 3 - 2) << "and not much less";
+  EXPECT_TRUE(May(*books[0], "ann", 1, "m", 60'000'000));
+  this->time -= 30 * second;
+  EXPECT_FALSE(May(*books[1], "ann", 2));
+}
+
 TEST_F(Quotas, LeaveAtLeastOnePartition)
 {
   const auto book = this->Open(Share(1e-9));
