@@ -319,17 +319,6 @@ bool Camera::MaySee(const Box& box) const
   return !box.Empty() && std::all_of(planes.begin(), planes.end(), reaches);
 }
 
-double Camera::DistanceTo(const Box& box) const
-{
-  const Vec3 eye = this->Eye();
-  Vec3 away{};
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    away[k] = std::max({ box.lo[k] - eye[k], eye[k] - box.hi[k], 0.0 });
-  }
-  return Length(away);
-}
-
 double Camera::PointsPerUnit(double distance) const
 {
   return this->View.height / (2 * this->Tangent * distance * this->View.pixelRatio);

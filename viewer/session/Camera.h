@@ -125,7 +125,7 @@ public:
   // length 1.
   std::array<Vec3, 5> InwardNormals() const;
   // From the eye to the nearest point of a box that is not empty; 0 within it.
-  double DistanceTo(const Box& box) const;
+  double DistanceTo(const Box& box) const { return kdstream::DistanceTo(box, this->Eye()); }
   // Points of the screen (pixels / pixel ratio) that a length of 1 takes at most, `distance` > 0
   // away from the eye.
   double PointsPerUnit(double distance) const;

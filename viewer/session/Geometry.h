@@ -7,6 +7,7 @@
 
 #include "filters/core/VectorMath.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kdstream
@@ -29,6 +30,17 @@ inline Vec3 Normalized(const Vec3& a)
 {
   const double length = Length(a);
   return length > 0 ? a * (1 / length) : a;
+}
+
+// To the nearest point of a box that is not empty; 0 within it.
+inline double DistanceTo(const Box& box, const Vec3& point)
+{
+  Vec3 away{};
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    away[k] = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
+  }
+  return Length(away);
 }
 
 // A rotation: w + xi + yj + zk, of length 1.

@@ -136,16 +136,6 @@ struct Nearest
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
 
-double DistanceTo(const Box& box, const Vec3& point)
-{
-  Vec3 away{};
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    away[k] = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
-  }
-  return Length(away);
-}
-
 // What a triangle, or a point of a cloud, is for a ray.
 class Target
 {
