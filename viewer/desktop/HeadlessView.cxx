@@ -80,7 +80,11 @@ std::vector<SessionStep> Script(
   {
     steps = { { Kind::Link, {}, line.link }, { Kind::WaitForIdle, {}, {} } };
   }
-  else if (!first.empty())
+  else if (line.replay.empty()) // as in a window; what was recorded says so itself
+  {
+    steps.push_back({ Kind::Turning, {}, "upright" });
+  }
+  if (line.link.empty() && !first.empty())
   {
     steps.push_back({ Kind::Select, {}, first });
     steps.push_back({ Kind::WaitForIdle, {}, {} });

@@ -202,6 +202,7 @@ public:
   std::vector<SessionRequest> TakeRequests();
   ViewerScene Scene() const;
   const Camera& GetCamera() const { return this->Eye; }
+  DetailMode GetDetail() const { return this->Options.detail; }
   ViewerStatus GetStatus() const;
   const std::vector<ModelSummary>& Models() const { return this->ModelList; }
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.

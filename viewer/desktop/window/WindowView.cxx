@@ -144,6 +144,11 @@ void WindowLook::Frame()
     this->Shelf->Turn(turningSpeed * std::min(begin - this->LastTurn, 0.5));
     this->LastTurn = begin;
   }
+  if (this->Shelf) // a link may have changed them
+  {
+    this->Settings.turning = this->Session.Viewer().GetCamera().GetTurning();
+    this->Settings.detail = this->Session.Viewer().GetDetail();
+  }
   ViewSettings settings = this->Settings;
   const std::vector<PanelWishes> wishes = this->DescribePanels(begin - this->LastFrame, settings);
   this->DrawPicture();
