@@ -14,6 +14,7 @@
 #include <vtkIdList.h>
 #include <vtkOpenGLPolyDataMapper.h>
 #include <vtkOpenGLVertexBufferObject.h>
+#include <vtkPlane.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -21,6 +22,7 @@
 #include <vtkProperty.h>
 #include <vtkShaderProperty.h>
 #include <vtkTypeInt32Array.h>
+#include <vtkUniforms.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -69,12 +71,22 @@ vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const C
   return cells;
 }
 
+void RaiseReliefOf(vtkActor& actor, double relief, double pixels)
+{
+  vtkUniforms* uniforms = actor.GetShaderProperty()->GetFragmentCustomUniforms();
+  uniforms->SetUniformf("relief", static_cast<float>(relief));
+  uniforms->SetUniformf("reliefPixels", static_cast<float>(pixels));
+}
+
 // Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
 // triangle's own facing, which is undone: a triangle that a simplified level has folded over would
 // be black among neighbours whose normals face the eye. At an outline, normals between those of
 // corners turn away where the triangle itself still faces the eye, of coarse levels by fifty
 // degrees: these stop at the outline; turned to the eye they would shine like the other side.
 // Beyond, the triangle is one that was turned over.
+//
+// Relief: where the normals bend away from each other is a ridge, where towards each other a
+// furrow.
 void FaceNormalsToTheEye(vtkActor& actor)
 {
   actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
@@ -84,8 +96,12 @@ void FaceNormalsToTheEye(vtkActor& actor)
     "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.8\n"
     "    ? normalize(vec3(normalVCVSOutput.xy, 0.0)) : -normalVCVSOutput;\n"
     "}\n"
-    "//VTK::Light::Impl",
+    "float reliefBend = clamp(reliefPixels * normalVCVSOutput.z *\n"
+    "  (dFdx(normalVCVSOutput.x) + dFdy(normalVCVSOutput.y)), -1.0, 1.0);\n"
+    "//VTK::Light::Impl\n"
+    "gl_FragData[0].rgb *= 1.0 + relief * reliefBend;\n",
     false);
+  RaiseReliefOf(actor, 0, 0);
 }
 
 // One a point; none: (0, 0, 0), since VTK lights no points without.
@@ -259,6 +275,27 @@ void ScenePart::AimSplats(const ClippingPlanes& planes, double tangent, int heig
   if (this->IsCloud)
   {
     kdstream::AimSplats(*this->Drawing, planes, this->LargestRadius, tangent, height);
+  }
+}
+
+void ScenePart::CutBy(vtkPlane* plane)
+{
+  if (plane != this->Cutting)
+  {
+    this->Cutting = plane;
+    this->Mapper->RemoveAllClippingPlanes();
+    if (plane)
+    {
+      this->Mapper->AddClippingPlane(plane);
+    }
+  }
+}
+
+void ScenePart::RaiseRelief(double relief, double pixels)
+{
+  if (!this->IsCloud)
+  {
+    RaiseReliefOf(*this->Drawing, relief, pixels);
   }
 }
 

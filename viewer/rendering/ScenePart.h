@@ -14,6 +14,7 @@
 #include <vector>
 
 class vtkActor;
+class vtkPlane;
 class vtkPolyData;
 class vtkPolyDataMapper;
 class vtkUnsignedCharArray;
@@ -38,6 +39,11 @@ public:
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
   void SetStyle(const SceneStyle& style);
+  // What the plane's normal does not point to is not drawn; null: all is. The plane is kept, and
+  // may move.
+  void CutBy(vtkPlane* plane);
+  // Before each picture: SceneLighting::relief, of what bends by a radian within so many pixels.
+  void RaiseRelief(double relief, double pixels);
   // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
   void AimSplats(const ClippingPlanes& planes, double tangent, int height);
 
@@ -49,6 +55,7 @@ private:
   vtkNew<vtkPolyDataMapper> Mapper;
   vtkNew<vtkPolyData> Drawn;
   Box Extent;
+  vtkPlane* Cutting = nullptr;
   bool IsCloud = false;
   double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
   std::vector<ColorSource> Sources;                  // one a point

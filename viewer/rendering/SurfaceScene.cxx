@@ -11,6 +11,8 @@
 #include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkLight.h>
+#include <vtkPlane.h>
+#include <vtkProperty.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
@@ -28,20 +30,33 @@ namespace
 // one: more than what is shown within a viewer's budgets.
 constexpr std::size_t mostParts = 1024;
 
-void SetUpLights(vtkRenderer& renderer)
+void Shine(vtkLight& light, const SceneLight& as)
 {
-  renderer.AutomaticLightCreationOff();
-  for (const SceneLight& each : sceneLights)
-  {
-    const vtkNew<vtkLight> light;
-    light->SetLightTypeToCameraLight();
-    light->SetPositional(0);
-    light->SetPosition(each.position.data());
-    light->SetFocalPoint(0.0, 0.0, 0.0);
-    light->SetColor(each.color.data());
-    light->SetIntensity(each.intensity);
-    renderer.AddLight(light);
-  }
+  light.SetPosition(as.position.data());
+  light.SetColor(as.color.data());
+  light.SetIntensity(as.intensity);
+  light.SetSwitch(as.intensity > 0);
+}
+
+vtkSmartPointer<vtkLight> AddLamp(vtkRenderer& renderer, const SceneLight& as)
+{
+  auto light = vtkSmartPointer<vtkLight>::New();
+  light->SetLightTypeToCameraLight();
+  light->SetPositional(0);
+  light->SetFocalPoint(0.0, 0.0, 0.0);
+  Shine(*light, as);
+  renderer.AddLight(light);
+  return light;
+}
+
+// A colour that no light changes.
+void SetUpCap(vtkActor& actor)
+{
+  vtkProperty* material = actor.GetProperty();
+  material->SetColor(capColor[0] / 255.0, capColor[1] / 255.0, capColor[2] / 255.0);
+  material->SetAmbient(1.0);
+  material->SetDiffuse(0.0);
+  material->SetSpecular(0.0);
 }
 
 void SetUpBackground(vtkRenderer& renderer)
@@ -56,14 +71,18 @@ void SetUpBackground(vtkRenderer& renderer)
 SurfaceScene::SurfaceScene()
   : Occlusion(std::make_unique<SceneOcclusion>())
 {
-  SetUpLights(*this->SceneRenderer);
+  this->SceneRenderer->AutomaticLightCreationOff();
+  for (std::size_t i = 0; i < this->Lamps.size(); ++i)
+  {
+    this->Lamps[i] = AddLamp(*this->SceneRenderer, this->Lighting.lamps[i]);
+  }
   SetUpBackground(*this->SceneRenderer);
   const vtkNew<vtkCamera> camera;
   this->SceneRenderer->SetActiveCamera(camera);
   this->ApplyCamera();
   // Just before drawing, when the size of the window is known.
-  this->SplatObserver =
-    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::ApplySplats);
+  this->PictureObserver =
+    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::BeforePicture);
   this->OcclusionObserver =
     this->SceneRenderer->AddObserver(vtkCommand::EndEvent, this, &SurfaceScene::ApplyOcclusion);
 }
@@ -71,7 +90,7 @@ SurfaceScene::SurfaceScene()
 // The renderer lives on in a window that lives on.
 SurfaceScene::~SurfaceScene()
 {
-  this->SceneRenderer->RemoveObserver(this->SplatObserver);
+  this->SceneRenderer->RemoveObserver(this->PictureObserver);
   this->SceneRenderer->RemoveObserver(this->OcclusionObserver);
 }
 
@@ -167,6 +186,7 @@ void SurfaceScene::Take(std::vector<Entry> entries)
   for (const Entry& entry : this->Entries)
   {
     this->SceneRenderer->AddActor(&entry.scene->Actor()); // no second time where it is there
+    this->ApplySection(*entry.scene);
     this->Bounds.Add(entry.scene->Bounds());
   }
   this->ApplyCamera();
@@ -185,13 +205,80 @@ void SurfaceScene::SetStyle(const SceneStyle& style)
   }
 }
 
-void SurfaceScene::ApplySplats()
+void SurfaceScene::SetLighting(const SceneLighting& lighting)
+{
+  if (lighting == this->Lighting)
+  {
+    return;
+  }
+  this->Lighting = lighting;
+  for (std::size_t i = 0; i < this->Lamps.size(); ++i)
+  {
+    Shine(*this->Lamps[i], lighting.lamps[i]);
+  }
+}
+
+void SurfaceScene::SetSection(const std::optional<SectionPlane>& plane,
+  const std::shared_ptr<const Surface>& cap, std::uint64_t capVersion)
+{
+  const bool hasNew = capVersion != this->CapVersion || cap != this->Cap;
+  this->CapVersion = capVersion;
+  this->Cap = cap;
+  if (plane != this->Section)
+  {
+    this->Section = plane;
+    for (const Entry& entry : this->Entries)
+    {
+      this->ApplySection(*entry.scene);
+    }
+  }
+  if (hasNew)
+  {
+    this->PlaceSection();
+  }
+  if (plane)
+  {
+    const Vec3 place = plane->NearestTo(this->Center) - this->Center;
+    this->SectionHere->SetOrigin(place.data());
+    this->SectionHere->SetNormal((plane->normal * -1).data()); // VTK keeps what it points to
+  }
+}
+
+void SurfaceScene::ApplySection(ScenePart& part) const
+{
+  part.CutBy(this->Section ? this->SectionHere.Get() : nullptr);
+}
+
+// Draws the cap anew.
+void SurfaceScene::PlaceSection()
+{
+  const bool hasOne = this->Cap && !this->Cap->triangles.empty();
+  if (hasOne && !this->CapDrawn)
+  {
+    this->CapDrawn = std::make_unique<ScenePart>();
+    SetUpCap(this->CapDrawn->Actor());
+  }
+  if (hasOne)
+  {
+    this->CapDrawn->Show(
+      *this->Cap, {}, this->Depths, this->Center, { SurfaceColoring::Stone, true, false });
+    this->SceneRenderer->AddActor(&this->CapDrawn->Actor());
+  }
+  else if (this->CapDrawn)
+  {
+    this->SceneRenderer->RemoveActor(&this->CapDrawn->Actor());
+  }
+}
+
+void SurfaceScene::BeforePicture()
 {
   const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
   const double tangent = std::tan(0.5 * this->Camera.verticalFieldOfView);
   for (const Entry& entry : this->Entries)
   {
-    entry.scene->AimSplats({ range[0], range[1] }, tangent, this->SceneRenderer->GetSize()[1]);
+    const int height = this->SceneRenderer->GetSize()[1];
+    entry.scene->AimSplats({ range[0], range[1] }, tangent, height);
+    entry.scene->RaiseRelief(this->Lighting.relief, reliefShare * height);
   }
 }
 
