@@ -43,6 +43,8 @@ struct SceneSight
 {
   std::uint64_t surfaceVersion = 0;
   Vec3 eye, focal, up;
+  std::optional<SectionPlane> section{};
+  SceneLighting lighting{};
   bool operator==(const SceneSight&) const = default;
 };
 

@@ -193,7 +193,8 @@ void WindowLook::DrawPicture()
 {
   const double begin = SteadySeconds();
   const ViewerScene scene = this->Session.Viewer().Scene();
-  const SceneSight sight{ scene.surfaceVersion, scene.eye, scene.focal, scene.up };
+  const SceneSight sight{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, scene.section,
+    scene.lighting };
   const bool moves = this->Seen != sight;
   const bool fresh = !this->Seen || this->Seen->surfaceVersion != sight.surfaceVersion;
   const bool may = this->Occlusion.Has(moves, begin);

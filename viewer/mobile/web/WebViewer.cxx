@@ -49,6 +49,9 @@ struct PictureState
   Viewport viewport;
   SurfaceColoring coloring = SurfaceColoring::Own;
   double glided = 1;
+  std::optional<SectionPlane> section{};
+  std::uint64_t capVersion = 0;
+  SceneLighting lighting{};
   bool occluded = false;
   bool operator==(const PictureState&) const = default;
 };
@@ -177,7 +180,7 @@ bool Draw(WebViewer& viewer)
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    viewer.coloring, glided };
+    viewer.coloring, glided, scene.section, scene.capVersion, scene.lighting };
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (viewer.drawn == state)
   {
