@@ -52,7 +52,7 @@ flat out vec3 flatColor;
 flat out vec2 splat; // pixels across, radius
 #ifdef CUT
 uniform vec4 section; // its normal, and how far the origin is above it
-out float above;
+centroid out float above; // of a place in the triangle, at its edge too
 #endif
 void main()
 {
@@ -86,7 +86,7 @@ uniform vec3 highlightColor;
 uniform vec3 depthRange; // nearest, farthest, 1 / their difference
 out vec4 fragment;
 #ifdef CUT
-in float above;
+centroid in float above;
 #endif
 #ifdef RELIEF
 uniform vec2 relief; // how much, and within how many pixels a radian is all of it

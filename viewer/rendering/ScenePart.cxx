@@ -14,7 +14,6 @@
 #include <vtkIdList.h>
 #include <vtkOpenGLPolyDataMapper.h>
 #include <vtkOpenGLVertexBufferObject.h>
-#include <vtkPlane.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -102,6 +101,32 @@ void FaceNormalsToTheEye(vtkActor& actor)
     "gl_FragData[0].rgb *= 1.0 + relief * reliefBend;\n",
     false);
   RaiseReliefOf(actor, 0, 0);
+}
+
+// Not by the mapper's clipping planes: at edges of the surface these are told of places beside it,
+// and single pixels of what is cut away stay.
+void DiscardWhatIsAbove(vtkActor& actor)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  shader->AddVertexShaderReplacement(
+    "//VTK::Clip::Dec", true, "centroid out float sectionAbove;\n//VTK::Clip::Dec", false);
+  shader->AddVertexShaderReplacement("//VTK::Clip::Impl", true,
+    "sectionAbove = dot(section.xyz, vertexMC.xyz) + section.w;\n//VTK::Clip::Impl", false);
+  shader->AddFragmentShaderReplacement(
+    "//VTK::Clip::Dec", true, "centroid in float sectionAbove;\n//VTK::Clip::Dec", false);
+  shader->AddFragmentShaderReplacement(
+    "//VTK::Clip::Impl", true, "if (sectionAbove > 0.0) { discard; }\n//VTK::Clip::Impl", false);
+}
+
+void DiscardNothing(vtkActor& actor)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  for (const char* place : { "//VTK::Clip::Dec", "//VTK::Clip::Impl" })
+  {
+    shader->ClearVertexShaderReplacement(place, true);
+    shader->ClearFragmentShaderReplacement(place, true);
+  }
+  shader->GetVertexCustomUniforms()->RemoveUniform("section");
 }
 
 // One a point; none: (0, 0, 0), since VTK lights no points without.
@@ -198,6 +223,11 @@ void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const T
   this->Drawn->GetPointData()->SetNormals(Normals(surface.points.size(), normals));
   this->TakeColors(surface, depths);
   DrawNoSplats(*this->Drawing, *this->Mapper);
+  if (this->IsCut)
+  {
+    DiscardNothing(*this->Drawing); // until it is cut anew
+    this->IsCut = false;
+  }
   if (this->IsCloud)
   {
     DrawSplats(*this->Drawing, *this->Mapper);
@@ -278,16 +308,21 @@ void ScenePart::AimSplats(const ClippingPlanes& planes, double tangent, int heig
   }
 }
 
-void ScenePart::CutBy(vtkPlane* plane)
+void ScenePart::CutBy(const std::optional<SectionPlane>& plane, const Vec3& center)
 {
-  if (plane != this->Cutting)
+  const bool isNew = plane.has_value() != this->IsCut;
+  this->IsCut = plane.has_value();
+  if (isNew)
   {
-    this->Cutting = plane;
-    this->Mapper->RemoveAllClippingPlanes();
-    if (plane)
-    {
-      this->Mapper->AddClippingPlane(plane);
-    }
+    this->IsCut ? DiscardWhatIsAbove(*this->Drawing) : DiscardNothing(*this->Drawing);
+  }
+  if (plane)
+  {
+    const std::array<float, 4> values{ static_cast<float>(plane->normal[0]),
+      static_cast<float>(plane->normal[1]), static_cast<float>(plane->normal[2]),
+      static_cast<float>(plane->Above(center)) };
+    this->Drawing->GetShaderProperty()->GetVertexCustomUniforms()->SetUniform4f(
+      "section", values.data());
   }
 }
 

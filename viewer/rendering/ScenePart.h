@@ -11,10 +11,10 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
+#include <optional>
 #include <vector>
 
 class vtkActor;
-class vtkPlane;
 class vtkPolyData;
 class vtkPolyDataMapper;
 class vtkUnsignedCharArray;
@@ -39,9 +39,9 @@ public:
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
   void SetStyle(const SceneStyle& style);
-  // What the plane's normal does not point to is not drawn; null: all is. The plane is kept, and
-  // may move.
-  void CutBy(vtkPlane* plane);
+  // What is above the plane is not drawn until it is cut anew, or shows another surface. center: as
+  // in Show.
+  void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
   // Before each picture: SceneLighting::relief, of what bends by a radian within so many pixels.
   void RaiseRelief(double relief, double pixels);
   // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
@@ -55,7 +55,7 @@ private:
   vtkNew<vtkPolyDataMapper> Mapper;
   vtkNew<vtkPolyData> Drawn;
   Box Extent;
-  vtkPlane* Cutting = nullptr;
+  bool IsCut = false;
   bool IsCloud = false;
   double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
   std::vector<ColorSource> Sources;                  // one a point

@@ -11,7 +11,6 @@
 #include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkLight.h>
-#include <vtkPlane.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 
@@ -186,7 +185,6 @@ void SurfaceScene::Take(std::vector<Entry> entries)
   for (const Entry& entry : this->Entries)
   {
     this->SceneRenderer->AddActor(&entry.scene->Actor()); // no second time where it is there
-    this->ApplySection(*entry.scene);
     this->Bounds.Add(entry.scene->Bounds());
   }
   this->ApplyCamera();
@@ -224,33 +222,15 @@ void SurfaceScene::SetSection(const std::optional<SectionPlane>& plane,
   const bool hasNew = capVersion != this->CapVersion || cap != this->Cap;
   this->CapVersion = capVersion;
   this->Cap = cap;
-  if (plane != this->Section)
-  {
-    this->Section = plane;
-    for (const Entry& entry : this->Entries)
-    {
-      this->ApplySection(*entry.scene);
-    }
-  }
+  this->Section = plane;
   if (hasNew)
   {
-    this->PlaceSection();
+    this->PlaceCap();
   }
-  if (plane)
-  {
-    const Vec3 place = plane->NearestTo(this->Center) - this->Center;
-    this->SectionHere->SetOrigin(place.data());
-    this->SectionHere->SetNormal((plane->normal * -1).data()); // VTK keeps what it points to
-  }
-}
-
-void SurfaceScene::ApplySection(ScenePart& part) const
-{
-  part.CutBy(this->Section ? this->SectionHere.Get() : nullptr);
 }
 
 // Draws the cap anew.
-void SurfaceScene::PlaceSection()
+void SurfaceScene::PlaceCap()
 {
   const bool hasOne = this->Cap && !this->Cap->triangles.empty();
   if (hasOne && !this->CapDrawn)
@@ -278,6 +258,7 @@ void SurfaceScene::BeforePicture()
   {
     const int height = this->SceneRenderer->GetSize()[1];
     entry.scene->AimSplats({ range[0], range[1] }, tangent, height);
+    entry.scene->CutBy(this->Section, this->Center);
     entry.scene->RaiseRelief(this->Lighting.relief, reliefShare * height);
   }
 }

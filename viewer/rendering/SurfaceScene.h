@@ -24,7 +24,6 @@
 #include <vector>
 
 class vtkLight;
-class vtkPlane;
 class vtkRenderer;
 
 namespace kdstream
@@ -86,8 +85,7 @@ private:
 
   void Take(std::vector<Entry> entries);
   void ApplyCamera();
-  void ApplySection(ScenePart& part) const;
-  void PlaceSection();
+  void PlaceCap();
   void BeforePicture();
   void ApplyOcclusion();
 
@@ -106,7 +104,6 @@ private:
   std::array<vtkSmartPointer<vtkLight>, 2> Lamps;
   SceneLighting Lighting;
   std::optional<SectionPlane> Section;
-  vtkNew<vtkPlane> SectionHere;        // relative to Center
   std::shared_ptr<const Surface> Cap;  // null without
   std::unique_ptr<ScenePart> CapDrawn; // once there has been one
   std::uint64_t CapVersion = 0;

@@ -265,6 +265,11 @@ void WindowLook::AddTools(PanelFacts& facts) const
       { each, pixel(each.from), each.to ? pixel(*each.to) : std::nullopt });
   }
   facts.tool = session.GetTool();
+  facts.light = session.GetLight();
+  if (session.GetSection().Plane())
+  {
+    facts.sectionDepth = session.GetSection().Depth();
+  }
   facts.up = facts.model ? facts.model->pose.value_or(ModelPose{}).up : Vec3{ 0, 1, 0 };
 }
 
