@@ -105,7 +105,7 @@ export function makeModels({ dragon = true, vase = false } = {}) {
   };
   build("pebble", "A pebble", "200");
   if (dragon) {
-    buildStore(place("KDSTREAM_DRAGON"), join(folder, "dragon.kds"), "--title", "Stanford dragon",
+    buildStore(place("KDSTREAM_DRAGON"), join(folder, "dragon.kds"), "--title", "A dragon",
       "--credit", "Stanford Computer Graphics Laboratory");
   } else {
     build("shell", "A shell", "50", 24, 12);
