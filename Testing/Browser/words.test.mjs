@@ -7,6 +7,8 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { test } from "node:test";
 
+import { manyForms } from "../../viewer/mobile/web/words.js";
+
 const web = fileURLToPath(new URL("../../viewer/mobile/web/", import.meta.url));
 const read = (name) => readFileSync(join(web, name), "utf8");
 
@@ -68,6 +70,7 @@ for (const file of readdirSync(join(web, "words"))) {
     const plurals = new Intl.PluralRules(file.slice(0, 2));
     for (const [english, text] of Object.entries({ ...texts, ...sentences })) {
       if (typeof text === "object") {
+        assert.ok(Object.hasOwn(manyForms, english), `${english} has one form in English`);
         assert.deepEqual(Object.keys(text).sort(), [...plurals.resolvedOptions().pluralCategories].sort(), english);
       }
       for (const form of typeof text === "object" ? Object.values(text) : [text]) {

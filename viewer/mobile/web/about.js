@@ -64,7 +64,8 @@ export function describeLengths(sides, unit) {
       return value.toLocaleString(language, { notation: "scientific", maximumSignificantDigits: 3 });
     }
     const step = 10 ** Math.max(-digits, 0);
-    return (Math.round(value / step) * step).toLocaleString(language, { maximumFractionDigits: Math.max(digits, 0) });
+    const rounded = digits < 0 ? Math.round(value / step) * step : value;
+    return rounded.toLocaleString(language, { maximumFractionDigits: Math.max(digits, 0) });
   });
   return figure(figures.join(" × "), shown);
 }

@@ -226,13 +226,17 @@ function choose(model) {
 
 let knowsDoubleTap = false;
 
-function showHint({ shownLevel, region, measuring }, wrong) {
+function showHint({ mode, shownLevel, region, measuring }, wrong) {
+  if (mode !== "full screen") {
+    say(find("hint"), "");
+    return;
+  }
   if (measuring) {
     say(find("hint"), t(coarse ? "Tap one point of the surface, then another" : "Click one point of the surface, then another"));
     return;
   }
   knowsDoubleTap ||= region !== null;
-  const needed = shownLevel !== null && !knowsDoubleTap && !wrong && find("menu").hidden;
+  const needed = shownLevel !== null && !knowsDoubleTap && !wrong && sheets.every((id) => find(id).hidden);
   const words = t(coarse ? "Double-tap the surface for its original detail" : "Double-click the surface for its original detail");
   say(find("hint"), needed ? words : "");
 }
@@ -281,6 +285,7 @@ function showStatus(status) {
   document.title = [name, site.title || "KdStream"].filter(Boolean).join(" – ");
   markChosen(status.model);
   say(find("title"), name);
+  find("title").setAttribute("aria-level", status.mode === "full screen" ? 1 : 2);
   say(find("credit"), [status.credit, status.license].filter(Boolean).join(" · "));
   say(find("natural"), t(status.colored ? "Colours" : "Stone"));
   find("stone").hidden = !status.colored;
@@ -394,7 +399,7 @@ function followMode(before, { mode, model }) {
   }
   if (before !== mode) {
     closeSheets();
-    keepFocus(mode, model);
+    before !== "no model" && keepFocus(mode, model);
   }
   if (before === "full screen" && mode !== before) {
     showOwnColours();
@@ -587,9 +592,10 @@ function listenToKeys() {
   const isBy = (way) => (document.body.dataset.by = way);
   addEventListener("pointerdown", () => isBy("pointer"), true);
   addEventListener("keydown", ({ key }) => key === "Tab" && isBy("keys"), true);
-  document.addEventListener("keydown", ({ key, target, defaultPrevented }) => {
+  document.addEventListener("keydown", (event) => {
+    const { key, target } = event;
     const open = sheets.find((id) => !find(id).hidden);
-    if (defaultPrevented || target.closest?.("dialog")) {
+    if (event.defaultPrevented || target.closest?.("dialog")) {
       return;
     }
     if (key === "Escape" && open) {
@@ -598,6 +604,7 @@ function listenToKeys() {
     } else if (key === "Escape" && lastStatus.mode === "full screen") {
       goBack();
     } else if (key === "/" && !find("search").hidden && !/^(input|select|textarea)$/i.test(target.nodeName)) {
+      event.preventDefault(); // it is not what is searched
       find("search").focus();
     } else if (key === "Enter" && document.activeElement === canvas) {
       if (lastStatus.mode === "full screen") {

@@ -5,9 +5,13 @@
 
 const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
 const longestWait = 3000; // ms, for a language's file
-const manyForms = {
-  "{n} triangles": { one: "{n} triangle", other: "{n} triangles" },
-  "{n} points": { one: "{n} point", other: "{n} points" },
+const withOne = (one, other) => ({ one: `{n} ${one}`, other: `{n} ${other}` });
+export const manyForms = {
+  "{n} triangles": withOne("triangle", "triangles"),
+  "{n} points": withOne("point", "points"),
+  "{n} vertices": withOne("vertex", "vertices"),
+  "{n} models found": withOne("model found", "models found"),
+  "in {n} seconds": { one: "in {n} second", other: "in {n} seconds" },
 };
 
 let texts = manyForms;
