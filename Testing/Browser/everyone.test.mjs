@@ -131,7 +131,16 @@ test("all of it by keyboard", async () => {
     return visit.around(await visit.centre(), 500);
   };
   let last = await seen();
-  for (const key of ["ArrowLeft", "ArrowUp", "Shift+ArrowRight", "+", "-", "Shift+ArrowUp", "h", "u"]) {
+  // It moves as it is, and not its likeness that is turned.
+  const { x, y } = await visit.centre();
+  const here = await visit.around({ x, y }, 300);
+  await page.keyboard.press("Shift+ArrowRight");
+  await visit.untilIdle();
+  const [there, stayed] = [await visit.around({ x: x + 40, y }, 300), await visit.around({ x, y }, 300)];
+  assert.ok(await pixels.difference(here, there) < 0.5 * await pixels.difference(here, stayed), "Shift moves");
+  await page.keyboard.press("h");
+  last = await seen();
+  for (const key of ["ArrowLeft", "ArrowUp", "+", "-", "Shift+ArrowUp", "h", "u"]) {
     await page.keyboard.press(key);
     const next = await seen();
     assert.ok(await pixels.difference(last, next) > 0.005, key);

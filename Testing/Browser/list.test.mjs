@@ -79,17 +79,33 @@ test("each model has a picture, which is made once, and of what is fetched once"
   }
 }));
 
-test("a picture that cannot be kept is made anew, and none by who saves data", () => withServer(models, async (visit, server) => {
-  await visit.page.addInitScript(() => {
-    IDBFactory.prototype.open = () => {
-      throw new DOMException("no", "UnknownError");
-    };
-  });
-  await visit.open(server.url);
-  await untilPictures(visit, 2);
-  await visit.page.reload();
-  await untilPictures(visit, 2);
+for (const [what, harm] of [
+  ["denied", () => (IDBFactory.prototype.open = () => { throw new DOMException("no", "UnknownError"); })],
+  ["full", () => (IDBObjectStore.prototype.put = () => { throw new DOMException("full", "QuotaExceededError"); })],
+]) {
+  test(`where storage is ${what}, pictures are made anew`, () => withServer(models, async (visit, server) => {
+    await visit.page.addInitScript(harm);
+    await visit.open(server.url);
+    await untilPictures(visit, 2);
+    await visit.page.reload();
+    await untilPictures(visit, 2);
+    assert.deepEqual(await visit.messages(), []);
+  }));
+}
 
+test("two tabs make their pictures beside each other", () => withServer(models, async (visit, server) => {
+  const page = await visit.page.context().newPage();
+  const other = { page };
+  await Promise.all([visit.open(server.url), page.goto(server.url)]);
+  await untilPictures(visit, 2); // a tab behind another one waits
+  await page.bringToFront();
+  await untilPictures(other, 2);
+  assert.deepEqual(await pictures(other), await pictures(visit));
+}));
+
+test("who saves data gets no pictures that are not kept", () => withServer(models, async (visit, server) => {
+  await visit.open(server.url);
+  await visit.untilIdle();
   const thrifty = await Visit.phone(browser);
   await thrifty.page.addInitScript(() => Object.defineProperty(Navigator.prototype, "connection", { get: () => ({ saveData: true }) }));
   await thrifty.open(server.url);
