@@ -244,10 +244,15 @@ extern "C"
     return 1;
   }
 
-  // A viewer, for as long as the page lives.
+  // A viewer, until it is dropped.
   EMSCRIPTEN_KEEPALIVE WebViewer* ViewerMake()
   {
     return new WebViewer;
+  }
+
+  EMSCRIPTEN_KEEPALIVE void ViewerDrop(WebViewer* viewer)
+  {
+    delete viewer;
   }
 
   // ---- texts and bytes
@@ -509,6 +514,15 @@ extern "C"
   {
     return viewer->mostBytes;
   }
+  // A preview that the page has already: its path, then its bytes.
+  EMSCRIPTEN_KEEPALIVE void ViewerHandPath(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->inbox;
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerHand(WebViewer* viewer)
+  {
+    viewer->page.Hand(viewer->outbox, { viewer->inbox.begin(), viewer->inbox.end() });
+  }
   EMSCRIPTEN_KEEPALIVE void ViewerSetKeeps(WebViewer* viewer, bool keeps)
   {
     viewer->page.SetKeeps(keeps);
@@ -525,11 +539,6 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE std::size_t ViewerArrivalBytes(const WebViewer* viewer)
   {
     return viewer->arrived.size();
-  }
-  // As the text.
-  EMSCRIPTEN_KEEPALIVE void ViewerModels(WebViewer* viewer)
-  {
-    viewer->outbox = viewer->page.ModelsJson();
   }
   // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
   // level: -1 for the original; color: 0xrrggbb.
