@@ -63,6 +63,75 @@ test("the tools come only when they are used", async () => {
   await visit.close();
 });
 
+// Moves a slider to a share of its way, as a finger does.
+async function slide(visit, id, share) {
+  const box = await visit.page.locator(id).boundingBox();
+  const thumb = 16; // about
+  await visit.page.touchscreen.tap(box.x + thumb / 2 + (box.width - thumb) * share, box.y + box.height / 2);
+  return visit.untilIdle();
+}
+
+test("a section is put through, moved by a slider and a finger, filled, and drawn", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await turnPanel(visit);
+  const where = await visit.centre();
+  const whole = await visit.around(where, 300);
+  await press(visit, "Facing me");
+  await visit.until("it is cut", ({ depth, idle }) => depth !== null && idle);
+  const half = await visit.around(where, 300);
+  assert.ok(await pixels.difference(whole, half) > 0.2, "the cut face is seen");
+  const { depth } = await slide(visit, "#section-depth", 0.75);
+  assert.ok(depth > 0.65 && depth < 0.85, `${depth}`);
+  const more = await visit.around(where, 300);
+  assert.ok(await pixels.difference(half, more) > 0.02);
+  await visit.picture("tools-5-section");
+  const [drawing] = await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save outline")]);
+  assert.equal(drawing.suggestedFilename(), "pebble-section.svg");
+  const svg = readFileSync(await drawing.path(), "utf8");
+  assert.match(svg, /^<\?xml .*<svg [^>]*viewBox="[^"]+">.*<path .* d="\s*M[^"]*Z\s*"\/>\s*<\/svg>\s*$/s);
+  await press(visit, "Move it by finger");
+  await visit.until("the tool is in hand", ({ tool }) => tool === 2);
+  await turnPanel(visit);
+  const before = (await visit.status()).depth;
+  await visit.drag(where, 0, -60);
+  const after = (await visit.untilIdle()).depth;
+  assert.ok(Math.abs(after - before) > 0.02, `${before} ${after}`);
+  const link = await (await turnPanel(visit), copied(visit, "#copy-link"));
+  assert.match(link, /&section=[\w-]{19}/);
+  await press(visit, "None");
+  await visit.until("it is whole", (status) => status.depth === null);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("light comes from the finger, until one tap brings back the standard light", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  const where = await visit.centre();
+  const standard = await visit.around(where, 300);
+  await turnPanel(visit);
+  await press(visit, "Light from the finger");
+  await turnPanel(visit);
+  await visit.drag(where, -120, 20);
+  await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
+  const low = await visit.around(where, 300);
+  assert.ok(await pixels.difference(standard, low) > 0.1);
+  await turnPanel(visit);
+  await slide(visit, "#relief", 1);
+  assert.ok((await visit.status()).relief > 0.9);
+  assert.ok(await pixels.difference(low, await visit.around(where, 300)) > 0.01, "ridges are lighter");
+  await visit.picture("tools-6-light");
+  await press(visit, "Standard light");
+  await visit.until("as before", ({ lamp, idle }) => lamp === undefined && idle);
+  await press(visit, "Light from the finger"); // is put away
+  await visit.until("no tool", ({ tool }) => tool === 0);
+  await turnPanel(visit);
+  assert.ok(await pixels.difference(standard, await visit.around(where, 300)) < 0.005);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
 test("six sides, and turning by itself until it is touched", async () => {
   const visit = await Visit.phone(browser);
   await openPebble(visit);

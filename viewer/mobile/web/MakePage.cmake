@@ -40,13 +40,17 @@ file(SIZE "${WASM}" wasm_bytes)
 copy_stripped(index.html)
 minify(style.css)
 # Fetched when they are first used, or after the first picture.
-set(later tools.js gallery.js offline.js about.js access.js words/de.js words/ar.js)
+set(later tools.js gallery.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
 minify(page.js "--define:viewerBytes=${wasm_bytes}" ${externals})
 foreach(name IN LISTS later)
   minify(${name} --external:./page.js)
 endforeach()
 minify(tools.css)
+# For other pages, whose script it is.
+execute_process(COMMAND "${ESBUILD}" "${SOURCE}/embed.js" --minify --target=es2022 --charset=utf8 --legal-comments=none
+  "--outfile=${PAGE}/embed.js" --log-level=warning COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${ZOPFLI}" "${PAGE}/embed.js" COMMAND_ERROR_IS_FATAL ANY)
 
 file(COPY "${SOURCE}/icon.svg" "${SOURCE}/manifest.webmanifest" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
 

@@ -244,11 +244,21 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
     .Member("turnsOn", status.coasting)
     .Member("spinning", status.spinning)
     .Member("measuring", this->Viewer.GetTool() == Tool::Measure)
+    .Member("tool", static_cast<unsigned>(this->Viewer.GetTool()))
+    .Member("depth", this->Viewer.GetSection().Plane()
+                       ? std::optional(this->Viewer.GetSection().Depth())
+                       : std::nullopt)
     .Member("surface", scene.surfaceVersion)
     .Member("colored", HasOwnColors(*scene.surface))
     .Member("connection", NameOf(this->Talk.GetState()))
     .Member("trouble", this->Talk.Trouble())
     .Member("stale", this->Staleness());
+  if (const auto& light = this->Viewer.GetLight())
+  {
+    json.Member("lamp", light->lamp.intensity)
+      .Member("secondLamp", light->second ? std::optional(light->second->intensity) : std::nullopt)
+      .Member("relief", light->relief);
+  }
   if (status.targetLevel) // the model is open
   {
     json.Member("finestLevel", this->Open.depths.finest)

@@ -331,10 +331,45 @@ extern "C"
   {
     viewer->outbox = FormatViewLink(viewer->page.Session().Link());
   }
-  // Whether taps measure.
-  EMSCRIPTEN_KEEPALIVE void ViewerSetMeasuring(WebViewer* viewer, bool measures)
+  // 0 none, 1 measure, 2 section, 3 light, 4 second light.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetTool(WebViewer* viewer, unsigned tool)
   {
-    viewer->page.Session().SetTool(measures ? kdstream::Tool::Measure : kdstream::Tool::None);
+    viewer->page.Session().SetTool(
+      tool <= 4 ? static_cast<kdstream::Tool>(tool) : kdstream::Tool::None);
+  }
+  // The inbox is the side: "x" and so on.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetSectionAlong(WebViewer* viewer)
+  {
+    viewer->page.Session().SetSectionAlong(viewer->inbox);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSetSectionDepth(WebViewer* viewer, double depth)
+  {
+    viewer->page.Session().SetSectionDepth(depth);
+  }
+  // As SVG, as the text.
+  EMSCRIPTEN_KEEPALIVE void ViewerSectionOutline(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->page.Session().SectionOutline();
+  }
+  // Intensities of the lamps and the relief, where there is raking light.
+  EMSCRIPTEN_KEEPALIVE void ViewerDim(
+    WebViewer* viewer, double lamp, double secondLamp, double relief)
+  {
+    auto light = viewer->page.Session().GetLight();
+    if (light)
+    {
+      light->lamp.intensity = lamp;
+      light->relief = relief;
+      if (light->second)
+      {
+        light->second->intensity = secondLamp;
+      }
+      viewer->page.Session().SetLight(light);
+    }
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerStandardLight(WebViewer* viewer)
+  {
+    viewer->page.Session().SetLight({});
   }
   // As the text.
   EMSCRIPTEN_KEEPALIVE void ViewerMeasurements(WebViewer* viewer)

@@ -107,7 +107,7 @@ const functions = {
 // All others are as in WebGL; beside them the places of their arguments that are objects.
 const alike = [
   ["", "activeTexture blendFunc checkFramebufferStatus clear colorMask depthFunc depthMask disable disableVertexAttribArray drawArrays drawElements enable enableVertexAttribArray getError texParameteri texStorage2D vertexAttrib4f vertexAttribPointer viewport"],
-  ["0", "bindVertexArray compileShader linkProgram uniform1f uniform1i uniform3f uniform4f useProgram"],
+  ["0", "bindVertexArray compileShader linkProgram uniform1f uniform1i uniform2f uniform3f uniform4f useProgram"],
   ["1", "bindBuffer bindFramebuffer bindTexture"],
   ["3", "framebufferTexture2D"],
   ["01", "attachShader"],

@@ -63,6 +63,8 @@ let linked = ""; // a link to a view, that waits for the list
 let site = { title: "", text: "" };
 let tools = null; // once they have been used
 let about = null;
+let embedding = null; // in somebody's page
+const isEmbedded = new URLSearchParams(location.search).has("embed") && window.parent !== window;
 let gallery = null; // the pictures of the list, once there was time for them
 let contextLost = false;
 let update = null; // goes over to a newer page
@@ -332,6 +334,7 @@ function show() {
     wake();
   }
   tools?.show();
+  embedding?.show();
   showStatus(lastStatus);
   showHint(lastStatus, wrong);
   showWhatComes(lastStatus, wrong);
@@ -394,7 +397,7 @@ function resize(width, height, points) {
 
 // Full screen is a page of its own for the browser's back.
 function followMode(before, { mode, model }) {
-  if (mode === "full screen" && before !== mode && !history.state?.model) {
+  if (mode === "full screen" && before !== mode && !history.state?.model && !isEmbedded) {
     history.pushState({ model }, "");
   }
   if (before !== mode) {
@@ -463,15 +466,11 @@ async function openTools(open) {
     if (!tools) {
       const { Tools } = await import("./tools.js");
       tools ??= new Tools({
-        canvas, viewer, wake,
+        canvas, viewer, wake, redraw,
         exchange: () => line.exchange(),
         status: () => lastStatus,
         words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
         colours: () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value],
-        redraw: () => {
-          viewer.resize(canvas.width, canvas.height, canvas.width / canvas.clientWidth);
-          viewer.frame();
-        },
       });
     }
     tools.show();
@@ -502,6 +501,23 @@ async function openAbout(open) {
     }));
     find("about").focus();
   }
+}
+
+// A canvas keeps its picture for as long as the turn lasts in which this is called.
+function redraw() {
+  viewer.resize(canvas.width, canvas.height, canvas.width / canvas.clientWidth);
+  viewer.frame();
+}
+
+async function answerEmbedder() {
+  const { Embedding } = await import("./embedding.js");
+  embedding = new Embedding({
+    canvas, viewer, wake, redraw,
+    exchange: () => line.exchange(),
+    follow: followLink,
+    status: () => lastStatus,
+  });
+  wake();
 }
 
 // Asks anew for what could not be had.
@@ -601,7 +617,7 @@ function listenToKeys() {
     if (key === "Escape" && open) {
       closeSheets();
       find(`${open}-button`).focus();
-    } else if (key === "Escape" && lastStatus.mode === "full screen") {
+    } else if (key === "Escape" && lastStatus.mode === "full screen" && !isEmbedded) {
       goBack();
     } else if (key === "/" && !find("search").hidden && !/^(input|select|textarea)$/i.test(target.nodeName)) {
       event.preventDefault(); // it is not what is searched
@@ -698,6 +714,10 @@ async function start() {
   listenToBrowser();
   line.exchange();
   refreshList();
+  if (isEmbedded) {
+    document.body.dataset.embedded = "";
+    answerEmbedder();
+  }
   wake();
 }
 

@@ -1,26 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tools for looking: views from six sides, turning by itself, measuring, links to views, pictures. Fetched when they are
-// first used. What they do is decided in WebAssembly; here are their buttons, and the lines over the picture.
+// Tools for looking: views from six sides, turning by itself, measuring, sections, light, links to views, pictures. Fetched
+// when they are first used. What they do is decided in WebAssembly; here are their buttons, and the lines over the picture.
 
 import { figure, language, t } from "./page.js"; // the page that is there already
+import { download, group, make, makeButton } from "./elements.js";
+import { Looks, tool } from "./looks.js";
 
 const find = (id) => document.getElementById(id);
-
-function make(name, properties = {}, ...children) {
-  const element = Object.assign(document.createElement(name), properties);
-  element.append(...children);
-  return element;
-}
-
-function makeButton(text, act, properties = {}) {
-  const button = make("button", { type: "button", textContent: t(text), ...properties });
-  button.addEventListener("click", act);
-  return button;
-}
-
-function group(title, ...children) {
-  return make("fieldset", {}, make("legend", { textContent: t(title) }), ...children);
-}
 
 // ---- figures
 
@@ -60,12 +46,6 @@ async function copyText(text) {
       prompt(t("Copy this:"), text);
     }
   }
-}
-
-function download(blob, name) {
-  const link = make("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
 // The canvas on the page's background, with the lines over it, and title, credit and licence below.
@@ -110,12 +90,14 @@ export class Tools {
     const side = (name) => makeButton(name, () => this.#do((viewer) => viewer.lookFromSide(name.toLowerCase())), { className: "tool" });
     const toggle = (id, text, act) => makeButton(text, act, { id, className: "tool" });
     this.spin = toggle("spin", "Turn by itself", () => this.#do((viewer) => viewer.setSpinning(!page.status().spinning)));
-    this.measure = toggle("measure", "Measure", () => this.#do((viewer) => viewer.setMeasuring(!page.status().measuring)));
+    this.measure = toggle("measure", "Measure", () => this.#do((viewer) => viewer.setTool(page.status().measuring ? tool.none : tool.measure)));
+    this.looks = new Looks(page, (act) => this.#do(act));
     const share = navigator.share ? [makeButton("Share…", () => this.#share(), { className: "tool" })] : [];
     this.#panel.append(
       group("Look from", make("div", { className: "grid" }, ...["Front", "Back", "Left", "Right", "Top", "Bottom"].map(side)), this.spin),
       group("Distances", this.measure, this.#list,
         makeButton("Copy as text", () => this.#copyMeasurements(), { className: "tool", id: "copy-measurements" })),
+      ...this.looks.groups,
       group("This view", makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
         makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" })),
       make("p", { id: "tools-note", role: "status" }));
@@ -170,6 +152,7 @@ export class Tools {
   // After each frame.
   show() {
     const { spinning, measuring, unit } = this.#page.status();
+    this.looks.show(this.#page.status());
     this.spin.setAttribute("aria-pressed", Boolean(spinning));
     this.measure.setAttribute("aria-pressed", Boolean(measuring));
     const measurements = this.#page.viewer.measurements();

@@ -138,12 +138,36 @@ class Viewer {
     return this.#text();
   }
 
-  setMeasuring(measures) {
-    this.#call("SetMeasuring", measures ? 1 : 0);
+  // 0 none, 1 measure, 2 section, 3 light, 4 second light.
+  setTool(tool) {
+    this.#call("SetTool", tool);
   }
 
-  // [{ name, distance, height, horizontal, error, exact, waits, from, to }]: lengths in the model's unit; from and to are
-  // where the ends are seen, [x, y] in pixels of the canvas, or null.
+  // "x", "y", "z", "view", "flip" or "off".
+  setSectionAlong(side) {
+    this.#putText(side);
+    this.#call("SetSectionAlong");
+  }
+
+  setSectionDepth(depth) {
+    this.#call("SetSectionDepth", depth);
+  }
+
+  // As SVG.
+  sectionOutline() {
+    this.#call("SectionOutline");
+    return this.#text();
+  }
+
+  // Intensities of the lamps, 0-2, and the relief, 0-1.
+  dim(lamp, secondLamp, relief) {
+    this.#call("Dim", lamp, secondLamp, relief);
+  }
+
+  setStandardLight() {
+    this.#call("StandardLight");
+  }
+
   measurements() {
     this.#call("Measurements");
     return JSON.parse(this.#text() || "[]");

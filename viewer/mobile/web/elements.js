@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How the tools make their elements.
+
+import { t } from "./page.js"; // the page that is there already
+
+export function make(name, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(name), properties);
+  element.append(...children);
+  return element;
+}
+
+export function makeButton(text, act, properties = {}) {
+  const button = make("button", { type: "button", textContent: t(text), ...properties });
+  button.addEventListener("click", act);
+  return button;
+}
+
+export function group(title, ...children) {
+  return make("fieldset", {}, make("legend", { textContent: t(title) }), ...children);
+}
+
+export function download(blob, name) {
+  const link = make("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
