@@ -104,13 +104,12 @@ test("two tabs make their pictures beside each other", () => withServer(models, 
 }));
 
 test("who saves data gets no pictures that are not kept", () => withServer(models, async (visit, server) => {
-  await visit.open(server.url);
-  await visit.untilIdle();
   const thrifty = await Visit.phone(browser);
   await thrifty.page.addInitScript(() => Object.defineProperty(Navigator.prototype, "connection", { get: () => ({ saveData: true }) }));
   await thrifty.open(server.url);
   await thrifty.untilIdle();
-  await pause(2000);
+  await visit.open(server.url);
+  await untilPictures(visit, 2); // which began later
   assert.deepEqual(await pictures(thrifty), { pebble: "", shell: "" });
   await thrifty.close();
 }));
@@ -197,7 +196,7 @@ const factsOf = (about) => about.evaluate((element) => Object.fromEntries(
 test("all that is known of a model, with links that lead to http alone", () => {
   const folder = temporaryFolder();
   cpSync(models, folder, { recursive: true });
-  const licence = `https://example.org/${"a-long-licence/".repeat(20)}end`;
+  const licence = `https://example.org/${"licence".repeat(40)}`;
   edit(folder, "pebble", "--description", "See https://example.org/pebble. <img src=x onerror=alert(1)>", "--unit", "mm",
     "--credit", "javascript:alert(1)", "--license", licence);
   return withServer(folder, async (visit, server) => {

@@ -115,6 +115,27 @@ test("what was seen opens without the server, and the rest says that it is not t
   await visit.untilQuiet();
 });
 
+test("it opens in its language without the server, too", async () => {
+  const german = await launchBrowser("--lang=de", "--accept-lang=de-CH,de"); // Playwright's locale is not that of workers
+  const before_ = visit;
+  visit = await Visit.phone(german);
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await untilStored();
+  await workerIsActive();
+  const kept = await visit.page.evaluate(async () => {
+    const [name] = await caches.keys();
+    return (await (await caches.open(name)).keys()).map(({ url }) => new URL(url).pathname).filter((path) => path.startsWith("/words/"));
+  });
+  assert.deepEqual(kept, ["/words/de.js"], "no other language");
+  await server.stop();
+  await visit.page.reload();
+  await visit.untilIdle();
+  assert.equal(await visit.page.getAttribute("#open", "aria-label"), "Ganzer Bildschirm");
+  await german.close();
+  visit = before_;
+});
+
 test("a model that was never seen says so", async () => {
   await visit.open(server.url);
   await visit.untilIdle();

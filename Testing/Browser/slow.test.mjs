@@ -136,6 +136,7 @@ test("a legend of the colours of detail, which the list does not keep", async ()
   await visit.page.locator("[name=coloring][value='2']").check({ force: true });
   await visit.page.locator("#menu-button").click();
   await visit.untilIdle();
+  await visit.page.locator("#legend li").first().waitFor();
   const told = await visit.page.locator("#legend li").allInnerTexts();
   const { shownLevel, original } = await visit.status();
   assert.equal(told[0].trim(), original ? "Original" : `Level\u00a0${shownLevel}`);

@@ -40,7 +40,7 @@ file(SIZE "${WASM}" wasm_bytes)
 copy_stripped(index.html)
 minify(style.css)
 # Fetched when they are first used, or after the first picture.
-set(later tools.js gallery.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
+set(later tools.js gallery.js legend.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
 minify(page.js "--define:viewerBytes=${wasm_bytes}" ${externals})
 foreach(name IN LISTS later)

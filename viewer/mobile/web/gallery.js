@@ -75,7 +75,7 @@ const plain = (text) => text.normalize("NFKD").replace(/\p{M}/gu, "").toLowerCas
 
 export class Gallery {
   #page;
-  #models = [];
+  #models = new Map(); // by id
   #seen = new IntersectionObserver((entries) => this.#see(entries), { root: document.getElementById("browser"), rootMargin: "80px" });
   #wanted = new Map(); // by id
   #pictures = new Map(); // by digest; "" where none could be made
@@ -91,7 +91,7 @@ export class Gallery {
 
   // After the entries were made.
   show(models) {
-    this.#models = models;
+    this.#models = new Map(models.map((model) => [model.id, model]));
     this.#seen.disconnect();
     this.#wanted.clear();
     models.forEach(({ id }) => this.#seen.observe(entryOf(id)));
@@ -100,14 +100,13 @@ export class Gallery {
 
   // Before the model is shown: what was fetched for its picture.
   handOver(id) {
-    const { digest } = this.#models.find((model) => model.id === id) ?? {};
-    const preview = previewOf(`/api/models/${id}/${digest}/`);
+    const preview = previewOf(`/api/models/${id}/${this.#models.get(id)?.digest}/`);
     preview && this.#page.viewer.hand(...preview);
   }
 
   #see(entries) {
     for (const { target, isIntersecting } of entries) {
-      const model = this.#models.find(({ id }) => id === target.dataset.model);
+      const model = this.#models.get(target.dataset.model);
       if (isIntersecting && model && !this.#put(model)) {
         this.#wanted.set(model.id, model);
       } else {
@@ -178,13 +177,13 @@ export class Gallery {
   #filter() {
     const words = plain(this.#search.hidden ? "" : this.#search.value).split(/\s+/).filter(Boolean);
     let left = 0;
-    for (const model of this.#models) {
+    for (const model of this.#models.values()) {
       const text = plain(`${nameOf(model)} ${model.description}`);
       const fits = words.every((word) => text.includes(word));
       entryOf(model.id).parentElement.hidden = !fits;
       left += fits;
     }
-    if (this.#models.length) {
+    if (this.#models.size) {
       const found = document.getElementById("empty");
       found.hidden = words.length === 0;
       found.textContent = left ? t("{n} models found", { n: left }) : t("No model is like this.");

@@ -47,22 +47,30 @@ export const entryOf = (id) => place.querySelector(`[data-model="${CSS.escape(id
 
 // choose: called with the id of what is chosen.
 export function showEntries(models, choose) {
+  marked = null;
   place.replaceChildren(...models.map((model) => entry(model, choose)));
   document.getElementById("search").hidden = models.length <= manyModels;
 }
 
+let ownHeading = ""; // of the page, in the person's language
+
 export function showSite({ title, text }) {
-  document.getElementById("site").textContent = title || t("Models");
+  const heading = document.getElementById("site");
+  ownHeading ||= heading.textContent;
+  heading.textContent = title || ownHeading;
   const introduction = document.getElementById("introduction");
   introduction.textContent = text;
   introduction.hidden = !text;
 }
 
+let marked = null; // id
+
+// Called with every frame.
 export function markChosen(id) {
-  for (const button of place.querySelectorAll("button")) {
-    const chosen = String(button.dataset.model === id);
-    if (button.getAttribute("aria-pressed") !== chosen) {
-      button.setAttribute("aria-pressed", chosen);
+  if (marked !== id) {
+    marked = id;
+    for (const button of place.querySelectorAll("button")) {
+      button.setAttribute("aria-pressed", button.dataset.model === id);
     }
   }
 }

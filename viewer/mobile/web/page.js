@@ -35,7 +35,7 @@ import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite 
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { loadViewer } from "./viewer.js";
-import { chooseLanguage, describeProgress, describeSurface, nameOfLevel, t } from "./words.js";
+import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
 export { Line, enterToken, forgetToken, get, hasToken, isOffline, mayKeep, previewOf, rememberToken, remembersToken } from "./line.js";
@@ -258,27 +258,14 @@ const isColouredByDetail = () => find("menu").elements.coloring.value === "2";
 
 let legendShown = ""; // of which surface
 
-function showLegend({ mode, surface }) {
+async function showLegend({ mode, surface }) {
   const legend = find("legend");
   legend.hidden = mode !== "full screen" || !isColouredByDetail();
   if (!legend.hidden && legendShown !== surface) {
     legendShown = surface;
-    legend.replaceChildren(...viewer.legend().map(legendEntry));
+    const { entriesOf } = await import("./legend.js");
+    legend.replaceChildren(...entriesOf(viewer.legend()));
   }
-}
-
-// By an attribute: the page's policy lets no style into elements.
-function legendEntry({ level, color }) {
-  const item = document.createElement("li");
-  const dot = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  dot.setAttribute("viewBox", "0 0 1 1");
-  const square = document.createElementNS("http://www.w3.org/2000/svg", "rect");
-  square.setAttribute("width", "1");
-  square.setAttribute("height", "1");
-  square.setAttribute("fill", `#${color.toString(16).padStart(6, "0")}`);
-  dot.append(square);
-  item.append(dot, nameOfLevel(level));
-  return item;
 }
 
 function showStatus(status) {
