@@ -31,13 +31,17 @@ function firstArgument(code, begin) {
   return "";
 }
 
-// Of a script: what is given to t, or to what gives it to t (in tools.js).
+// What takes a text, and as which of its arguments: t, and what gives it to t (elements.js, tools.js, looks.js).
+const takers = { t: 0, makeButton: 0, group: 0, "this.#note": 0, along: 0, toggle: 1, makeSlider: 1 };
+
+// Of a script: what is given to them.
 function textsOfScript(code) {
-  const calls = [...code.matchAll(/(?<![\w.])(?:t|makeButton|group|this\.#note|toggle)\(/g)];
-  const found = calls.flatMap(({ 0: call, index }) => {
+  const names = Object.keys(takers).map((name) => name.replace(".", "\\.")).join("|");
+  const calls = [...code.matchAll(new RegExp(`(?<![\\w.])(${names})\\(`, "g"))];
+  const found = calls.flatMap(({ 0: call, 1: name, index }) => {
     const begin = index + call.length;
     const first = firstArgument(code, begin);
-    return literals(call === "toggle(" ? firstArgument(code, begin + first.length + 1) : first);
+    return literals(takers[name] ? firstArgument(code, begin + first.length + 1) : first);
   });
   return found.filter((each) => /\p{L}/u.test(each));
 }
