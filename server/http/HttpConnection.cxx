@@ -4,6 +4,7 @@
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
+#include "server/http/RoundTrip.h"
 #include "server/http/StreamConnection.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
@@ -324,21 +325,24 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->State.Read(
-      [self = this->shared_from_this(), request = std::move(request)]
+    const auto self = this->shared_from_this();
+    const auto found = std::make_shared<std::optional<HttpResponse>>();
+    MakeRoundTrip(
+      this->Executor, [this](WorkerPool::Work work) { this->State.Read(std::move(work)); },
+      [self, found, request = std::move(request)]
       {
-        self->State.Guard(
+        const auto answer = [&] { return std::optional(self->State.Answers.Answer(request)); };
+        self->State.Guard([&] { *found = self->Caught(answer); }, [] {});
+      },
+      [self, found]
+      {
+        // Where there is nothing, there was no memory to say so either.
+        self->Guard(
           [&]
           {
-            auto response =
-              self->Caught([&] { return std::optional(self->State.Answers.Answer(request)); });
-            asio::post(self->Executor,
-              [self, response = std::move(*response)]() mutable {
-                self->Guard(
-                  [&] { self->Send(std::move(response), self->Input.Request().keep_alive()); });
-              });
-          },
-          [] {}); // the connection ends as the last to hold it lets go
+            *found ? self->Send(std::move(**found), self->Input.Request().keep_alive())
+                   : self->Socket.Close();
+          });
       });
   }
 

@@ -34,7 +34,14 @@ void Errand::Run() noexcept
   }
   catch (...)
   {
-    this->Failure = CaughtError();
+    try
+    {
+      this->Failure = CaughtError();
+    }
+    catch (...) // nor is there memory to say what it was
+    {
+      this->Failure = Error{ ErrorCode::LimitExceeded, "" };
+    }
   }
 }
 
