@@ -326,9 +326,10 @@ private:
       return;
     }
     const auto self = this->shared_from_this();
+    const bool takes = this->State.Answers.Takes(request);
     const auto found = std::make_shared<std::optional<HttpResponse>>();
     MakeRoundTrip(
-      this->Executor, [this](WorkerPool::Work work) { this->State.Read(std::move(work)); },
+      this->Executor, [&](WorkerPool::Work work) { this->State.Read(takes, std::move(work)); },
       [self, found, request = std::move(request)]
       {
         const auto answer = [&] { return std::optional(self->State.Answers.Answer(request)); };

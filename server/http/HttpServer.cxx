@@ -96,6 +96,10 @@ void HttpServer::Implementation::StartThreads()
   const auto& options = this->State.Options;
   const unsigned threads = std::max(1u, options.threads);
   this->State.Readers.Start(std::max(1u, options.readers));
+  if (options.quotas)
+  {
+    this->State.Takers.Start(std::max(1u, options.readers));
+  }
   if (this->State.IsTls())
   {
     // Fewer than answer: however many knock, some processors are left for those who are in.
@@ -223,6 +227,7 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
   this->Threads.clear();
   // While the sockets of what they hold have their context.
   this->State.Readers.Stop();
+  this->State.Takers.Stop();
   this->State.Handshakes.Stop();
 }
 

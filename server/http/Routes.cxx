@@ -143,6 +143,17 @@ std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) con
   return this->Answer(request, Patience::None);
 }
 
+bool Routes::Takes(const HttpRequest& request) const
+{
+  if (!this->Options.ledger || request.method != "GET" || !request.ifNoneMatch.empty())
+  {
+    return false;
+  }
+  const auto resource = protocol::ParseResourcePath(PathOf(request.target));
+  return resource && resource->kind == protocol::ResourcePath::Kind::Blob &&
+         resource->blob.kind == protocol::BlobKind::Partition;
+}
+
 HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const
 {
   if (auto misuse = this->RefuseMisuse(request))

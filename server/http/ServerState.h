@@ -87,6 +87,10 @@ public:
   TlsCertificate Certificate;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
+  // Of what counts against quotas. Others than the readers: where another process holds the quotas'
+  // file, only those wait who take something.
+  WorkerPool Takers{ [this](WorkerPool::Clock::duration waited)
+    { this->Counters.CountWait(waited); } };
   // Of TLS. Others than the readers: a disk that hangs keeps nobody from connecting.
   WorkerPool Handshakes;
 
@@ -149,10 +153,12 @@ public:
     }
   }
 
-  // Has one of the readers do it. It must throw nothing.
-  void Read(WorkerPool::Work work)
+  // Has one of the readers do it, or, if it takes of a quota, one of those for that. It must throw
+  // nothing.
+  void Read(bool takes, WorkerPool::Work work)
   {
-    this->Counters.CountWaiting(this->Readers.Add(std::move(work)));
+    auto& pool = takes && this->Options.quotas ? this->Takers : this->Readers;
+    this->Counters.CountWaiting(pool.Add(std::move(work)));
   }
   // Has one of the threads for handshakes do it.
   void ShakeHands(WorkerPool::Work work)

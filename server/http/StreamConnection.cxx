@@ -345,7 +345,7 @@ private:
     const auto self = this->shared_from_this();
     MakeRoundTrip(
       this->Socket.get_executor(),
-      [this](WorkerPool::Work work) { this->State.Read(std::move(work)); },
+      [&](WorkerPool::Work work) { this->State.Read(errand->Takes(), std::move(work)); },
       [errand] { errand->Run(); },
       [self, errand]
       {

@@ -25,6 +25,12 @@ bool IsSendable(const std::vector<std::uint8_t>& blob)
 
 }
 
+bool Errand::Takes() const
+{
+  return this->Request ? std::holds_alternative<protocol::RegionRequest>(this->Request->body)
+                       : this->May.IsCounted(this->Blob);
+}
+
 // What an exception ends, for want of memory mostly, is an error.
 void Errand::Run() noexcept
 {
