@@ -32,6 +32,12 @@ namespace kdstream
 namespace
 {
 
+// "name." is the same host as "name".
+std::string_view WithoutFinalDot(std::string_view host)
+{
+  return host.substr(0, host.size() - (host.ends_with('.') ? 1 : 0));
+}
+
 class HttpConnection
   : public Drainable
   , public std::enable_shared_from_this<HttpConnection>
@@ -136,12 +142,12 @@ private:
     this->ShakeHands();
   }
 
-  // The client that the proxy has named; "": the proxy itself.
+  // The client that the proxy has named; "": the proxy itself, which speaks for nobody then.
   void Meet(const std::string& address)
   {
     auto& client = this->Admitted.client;
-    client.peer = client.address = address.empty() ? client.peer : address;
-    client.proxied = this->State.Proxies.Holds(client.peer);
+    client.peer = client.address = address.empty() ? client.peer : PlainAddress(address);
+    client.proxied = !address.empty() && this->State.Proxies.Holds(client.peer);
     if (!client.proxied && this->Admitted.refusedWith == 0)
     {
       this->Admitted.seat.ofAddress = this->State.Clients.TakeSeat(client.address);
@@ -310,9 +316,13 @@ private:
     const std::string_view host =
       target.host ? *target.host : std::string_view(field.data(), field.size());
     const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
+    const auto named = WithoutFinalDot(host.substr(0, port));
     return std::any_of(allowed.begin(), allowed.end(),
-      [&](const std::string& name) {
-        return beast::iequals(name, beast::string_view(host.data(), std::min(port, host.size())));
+      [&](const std::string& name)
+      {
+        const auto known = WithoutFinalDot(name);
+        return beast::iequals(beast::string_view(known.data(), known.size()),
+          beast::string_view(named.data(), named.size()));
       });
   }
 
@@ -357,7 +367,7 @@ private:
     catch (...)
     {
       this->State.Counters.CountFailure(Metrics::Failure::Answer);
-      this->State.LogCaught();
+      this->State.LogCaught("a request is not answered");
       return this->State.Answers.Failure(503, "the server is short of memory");
     }
   }

@@ -501,7 +501,10 @@ Routes::Answered Routes::AnswerFile(
   if (!file)
   {
     const auto code = file.GetError().code;
-    const unsigned status = code == ErrorCode::NotFound          ? 404
+    // A file that is too large is none of this site: asking again would not help, nor is the server
+    // ill.
+    const bool isMissing = code == ErrorCode::NotFound || code == ErrorCode::LimitExceeded;
+    const unsigned status = isMissing                            ? 404
                             : code == ErrorCode::InvalidArgument ? 400
                             : code == ErrorCode::InputOutput     ? 503
                                                                  : 500;

@@ -127,13 +127,18 @@ public:
     }
   }
 
-  // The exception that is being handled.
-  void LogCaught() noexcept
+  // The exception that is being handled, which has ended what `what` says.
+  void LogCaught(const char* what) noexcept
   {
-    if (this->Options.onError)
+    std::string text;
+    try
     {
-      this->LogError(CaughtError().message);
+      text = what + (": " + CaughtError().message);
     }
+    catch (...) // no memory to say more
+    {
+    }
+    this->LogError(text.empty() ? "out of memory" : std::string_view(text));
   }
 
   // What a connection's handler does. What it throws, for want of memory mostly, is logged and ends
@@ -148,7 +153,7 @@ public:
     catch (...)
     {
       this->Counters.CountFailure(Metrics::Failure::Connection);
-      this->LogCaught();
+      this->LogCaught("a connection ends");
       close();
     }
   }
