@@ -36,6 +36,8 @@ const pictures = () => {
   return folder;
 };
 
+process.setMaxListeners(100); // one for each folder and server
+
 // A run that is ended from outside tidies up, too.
 for (const signal of ["SIGINT", "SIGTERM"]) {
   process.on(signal, () => process.exit(1));
@@ -50,19 +52,20 @@ export function temporaryFolder() {
   return folder;
 }
 
-// A sphere with bumps, of `around` times `across` quads: closed, and in the middle of every picture there is a surface.
-export function writePebble(file, around = 96, across = 48) {
-  const vertices = ["0 0 1"];
+// A sphere with bumps, of `around` times `across` quads and 2 `size` high: closed, and in the middle of every picture there
+// is a surface.
+export function writePebble(file, around = 96, across = 48, size = 1) {
+  const vertices = [`0 0 ${size}`];
   for (let j = 1; j < across; ++j) {
     const tilt = Math.PI * j / across;
     for (let i = 0; i < around; ++i) {
       const turn = 2 * Math.PI * i / around;
-      const radius = 1 + 0.1 * Math.sin(5 * turn) * Math.sin(tilt) ** 2;
+      const radius = size * (1 + 0.1 * Math.sin(5 * turn) * Math.sin(tilt) ** 2);
       vertices.push([Math.sin(tilt) * Math.cos(turn), Math.sin(tilt) * Math.sin(turn), Math.cos(tilt)]
         .map((value) => radius * value).join(" "));
     }
   }
-  vertices.push("0 0 -1");
+  vertices.push(`0 0 ${-size}`);
   const at = (j, i) => (j === 0 ? 0 : j === across ? vertices.length - 1 : 1 + (j - 1) * around + i % around);
   const triangles = [];
   for (let i = 0; i < around; ++i) {
@@ -105,7 +108,7 @@ export function makeModels({ dragon = true, vase = false } = {}) {
   };
   build("pebble", "A pebble", "200");
   if (dragon) {
-    buildStore(place("KDSTREAM_DRAGON"), join(folder, "dragon.kds"), "--title", "Stanford dragon",
+    buildStore(place("KDSTREAM_DRAGON"), join(folder, "dragon.kds"), "--title", "A dragon",
       "--credit", "Stanford Computer Graphics Laboratory");
   } else {
     build("shell", "A shell", "50", 24, 12);
@@ -171,6 +174,21 @@ export class Server {
   }
 }
 
+// ---- waiting
+
+export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+// Asks again and again until the answer is good; gives it.
+export async function eventually(what, ask, good = Boolean) {
+  for (const end = Date.now() + longest; ; await pause(50)) {
+    const answer = await ask();
+    if (good(answer)) {
+      return answer;
+    }
+    assert.ok(Date.now() < end, `never came: ${what}; instead ${JSON.stringify(answer)}`);
+  }
+}
+
 // ---- the browser
 
 export const portrait = { width: 412, height: 915 };
@@ -193,9 +211,9 @@ export class Visit {
   errors = []; // what a developer would see in red
 
   // Nothing moves by itself, so that the same gestures give the same picture.
-  static async phone(browser, viewport = portrait) {
+  static async phone(browser, viewport = portrait, options = {}) {
     return Visit.#make(await browser.newContext(
-      { viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true, reducedMotion: "reduce" }));
+      { viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true, reducedMotion: "reduce", ...options }));
   }
 
   static async desktop(browser, options = {}) {

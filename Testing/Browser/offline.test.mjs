@@ -7,7 +7,7 @@ import { createHash } from "node:crypto";
 import { cpSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Pixels, Server, Visit, launchBrowser, longest, makeModels, temporaryFolder } from "./harness.mjs";
+import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, pause, temporaryFolder } from "./harness.mjs";
 import { Proxy } from "./proxy.mjs";
 
 let models, browser, pixels, server, visit;
@@ -29,19 +29,6 @@ afterEach(async () => {
   await visit.close();
   await server.stop();
 });
-
-const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
-
-// Asks the page until the answer is good.
-async function eventually(what, ask, good = Boolean) {
-  for (const end = Date.now() + longest; ; await pause(50)) {
-    const answer = await ask();
-    if (good(answer)) {
-      return answer;
-    }
-    assert.ok(Date.now() < end, `never came: ${what}; instead ${JSON.stringify(answer)}`);
-  }
-}
 
 const workerIsActive = () => eventually("the service worker", () => visit.page.evaluate(
   async () => (await navigator.serviceWorker.getRegistration())?.active?.state === "activated"));

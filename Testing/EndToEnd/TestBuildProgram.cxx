@@ -129,11 +129,13 @@ TEST_F(BuildProgram, EveryOptionChangesSomething)
   EXPECT_NE(stats({ "--representative", "mean" })["digest"], plain["digest"]);
   EXPECT_EQ(stats({ "--precision", "8" })["precision"], 8);
   EXPECT_EQ(stats({ "--precision", "lossless" })["precision"], "lossless");
-  const Json named = stats({ "--title", "T", "--credit", "C", "--license", "L", "--unit", "mm" });
+  const Json named = stats(
+    { "--title", "T", "--credit", "C", "--license", "L", "--unit", "mm", "--description", "D" });
   EXPECT_EQ(named["title"], "T");
   EXPECT_EQ(named["credit"], "C");
   EXPECT_EQ(named["license"], "L");
   EXPECT_EQ(named["unit"], "mm");
+  EXPECT_EQ(named["description"], "D");
   for (const char* threads : { "1", "2", "8" })
   {
     EXPECT_EQ(stats({ "--threads", threads, "--partitioner", "kdtree", "--levels", "collapse",
@@ -345,7 +347,8 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
   };
   EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
     "kdstream-build: warning: in.ply: its coordinates are no finer than floats are so far from 0, "
-    "multiples of 0.5 m: where that is rounding, it shows as stairs; subtract an offset before they "
+    "multiples of 0.5 m: where that is rounding, it shows as stairs; subtract an offset before "
+    "they "
     "are written as floats, or write doubles\n");
   EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
   EXPECT_EQ(warning(ScalarType::Float32, 0), "") << "0.03 m at 430 km, a thirtieth of the spacing";

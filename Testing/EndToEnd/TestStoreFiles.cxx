@@ -179,16 +179,18 @@ TEST_F(StoreFiles, TextsAreChangedWithoutABuild)
     0);
   const Json before = this->Info("m.kds");
   EXPECT_EQ(before["license"], "L");
-  const Outcome edited =
-    this->Store({ "edit", "m.kds", "--title", "Statue", "--credit", "", "--unit", "mm" });
+  const Outcome edited = this->Store({ "edit", "m.kds", "--title", "Statue", "--description",
+    "A man on a horse", "--credit", "", "--unit", "mm" });
   EXPECT_EQ(edited.exitCode, 0) << edited.err;
   EXPECT_EQ(edited.out, "");
-  EXPECT_EQ(
-    edited.err.rfind("kdstream-store: wrote m.kds: another title, credit and unit, ", 0), 0U)
+  EXPECT_EQ(edited.err.rfind(
+              "kdstream-store: wrote m.kds: another title, description, credit and unit, ", 0),
+    0U)
     << edited.err;
   EXPECT_EQ(this->Store({ "edit", "m.kds", "--title", "Statue", "--quiet" }).err, "");
   Json expected = before, after = this->Info("m.kds");
   expected["title"] = "Statue";
+  expected["description"] = "A man on a horse";
   expected["credit"] = "";
   expected["unit"] = "mm";
   for (Json* info : { &expected, &after })
@@ -202,6 +204,8 @@ TEST_F(StoreFiles, TextsAreChangedWithoutABuild)
     EXPECT_EQ(this->Store({ "edit", "m.kds", option, std::string("by ") + option }).exitCode, 0);
     EXPECT_EQ(this->Info("m.kds")["license"], std::string("by ") + option);
   }
+  EXPECT_EQ(this->Store({ "edit", "m.kds", "--description", "" }).exitCode, 0);
+  EXPECT_FALSE(this->Info("m.kds").contains("description"));
   // A link stays one.
   fs::create_symlink("m.kds", this->Folder / "link.kds");
   EXPECT_EQ(this->Store({ "edit", "link.kds", "--title", "by a link" }).exitCode, 0);

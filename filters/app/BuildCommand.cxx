@@ -123,6 +123,8 @@ void AddTextOptions(CLI::App& app, BuildCommand& line)
 {
   const char* const group = "Texts that viewers show";
   CheckText(app.add_option("--title", line.build.title, "name of the model"))->group(group);
+  CheckText(app.add_option("--description", line.build.description, "what it is, in a few lines"))
+    ->group(group);
   CheckText(app.add_option("--credit", line.build.credit, "who made or scanned it"))->group(group);
   const std::string license = "what may be done with it";
   CheckText(app.add_option("--license", line.build.license, license))->group(group);

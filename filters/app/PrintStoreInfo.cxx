@@ -39,9 +39,9 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
 {
   const auto line = [](const char* name, const auto& value) { std::cout << name << value << "\n"; };
   line("input                ", info.input);
-  for (const auto& [name, value] :
-    { std::pair{ "title                ", info.title }, { "credit               ", info.credit },
-      { "license              ", info.license }, { "unit                 ", info.unit } })
+  for (const auto& [name, value] : { std::pair{ "title                ", info.title },
+         { "description          ", info.description }, { "credit               ", info.credit },
+         { "license              ", info.license }, { "unit                 ", info.unit } })
   {
     if (!value.empty())
     {

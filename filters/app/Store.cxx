@@ -57,10 +57,10 @@ struct CommandLine
 std::string NamesOf(const StoreTexts& texts)
 {
   std::vector<std::string> names;
-  for (const auto& [name, given] :
-    { std::pair{ "title", texts.title.has_value() }, { "credit", texts.credit.has_value() },
-      { "license", texts.license.has_value() }, { "unit", texts.unit.has_value() },
-      { "up", texts.up.has_value() }, { "view", texts.view.has_value() } })
+  for (const auto& [name, given] : { std::pair{ "title", texts.title.has_value() },
+         { "description", texts.description.has_value() }, { "credit", texts.credit.has_value() },
+         { "license", texts.license.has_value() }, { "unit", texts.unit.has_value() },
+         { "up", texts.up.has_value() }, { "view", texts.view.has_value() } })
   {
     if (given)
     {
@@ -405,6 +405,8 @@ void AddEdit(CLI::App& edit, CommandLine& line)
   edit.add_option("STORE", line.store, "the store")->required();
   auto* texts = edit.add_option_group("TEXTS", "at least one of; an empty one removes the text");
   CheckText(texts->add_option("--title", line.texts.title, "name of the model"));
+  CheckText(
+    texts->add_option("--description", line.texts.description, "what it is, in a few lines"));
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
   const std::string license = "what may be done with it";
   CheckText(texts->add_option("--license", line.texts.license, license));

@@ -43,7 +43,7 @@ struct BuildOptions
   // Called once the input has been read and welded, with the numbers that are left.
   std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
     [](std::uint64_t, std::uint64_t) {};
-  std::string title, credit, license, unit;
+  std::string title, credit, license, unit, description;
   // What is up, and from where the model is looked at first: towards the eye. Guessed where they
   // are not given (GuessPose.h). REQUIRES: directions (DirectionOf).
   std::optional<Vec3> up, view;

@@ -35,6 +35,7 @@ ModelDescription DescribeModel(
   info.credit = options.credit;
   info.license = options.license;
   info.unit = options.unit;
+  info.description = options.description;
   if (options.partitioner != Partitioner::KdTree)
   {
     return info;

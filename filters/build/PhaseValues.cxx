@@ -269,9 +269,9 @@ std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOpti
     { "--sheets", onOff(options.levels.sheets) }, { "--weld", onOff(options.weld) },
     { "--precision", options.bits == 0 ? "lossless" : std::to_string(options.bits) },
     { "--title", options.title }, { "--credit", options.credit }, { "--license", options.license },
-    { "--unit", options.unit }, { "--up", direction(options.up) },
-    { "--view", direction(options.view) }, { "the name of the input", options.inputName },
-    { "kdstream-convert", options.convertedBy } };
+    { "--unit", options.unit }, { "--description", options.description },
+    { "--up", direction(options.up) }, { "--view", direction(options.view) },
+    { "the name of the input", options.inputName }, { "kdstream-convert", options.convertedBy } };
 }
 
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/model/ModelDescription.h"
 
+#include "filters/core/Texts.h"
 #include "filters/core/VectorMath.h"
 
 #include <algorithm>
@@ -21,6 +22,13 @@ bool IsIdCharacter(char c)
 bool IsHexDigit(char c)
 {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+}
+
+// At most so many bytes of the text, and no part of a character.
+std::string BeginOf(const std::string& text, std::size_t mostBytes)
+{
+  const std::string_view begin = std::string_view(text).substr(0, mostBytes);
+  return std::string(begin.substr(0, begin.size() < text.size() ? Utf8Prefix(begin) : begin.npos));
 }
 
 }
@@ -55,7 +63,8 @@ std::string_view NameOf(ModelDetail detail)
 
 ModelSummary Summarize(const ModelDescription& model)
 {
-  return { model.id, model.digest, model.title, model.vertices, model.triangles };
+  return { model.id, model.digest, model.title, model.vertices, model.triangles,
+    BeginOf(model.description, mostSummaryBytes) };
 }
 
 std::optional<Vec3> DirectionOf(const Vec3& vector)

@@ -13,6 +13,7 @@
 #include "filters/core/pieces/Piece.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -86,9 +87,10 @@ struct ModelDescription
   std::vector<ResolutionDescription> levels; // 0 … L, or none at all
   ResolutionDescription original;
 
-  std::string title, credit, license, unit; // UTF-8, shown by viewers; may be empty
-  std::vector<AttributeInfo> attributes;    // point arrays first
-  std::optional<ModelPose> pose;            // none: viewers take one as it is by default
+  // UTF-8, shown by viewers; may be empty.
+  std::string title, credit, license, unit, description;
+  std::vector<AttributeInfo> attributes; // point arrays first
+  std::optional<ModelPose> pose;         // none: viewers take one as it is by default
 
   // That the client may have whom a server tells it; servers with tokens.
   ModelDetail detail = ModelDetail::Regions;
@@ -121,7 +123,17 @@ struct ModelSummary
   std::string title;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
+  std::string description{}; // the begin of it: at most mostSummaryBytes
   bool operator==(const ModelSummary&) const = default;
+};
+
+// Of a description in a list: enough for a few lines, and lists of very many models stay readable.
+inline constexpr std::size_t mostSummaryBytes = 400;
+
+// What a server says of itself, above its list of models; may be empty.
+struct SiteDescription
+{
+  std::string title, text; // UTF-8
 };
 
 ModelSummary Summarize(const ModelDescription& model);

@@ -25,7 +25,8 @@ inline constexpr std::size_t maximumModelListBytes = std::size_t{ 16 } << 20;
 
 // model.json, and the models of models.json.
 std::string WriteModel(const ModelDescription& model);
-std::string WriteModelList(const std::vector<ModelSummary>& models);
+std::string WriteModelList(
+  const std::vector<ModelSummary>& models, const SiteDescription& site = {});
 
 // Errors: LimitExceeded for too many bytes; InvalidInput naming the member that is missing, of
 // another type or out of its range. Unknown members are ignored.

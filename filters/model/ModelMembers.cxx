@@ -128,6 +128,15 @@ void PutTexts(JsonWriter& json, const ModelDescription& model)
     .Member("credit", model.credit)
     .Member("license", model.license)
     .Member("unit", model.unit);
+  PutUnlessEmpty(json, "description", model.description);
+}
+
+void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text)
+{
+  if (!text.empty())
+  {
+    json.Member(key, text);
+  }
 }
 
 void PutPose(JsonWriter& json, const ModelDescription& model)
@@ -176,6 +185,7 @@ void ReadTexts(
   model.credit = reader.Text(object, "credit", mostBytes, false);
   model.license = reader.Text(object, "license", mostBytes, false);
   model.unit = reader.Text(object, "unit", mostBytes, false);
+  model.description = reader.Text(object, "description", mostBytes, false);
 }
 
 }

@@ -7,6 +7,7 @@
 #include "filters/model/ModelDescription.h"
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace kdstream
@@ -22,8 +23,9 @@ std::string_view NameOf(AttributeAssociation association);
 
 // {"name","type","association","components"}, in words.
 void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attributes);
-// "title", "credit", "license", "unit".
+// "title", "credit", "license", "unit", and "description", if it has one.
 void PutTexts(JsonWriter& json, const ModelDescription& model);
+void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
 // "pose", if it has one.
 void PutPose(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".

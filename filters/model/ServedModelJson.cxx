@@ -150,10 +150,18 @@ std::string WriteModel(const ModelDescription& model)
   return json.Text();
 }
 
-std::string WriteModelList(const std::vector<ModelSummary>& models)
+std::string WriteModelList(const std::vector<ModelSummary>& models, const SiteDescription& site)
 {
   JsonWriter json;
-  json.BeginObject().Key("models").BeginArray();
+  json.BeginObject();
+  if (!site.title.empty() || !site.text.empty())
+  {
+    json.Key("site").BeginObject();
+    PutUnlessEmpty(json, "title", site.title);
+    PutUnlessEmpty(json, "text", site.text);
+    json.EndObject();
+  }
+  json.Key("models").BeginArray();
   for (const ModelSummary& model : models)
   {
     json.BeginObject()
@@ -161,8 +169,9 @@ std::string WriteModelList(const std::vector<ModelSummary>& models)
       .Member("digest", model.digest)
       .Member("title", model.title)
       .Member("vertices", model.vertices)
-      .Member("triangles", model.triangles)
-      .EndObject();
+      .Member("triangles", model.triangles);
+    PutUnlessEmpty(json, "description", model.description);
+    json.EndObject();
   }
   json.EndArray().EndObject();
   return json.Text();
@@ -230,6 +239,7 @@ Result<std::vector<ModelSummary>> ParseModelList(std::string_view text)
       model.title = reader.Text(entry, "title", mostTextBytes, false);
       model.vertices = reader.Integer(entry, "vertices", 1, mostCount);
       model.triangles = reader.Integer(entry, "triangles", 0, mostCount);
+      model.description = reader.Text(entry, "description", mostTextBytes, false);
     }
   }
   if (!reader.Good())

@@ -145,10 +145,9 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
   PutNumberedAttributes(json, model.attributes);
   json.Key("box");
   PutBox(json, model.box);
-  json.Member("credit", model.credit)
-    .Member("digest", model.digest)
-    .Member("finest_depth", model.depths.finest)
-    .Key("grid");
+  json.Member("credit", model.credit);
+  PutUnlessEmpty(json, "description", model.description);
+  json.Member("digest", model.digest).Member("finest_depth", model.depths.finest).Key("grid");
   PutGrid(json, model.grid);
   json.Member("inconsistent_edges", model.inconsistentEdges)
     .Member("input", model.input)

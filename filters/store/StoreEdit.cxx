@@ -146,6 +146,7 @@ Result<ModelDescription> EditStore(
   Change(texts.credit, info.credit);
   Change(texts.license, info.license);
   Change(texts.unit, info.unit);
+  Change(texts.description, info.description);
   ChangePose(texts, info);
   Result<UnfinishedStore> copy = UnfinishedStore::Create(store);
   KDSTREAM_TRY(copy);

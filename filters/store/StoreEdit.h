@@ -17,7 +17,7 @@ namespace kdstream
 // first view are taken to be known then. REQUIRES: `up` and `view` are directions (DirectionOf).
 struct StoreTexts
 {
-  std::optional<std::string> title, credit, license, unit;
+  std::optional<std::string> title, credit, license, unit, description;
   std::optional<Vec3> up{}, view{};
 };
 

@@ -377,6 +377,7 @@ int Serve(const std::string& program, ServeOptions& line)
     [&messages](const std::filesystem::path& file, const std::string& what)
     { messages.Warn(file.string(), what); },
     std::chrono::seconds(line.grace), line.cacheBytes);
+  catalog.SetSite(line.site);
   if (const auto status = catalog.Reload(); !status)
   {
     Error error = status.GetError();

@@ -191,6 +191,10 @@ void AddPages(CLI::App& app, ServeOptions& line)
       "serve the files of this folder at / [default: the web viewer installed with this program]")
     ->type_name("DIR")
     ->group(pages);
+  CheckText(app.add_option("--site-title", line.site.title, "name that pages show above the list"))
+    ->group(pages);
+  CheckText(app.add_option("--site-text", line.site.text, "a line of introduction below it"))
+    ->group(pages);
   app
     .add_option("--allow-origin", line.server.allowOrigin,
       "let pages of this origin read from here (CORS); *: of any")

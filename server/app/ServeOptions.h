@@ -16,6 +16,7 @@ namespace kdstream
 struct ServeOptions
 {
   std::string folder, web, accessLog, auditLog, tokens, quotaFile;
+  SiteDescription site;
   QuotaLimits quotas;
   std::uint64_t slowest = 16384;
   std::uint64_t cacheBytes = BlobCache::defaultBytes;

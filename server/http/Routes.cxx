@@ -463,7 +463,7 @@ HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permissio
     auto models = this->Models.Models();
     std::erase_if(models, [&permission](const auto& model)
       { return permission.RefuseModel(model->Description().id).has_value(); });
-    body = Catalog::WriteList(models);
+    body = this->Models.WriteList(models);
   }
   else
   {

@@ -27,7 +27,7 @@ BlobBytes ServedModel::Json(ModelDetail detail) const
   return written;
 }
 
-BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models)
+BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models) const
 {
   std::vector<ModelSummary> summaries;
   summaries.reserve(models.size());
@@ -35,7 +35,7 @@ BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel
   {
     summaries.push_back(Summarize(model->Description()));
   }
-  return JsonBytes(WriteModelList(summaries));
+  return JsonBytes(WriteModelList(summaries, this->Site));
 }
 
 }

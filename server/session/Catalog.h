@@ -18,6 +18,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -98,8 +99,14 @@ public:
   // Of the memory that the models share.
   virtual CacheUse Memory() const { return {}; }
 
-  // These as JSON.
-  static BlobBytes WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models);
+  // These as JSON, below what the server says of itself.
+  BlobBytes WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models) const;
+
+  // Before anybody asks for a list; nothing is said otherwise.
+  void SetSite(SiteDescription site) { this->Site = std::move(site); }
+
+private:
+  SiteDescription Site;
 };
 
 }

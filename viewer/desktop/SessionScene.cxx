@@ -13,6 +13,8 @@ Status SessionScene::Follow(const ViewerScene& scene)
     KDSTREAM_TRY(this->Scene.Update(*scene.surface, scene.depths, this->Middle));
     this->ShownVersion = scene.surfaceVersion;
   }
+  this->Scene.SetSection(scene.section, scene.cap, scene.capVersion);
+  this->Scene.SetLighting(scene.lighting);
   return this->Scene.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });
 }
 

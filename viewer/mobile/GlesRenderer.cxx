@@ -2,6 +2,7 @@
 // Draws a session's scene with OpenGL ES 3.0: see GlesRenderer.h.
 #include "viewer/mobile/GlesRenderer.h"
 
+#include "viewer/mobile/GlesChunk.h"
 #include "viewer/mobile/GlesOcclusion.h"
 #include "viewer/mobile/GlesProgram.h"
 #include "viewer/mobile/GlesShaders.h"
@@ -23,42 +24,42 @@
 namespace kdstream
 {
 
-// A chunk in the graphics memory.
-struct GlesRenderer::Chunk
-{
-  GLuint vertexArray = 0;
-  // Of vertices, colours (0 without), indices or radii of a cloud, and glides (0 without).
-  std::array<GLuint, 4> buffers{};
-  GLsizei count = 0; // of indices, or points of a cloud
-};
-
 struct GlesRenderer::Part
 {
   DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
   const Surface* surface = nullptr; // while it is uploaded,
   std::span<const float> radii;     // and so long of a cloud
   Box bounds;                       // relative to Center, not scaled
-  std::vector<Chunk> chunks;
+  std::vector<GlesChunk> chunks;
 };
 
 struct GlesRenderer::Programs
 {
-  GLuint background = 0, surface = 0, cloud = 0;
-  GLuint emptyArray = 0; // for the background, which needs no attributes
+  // What draws a surface: the sum of those that apply.
+  static constexpr std::size_t cloud = 1;
+  static constexpr std::size_t cut = 2;    // by a section
+  static constexpr std::size_t relief = 4; // not of clouds
+  static constexpr std::size_t kinds = 8;
+  GLuint background = 0;
+  std::array<GLuint, kinds> surfaces{}; // 0 until it is first used
+  GLuint cap = 0;                       // the same
+  GLuint emptyArray = 0;                // for the background, which needs no attributes
+
+  ~Programs()
+  {
+    if (this->emptyArray == 0)
+    {
+      return; // the context was lost
+    }
+    glDeleteProgram(this->background);
+    std::for_each(this->surfaces.begin(), this->surfaces.end(), glDeleteProgram);
+    glDeleteProgram(this->cap);
+    glDeleteVertexArrays(1, &this->emptyArray);
+  }
 };
 
 namespace
 {
-
-enum AttributePlace : GLuint // as `location` in GlesShaders.h
-{
-  position = 0,
-  normal = 1,
-  color = 2,
-  radius = 3,
-  away = 4,
-  formerNormal = 5
-};
 
 bool HasContext()
 {
@@ -81,22 +82,22 @@ void SetVector(GLuint program, const char* name, const Vec3& v)
     static_cast<float>(v[1]), static_cast<float>(v[2]));
 }
 
-// Lights and material, which never change.
-void SetLook(GLuint program)
+// Of the program that is in use.
+void SetLook(GLuint program, const SceneLighting& lighting)
 {
-  glUseProgram(program);
   std::array<float, 3 * sceneLights.size()> directions{};
   std::array<float, 3 * sceneLights.size()> colors{};
-  for (std::size_t i = 0; i < sceneLights.size(); ++i)
+  for (std::size_t i = 0; i < lighting.lamps.size(); ++i)
   {
-    const Vec3 direction = Normalized(sceneLights[i].position);
+    const SceneLight& lamp = lighting.lamps[i];
+    const Vec3 direction = Normalized(lamp.position);
     for (std::size_t k = 0; k < 3; ++k)
     {
       directions[3 * i + k] = static_cast<float>(direction[k]);
-      colors[3 * i + k] = static_cast<float>(sceneLights[i].color[k] * sceneLights[i].intensity);
+      colors[3 * i + k] = static_cast<float>(lamp.color[k] * lamp.intensity);
     }
   }
-  const auto count = static_cast<GLsizei>(sceneLights.size());
+  const auto count = static_cast<GLsizei>(lighting.lamps.size());
   glUniform3fv(glGetUniformLocation(program, "lightDirection"), count, directions.data());
   glUniform3fv(glGetUniformLocation(program, "lightColor"), count, colors.data());
   glUniform4f(glGetUniformLocation(program, "material"), static_cast<float>(sceneMaterial.ambient),
@@ -104,17 +105,6 @@ void SetLook(GLuint program)
     static_cast<float>(sceneMaterial.specularPower));
   SetVector(program, "highlightColor",
     Vec3{ stoneColor[0] / 255.0, stoneColor[1] / 255.0, stoneColor[2] / 255.0 });
-}
-
-template <class T>
-GLuint MakeBuffer(GLenum target, const std::vector<T>& content)
-{
-  GLuint buffer = 0;
-  glGenBuffers(1, &buffer);
-  glBindBuffer(target, buffer);
-  glBufferData(
-    target, static_cast<GLsizeiptr>(content.size() * sizeof(T)), content.data(), GL_STATIC_DRAW);
-  return buffer;
 }
 
 // Whether all that was uploaded since ClearErrors is there.
@@ -137,11 +127,7 @@ Status CheckUpload(const DrawnSurface& surface)
 template <class Part>
 void FreeChunks(const Part& part)
 {
-  for (const auto& chunk : part.chunks)
-  {
-    glDeleteVertexArrays(1, &chunk.vertexArray);
-    glDeleteBuffers(static_cast<GLsizei>(chunk.buffers.size()), chunk.buffers.data());
-  }
+  std::for_each(part.chunks.begin(), part.chunks.end(), FreeChunk);
 }
 
 // The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
@@ -181,13 +167,6 @@ GlesRenderer::GlesRenderer()
 GlesRenderer::~GlesRenderer()
 {
   this->Free();
-  if (this->Compiled)
-  {
-    glDeleteProgram(this->Compiled->background);
-    glDeleteProgram(this->Compiled->surface);
-    glDeleteProgram(this->Compiled->cloud);
-    glDeleteVertexArrays(1, &this->Compiled->emptyArray);
-  }
 }
 
 Result<std::unique_ptr<GlesRenderer>> GlesRenderer::Make()
@@ -207,26 +186,37 @@ Status GlesRenderer::Compile()
     MakeProgram("background's", { shaders::header, shaders::backgroundVertex },
       { shaders::header, shaders::backgroundFragment });
   KDSTREAM_TRY(background);
-  const auto surface = MakeProgram("surface's", { shaders::header, shaders::surfaceVertex },
-    { shaders::header, shaders::light, shaders::surfaceFragment });
-  if (!surface)
-  {
-    glDeleteProgram(*background);
-    return surface.GetError();
-  }
-  const auto cloud = MakeProgram("cloud's", { shaders::header, shaders::surfaceVertex },
-    { shaders::header, shaders::light, shaders::cloudFragment });
-  if (!cloud)
-  {
-    glDeleteProgram(*background);
-    glDeleteProgram(*surface);
-    return cloud.GetError();
-  }
-  this->Compiled.reset(new Programs{ *background, *surface, *cloud, 0 });
+  this->Compiled = std::make_unique<Programs>();
+  this->Compiled->background = *background;
   glGenVertexArrays(1, &this->Compiled->emptyArray);
-  SetLook(this->Compiled->surface);
-  SetLook(this->Compiled->cloud);
+  for (const std::size_t kind : { std::size_t{ 0 }, Programs::cloud })
+  {
+    if (const auto program = this->SurfaceProgram(kind); !program)
+    {
+      this->Compiled.reset();
+      return program.GetError();
+    }
+  }
   return {};
+}
+
+// Compiled when it is first used. kind: as Programs has them.
+Result<GLuint> GlesRenderer::SurfaceProgram(std::size_t kind)
+{
+  GLuint& program = this->Compiled->surfaces[kind];
+  if (program == 0)
+  {
+    const bool isCloud = (kind & Programs::cloud) != 0;
+    const char* cut = (kind & Programs::cut) != 0 ? "#define CUT\n" : "";
+    const char* relief = (kind & Programs::relief) != 0 ? "#define RELIEF\n" : "";
+    const auto made = MakeProgram(isCloud ? "cloud's" : "surface's",
+      { shaders::header, cut, shaders::surfaceVertex },
+      { shaders::header, cut, relief, shaders::light,
+        isCloud ? shaders::cloudFragment : shaders::surfaceFragment });
+    KDSTREAM_TRY(made);
+    program = *made;
+  }
+  return program;
 }
 
 void GlesRenderer::Free()
@@ -234,10 +224,24 @@ void GlesRenderer::Free()
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
   this->Parts.clear();
   this->Tried.reset();
+  this->FreeCap();
+}
+
+void GlesRenderer::FreeCap()
+{
+  std::for_each(this->Cap.begin(), this->Cap.end(), FreeChunk);
+  this->Cap.clear();
+  this->CapHere = {};
 }
 
 void GlesRenderer::Forget()
 {
+  if (this->Compiled)
+  {
+    this->Compiled->emptyArray = 0; // there is nothing to delete
+  }
+  this->Cap.clear();
+  this->CapHere = {};
   if (this->Occlusion)
   {
     this->Occlusion->Forget();
@@ -259,22 +263,11 @@ void GlesRenderer::SetGlided(double share)
   this->Glided = share;
 }
 
-// What has arrived needs its former places no more.
 void GlesRenderer::StopGliding()
 {
   for (Part& part : this->Parts)
   {
-    for (Chunk& chunk : part.chunks)
-    {
-      if (chunk.buffers[3] != 0)
-      {
-        glBindVertexArray(chunk.vertexArray);
-        glDisableVertexAttribArray(AttributePlace::away);
-        glDisableVertexAttribArray(AttributePlace::formerNormal);
-        glDeleteBuffers(1, &chunk.buffers[3]);
-        chunk.buffers[3] = 0;
-      }
-    }
+    std::for_each(part.chunks.begin(), part.chunks.end(), StopGlidingOf);
   }
   this->LongestWay.reset();
 }
@@ -409,49 +402,7 @@ void GlesRenderer::UploadPart(Part& part)
   SurfaceChunk content;
   while (cutter.Next(content))
   {
-    Chunk& chunk = part.chunks.emplace_back();
-    glGenVertexArrays(1, &chunk.vertexArray);
-    glBindVertexArray(chunk.vertexArray);
-    chunk.buffers[0] = MakeBuffer(GL_ARRAY_BUFFER, content.vertices);
-    glVertexAttribPointer(
-      AttributePlace::position, 3, GL_FLOAT, GL_FALSE, sizeof(ChunkVertex), nullptr);
-    // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
-    const auto* normals = reinterpret_cast<const void*>(offsetof(ChunkVertex, normal));
-    glVertexAttribPointer(
-      AttributePlace::normal, 4, GL_INT_2_10_10_10_REV, GL_TRUE, sizeof(ChunkVertex), normals);
-    glEnableVertexAttribArray(AttributePlace::position);
-    glEnableVertexAttribArray(AttributePlace::normal);
-    if (!content.colors.empty())
-    {
-      chunk.buffers[1] = MakeBuffer(GL_ARRAY_BUFFER, content.colors);
-      glVertexAttribPointer(AttributePlace::color, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
-      glEnableVertexAttribArray(AttributePlace::color);
-    }
-    chunk.count = static_cast<GLsizei>(content.vertices.size());
-    if (!content.radii.empty())
-    {
-      chunk.buffers[2] = MakeBuffer(GL_ARRAY_BUFFER, content.radii);
-      glVertexAttribPointer(AttributePlace::radius, 1, GL_FLOAT, GL_FALSE, 0, nullptr);
-      glEnableVertexAttribArray(AttributePlace::radius);
-    }
-    if (!content.glides.empty())
-    {
-      chunk.buffers[3] = MakeBuffer(GL_ARRAY_BUFFER, content.glides);
-      glVertexAttribPointer(
-        AttributePlace::away, 3, GL_FLOAT, GL_FALSE, sizeof(GlideVertex), nullptr);
-      // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
-      const auto* former = reinterpret_cast<const void*>(offsetof(GlideVertex, normal));
-      glVertexAttribPointer(AttributePlace::formerNormal, 4, GL_INT_2_10_10_10_REV, GL_TRUE,
-        sizeof(GlideVertex), former);
-      glEnableVertexAttribArray(AttributePlace::away);
-      glEnableVertexAttribArray(AttributePlace::formerNormal);
-    }
-    if (!content.indices.empty())
-    {
-      chunk.buffers[2] = MakeBuffer(GL_ELEMENT_ARRAY_BUFFER, content.indices);
-      chunk.count = static_cast<GLsizei>(content.indices.size());
-    }
-    glBindVertexArray(0);
+    part.chunks.push_back(UploadChunk(content));
   }
 }
 
@@ -497,10 +448,9 @@ GlesRenderer::Sight GlesRenderer::SightOf(const SceneCamera& camera, const Viewp
   return sight;
 }
 
-// Into the bound framebuffer, `height` pixels high.
-void GlesRenderer::DrawChunks(const Sight& sight, int height)
+// What every program that places points has. It is in use then.
+void GlesRenderer::Aim(GLuint program, const Sight& sight) const
 {
-  const GLuint program = this->Points > 0 ? this->Compiled->cloud : this->Compiled->surface;
   glUseProgram(program);
   SetVector(program, "eye", sight.eye);
   std::array<float, 9> turn{}; // column by column
@@ -514,28 +464,54 @@ void GlesRenderer::DrawChunks(const Sight& sight, int height)
   const GlesProjection& projection = sight.projection;
   glUniform4f(glGetUniformLocation(program, "projection"), projection[0], projection[1],
     projection[2], projection[3]);
-  if (this->Points > 0)
+  glEnable(GL_DEPTH_TEST);
+}
+
+// Into the bound framebuffer, `height` pixels high.
+void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height)
+{
+  const bool isCloud = this->Points > 0;
+  std::size_t kind = isCloud ? Programs::cloud : 0;
+  kind += scene.section ? Programs::cut : 0;
+  kind += scene.lighting.relief > 0 && !isCloud ? Programs::relief : 0;
+  const auto program = this->SurfaceProgram(kind);
+  if (!program)
+  {
+    this->Outcome = program.GetError();
+    return;
+  }
+  this->Aim(*program, sight);
+  SetLook(*program, scene.lighting);
+  if (scene.section)
+  {
+    const SectionPlane& plane = *scene.section;
+    glUniform4f(glGetUniformLocation(*program, "section"), static_cast<float>(plane.normal[0]),
+      static_cast<float>(plane.normal[1]), static_cast<float>(plane.normal[2]),
+      static_cast<float>(plane.Above(this->Center) * this->Scale));
+  }
+  glUniform2f(glGetUniformLocation(*program, "relief"), static_cast<float>(scene.lighting.relief),
+    static_cast<float>(reliefShare * height));
+  if (isCloud)
   {
     SetVector(
-      program, "splatPixels", Vec3{ 0.5 * height / sight.tangent, smallestSplat, largestSplat });
-    SetVector(program, "depthRange",
+      *program, "splatPixels", Vec3{ 0.5 * height / sight.tangent, smallestSplat, largestSplat });
+    SetVector(*program, "depthRange",
       Vec3{ sight.nearest, sight.farthest, 1.0 / (sight.farthest - sight.nearest) });
   }
 
-  glUniform1f(glGetUniformLocation(program, "smoothness"),
+  glUniform1f(glGetUniformLocation(*program, "smoothness"),
     this->Coloring == SurfaceColoring::Own ? 1.0f : 0.0f);
-  glUniform1f(glGetUniformLocation(program, "toGo"), static_cast<float>(1.0 - this->Glided));
-  glEnable(GL_DEPTH_TEST);
+  glUniform1f(glGetUniformLocation(*program, "toGo"), static_cast<float>(1.0 - this->Glided));
   glVertexAttrib4f(AttributePlace::away, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);
   for (const Part& part : this->Parts)
   {
-    for (const Chunk& chunk : part.chunks)
+    for (const GlesChunk& chunk : part.chunks)
     {
       glBindVertexArray(chunk.vertexArray);
-      if (this->Points > 0)
+      if (isCloud)
       {
         glDrawArrays(GL_POINTS, 0, chunk.count);
       }
@@ -545,10 +521,65 @@ void GlesRenderer::DrawChunks(const Sight& sight, int height)
       }
     }
   }
+  this->DrawCap(sight);
+}
+
+// What fills the section, in one colour.
+void GlesRenderer::DrawCap(const Sight& sight)
+{
+  if (this->Cap.empty())
+  {
+    return;
+  }
+  if (this->Compiled->cap == 0)
+  {
+    const auto made = MakeProgram("cap's", { shaders::header, shaders::surfaceVertex },
+      { shaders::header, shaders::capFragment });
+    if (!made)
+    {
+      this->Outcome = made.GetError();
+      return;
+    }
+    this->Compiled->cap = *made;
+  }
+  this->Aim(this->Compiled->cap, sight);
+  glUniform1f(glGetUniformLocation(this->Compiled->cap, "toGo"), 0.0f);
+  glVertexAttrib4f(
+    AttributePlace::color, capColor[0] / 255.0f, capColor[1] / 255.0f, capColor[2] / 255.0f, 1.0f);
+  for (const GlesChunk& chunk : this->Cap)
+  {
+    glBindVertexArray(chunk.vertexArray);
+    glDrawElements(GL_TRIANGLES, chunk.count, GL_UNSIGNED_SHORT, nullptr);
+  }
+}
+
+// Brings the scene's cap to the graphics memory, where it is not there.
+void GlesRenderer::FollowCap(const ViewerScene& scene)
+{
+  const bool hasOne = scene.cap && !scene.cap->triangles.empty() && !this->Parts.empty();
+  const CapPlace wanted{ hasOne ? scene.capVersion : 0, this->Center, this->Scale };
+  if (wanted == this->CapHere)
+  {
+    return;
+  }
+  this->FreeCap();
+  this->CapHere = wanted;
+  if (!hasOne || !CheckSurface(*scene.cap, this->Center))
+  {
+    return;
+  }
+  const UnitNormals unlit(scene.cap->points.size());
+  ChunkCutter cutter(
+    *scene.cap, unlit, {}, this->Depths, SurfaceColoring::Stone, this->Center, this->Scale);
+  for (SurfaceChunk content; cutter.Next(content);)
+  {
+    this->Cap.push_back(UploadChunk(content));
+  }
 }
 
 // The depths that occlusion follows from; false where the device has none of it.
-bool GlesRenderer::DrawDepths(const Sight& sight, const Viewport& viewport)
+bool GlesRenderer::DrawDepths(
+  const ViewerScene& scene, const Sight& sight, const Viewport& viewport)
 {
   if (!this->Occlusion)
   {
@@ -564,7 +595,7 @@ bool GlesRenderer::DrawDepths(const Sight& sight, const Viewport& viewport)
   {
     return false;
   }
-  this->DrawChunks(sight, HalfSide(viewport.height));
+  this->DrawChunks(scene, sight, HalfSide(viewport.height));
   glBindVertexArray(this->Compiled->emptyArray);
   this->Occlusion->EndDepths(sight.projection, this->Facet * this->Scale);
   return true;
@@ -595,6 +626,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   {
     this->StopGliding();
   }
+  this->FollowCap(scene);
 
   constexpr std::array<GLenum, 6> off{ GL_BLEND, GL_CULL_FACE, GL_DITHER, GL_SCISSOR_TEST,
     GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL };
@@ -608,13 +640,13 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   glClearDepthf(1.0f);
   const Sight sight = this->SightOf(camera, viewport);
   const bool occludes =
-    this->HasOcclusion && !this->Parts.empty() && this->DrawDepths(sight, viewport);
+    this->HasOcclusion && !this->Parts.empty() && this->DrawDepths(scene, sight, viewport);
   glViewport(0, 0, viewport.width, viewport.height);
   glClear(GL_DEPTH_BUFFER_BIT);
   this->DrawBackground();
   if (!this->Parts.empty())
   {
-    this->DrawChunks(sight, viewport.height);
+    this->DrawChunks(scene, sight, viewport.height);
   }
   if (occludes)
   {

@@ -20,6 +20,7 @@ namespace kdstream
 {
 
 class GlesOcclusion;
+struct GlesChunk;
 
 // Threads: that of the context. A context of OpenGL ES 3.0 or WebGL 2 must be current in every
 // call, the destructor included; all of the context's state but the bound framebuffer may change.
@@ -62,26 +63,39 @@ public:
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
 
 private:
-  struct Chunk;
   struct Part;
   struct Programs;
   struct Sight;
 
   GlesRenderer();
   Status Compile();
+  Result<unsigned> SurfaceProgram(std::size_t kind);
   Status Upload(const ViewerScene& scene);
   Status Place(const ViewerScene& scene, std::vector<Part>& parts);
   void UploadPart(Part& part);
   void Free();
+  void FreeCap();
+  void FollowCap(const ViewerScene& scene);
   void StopGliding();
   Sight SightOf(const SceneCamera& camera, const Viewport& viewport) const;
-  bool DrawDepths(const Sight& sight, const Viewport& viewport);
+  bool DrawDepths(const ViewerScene& scene, const Sight& sight, const Viewport& viewport);
   void DrawBackground();
-  void DrawChunks(const Sight& sight, int height);
+  void Aim(unsigned program, const Sight& sight) const;
+  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height);
+  void DrawCap(const Sight& sight);
 
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
   std::unique_ptr<Programs> Compiled;       // null: to be compiled in the context that is current
   std::vector<Part> Parts;
+  std::vector<GlesChunk> Cap; // what fills the section
+  struct CapPlace
+  {
+    std::uint64_t version = 0;
+    Vec3 center{};
+    double scale = 1.0;
+    bool operator==(const CapPlace&) const = default;
+  };
+  CapPlace CapHere; // of what is in Cap
   // What is in the graphics memory, and how it is to be looked at.
   struct Content
   {

@@ -32,6 +32,7 @@ void main()
 
 // Positions minus the eye first: close to the eye nothing is lost by it. Then into the camera's
 // coordinates, and to the window: projection has the two scales and the two terms of the depth.
+// With CUT a plane cuts away what is above it.
 inline constexpr const char* surfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
@@ -49,9 +50,17 @@ out vec3 viewNormal;
 out vec3 smoothColor;
 flat out vec3 flatColor;
 flat out vec2 splat; // pixels across, radius
+#ifdef CUT
+uniform vec4 section; // its normal, and how far the origin is above it
+centroid out float above; // of a place in the triangle, at its edge too
+#endif
 void main()
 {
-  viewPosition = turn * (position + toGo * away - eye);
+  vec3 place = position + toGo * away;
+#ifdef CUT
+  above = dot(place, section.xyz) + section.w;
+#endif
+  viewPosition = turn * (place - eye);
   viewNormal = turn * mix(normal.xyz, formerNormal.xyz, toGo * formerNormal.w);
   smoothColor = flatColor = color.rgb;
   gl_Position = vec4(projection.xy * viewPosition.xy,
@@ -62,7 +71,7 @@ void main()
 })";
 
 // Phong's model with the two directional lights of SceneLook.h. Followed by one of the two main
-// functions.
+// functions. With RELIEF ridges, where normals bend away from each other, are lighter.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
@@ -76,6 +85,12 @@ uniform vec4 material;
 uniform vec3 highlightColor;
 uniform vec3 depthRange; // nearest, farthest, 1 / their difference
 out vec4 fragment;
+#ifdef CUT
+centroid in float above;
+#endif
+#ifdef RELIEF
+uniform vec2 relief; // how much, and within how many pixels a radian is all of it
+#endif
 vec3 lit(vec3 normal)
 {
   vec3 baseColor = mix(flatColor, smoothColor, smoothness);
@@ -108,6 +123,24 @@ void main()
     normal = gl_FrontFacing && normal.z > -0.8 ? normalize(vec3(normal.xy, 0.0)) : -normal;
   }
   fragment = vec4(lit(normal), 1.0);
+#ifdef RELIEF
+  float bend = relief.y * normal.z * (dFdx(normal.x) + dFdy(normal.y));
+  fragment.rgb *= 1.0 + relief.x * clamp(bend, -1.0, 1.0);
+#endif
+#ifdef CUT
+  if (above > 0.0)
+  {
+    discard;
+  }
+#endif
+})";
+
+inline constexpr const char* capFragment = R"(
+flat in vec3 flatColor;
+out vec4 fragment;
+void main()
+{
+  fragment = vec4(flatColor, 1.0);
 })";
 
 // Points are round splats, bent away from the eye at their rims, so that neighbours meet halfway.
@@ -116,6 +149,12 @@ void main()
 inline constexpr const char* cloudFragment = R"(
 void main()
 {
+#ifdef CUT
+  if (above > 0.0)
+  {
+    discard;
+  }
+#endif
   vec2 place = 2.0 * gl_PointCoord - 1.0;
   float square = dot(place, place);
   if (square > 1.0)

@@ -21,6 +21,7 @@
 #include <vtkProperty.h>
 #include <vtkShaderProperty.h>
 #include <vtkTypeInt32Array.h>
+#include <vtkUniforms.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -69,12 +70,22 @@ vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const C
   return cells;
 }
 
+void RaiseReliefOf(vtkActor& actor, double relief, double pixels)
+{
+  vtkUniforms* uniforms = actor.GetShaderProperty()->GetFragmentCustomUniforms();
+  uniforms->SetUniformf("relief", static_cast<float>(relief));
+  uniforms->SetUniformf("reliefPixels", static_cast<float>(pixels));
+}
+
 // Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
 // triangle's own facing, which is undone: a triangle that a simplified level has folded over would
 // be black among neighbours whose normals face the eye. At an outline, normals between those of
 // corners turn away where the triangle itself still faces the eye, of coarse levels by fifty
 // degrees: these stop at the outline; turned to the eye they would shine like the other side.
 // Beyond, the triangle is one that was turned over.
+//
+// Relief: where the normals bend away from each other is a ridge, where towards each other a
+// furrow.
 void FaceNormalsToTheEye(vtkActor& actor)
 {
   actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
@@ -84,8 +95,38 @@ void FaceNormalsToTheEye(vtkActor& actor)
     "  normalVCVSOutput = gl_FrontFacing && normalVCVSOutput.z > -0.8\n"
     "    ? normalize(vec3(normalVCVSOutput.xy, 0.0)) : -normalVCVSOutput;\n"
     "}\n"
-    "//VTK::Light::Impl",
+    "float reliefBend = clamp(reliefPixels * normalVCVSOutput.z *\n"
+    "  (dFdx(normalVCVSOutput.x) + dFdy(normalVCVSOutput.y)), -1.0, 1.0);\n"
+    "//VTK::Light::Impl\n"
+    "gl_FragData[0].rgb *= 1.0 + relief * reliefBend;\n",
     false);
+  RaiseReliefOf(actor, 0, 0);
+}
+
+// Not by the mapper's clipping planes: at edges of the surface these are told of places beside it,
+// and single pixels of what is cut away stay.
+void DiscardWhatIsAbove(vtkActor& actor)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  shader->AddVertexShaderReplacement(
+    "//VTK::Clip::Dec", true, "centroid out float sectionAbove;\n//VTK::Clip::Dec", false);
+  shader->AddVertexShaderReplacement("//VTK::Clip::Impl", true,
+    "sectionAbove = dot(section.xyz, vertexMC.xyz) + section.w;\n//VTK::Clip::Impl", false);
+  shader->AddFragmentShaderReplacement(
+    "//VTK::Clip::Dec", true, "centroid in float sectionAbove;\n//VTK::Clip::Dec", false);
+  shader->AddFragmentShaderReplacement(
+    "//VTK::Clip::Impl", true, "if (sectionAbove > 0.0) { discard; }\n//VTK::Clip::Impl", false);
+}
+
+void DiscardNothing(vtkActor& actor)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  for (const char* place : { "//VTK::Clip::Dec", "//VTK::Clip::Impl" })
+  {
+    shader->ClearVertexShaderReplacement(place, true);
+    shader->ClearFragmentShaderReplacement(place, true);
+  }
+  shader->GetVertexCustomUniforms()->RemoveUniform("section");
 }
 
 // One a point; none: (0, 0, 0), since VTK lights no points without.
@@ -182,6 +223,11 @@ void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const T
   this->Drawn->GetPointData()->SetNormals(Normals(surface.points.size(), normals));
   this->TakeColors(surface, depths);
   DrawNoSplats(*this->Drawing, *this->Mapper);
+  if (this->IsCut)
+  {
+    DiscardNothing(*this->Drawing); // until it is cut anew
+    this->IsCut = false;
+  }
   if (this->IsCloud)
   {
     DrawSplats(*this->Drawing, *this->Mapper);
@@ -259,6 +305,32 @@ void ScenePart::AimSplats(const ClippingPlanes& planes, double tangent, int heig
   if (this->IsCloud)
   {
     kdstream::AimSplats(*this->Drawing, planes, this->LargestRadius, tangent, height);
+  }
+}
+
+void ScenePart::CutBy(const std::optional<SectionPlane>& plane, const Vec3& center)
+{
+  const bool isNew = plane.has_value() != this->IsCut;
+  this->IsCut = plane.has_value();
+  if (isNew)
+  {
+    this->IsCut ? DiscardWhatIsAbove(*this->Drawing) : DiscardNothing(*this->Drawing);
+  }
+  if (plane)
+  {
+    const std::array<float, 4> values{ static_cast<float>(plane->normal[0]),
+      static_cast<float>(plane->normal[1]), static_cast<float>(plane->normal[2]),
+      static_cast<float>(plane->Above(center)) };
+    this->Drawing->GetShaderProperty()->GetVertexCustomUniforms()->SetUniform4f(
+      "section", values.data());
+  }
+}
+
+void ScenePart::RaiseRelief(double relief, double pixels)
+{
+  if (!this->IsCloud)
+  {
+    RaiseReliefOf(*this->Drawing, relief, pixels);
   }
 }
 

@@ -11,6 +11,7 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
+#include <optional>
 #include <vector>
 
 class vtkActor;
@@ -38,6 +39,11 @@ public:
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
   void SetStyle(const SceneStyle& style);
+  // What is above the plane is not drawn until it is cut anew, or shows another surface. center: as
+  // in Show.
+  void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
+  // Before each picture: SceneLighting::relief, of what bends by a radian within so many pixels.
+  void RaiseRelief(double relief, double pixels);
   // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
   void AimSplats(const ClippingPlanes& planes, double tangent, int height);
 
@@ -49,6 +55,7 @@ private:
   vtkNew<vtkPolyDataMapper> Mapper;
   vtkNew<vtkPolyData> Drawn;
   Box Extent;
+  bool IsCut = false;
   bool IsCloud = false;
   double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
   std::vector<ColorSource> Sources;                  // one a point

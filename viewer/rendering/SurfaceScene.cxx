@@ -11,6 +11,7 @@
 #include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkLight.h>
+#include <vtkProperty.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
@@ -28,20 +29,33 @@ namespace
 // one: more than what is shown within a viewer's budgets.
 constexpr std::size_t mostParts = 1024;
 
-void SetUpLights(vtkRenderer& renderer)
+void Shine(vtkLight& light, const SceneLight& as)
 {
-  renderer.AutomaticLightCreationOff();
-  for (const SceneLight& each : sceneLights)
-  {
-    const vtkNew<vtkLight> light;
-    light->SetLightTypeToCameraLight();
-    light->SetPositional(0);
-    light->SetPosition(each.position.data());
-    light->SetFocalPoint(0.0, 0.0, 0.0);
-    light->SetColor(each.color.data());
-    light->SetIntensity(each.intensity);
-    renderer.AddLight(light);
-  }
+  light.SetPosition(as.position.data());
+  light.SetColor(as.color.data());
+  light.SetIntensity(as.intensity);
+  light.SetSwitch(as.intensity > 0);
+}
+
+vtkSmartPointer<vtkLight> AddLamp(vtkRenderer& renderer, const SceneLight& as)
+{
+  auto light = vtkSmartPointer<vtkLight>::New();
+  light->SetLightTypeToCameraLight();
+  light->SetPositional(0);
+  light->SetFocalPoint(0.0, 0.0, 0.0);
+  Shine(*light, as);
+  renderer.AddLight(light);
+  return light;
+}
+
+// A colour that no light changes.
+void SetUpCap(vtkActor& actor)
+{
+  vtkProperty* material = actor.GetProperty();
+  material->SetColor(capColor[0] / 255.0, capColor[1] / 255.0, capColor[2] / 255.0);
+  material->SetAmbient(1.0);
+  material->SetDiffuse(0.0);
+  material->SetSpecular(0.0);
 }
 
 void SetUpBackground(vtkRenderer& renderer)
@@ -56,14 +70,18 @@ void SetUpBackground(vtkRenderer& renderer)
 SurfaceScene::SurfaceScene()
   : Occlusion(std::make_unique<SceneOcclusion>())
 {
-  SetUpLights(*this->SceneRenderer);
+  this->SceneRenderer->AutomaticLightCreationOff();
+  for (std::size_t i = 0; i < this->Lamps.size(); ++i)
+  {
+    this->Lamps[i] = AddLamp(*this->SceneRenderer, this->Lighting.lamps[i]);
+  }
   SetUpBackground(*this->SceneRenderer);
   const vtkNew<vtkCamera> camera;
   this->SceneRenderer->SetActiveCamera(camera);
   this->ApplyCamera();
   // Just before drawing, when the size of the window is known.
-  this->SplatObserver =
-    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::ApplySplats);
+  this->PictureObserver =
+    this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::BeforePicture);
   this->OcclusionObserver =
     this->SceneRenderer->AddObserver(vtkCommand::EndEvent, this, &SurfaceScene::ApplyOcclusion);
 }
@@ -71,7 +89,7 @@ SurfaceScene::SurfaceScene()
 // The renderer lives on in a window that lives on.
 SurfaceScene::~SurfaceScene()
 {
-  this->SceneRenderer->RemoveObserver(this->SplatObserver);
+  this->SceneRenderer->RemoveObserver(this->PictureObserver);
   this->SceneRenderer->RemoveObserver(this->OcclusionObserver);
 }
 
@@ -185,13 +203,63 @@ void SurfaceScene::SetStyle(const SceneStyle& style)
   }
 }
 
-void SurfaceScene::ApplySplats()
+void SurfaceScene::SetLighting(const SceneLighting& lighting)
+{
+  if (lighting == this->Lighting)
+  {
+    return;
+  }
+  this->Lighting = lighting;
+  for (std::size_t i = 0; i < this->Lamps.size(); ++i)
+  {
+    Shine(*this->Lamps[i], lighting.lamps[i]);
+  }
+}
+
+void SurfaceScene::SetSection(const std::optional<SectionPlane>& plane,
+  const std::shared_ptr<const Surface>& cap, std::uint64_t capVersion)
+{
+  const bool hasNew = capVersion != this->CapVersion || cap != this->Cap;
+  this->CapVersion = capVersion;
+  this->Cap = cap;
+  this->Section = plane;
+  if (hasNew)
+  {
+    this->PlaceCap();
+  }
+}
+
+// Draws the cap anew.
+void SurfaceScene::PlaceCap()
+{
+  const bool hasOne = this->Cap && !this->Cap->triangles.empty();
+  if (hasOne && !this->CapDrawn)
+  {
+    this->CapDrawn = std::make_unique<ScenePart>();
+    SetUpCap(this->CapDrawn->Actor());
+  }
+  if (hasOne)
+  {
+    this->CapDrawn->Show(
+      *this->Cap, {}, this->Depths, this->Center, { SurfaceColoring::Stone, true, false });
+    this->SceneRenderer->AddActor(&this->CapDrawn->Actor());
+  }
+  else if (this->CapDrawn)
+  {
+    this->SceneRenderer->RemoveActor(&this->CapDrawn->Actor());
+  }
+}
+
+void SurfaceScene::BeforePicture()
 {
   const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
   const double tangent = std::tan(0.5 * this->Camera.verticalFieldOfView);
   for (const Entry& entry : this->Entries)
   {
-    entry.scene->AimSplats({ range[0], range[1] }, tangent, this->SceneRenderer->GetSize()[1]);
+    const int height = this->SceneRenderer->GetSize()[1];
+    entry.scene->AimSplats({ range[0], range[1] }, tangent, height);
+    entry.scene->CutBy(this->Section, this->Center);
+    entry.scene->RaiseRelief(this->Lighting.relief, reliefShare * height);
   }
 }
 

@@ -10,13 +10,20 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
+#include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SceneRules.h"
+#include "viewer/session/section/SectionPlane.h"
 
 #include <vtkNew.h>
+#include <vtkSmartPointer.h>
 
+#include <array>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+class vtkLight;
 class vtkRenderer;
 
 namespace kdstream
@@ -57,6 +64,13 @@ public:
   // O(points + triangles) where the coloring changes.
   void SetStyle(const SceneStyle& style);
 
+  // What is above the plane is not drawn; the cap is, in capColor. cap: null, or with triangles
+  // whose indices are in range, in the same coordinates as the surface; capVersion tells one from
+  // another.
+  void SetSection(const std::optional<SectionPlane>& plane,
+    const std::shared_ptr<const Surface>& cap, std::uint64_t capVersion);
+  void SetLighting(const SceneLighting& lighting);
+
   // Near and far planes are found from the surface, now and at each Update. Errors: those of
   // CheckCamera.
   Status SetCamera(const SceneCamera& camera);
@@ -71,7 +85,8 @@ private:
 
   void Take(std::vector<Entry> entries);
   void ApplyCamera();
-  void ApplySplats();
+  void PlaceCap();
+  void BeforePicture();
   void ApplyOcclusion();
 
   vtkNew<vtkRenderer> SceneRenderer;
@@ -84,7 +99,14 @@ private:
   Box Bounds;         // of what is drawn, relative to Center
   double Facet = 0.0; // FacetLength of what is drawn
   std::unique_ptr<SceneOcclusion> Occlusion;
-  unsigned long SplatObserver = 0, OcclusionObserver = 0;
+  unsigned long PictureObserver = 0, OcclusionObserver = 0;
+
+  std::array<vtkSmartPointer<vtkLight>, 2> Lamps;
+  SceneLighting Lighting;
+  std::optional<SectionPlane> Section;
+  std::shared_ptr<const Surface> Cap;  // null without
+  std::unique_ptr<ScenePart> CapDrawn; // once there has been one
+  std::uint64_t CapVersion = 0;
 };
 
 }

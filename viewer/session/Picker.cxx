@@ -122,12 +122,14 @@ std::optional<double> MeetPoint(const Ray& ray, const Vec3& point, double slack)
 // The nearest of what is offered, of the lowest number among equals.
 struct Nearest
 {
-  std::optional<SurfaceHit> hit;
+  double begin = 0; // what is nearer does not count
+  std::optional<SurfaceHit> hit{};
 
   void Offer(std::optional<double> t, std::size_t number, const Vec3& point)
   {
-    const bool isNearer = t && (!this->hit || *t < this->hit->distance ||
-                                 (*t == this->hit->distance && number < this->hit->triangle));
+    const bool isNearer = t && *t >= this->begin &&
+                          (!this->hit || *t < this->hit->distance ||
+                            (*t == this->hit->distance && number < this->hit->triangle));
     if (isNearer)
     {
       this->hit = SurfaceHit{ point, number, *t };
@@ -191,7 +193,7 @@ std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, do
 }
 
 std::optional<SurfaceHit> PickSurface(
-  const DrawnSurface& surface, const Ray& ray, double slack, std::size_t* visited)
+  const DrawnSurface& surface, const Ray& ray, double slack, std::size_t* visited, double begin)
 {
   std::optional<SurfaceHit> best;
   for (const DrawnSurface::Part& each : surface.Parts())
@@ -202,7 +204,7 @@ std::optional<SurfaceHit> PickSurface(
       continue; // points without triangles are not drawn
     }
     const Target target(part, each.part->Bounds(), ray, slack);
-    Nearest nearest;
+    Nearest nearest{ begin };
     const double sofar = best ? best->distance : never;
     const auto enter = [&](const Box& box)
     {
@@ -232,14 +234,16 @@ std::optional<SurfaceHit> PickSurface(
 }
 
 std::optional<SurfaceHit> NearestOnSurface(
-  const DrawnSurface& surface, const Vec3& point, double enough)
+  const DrawnSurface& surface, const Vec3& point, double enough, const SectionPlane* section)
 {
   SurfaceHit nearest{ {}, 0, never };
   const auto enter = [&](const Box& box)
   {
     const double entry = DistanceTo(box, point);
-    return nearest.distance <= enough || entry >= nearest.distance ? never : entry;
+    const bool isGone = section && section->CutsAwayAllOf(box);
+    return nearest.distance <= enough || entry >= nearest.distance || isGone ? never : entry;
   };
+  const auto isGone = [section](const Vec3& place) { return section && section->CutsAway(place); };
   for (const DrawnSurface::Part& each : surface.Parts())
   {
     const Surface& part = each.part->surface;
@@ -256,7 +260,11 @@ std::optional<SurfaceHit> NearestOnSurface(
                                                   : NearestOnTriangle(point, part.points[t[0]],
                                                       part.points[t[1]], part.points[t[2]]);
         const double distance = Length(found - point);
-        if (distance < nearest.distance)
+        const bool isLeft =
+          part.triangles.empty()
+            ? !isGone(found)
+            : !std::all_of(t.begin(), t.end(), [&](VertexId v) { return isGone(part.points[v]); });
+        if (distance < nearest.distance && isLeft)
         {
           const auto number = static_cast<std::size_t>(&each - surface.Parts().data());
           nearest = { found, i, distance, number };

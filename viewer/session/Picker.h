@@ -4,6 +4,7 @@
 
 #include "filters/core/drawing/DrawnSurface.h"
 #include "viewer/session/Camera.h"
+#include "viewer/session/section/SectionPlane.h"
 
 #include <cstddef>
 #include <optional>
@@ -31,15 +32,16 @@ std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, do
 // The same for all parts of a surface, of the first part among equals; `triangle` is one of that
 // part. Goes down the trees of the parts that the ray may meet, and makes those that were not
 // asked for before (SurfacePart::Tree): in practice O(log triangles). visited: how many triangles,
-// or points, were looked at.
-std::optional<SurfaceHit> PickSurface(
-  const DrawnSurface& surface, const Ray& ray, double slack = 0, std::size_t* visited = nullptr);
+// or points, were looked at. begin: what is nearer is not met.
+std::optional<SurfaceHit> PickSurface(const DrawnSurface& surface, const Ray& ray, double slack = 0,
+  std::size_t* visited = nullptr, double begin = 0);
 
 // The point of the surface that is nearest to `point`, and how far away: of its triangles or, of a
 // cloud, of its points; nothing where it is empty. Any that is no farther than `enough` may be
-// given instead, if that is found sooner. As PickSurface.
-std::optional<SurfaceHit> NearestOnSurface(
-  const DrawnSurface& surface, const Vec3& point, double enough = 0);
+// given instead, if that is found sooner. section: triangles that it cuts away wholly do not count.
+// As PickSurface.
+std::optional<SurfaceHit> NearestOnSurface(const DrawnSurface& surface, const Vec3& point,
+  double enough = 0, const SectionPlane* section = nullptr);
 
 // Whether a closed surface is around a point: rays from there cross it an odd number of times. What
 // two of three say, since one may go through an edge or a small hole. As PickSurface.

@@ -51,7 +51,7 @@ double ViewerSession::DistanceToObstacle(const Ray& ray) const
   {
     const double slack = pointOfCloud * this->Eye.GetViewport().pixelRatio /
                          (this->Eye.PixelsPerUnit() * this->Eye.Distance());
-    const auto hit = PickSurface(*this->Shown.GetSurface(), ray, slack);
+    const auto hit = this->Pick(ray, slack);
     return hit ? hit->distance : none;
   }
   const Box& box = this->Current->box;
@@ -92,8 +92,9 @@ double ViewerSession::FreePart(const Camera& from, const Camera& to) const
 // The surface, that is: the camera itself knows no more than a box, of which most may be empty.
 void ViewerSession::KeepInSight(Camera& camera) const
 {
-  if (const auto nearest =
-        NearestOnSurface(*this->Shown.GetSurface(), camera.Focal(), camera.Reach()))
+  const std::optional<SectionPlane>& section = this->Section.Plane();
+  if (const auto nearest = NearestOnSurface(
+        *this->Shown.GetSurface(), camera.Focal(), camera.Reach(), section ? &*section : nullptr))
   {
     camera.KeepInSight(nearest->point);
   }
@@ -131,14 +132,16 @@ void ViewerSession::StepOutside()
   constexpr double beyond = 1.1;
   const auto isInside = [this]
   {
+    const std::optional<SectionPlane>& section = this->Section.Plane();
     return this->Eye.DistanceTo(this->Current->box) == 0 &&
+           !(section && section->CutsAway(this->Eye.Eye())) &&
            IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
   };
   const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving;
   for (int i = 0; i < mostWalls && mayBeInside && isInside(); ++i)
   {
     const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };
-    const auto wall = PickSurface(*this->Shown.GetSurface(), back);
+    const auto wall = this->Pick(back);
     if (!wall || i + 1 == mostWalls)
     {
       this->FitModel();
@@ -298,6 +301,36 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
   this->Trace("touches");
 }
 
+void ViewerSession::PanAndRoll(const Gesture& gesture)
+{
+  Camera moved = this->Eye;
+  moved.Pan(gesture.dx, gesture.dy);
+  this->Move(moved);
+  moved = this->Eye;
+  moved.Roll(gesture.twistCosine, gesture.twistSine, gesture.x, gesture.y);
+  this->Move(moved);
+}
+
+// Of one finger, or a tap: whether the tool in hand has a use for it.
+bool ViewerSession::TakeDrag(const Gesture& gesture)
+{
+  if (this->Mode != ViewerMode::FullScreen)
+  {
+    return false;
+  }
+  if (this->InHand == Tool::Section && this->Section.Plane())
+  {
+    this->DragSection(gesture.dx, gesture.dy);
+    return true;
+  }
+  if (this->InHand == Tool::Light || this->InHand == Tool::SecondLight)
+  {
+    this->ShineFrom(gesture.x, gesture.y);
+    return true;
+  }
+  return false;
+}
+
 void ViewerSession::Handle(const Gesture& gesture, double time)
 {
   if (!this->Current)
@@ -307,6 +340,10 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
   switch (gesture.kind)
   {
     case Gesture::Kind::Rotate:
+      if (this->TakeDrag(gesture))
+      {
+        break;
+      }
       this->Turn(gesture.x, gesture.y, gesture.dx, gesture.dy);
       this->LastSteps.push_back({ time, gesture.dx, gesture.dy });
       if (this->LastSteps.size() > mostSteps)
@@ -322,16 +359,16 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
       this->FocusUnder(gesture.x, gesture.y);
       break;
     case Gesture::Kind::Pinch:
-    {
-      Camera moved = this->Eye;
-      moved.Pan(gesture.dx, gesture.dy);
-      this->Move(moved);
-      moved = this->Eye;
-      moved.Roll(gesture.twistCosine, gesture.twistSine, gesture.x, gesture.y);
-      this->Move(moved);
+      if (this->InHand == Tool::Section && this->Section.Plane())
+      {
+        this->TurnSection(gesture.dx, gesture.dy);
+      }
+      else
+      {
+        this->PanAndRoll(gesture);
+      }
       this->ZoomBy(gesture.scale, gesture.x, gesture.y);
       break;
-    }
     case Gesture::Kind::PinchEnd:
       break;
     case Gesture::Kind::Tap:
@@ -344,11 +381,19 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
       {
         this->MeasureAt(gesture.x, gesture.y);
       }
+      else
+      {
+        this->TakeDrag(gesture);
+      }
       break;
     case Gesture::Kind::DoubleTap:
       if (this->InHand == Tool::Measure && this->MeasureAt(gesture.x, gesture.y))
       {
         break; // two ends in quick succession
+      }
+      if (this->InHand != Tool::Measure && this->TakeDrag(gesture))
+      {
+        break;
       }
       this->DoubleTap(gesture.x, gesture.y);
       break;

@@ -214,6 +214,33 @@ Result<SessionStep> ParseLink(const JsonValue& object, std::size_t line)
   return step;
 }
 
+Result<SessionStep> ParseDepth(const JsonValue& object, std::size_t line)
+{
+  if (const auto wrong = CheckKeys(object, { "depth" }))
+  {
+    return Wrong(line, *wrong);
+  }
+  const JsonValue& depth = *FindMember(object, "depth");
+  if (!depth.IsNumber() || !(depth.GetDouble() >= 0 && depth.GetDouble() <= 1))
+  {
+    return Wrong(line, "'depth' is a number from 0 to 1");
+  }
+  SessionStep step{ SessionStep::Kind::Depth, {} };
+  step.factor = depth.GetDouble();
+  return step;
+}
+
+Result<SessionStep> ParseLampsStep(const JsonValue& object, std::size_t line)
+{
+  auto step = ParseNamed(object, line, "lamps", SessionStep::Kind::Lamps);
+  KDSTREAM_TRY(step);
+  if (const auto lamps = ParseLamps(step->name); !lamps)
+  {
+    return Wrong(line, "'lamps': " + lamps.GetError().message);
+  }
+  return step;
+}
+
 Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
 {
   const auto parsed = ParseJson(text);
@@ -235,7 +262,12 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("go")         ? ParseWord(object, line, "go", Kind::Go, { "home", "undo", "back" })
          : has("side")       ? ParseWord(object, line, "side", Kind::Side,
                                  { "front", "back", "left", "right", "top", "bottom" })
-         : has("tool")       ? ParseWord(object, line, "tool", Kind::Tool, { "none", "measure" })
+         : has("tool")       ? ParseWord(object, line, "tool", Kind::Tool,
+                                 { "none", "measure", "section", "light", "second light" })
+         : has("section")    ? ParseWord(object, line, "section", Kind::Section,
+                                 { "x", "y", "z", "view", "flip", "off" })
+         : has("depth")      ? ParseDepth(object, line)
+         : has("lamps")      ? ParseLampsStep(object, line)
          : has("link")       ? ParseLink(object, line)
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
@@ -243,11 +275,11 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("colours") ? ParseWord(object, line, "colours", Kind::Colors,
                               { "own", "none", "partition", "resolution" })
          : has("light")   ? ParseWord(object, line, "light", Kind::Light, { "relief", "plain" })
-         : has("boxes")
-           ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
-           : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
-                         "'go', 'side', 'link', 'tool', 'turning', 'detail', 'rings', 'triangles', "
-                         "'colours', 'light', 'boxes', 'window'");
+         : has("boxes")   ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
+                        : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
+                                      "'go', 'side', 'link', 'tool', 'section', 'depth', 'lamps', "
+                                      "'turning', 'detail', 'rings', 'triangles', "
+                                      "'colours', 'light', 'boxes', 'window'");
 }
 
 }
@@ -299,8 +331,25 @@ Status Perform(const SessionStep& step, ViewerSession& session)
       session.LookFromSide(step.name);
       break;
     case SessionStep::Kind::Tool:
-      session.SetTool(step.name == "measure" ? Tool::Measure : Tool::None);
+      session.SetTool(step.name == "measure"        ? Tool::Measure
+                      : step.name == "section"      ? Tool::Section
+                      : step.name == "light"        ? Tool::Light
+                      : step.name == "second light" ? Tool::SecondLight
+                                                    : Tool::None);
       break;
+    case SessionStep::Kind::Section:
+      session.SetSectionAlong(step.name);
+      break;
+    case SessionStep::Kind::Depth:
+      session.SetSectionDepth(step.factor);
+      break;
+    case SessionStep::Kind::Lamps:
+    {
+      const auto lamps = ParseLamps(step.name);
+      KDSTREAM_TRY(lamps);
+      session.SetLight(*lamps);
+      break;
+    }
     case SessionStep::Kind::Link:
     {
       const auto link = ParseViewLink(step.name);
@@ -369,6 +418,15 @@ std::string FormatSessionStep(const SessionStep& step)
       break;
     case SessionStep::Kind::Tool:
       json.Member("tool", step.name);
+      break;
+    case SessionStep::Kind::Section:
+      json.Member("section", step.name);
+      break;
+    case SessionStep::Kind::Depth:
+      json.Member("depth", step.factor);
+      break;
+    case SessionStep::Kind::Lamps:
+      json.Member("lamps", step.name);
       break;
     case SessionStep::Kind::Link:
       json.Member("link", step.name);

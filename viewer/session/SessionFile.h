@@ -13,7 +13,13 @@
 //                               out of full screen
 //   {"side":"front"}            from there: front, back, left, right, top or bottom
 //   {"link":"model=…"}          what a link to a view says (ViewLink.h), but for colours and light
-//   {"tool":"measure"}          what taps do from here on: measure, or none (as before it)
+//   {"tool":"measure"}          what fingers do from here on: measure, section, light, second
+//   light, or
+//                               none of these (as before it)
+//   {"section":"x"}             a plane through the middle: across x, y, z or the view; "flip": the
+//                               other side is cut away; "off"
+//   {"depth":0.4}               so much of the model is cut away: 0-1
+//   {"lamps":"…"}               light as in a link (ViewLink.h); "standard"
 //   {"turning":"upright"}       how fingers turn the model from here on: upright or free, which it
 //                               is before
 //   {"detail":"level"}          view, level or full from here on
@@ -55,6 +61,9 @@ struct SessionStep
     Side,
     Link,
     Tool,
+    Section,
+    Depth,
+    Lamps,
     Turning,
     Detail,
     Rings,
@@ -66,10 +75,11 @@ struct SessionStep
   };
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
-  // File of Screenshot, model of Select, text of Link; word of Go, Side, Tool, Turning, Detail,
+  // File of Screenshot, model of Select, text of Link and Lamps; word of Go, Side, Tool, Section,
+  // Turning, Detail,
   // Colors, Light and Boxes.
   std::string name{};
-  double factor = 1; // of Zoom, above 0
+  double factor = 1; // of Zoom, above 0; of Depth, 0-1
   double x = 0, y = 0;
   unsigned rings = 1;                      // 1-3
   Viewport window{};                       // sides of 1 to largestSide pixels, ratio from 1/8 to 8

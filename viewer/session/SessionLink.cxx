@@ -89,6 +89,12 @@ ViewLink ViewerSession::Link() const
       }
     }
   }
+  link.lamps = this->Lamps;
+  if (const std::optional<SectionPlane>& section = this->Section.Plane())
+  {
+    const Vec3 place = this->Eye.PlaceOf(section->NearestTo(this->Eye.PointAt({})));
+    link.section = SectionPlane{ section->normal, Dot(place, section->normal) };
+  }
   if (this->Region)
   {
     link.region = ViewLink::Region{ this->Region->cell, this->Region->rings };
@@ -131,6 +137,14 @@ void ViewerSession::TakeLink()
     there.SetTurning(link.turning);
     this->TakeView(there, there.GetViewport());
     this->EyeMoved = this->IsArriving = true;
+  }
+  this->Lamps = link.lamps;
+  this->Section.Set({});
+  if (link.section)
+  {
+    const Vec3& normal = link.section->normal;
+    this->Section.Set(
+      SectionPlane{ normal, Dot(this->Eye.PointAt(normal * link.section->offset), normal) });
   }
   this->Measured.clear();
   this->Ends.clear();

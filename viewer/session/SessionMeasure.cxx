@@ -5,11 +5,15 @@
 // An end is picked on what is shown, with the error of that. The partition around it is fetched as
 // the original, before all else; where a triangle there reaches into others, these too. After each
 // new surface the end is picked anew, by the same ray, until all corners there are the original's.
+//
+// In a section an end near the outline is on that, and so on the surface; one within the cap is a
+// point of the plane, which is exact.
 #include "viewer/session/ViewerSession.h"
 
 #include "filters/core/tree/Region.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kdstream
 {
@@ -67,7 +71,7 @@ void ViewerSession::NameMeasurement(std::size_t index, const std::string& name)
 bool ViewerSession::MeasureAt(double x, double y)
 {
   this->Retry();
-  const auto hit = this->PickUnder(x, y);
+  const auto hit = this->EndOn(this->Eye.RayOf(x, y));
   const bool begins = this->Measured.empty() || this->Measured.back().to.has_value();
   if (!hit || (begins && this->Measured.size() >= mostMeasurements))
   {
@@ -88,6 +92,35 @@ bool ViewerSession::MeasureAt(double x, double y)
     this->Ends.pop_back();
   }
   return true;
+}
+
+// Where a ray puts an end.
+std::optional<SurfaceHit> ViewerSession::EndOn(const Ray& ray) const
+{
+  constexpr double near = 0.5; // of a finger: on the outline is meant
+  auto hit = this->Pick(ray, this->FingerSlack());
+  if (hit && hit->part == ShownSection::capPart)
+  {
+    const auto edge =
+      this->Section.NearestOnOutline(hit->point, near * this->FingerSlack() * hit->distance);
+    hit = edge ? edge : hit;
+  }
+  return hit;
+}
+
+// Where an end is that somebody else tells of.
+std::optional<SurfaceHit> ViewerSession::EndAt(const Vec3& point, double error) const
+{
+  constexpr double rounding = 1e-7; // of the model's size
+  const DrawnSurface& surface = *this->Shown.GetSurface();
+  const std::optional<SectionPlane>& section = this->Section.Plane();
+  const Box& box = this->Current->box;
+  if (!section || std::abs(section->Above(point)) > rounding * Length(box.hi - box.lo))
+  {
+    return NearestOnSurface(surface, point);
+  }
+  const auto edge = this->Section.NearestOnOutline(point, error);
+  return edge ? edge : SurfaceHit{ point, 0, 0, ShownSection::capPart };
 }
 
 // As somebody else measured: both points are on the original, to which they come when it is there.
@@ -121,6 +154,11 @@ MeasuredPoint& ViewerSession::PointOf(const End& end)
 bool ViewerSession::Settle(End& end, const SurfaceHit& hit)
 {
   const ModelDescription& model = this->Current->description;
+  if (hit.part == ShownSection::capPart)
+  {
+    this->PointOf(end) = { hit.point, Resolution::Original(), 0, false };
+    return false;
+  }
   const Surface& surface = this->Shown.GetSurface()->Parts()[hit.part].part->surface;
   MeasuredPoint& point = this->PointOf(end);
   point = { hit.point, Resolution::Original(), 0, false };
@@ -180,8 +218,7 @@ void ViewerSession::PickEndsAnew()
     {
       const MeasuredPoint before = this->PointOf(end);
       const DrawnSurface& surface = *this->Shown.GetSurface();
-      auto hit = end.isTold ? NearestOnSurface(surface, end.ray.origin)
-                            : PickSurface(surface, end.ray, this->FingerSlack());
+      auto hit = end.isTold ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray);
       // The surface that was meant may lie behind another one by now, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
       if (!end.isTold && (!hit || Length(hit->point - before.point) > tolerance))

@@ -20,7 +20,7 @@ double ViewerSession::FingerSlack() const
 
 std::optional<SurfaceHit> ViewerSession::PickUnder(double x, double y) const
 {
-  return PickSurface(*this->Shown.GetSurface(), this->Eye.RayOf(x, y), this->FingerSlack());
+  return this->Pick(this->Eye.RayOf(x, y), this->FingerSlack());
 }
 
 void ViewerSession::DoubleTap(double x, double y)

@@ -6,6 +6,8 @@
 #include "filters/core/pieces/Piece.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
+#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/section/SectionPlane.h"
 
 #include <cstdint>
 #include <deque>
@@ -65,6 +67,10 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
+  std::optional<SectionPlane> section;  // what is above is not drawn
+  std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
+  std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
+  SceneLighting lighting;
 };
 
 // What decides which pieces are shown in full screen.

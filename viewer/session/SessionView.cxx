@@ -33,6 +33,14 @@ void ViewerSession::FollowView()
   {
     this->ChooseByView();
   }
+  this->FollowSection();
+}
+
+ViewRefinement::View ViewerSession::ViewOf(const Camera& camera, bool inSteps)
+{
+  const std::optional<SectionPlane>& section = this->Section.Plane();
+  return { camera, this->Current->tree, this->Pieces, &this->Current->seen, inSteps,
+    section ? &*section : nullptr };
 }
 
 void ViewerSession::RefineView()
@@ -45,14 +53,16 @@ void ViewerSession::RefineView()
     [&](std::uint32_t partition)
     {
       const Box* box = model.tree.Around(NodeOfPartition(partition, model.codec.depths));
-      return box && !this->Eye.MaySee(*box);
+      const bool isGone =
+        box && this->Section.Plane() && this->Section.Plane()->CutsAwayAllOf(*box);
+      return isGone || (box && !this->Eye.MaySee(*box));
     });
   if (this->Mode == ViewerMode::FullScreen && !this->Shown.IsEmpty())
   {
     model.seen.LookThrough(this->Eye, model.isClosed);
     const bool inSteps = this->Meter.Window() < fastLine;
-    model.refinement.Follow({ this->Eye, model.tree, this->Pieces, &model.seen, inSteps },
-      this->TappedPieces(), this->FailedPieces);
+    model.refinement.Follow(
+      this->ViewOf(this->Eye, inSteps), this->TappedPieces(), this->FailedPieces);
     this->TellWhatIsMissed();
   }
   else
@@ -75,6 +85,21 @@ void ViewerSession::RefineView()
   this->AskMore();
 }
 
+// The region's partitions that the section does not cut away.
+std::vector<std::uint32_t> ViewerSession::LeftOfRegion() const
+{
+  std::vector<std::uint32_t> left;
+  const std::optional<SectionPlane>& section = this->Section.Plane();
+  for (std::size_t i = 0; i < this->Region->partitions.size(); ++i)
+  {
+    if (!section || !section->CutsAwayAllOf(this->Region->boxes[i]))
+    {
+      left.push_back(this->Region->partitions[i]);
+    }
+  }
+  return left;
+}
+
 // What is tapped and can be asked for, the newest first.
 std::vector<PieceId> ViewerSession::TappedPieces() const
 {
@@ -90,7 +115,8 @@ std::vector<PieceId> ViewerSession::TappedPieces() const
   }
   if (this->Region)
   {
-    std::for_each(this->Region->partitions.begin(), this->Region->partitions.end(), add);
+    const std::vector<std::uint32_t> region = this->LeftOfRegion();
+    std::for_each(region.begin(), region.end(), add);
     std::for_each(this->EarlierTaps.begin(), this->EarlierTaps.end(), add);
   }
   return pieces;
@@ -306,8 +332,7 @@ std::vector<BlobId> ViewerSession::WantedNext()
   Camera nearer = this->Eye;
   const Viewport& screen = nearer.GetViewport();
   nearer.Zoom(nearerNext, 0.5 * screen.width, 0.5 * screen.height);
-  model.next.Follow({ nearer, model.tree, this->Pieces, &model.seen, false }, this->TappedPieces(),
-    this->FailedPieces);
+  model.next.Follow(this->ViewOf(nearer, false), this->TappedPieces(), this->FailedPieces);
   std::vector<BlobId> order;
   for (const BlobId& blob : model.tree.TakeMissing())
   {

@@ -188,6 +188,66 @@ std::optional<std::vector<std::array<Vec3, 2>>> ParseMeasurements(std::string_vi
   return measurements;
 }
 
+// 14 bytes: the normal, each 3 bytes from -1 to 1, and the offset.
+std::string FormatSection(const SectionPlane& section)
+{
+  std::vector<std::uint8_t> bytes;
+  for (const double part : section.normal)
+  {
+    Put(bytes, part, 1, turnBytes);
+  }
+  Put(bytes, section.offset, mostRadii / 2, lengthBytes);
+  return ToText(bytes);
+}
+
+std::optional<SectionPlane> ParseSection(std::string_view text)
+{
+  constexpr std::size_t size = 3 * turnBytes + lengthBytes;
+  const auto bytes = ToBytes(text.substr(0, 2 * size));
+  if (!bytes || bytes->size() != size)
+  {
+    return {};
+  }
+  std::size_t at = 0;
+  SectionPlane section;
+  for (double& part : section.normal)
+  {
+    part = Take(*bytes, at, 1, turnBytes);
+  }
+  section.offset = Take(*bytes, at, mostRadii / 2, lengthBytes);
+  const double square = Dot(section.normal, section.normal);
+  if (!(square > 0.9 && square < 1.1))
+  {
+    return {};
+  }
+  section.normal = Normalized(section.normal);
+  return section;
+}
+
+// Of each lamp 5 bytes: place on the disc, each 2 bytes from -1 to 1, and intensity; between them
+// the relief.
+constexpr unsigned discBytes = 2, shareBytes = 1;
+
+void PutLamp(std::vector<std::uint8_t>& bytes, const RakingLamp& lamp)
+{
+  Put(bytes, lamp.x, 1, discBytes);
+  Put(bytes, lamp.y, 1, discBytes);
+  Put(bytes, lamp.intensity - RakingLight::mostIntensity / 2, RakingLight::mostIntensity / 2,
+    shareBytes);
+}
+
+RakingLamp TakeLamp(const std::vector<std::uint8_t>& bytes, std::size_t& at)
+{
+  RakingLamp lamp;
+  lamp.x = Take(bytes, at, 1, discBytes);
+  lamp.y = Take(bytes, at, 1, discBytes);
+  lamp.intensity =
+    Take(bytes, at, RakingLight::mostIntensity / 2, shareBytes) + RakingLight::mostIntensity / 2;
+  return lamp;
+}
+
+constexpr std::string_view standardLight = "standard";
+
 constexpr std::array<std::string_view, 3> details{ "view", "level", "full" };
 
 std::optional<ViewLink::Region> ParseRegion(std::string_view text)
@@ -257,6 +317,17 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
     link.measurements = measurements ? std::move(*measurements) : link.measurements;
     return measurements.has_value();
   }
+  if (key == "section")
+  {
+    link.section = ParseSection(value);
+    return link.section.has_value();
+  }
+  if (key == "lamps")
+  {
+    auto lamps = ParseLamps(value);
+    link.lamps = lamps ? *lamps : link.lamps;
+    return lamps.HasValue();
+  }
   if (key == "colours")
   {
     link.colors = value;
@@ -270,6 +341,46 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   return true;
 }
 
+}
+
+std::string FormatLamps(const std::optional<RakingLight>& lamps)
+{
+  if (!lamps)
+  {
+    return std::string(standardLight);
+  }
+  std::vector<std::uint8_t> bytes;
+  PutLamp(bytes, lamps->lamp);
+  Put(bytes, lamps->relief - 0.5, 0.5, shareBytes);
+  if (lamps->second)
+  {
+    PutLamp(bytes, *lamps->second);
+  }
+  return ToText(bytes);
+}
+
+Result<std::optional<RakingLight>> ParseLamps(std::string_view text)
+{
+  if (text == standardLight)
+  {
+    return std::optional<RakingLight>();
+  }
+  constexpr std::size_t one = 2 * discBytes + 2 * shareBytes,
+                        two = one + 2 * discBytes + shareBytes;
+  const auto bytes = ToBytes(text.substr(0, 2 * two));
+  if (!bytes || (bytes->size() != one && bytes->size() != two))
+  {
+    return Error{ ErrorCode::InvalidInput, "no light can be understood in this" };
+  }
+  std::size_t at = 0;
+  RakingLight light;
+  light.lamp = TakeLamp(*bytes, at);
+  light.relief = Take(*bytes, at, 0.5, shareBytes) + 0.5;
+  if (bytes->size() == two)
+  {
+    light.second = TakeLamp(*bytes, at);
+  }
+  return std::optional(Confined(light));
 }
 
 std::string FormatViewLink(const ViewLink& link)
@@ -286,6 +397,8 @@ std::string FormatViewLink(const ViewLink& link)
                   ? std::to_string(link.region->cell) + "." + std::to_string(link.region->rings)
                   : "");
   add("distances", FormatMeasurements(link.measurements));
+  add("section", link.section ? FormatSection(*link.section) : "");
+  add("lamps", link.lamps ? FormatLamps(link.lamps) : "");
   add("colours", link.colors);
   add("light", link.light);
   return text;

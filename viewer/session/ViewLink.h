@@ -10,6 +10,8 @@
 #include "filters/core/Result.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/SessionTypes.h"
+#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/section/SectionPlane.h"
 
 #include <array>
 #include <cstdint>
@@ -38,6 +40,8 @@ struct ViewLink
   std::optional<Region> region; // that is the original
   // The ends of distances that were measured, as CameraPlace has points; at most mostMeasurements.
   std::vector<std::array<Vec3, 2>> measurements;
+  std::optional<SectionPlane> section; // its offset as CameraPlace has lengths
+  std::optional<RakingLight> lamps;
   std::string colors, light; // words of the session files; empty: as usual
   bool operator==(const ViewLink&) const = default;
 
@@ -48,6 +52,11 @@ struct ViewLink
 
 // The camera's numbers are rounded to less than a hundredth of a pixel. O(size).
 std::string FormatViewLink(const ViewLink& link);
+
+// The light alone, as links and session files have it; "standard" where there is none.
+std::string FormatLamps(const std::optional<RakingLight>& lamps);
+// Errors: InvalidInput for what is none of these.
+Result<std::optional<RakingLight>> ParseLamps(std::string_view text);
 
 // Takes any text. What it does not know it skips: a later version's links open as far as they can.
 // Errors: InvalidInput where the text is longer than ViewLink::longest, no model is named, or a

@@ -161,7 +161,8 @@ bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
   }
   const View& view = walk.view;
   const Box* box = view.tree.Around(node);
-  bool may = !box || view.camera.MaySee(*box);
+  const bool isGone = box && view.section && view.section->CutsAwayAllOf(*box);
+  bool may = !box || (view.camera.MaySee(*box) && !isGone);
   if (may && box && DepthOfNode(node) < this->Depths.partition && view.tree.Around(2 * node))
   {
     may = this->MayBeSeen(walk, 2 * node) || this->MayBeSeen(walk, 2 * node + 1);

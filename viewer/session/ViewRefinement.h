@@ -78,8 +78,9 @@ public:
     const Camera& camera;
     KnownTree& tree;
     const PieceCache& loaded;
-    const SeenPartitions* seen = nullptr; // null: all may be
-    bool inSteps = true;                  // fine pieces come by one on the way
+    const SeenPartitions* seen = nullptr;  // null: all may be
+    bool inSteps = true;                   // fine pieces come by one on the way
+    const SectionPlane* section = nullptr; // that cuts some of it away
   };
   // Works out what is wanted. `first` are partitions that are wanted anyway: the budgets are theirs
   // before all others'. `failed`: these pieces cannot be had. What of the tree is needed to go on

@@ -127,6 +127,8 @@ void ViewerSession::CloseModel()
   this->Measured.clear();
   this->Ends.clear();
   this->MeasurementsMade = 0;
+  this->Section.Reset({});
+  this->Lamps.reset();
 }
 
 void ViewerSession::EnterFullScreen()
@@ -267,6 +269,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
       ViewRefinement(model, this->Options.refinement),
       ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
+  this->Section.Reset(model.box);
   this->FitModel();
   this->Target = this->Current->policy.PreviewLevel();
   if (this->Followed)
@@ -471,6 +474,7 @@ void ViewerSession::BeginFrame()
   {
     this->History.BeginFrame(this->Shown.Pieces());
     this->NoteWhatIsShown();
+    this->FollowSection();
     this->StepOutside();
     if (!this->Ends.empty())
     {
@@ -513,6 +517,10 @@ ViewerScene ViewerSession::Scene() const
   scene.focal = this->Eye.Focal();
   scene.up = this->Eye.Up();
   scene.orientation = this->Eye.Orientation();
+  scene.section = this->Section.Plane();
+  scene.cap = this->Section.Cap();
+  scene.capVersion = this->Section.CapVersion();
+  scene.lighting = LightingOf(this->Lamps);
   return scene;
 }
 
@@ -549,9 +557,10 @@ ViewerStatus ViewerSession::GetStatus() const
   status.spinning = this->Spins;
   if (this->Region)
   {
-    status.region = { this->Region->cell, this->Region->rings, this->Region->partitions.size(), 0 };
-    for (const std::uint32_t partition : this->Region->partitions)
+    status.region = { this->Region->cell, this->Region->rings, 0, 0 };
+    for (const std::uint32_t partition : this->LeftOfRegion())
     {
+      ++status.region->partitions;
       status.region->shown += this->Shown.IsRefined(partition) ? 1 : 0;
     }
   }

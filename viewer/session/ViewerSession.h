@@ -20,6 +20,8 @@
 #include "viewer/session/ShownSurface.h"
 #include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
+#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/section/ShownSection.h"
 
 #include <deque>
 #include <functional>
@@ -79,7 +81,10 @@ private:
 enum class Tool
 {
   None,
-  Measure
+  Measure, // taps place the ends of distances
+  Section, // one finger moves the section along its normal, two turn it
+  Light,   // a finger is where the light comes from
+  SecondLight
 };
 
 // One person's session with one server. The states:
@@ -122,8 +127,8 @@ public:
   // then.
   Status SelectModel(const std::string& model);
   void EnterFullScreen();
-  // What taps do from here on: with Measure they place the ends of distances, one after the other,
-  // in full screen. Half a measurement is dropped.
+  // What fingers do from here on, in full screen; what is not said there they do as ever. Half a
+  // measurement is dropped.
   void SetTool(Tool tool);
   Tool GetTool() const { return this->InHand; }
   // Of the model that is selected, oldest first; at most 64. Ends move to the original when that
@@ -131,6 +136,17 @@ public:
   const std::vector<Measurement>& Measurements() const { return this->Measured; }
   void NameMeasurement(std::size_t index, const std::string& name);
   void RemoveMeasurement(std::size_t index);
+  // Cuts away what is above a plane. By the view what is cut away is not fetched. Errors are as
+  // ShownSection has them; nothing before a model is open.
+  void SetSection(const std::optional<SectionPlane>& plane);
+  bool SetSectionAlong(std::string_view word);
+  void SetSectionDepth(double depth);
+  const ShownSection& GetSection() const { return this->Section; }
+  // The outline as SVG (SectionDrawing); empty without a section.
+  std::string SectionOutline() const;
+  // Nothing: the standard light. What is out of its range is brought into that.
+  void SetLight(const std::optional<RakingLight>& light);
+  const std::optional<RakingLight>& GetLight() const { return this->Lamps; }
   // Back to browsing the same model: its preview again, whole, without a region.
   void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
@@ -305,11 +321,21 @@ private:
   void LetGo(double x, double y, double time);
   void Spin(double time);
   void FocusUnder(double x, double y);
+  void PanAndRoll(const Gesture& gesture);
+  bool TakeDrag(const Gesture& gesture);
+  void ShineFrom(double x, double y);
   void ZoomBy(double factor, double x, double y);
   void DoubleTap(double x, double y);
+  std::optional<SurfaceHit> Pick(const Ray& ray, double slack = 0) const;
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
+  void FollowSection();
+  void SectionMoved();
+  void DragSection(double dx, double dy);
+  void TurnSection(double dx, double dy);
   double FingerSlack() const;
   bool MeasureAt(double x, double y);
+  std::optional<SurfaceHit> EndOn(const Ray& ray) const;
+  std::optional<SurfaceHit> EndAt(const Vec3& point, double error) const;
   void AddTold(const std::array<Vec3, 2>& points);
   MeasuredPoint& PointOf(const End& end);
   bool Settle(End& end, const SurfaceHit& hit);
@@ -328,9 +354,11 @@ private:
   void Update();
   bool ByView() const { return this->Options.detail == DetailMode::View; }
   void ChooseAndAsk();
+  ViewRefinement::View ViewOf(const Camera& camera, bool inSteps);
   void RefineView();
   void ChooseByView();
   void AddToRegion(const PickedRegion& last);
+  std::vector<std::uint32_t> LeftOfRegion() const;
   std::vector<PieceId> TappedPieces() const;
   std::vector<protocol::BlobId> InOrder(const std::vector<PieceId>& missing);
   std::size_t BytesOf(const protocol::BlobId& blob);
@@ -378,6 +406,8 @@ private:
   std::optional<Model> Current; // once it is open
   unsigned Target = 0;          // level that the zoom asks for
   std::optional<PickedRegion> Region;
+  ShownSection Section;
+  std::optional<RakingLight> Lamps;
   Tool InHand = Tool::None;
   std::vector<Measurement> Measured;
   std::size_t MeasurementsMade = 0;

@@ -135,6 +135,7 @@ public:
     model.credit = this->Text(40);
     model.license = this->Text(40);
     model.unit = this->Text(4);
+    model.description = this->Text(900);
     if (this->Integer(0, 1) == 1)
     {
       model.pose = { this->Direction(), this->Direction(), this->Integer(0, 1) == 1 };

@@ -74,6 +74,36 @@ TEST(TestModelDescription, LosslessIsAWord)
   EXPECT_EQ(Json::parse(WriteModel(model))["precision"]["bits"], "lossless");
 }
 
+TEST(TestModelDescription, DescriptionsAreOptionalAndShortInLists)
+{
+  auto model = Small();
+  model.description.clear();
+  EXPECT_FALSE(Json::parse(WriteModel(model)).contains("description"));
+  EXPECT_FALSE(
+    Json::parse(WriteModelList({ Summarize(model) }))["models"][0].contains("description"));
+  for (int i = 0; i < 399; ++i)
+  {
+    model.description += 'a';
+  }
+  const auto listed = [&model] {
+    return Json::parse(WriteModelList({ Summarize(model) }))["models"][0].value("description", "");
+  };
+  EXPECT_EQ(listed(), model.description);
+  model.description += "ü and more"; // its second byte would be byte 401
+  EXPECT_EQ(listed(), std::string(399, 'a'));
+  EXPECT_EQ(Json::parse(WriteModel(model))["description"], model.description);
+}
+
+TEST(TestModelDescription, AListTellsOfItsSite)
+{
+  EXPECT_FALSE(Json::parse(WriteModelList({})).contains("site"));
+  const std::string list = WriteModelList({ Summarize(Small()) }, { "Museum <b>", {} });
+  EXPECT_EQ(Json::parse(list)["site"], (Json{ { "title", "Museum <b>" } }));
+  EXPECT_EQ(
+    Json::parse(WriteModelList({}, { {}, "Bones" }))["site"], (Json{ { "text", "Bones" } }));
+  EXPECT_EQ(ParseModelList(list)->size(), 1u) << "older readers ignore it";
+}
+
 TEST(TestModelDescription, EveryMemberIsChecked)
 {
   const auto good = Json::parse(WriteModel(Small()));
@@ -137,8 +167,8 @@ TEST(TestModelDescription, EveryMemberIsChecked)
   {
     auto bad = good;
     bad.erase(key);
-    const bool optional =
-      key == "title" || key == "credit" || key == "license" || key == "unit" || key == "pose";
+    const bool optional = key == "title" || key == "credit" || key == "license" || key == "unit" ||
+                          key == "description" || key == "pose";
     EXPECT_EQ(Parses(bad), optional) << key;
   }
   auto short1 = good;
@@ -230,6 +260,10 @@ TEST(TestModelDescription, ListComesBack)
   const auto parsed = ParseModelList(WriteModelList(models));
   ASSERT_TRUE(parsed);
   EXPECT_EQ(*parsed, models);
+  for (ModelSummary& model : models)
+  {
+    EXPECT_LE(model.description.size(), mostSummaryBytes);
+  }
   EXPECT_FALSE(ParseModelList("{\"models\":[{\"id\":\"..\"}]}"));
   EXPECT_FALSE(ParseModelList("{}"));
   EXPECT_FALSE(ParseModelList("x"));

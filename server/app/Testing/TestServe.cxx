@@ -81,6 +81,23 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
+TEST_F(Serve, TellsOfItsSite)
+{
+  this->Build("one.kds");
+  Process serve(
+    { this->stores, "--port", "0", "--site-title", "Museum", "--site-text", "Bones & \"stones\"" });
+  const auto models = HttpTestClient(serve.Port()).Get("/api/models.json");
+  ASSERT_TRUE(models);
+  EXPECT_EQ(
+    models->body.rfind(
+      R"({"site":{"title":"Museum","text":"Bones & \"stones\""},"models":[{"id":"one",)", 0),
+    0u)
+    << models->body;
+  Process wrong({ this->stores, "--port", "0", "--site-title", "two\nlines" });
+  EXPECT_NE(wrong.ErrorLine().find("--site-title"), std::string::npos);
+  EXPECT_EQ(wrong.Wait(), 2);
+}
+
 // More clients knock than there are descriptors: those without a place are turned away at once, and
 // the server itself never runs out: stores come, all is read, the administrator is answered.
 TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)

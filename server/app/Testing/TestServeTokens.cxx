@@ -78,7 +78,7 @@ protected:
 
 TEST_F(Guarded, TakesTheTokensThatItMakes)
 {
-  Process serve({ this->stores, "--port", "0", "--tokens", this->keys });
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys, "--site-title", "Museum" });
   const auto port = serve.Port();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->status, 401u);
   const auto token = this->Make({ "--models", "one", "--detail", "levels" }).token;
@@ -87,6 +87,7 @@ TEST_F(Guarded, TakesTheTokensThatItMakes)
   ASSERT_EQ(list->status, 200u);
   ASSERT_EQ(ParseModelList(list->body)->size(), 1u);
   EXPECT_EQ(ParseModelList(list->body)->front().id, "one");
+  EXPECT_NE(list->body.find(R"("site":{"title":"Museum"})"), std::string::npos) << list->body;
   EXPECT_EQ(StatusFor(port, this->Make({ "--models", "*", "--detail", "regions" }).token), 200u);
   const auto brief =
     this->Make({ "--models", "*", "--detail", "preview", "--expires", "1s" }).token;

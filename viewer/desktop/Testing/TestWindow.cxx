@@ -380,6 +380,33 @@ TEST_F(TestWindow, ToolsMeasureAndCopy)
   EXPECT_NE(recorded.find("{\"side\":\"top\"}"), std::string::npos) << recorded;
 }
 
+TEST_F(TestWindow, ToolsCutAndShine)
+{
+  this->Open(
+    this->Server->Url() + " --model first --record r.jsonl --report r.json --size " + Size());
+  const std::string before = this->SettledPicture("first");
+  Hands("key c");
+  const std::string cut = this->SettledPicture("first");
+  EXPECT_GT(ShareThatDiffers(this->Folder / before, this->Folder / cut), 0.02);
+  Hands("mousemove 640 280 mousedown 1 mousemove 640 300 mousemove 640 340 mouseup 1");
+  const std::string moved = this->SettledPicture("first");
+  EXPECT_GT(ShareThatDiffers(this->Folder / cut, this->Folder / moved), 0.005);
+  Hands("key i");
+  Hands("mousemove 640 280 mousedown 1 mousemove 540 280 mousemove 300 300 mouseup 1");
+  const std::string lit = this->SettledPicture("first");
+  EXPECT_GT(ShareThatDiffers(this->Folder / moved, this->Folder / lit), 0.02);
+  EXPECT_EQ(this->End(), 0) << this->Err();
+  const std::string recorded = ReadWhole(this->Folder / "r.jsonl");
+  for (const char* step :
+    { "{\"section\":\"view\"}", "{\"tool\":\"section\"}", "{\"tool\":\"light\"}" })
+  {
+    EXPECT_NE(recorded.find(step), std::string::npos) << recorded;
+  }
+  const std::string report = ReadWhole(this->Folder / "r.json");
+  EXPECT_NE(report.find("&section="), std::string::npos) << report;
+  EXPECT_NE(report.find("&lamps="), std::string::npos) << report;
+}
+
 TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)
 {
   const int silent = ::socket(AF_INET, SOCK_STREAM, 0); // a server that never answers

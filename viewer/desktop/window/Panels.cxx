@@ -471,7 +471,7 @@ void Panels::DrawHelp(const PanelFacts& facts)
   {
     const char *what, *how;
   };
-  static constexpr std::array<Line, 21> lines{ {
+  static constexpr std::array<Line, 23> lines{ {
     { "Drag, one finger, arrow keys", "turn" },
     { "Right drag, Shift and drag, two fingers", "move" },
     { "Wheel, pinch, + and -", "nearer and farther" },
@@ -482,9 +482,11 @@ void Panels::DrawHelp(const PanelFacts& facts)
     { "M", "previews of all models" },
     { "Esc", "back, one thing after the other" },
     { "S, F12", "write a picture" },
-    { "T", "tools: sides, distances, links" },
+    { "T", "tools: sides, distances, section, light, links" },
     { "1 to 6", "from the front, back, left, right, top, bottom" },
     { "R", "clicks measure, or not" },
+    { "C", "cut it open: the mouse moves the section, or not" },
+    { "I", "the light comes from the mouse, or not" },
     { "L", "copy a link to this view" },
     { "D", "what is shown, and what came of it" },
     { "O", "settings" },

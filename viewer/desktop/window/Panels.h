@@ -65,7 +65,9 @@ struct PanelFacts
   std::string note; // shown for a moment
   Tool tool = Tool::None;
   std::vector<SeenMeasurement> measurements;
-  Vec3 up{ 0, 1, 0 }; // of the model
+  Vec3 up{ 0, 1, 0 };                 // of the model
+  std::optional<double> sectionDepth; // nothing without a section
+  std::optional<RakingLight> light;   // nothing: the standard light
 };
 
 // What a person asked for in one frame.
@@ -74,9 +76,10 @@ struct PanelWishes
   std::vector<SessionStep> steps;
   std::optional<std::size_t> open; // a model
   std::optional<std::size_t> removeMeasurement;
+  std::optional<std::pair<std::size_t, std::string>> nameMeasurement;
   std::optional<bool> spin;
   bool fullScreen = false, screenshot = false, retry = false, quit = false;
-  bool copyLink = false, copyMeasurements = false;
+  bool copyLink = false, copyMeasurements = false, saveOutline = false;
 };
 
 class Panels

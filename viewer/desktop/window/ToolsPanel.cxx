@@ -64,6 +64,20 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::EndDisabled();
 }
 
+// A field that may be written into.
+void DrawName(
+  const PanelFacts& facts, const std::string& name, std::size_t index, PanelWishes& wishes)
+{
+  std::array<char, 64> text{};
+  name.copy(text.data(), text.size() - 1);
+  ImGui::SetNextItemWidth(static_cast<float>(90 * facts.ratio));
+  if (ImGui::InputText("##name", text.data(), text.size()))
+  {
+    wishes.nameMeasurement = { index, text.data() };
+  }
+  ImGui::SameLine();
+}
+
 void DrawList(const PanelFacts& facts, PanelWishes& wishes)
 {
   const std::string unit = facts.model ? facts.model->unit : "";
@@ -76,7 +90,8 @@ void DrawList(const PanelFacts& facts, PanelWishes& wishes)
     }
     ImGui::SameLine();
     const Measurement& each = facts.measurements[i].measurement;
-    std::string text = each.name + ": " + DescribeMeasurement(each, facts.up, unit);
+    DrawName(facts, each.name, i, wishes);
+    std::string text = DescribeMeasurement(each, facts.up, unit);
     const std::size_t comma = text.find(", height"); // two lines
     Say(comma == std::string::npos ? text : text.replace(comma, 2, "\n"));
     ImGui::PopID();
@@ -104,6 +119,87 @@ std::string DescribeMeasurement(
          length(measurement.Horizontal(up));
 }
 
+namespace
+{
+
+void AskForTool(
+  const PanelFacts& facts, PanelWishes& wishes, const char* text, Tool tool, const char* word)
+{
+  bool has = facts.tool == tool;
+  if (ImGui::Checkbox(text, &has))
+  {
+    wishes.steps.push_back({ SessionStep::Kind::Tool, {}, has ? word : "none" });
+  }
+}
+
+// 0-100 %, of `most`; whether it was moved.
+bool Slider(const PanelFacts& facts, const char* text, double& value, double most)
+{
+  auto percent = static_cast<float>(100 * value / most);
+  ImGui::SetNextItemWidth(static_cast<float>(160 * facts.ratio));
+  const bool moved =
+    ImGui::SliderFloat(text, &percent, 0, 100, "%.0f %%", ImGuiSliderFlags_AlwaysClamp);
+  value = moved ? percent / 100 * most : value;
+  return moved;
+}
+
+void DrawSection(const PanelFacts& facts, PanelWishes& wishes)
+{
+  Say("Section");
+  static constexpr std::array<std::pair<const char*, const char*>, 6> words{ { { "X", "x" },
+    { "Y", "y" }, { "Z", "z" }, { "View", "view" }, { "Flip", "flip" }, { "None", "off" } } };
+  ImGui::PushID("section");
+  for (const auto& [text, word] : words)
+  {
+    if (ImGui::Button(text))
+    {
+      wishes.steps.push_back({ SessionStep::Kind::Section, {}, word });
+    }
+    ImGui::SameLine();
+  }
+  ImGui::NewLine();
+  if (facts.sectionDepth)
+  {
+    double depth = *facts.sectionDepth;
+    if (Slider(facts, "is cut away", depth, 1))
+    {
+      SessionStep step{ SessionStep::Kind::Depth, {} };
+      step.factor = depth;
+      wishes.steps.push_back(step);
+    }
+    AskForTool(
+      facts, wishes, "The mouse moves it, right drag turns it (C)", Tool::Section, "section");
+    wishes.saveOutline |= ImGui::Button("Save outline");
+  }
+  ImGui::PopID();
+}
+
+void DrawLight(const PanelFacts& facts, PanelWishes& wishes)
+{
+  Say("Light");
+  AskForTool(facts, wishes, "Comes from the mouse (I)", Tool::Light, "light");
+  AskForTool(facts, wishes, "A second one does", Tool::SecondLight, "second light");
+  if (!facts.light)
+  {
+    return;
+  }
+  RakingLight light = *facts.light;
+  bool moved = Slider(facts, "bright", light.lamp.intensity, RakingLight::mostIntensity);
+  if (light.second)
+  {
+    moved |= Slider(facts, "the second", light.second->intensity, RakingLight::mostIntensity);
+  }
+  moved |= Slider(facts, "relief", light.relief, 1);
+  const bool standard = ImGui::Button("Standard light");
+  if (moved || standard)
+  {
+    wishes.steps.push_back({ SessionStep::Kind::Lamps, {},
+      FormatLamps(standard ? std::nullopt : std::optional(light)) });
+  }
+}
+
+}
+
 void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen)
 {
   const auto scaled = [&](double points) { return static_cast<float>(points * facts.ratio); };
@@ -115,16 +211,17 @@ void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen)
     DrawSides(facts, wishes);
     ImGui::Separator();
     Say("Distances");
-    bool measures = facts.tool == Tool::Measure;
-    if (ImGui::Checkbox("Clicks measure: one point, then another (R)", &measures))
-    {
-      wishes.steps.push_back({ SessionStep::Kind::Tool, {}, measures ? "measure" : "none" });
-    }
+    AskForTool(
+      facts, wishes, "Clicks measure: one point, then another (R)", Tool::Measure, "measure");
     DrawList(facts, wishes);
     if (!facts.measurements.empty() && ImGui::Button("Copy as text"))
     {
       wishes.copyMeasurements = true;
     }
+    ImGui::Separator();
+    DrawSection(facts, wishes);
+    ImGui::Separator();
+    DrawLight(facts, wishes);
     ImGui::Separator();
     Say("This view");
     if (ImGui::Button("Copy link (L)"))

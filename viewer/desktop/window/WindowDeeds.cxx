@@ -112,12 +112,9 @@ bool WindowLook::HandleToolKey(const std::string& key)
   {
     this->CopyLink();
   }
-  else if (key == "r" && this->Session.IsOpen())
+  else if ((key == "r" || key == "c" || key == "i") && this->Session.IsOpen())
   {
-    const bool measures = this->Session.Viewer().GetTool() == Tool::Measure;
-    this->Session.Do({ SessionStep::Kind::Tool, {}, measures ? "none" : "measure" });
-    this->Tell(
-      measures ? "Clicks measure no more." : "Click one point of the surface, then another.");
+    this->TakeTool(key == "r" ? Tool::Measure : key == "c" ? Tool::Section : Tool::Light);
   }
   else if (key.size() == 1 && key[0] >= '1' && key[0] <= '6' && this->Session.IsOpen())
   {
@@ -131,6 +128,24 @@ bool WindowLook::HandleToolKey(const std::string& key)
     return false;
   }
   return true;
+}
+
+// Or puts it away, where it is in hand.
+void WindowLook::TakeTool(Tool tool)
+{
+  const bool has = this->Session.Viewer().GetTool() == tool;
+  const char* word = tool == Tool::Measure   ? "measure"
+                     : tool == Tool::Section ? "section"
+                                             : "light";
+  if (tool == Tool::Section && !has && !this->Session.Viewer().GetSection().Plane())
+  {
+    this->Session.Do({ SessionStep::Kind::Section, {}, "view" });
+  }
+  this->Session.Do({ SessionStep::Kind::Tool, {}, has ? "none" : word });
+  this->Tell(has                     ? "Mouse and fingers turn the model again."
+             : tool == Tool::Measure ? "Click one point of the surface, then another."
+             : tool == Tool::Section ? "Drag: the section moves. Right drag: it turns."
+                                     : "Drag: the light comes from there.");
 }
 
 // One thing after the other.
@@ -228,6 +243,14 @@ void WindowLook::Fulfil(const PanelWishes& wishes)
   {
     this->Session.RemoveMeasurement(*wishes.removeMeasurement);
     this->FramesLeft = 2;
+  }
+  if (wishes.nameMeasurement)
+  {
+    this->Session.NameMeasurement(wishes.nameMeasurement->first, wishes.nameMeasurement->second);
+  }
+  if (wishes.saveOutline)
+  {
+    this->SaveOutline();
   }
   if (wishes.copyLink)
   {

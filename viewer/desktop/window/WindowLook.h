@@ -43,6 +43,8 @@ struct SceneSight
 {
   std::uint64_t surfaceVersion = 0;
   Vec3 eye, focal, up;
+  std::optional<SectionPlane> section{};
+  SceneLighting lighting{};
   bool operator==(const SceneSight&) const = default;
 };
 
@@ -64,6 +66,7 @@ private:
   void Handle(const WindowEvent& event);
   bool HandleKey(const WindowEvent& event);
   bool HandleToolKey(const std::string& key);
+  void TakeTool(Tool tool);
   void TakeNews();
   void GoBack();
   void Frame();
@@ -75,6 +78,7 @@ private:
   void Copy(const std::string& text, const std::string& what);
   void CopyLink();
   void CopyMeasurements();
+  void SaveOutline();
   void Apply(const ViewSettings& settings);
   void Apply(const SceneSettings& before);
   void Fulfil(const PanelWishes& wishes);

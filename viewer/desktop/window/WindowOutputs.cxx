@@ -16,13 +16,13 @@ namespace
 {
 
 // "dragon.png", or "dragon-2.png" where that is there.
-std::string NewPictureName(const std::string& model)
+std::string NewName(const std::string& model, const std::string& extension)
 {
   std::error_code failure;
-  std::string name = model + ".png";
+  std::string name = model + extension;
   for (int i = 2; std::filesystem::exists(name, failure); ++i)
   {
-    name = model + "-" + std::to_string(i) + ".png";
+    name = model + "-" + std::to_string(i) + extension;
   }
   return name;
 }
@@ -59,6 +59,17 @@ void WindowLook::CopyMeasurements()
   this->Copy(text, "The distances are");
 }
 
+void WindowLook::SaveOutline()
+{
+  const std::string outline = this->Session.Viewer().SectionOutline();
+  if (!outline.empty())
+  {
+    const std::string file = NewName(this->Session.Viewer().GetStatus().model + "-section", ".svg");
+    const Status written = WriteOutput(file, outline);
+    this->Tell(written ? "Wrote " + file : written.GetError().message);
+  }
+}
+
 // A picture is taken when what was done before it is on the screen; of a recording when all has
 // come, as it is when that plays again.
 void WindowLook::AskForPicture()
@@ -80,7 +91,7 @@ void WindowLook::TakePicture()
     this->Tell("There is nothing to write a picture of yet.");
     return;
   }
-  const std::string file = NewPictureName(model);
+  const std::string file = NewName(model, ".png");
   const Status written = this->WriteModelPicture(file);
   this->Session.Do({ SessionStep::Kind::Screenshot, {}, file });
   this->Tell(written ? "Wrote " + file : written.GetError().message);

@@ -54,6 +54,10 @@ public:
   // As ViewerSession's; of neither a recording tells.
   void SetSpinning(bool spins) { this->Looks.SetSpinning(spins); }
   void RemoveMeasurement(std::size_t index);
+  void NameMeasurement(std::size_t index, const std::string& name)
+  {
+    this->Looks.NameMeasurement(index, name);
+  }
 
   // As ViewerSession's Advance and BeginFrame, and EndFrame.
   void BeginFrame(double time);

@@ -193,7 +193,8 @@ void WindowLook::DrawPicture()
 {
   const double begin = SteadySeconds();
   const ViewerScene scene = this->Session.Viewer().Scene();
-  const SceneSight sight{ scene.surfaceVersion, scene.eye, scene.focal, scene.up };
+  const SceneSight sight{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, scene.section,
+    scene.lighting };
   const bool moves = this->Seen != sight;
   const bool fresh = !this->Seen || this->Seen->surfaceVersion != sight.surfaceVersion;
   const bool may = this->Occlusion.Has(moves, begin);
@@ -264,6 +265,11 @@ void WindowLook::AddTools(PanelFacts& facts) const
       { each, pixel(each.from), each.to ? pixel(*each.to) : std::nullopt });
   }
   facts.tool = session.GetTool();
+  facts.light = session.GetLight();
+  if (session.GetSection().Plane())
+  {
+    facts.sectionDepth = session.GetSection().Depth();
+  }
   facts.up = facts.model ? facts.model->pose.value_or(ModelPose{}).up : Vec3{ 0, 1, 0 };
 }
 

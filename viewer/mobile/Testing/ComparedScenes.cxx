@@ -5,6 +5,8 @@
 #include "filters/meshio/MeshReader.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/section/ShownSection.h"
 
 #include <filesystem>
 #include <memory>
@@ -79,6 +81,27 @@ ViewerScene Opened(ViewerScene scene)
   return scene;
 }
 
+// Cut obliquely, so that the half towards the eye is gone; what is solid is filled.
+ViewerScene Cut(ViewerScene scene)
+{
+  ShownSection section;
+  section.Reset(scene.box);
+  section.SetAlong("view", scene.eye - scene.focal + Vec3{ 0.2, -0.3, 0.1 });
+  section.Follow(*scene.surface, scene.surfaceVersion, true);
+  scene.section = section.Plane();
+  scene.cap = section.Cap();
+  scene.capVersion = section.CapVersion();
+  return scene;
+}
+
+// By two lamps from the sides, and with ridges that are lighter.
+ViewerScene Raked(ViewerScene scene)
+{
+  scene.lighting =
+    LightingOf(RakingLight{ { -0.95, 0.1, 1.1 }, RakingLamp{ 0.5, -0.6, 0.5 }, 0.6 });
+  return scene;
+}
+
 Result<Mesh> ReadDragon()
 {
   Mesh mesh;
@@ -150,9 +173,13 @@ std::vector<ComparedScene> MakeComparedScenes()
     { "TorusPartitions", 300, 450, SurfaceColoring::Partition, portrait },
     { "TorusResolutions", 450, 300, SurfaceColoring::Resolution, landscape },
     { "TorusOpened", 300, 450, SurfaceColoring::Stone, Opened(portrait) },
+    { "TorusCut", 300, 450, SurfaceColoring::Stone, Cut(portrait) },
+    { "TorusRaked", 450, 300, SurfaceColoring::Stone, Raked(landscape) },
     { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
     { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(painted, 300, 450) },
     { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(painted, true), 300, 450) },
+    { "CloudCut", 300, 450, SurfaceColoring::Own,
+      Cut(WalkOnTorus(AsCloud(painted, true), 300, 450)) },
     { "CloudPlain", 450, 300, SurfaceColoring::Own,
       WalkOnTorus(AsCloud(painted, false), 450, 300) },
   };
@@ -160,6 +187,7 @@ std::vector<ComparedScene> MakeComparedScenes()
   {
     const ViewerScene dragon = LookAtDragon(450, 300);
     scenes.push_back({ "Dragon", 450, 300, SurfaceColoring::Stone, dragon });
+    scenes.push_back({ "DragonCut", 450, 300, SurfaceColoring::Stone, Raked(Cut(dragon)) });
     scenes.push_back({ "DragonPartitions", 450, 300, SurfaceColoring::Partition, dragon });
   }
   return scenes;

@@ -19,9 +19,9 @@ struct ComparedScene
   ViewerScene scene;
 };
 
-// A torus from a session that has walked to a region, in three colourings; the same cut open,
-// under a wide angle, painted, and as clouds with colours and normals and with neither; the
-// Stanford dragon where its file is there.
+// A torus from a session that has walked to a region, in three colourings; the same opened, cut by
+// a section, in raking light, under a wide angle, painted, and as clouds with colours and normals
+// and with neither; the Stanford dragon where its file is there.
 std::vector<ComparedScene> MakeComparedScenes();
 
 // Whether the dragon is there.

@@ -38,12 +38,14 @@ Status DrawAll(const ComparedScene& compared)
   drawn.SetStyle(style);
   const ViewerScene& scene = compared.scene;
   const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
+  drawn.SetLighting(scene.lighting);
   for (const Status& status : { drawn.Update(*scene.surface, scene.depths, center),
-         drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }),
-         DrawTo(compared.name + usualSuffix, **window) })
+         drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }) })
   {
     KDSTREAM_TRY(status);
   }
+  drawn.SetSection(scene.section, scene.cap, scene.capVersion);
+  KDSTREAM_TRY(DrawTo(compared.name + usualSuffix, **window));
   style.occlusion = true;
   drawn.SetStyle(style);
   KDSTREAM_TRY(DrawTo(compared.name + hollowSuffix, **window));

@@ -144,8 +144,34 @@ void PageSession::Send(double now)
 {
   for (const SessionRequest& request : this->Viewer.TakeRequests())
   {
-    this->Talk.Send(request, now);
+    if (!this->AnswerHanded(request))
+    {
+      this->Talk.Send(request, now);
+    }
   }
+}
+
+void PageSession::Hand(std::string path, std::vector<std::uint8_t> bytes)
+{
+  this->Handed = { std::move(path), std::move(bytes) };
+}
+
+// Whether the request is for what the page has handed over, which is its answer then.
+bool PageSession::AnswerHanded(const SessionRequest& request)
+{
+  if (request.kind != SessionRequest::Kind::Preview || request.blobs.size() != 1 ||
+      this->Handed.path != protocol::BlobPath(this->Open.id, this->Open.digest, request.blobs[0]))
+  {
+    return false;
+  }
+  ClientEvent event;
+  event.kind = ClientEvent::Kind::Blob;
+  event.request = request.id;
+  event.blob = request.blobs[0];
+  event.bytes = std::exchange(this->Handed, {}).bytes;
+  event.fromCache = true;
+  this->Take(event);
+  return true;
 }
 
 // What the list says of the model that is open: "" (all is well), "removed" or "replaced".
@@ -164,24 +190,6 @@ std::string PageSession::Staleness() const
     return "removed";
   }
   return this->Open.id == model && this->Open.digest != listed->digest ? "replaced" : "";
-}
-
-std::string PageSession::ModelsJson() const
-{
-  JsonWriter json;
-  json.BeginArray();
-  for (const ModelSummary& model : this->Viewer.Models())
-  {
-    json.BeginObject()
-      .Member("id", model.id)
-      .Member("digest", model.digest)
-      .Member("title", model.title)
-      .Member("vertices", model.vertices)
-      .Member("triangles", model.triangles)
-      .EndObject();
-  }
-  json.EndArray();
-  return json.Text();
 }
 
 std::string PageSession::MeasurementsJson() const
@@ -246,6 +254,7 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
     json.Member("finestLevel", this->Open.depths.finest)
       .Member("credit", this->Open.credit)
       .Member("license", this->Open.license)
+      .Member("description", this->Open.description)
       .Member("unit", this->Open.unit)
       .Member("sides", this->Open.box.hi - this->Open.box.lo);
   }

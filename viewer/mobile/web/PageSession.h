@@ -47,13 +47,14 @@ public:
     std::string path;
     std::vector<std::uint8_t> bytes;
   };
+  // A preview that the page has from elsewhere, and its path at the server: where it is asked for
+  // next, the server is not. The last one counts.
+  void Hand(std::string path, std::vector<std::uint8_t> bytes);
   // Whether they are gathered; not at first.
   void SetKeeps(bool keeps) { this->Keeps = keeps; }
   // The next one since the last call, or none.
   std::optional<Arrival> TakeArrival();
 
-  // [{"id","digest","title","vertices","triangles"}], the models of the list.
-  std::string ModelsJson() const;
   // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]: the distances
   // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
   // along the model's up.
@@ -64,6 +65,7 @@ public:
 
 private:
   void Send(double now);
+  bool AnswerHanded(const SessionRequest& request);
   void Take(const ClientEvent& event);
   std::string Staleness() const;
 
@@ -75,6 +77,7 @@ private:
   std::uint32_t OpenRequest = 0; // all later ones are for that model
   bool Keeps = false;
   std::deque<Arrival> Arrivals;
+  Arrival Handed;
 };
 
 }

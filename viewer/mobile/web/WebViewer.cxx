@@ -49,6 +49,9 @@ struct PictureState
   Viewport viewport;
   SurfaceColoring coloring = SurfaceColoring::Own;
   double glided = 1;
+  std::optional<SectionPlane> section{};
+  std::uint64_t capVersion = 0;
+  SceneLighting lighting{};
   bool occluded = false;
   bool operator==(const PictureState&) const = default;
 };
@@ -177,7 +180,7 @@ bool Draw(WebViewer& viewer)
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    viewer.coloring, glided };
+    viewer.coloring, glided, scene.section, scene.capVersion, scene.lighting };
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (viewer.drawn == state)
   {
@@ -241,10 +244,15 @@ extern "C"
     return 1;
   }
 
-  // A viewer, for as long as the page lives.
+  // A viewer, until it is dropped.
   EMSCRIPTEN_KEEPALIVE WebViewer* ViewerMake()
   {
     return new WebViewer;
+  }
+
+  EMSCRIPTEN_KEEPALIVE void ViewerDrop(WebViewer* viewer)
+  {
+    delete viewer;
   }
 
   // ---- texts and bytes
@@ -506,6 +514,15 @@ extern "C"
   {
     return viewer->mostBytes;
   }
+  // A preview that the page has already: its path, then its bytes.
+  EMSCRIPTEN_KEEPALIVE void ViewerHandPath(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->inbox;
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerHand(WebViewer* viewer)
+  {
+    viewer->page.Hand(viewer->outbox, { viewer->inbox.begin(), viewer->inbox.end() });
+  }
   EMSCRIPTEN_KEEPALIVE void ViewerSetKeeps(WebViewer* viewer, bool keeps)
   {
     viewer->page.SetKeeps(keeps);
@@ -522,11 +539,6 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE std::size_t ViewerArrivalBytes(const WebViewer* viewer)
   {
     return viewer->arrived.size();
-  }
-  // As the text.
-  EMSCRIPTEN_KEEPALIVE void ViewerModels(WebViewer* viewer)
-  {
-    viewer->outbox = viewer->page.ModelsJson();
   }
   // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
   // level: -1 for the original; color: 0xrrggbb.

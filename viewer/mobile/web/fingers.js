@@ -132,29 +132,29 @@ export class Fingers {
     if (event.key in jumps) {
       this.#viewer[jumps[event.key]]();
     } else if (event.key in turns) {
-      this.#drag(...turns[event.key], event.timeStamp / 1000);
+      this.#drag(...turns[event.key], event.timeStamp / 1000, event.shiftKey);
     } else {
       this.#viewer.zoom(zooms[event.key], this.#canvas.width / 2, this.#canvas.height / 2);
     }
     this.#changed();
   }
 
-  // In the middle, for those who have no pointer.
-  doubleTap() {
+  // In the middle, for those who have no pointer. times: 2 for a double tap.
+  tap(times) {
     if (this.#down.size) {
       return;
     }
     const box = this.#canvas.getBoundingClientRect();
     const middle = this.#touch(-1, box.left + box.width / 2, box.top + box.height / 2);
     const seconds = performance.now() / 1000;
-    for (const later of [0, .1]) {
-      this.#viewer.touches(seconds + later, [middle]);
-      this.#viewer.touches(seconds + later + .05, []);
+    for (let later = 0; later < times; ++later) {
+      this.#viewer.touches(seconds + .1 * later, [middle]);
+      this.#viewer.touches(seconds + .1 * later + .05, []);
     }
   }
 
-  // A finger that drags from the middle; its first way only tells that it is no tap.
-  #drag(right, down, seconds) {
+  // A finger that drags from the middle, or two, which pan; the first way only tells that it is no tap.
+  #drag(right, down, seconds, pans) {
     if (this.#down.size) {
       return;
     }
@@ -162,7 +162,9 @@ export class Fingers {
     for (const way of [0, 10, 10 + keyStep]) {
       const x = box.left + box.width / 2 + right * way;
       const y = box.top + box.height / 2 + down * way;
-      this.#viewer.touches(seconds, [this.#touch(-1, x, y)]);
+      this.#viewer.touches(seconds, pans
+        ? [this.#touch(-1, x - halfGap, y), this.#touch(-2, x + halfGap, y)]
+        : [this.#touch(-1, x, y)]);
     }
     this.#viewer.touches(seconds, []);
   }

@@ -10,10 +10,12 @@ let lastThing = 0;
 let gl = null;
 let memory = null;
 
-// Whether the canvas has WebGL 2. What is drawn from now on appears there.
-export function gainCanvas(canvas) {
-  gl = canvas.getContext("webgl2", { alpha: false });
-  return gl !== null;
+// The canvas's WebGL 2, or null.
+export const gainCanvas = (canvas) => canvas.getContext("webgl2", { alpha: false });
+
+// What is drawn from now on appears there.
+export function useContext(context) {
+  gl = context;
 }
 
 // The memory of the viewer, which it exports.

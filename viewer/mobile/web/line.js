@@ -2,8 +2,10 @@
 // The page's sockets: does what the viewer's line to the server wants, and tells it what happened. Step "receive" of
 // the README's picture.
 
+import { refusalOf } from "./refusal.js";
 import { findBlob, findText, storeBlobs, storeText } from "./storage.js";
 import { Action } from "./viewer.js";
+import { t } from "./words.js";
 
 const longestSilence = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
@@ -12,9 +14,23 @@ const listPath = "/api/models.json";
 const keepPause = 300; // ms, for which blobs are gathered before they are kept
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
-// What the server lets its guests have comes with the page's link (#token=…), or is entered. It is kept for this tab,
-// and stays in no address or log; but a browser may remember the link that was opened. True if there was one.
+// What the server lets its guests have comes with the page's link (#token=…), or is entered. It is kept for this tab, or
+// in this browser where the person wants it, and stays in no address or log; but a browser may remember the link that was
+// opened.
 let token = "";
+const tokenPattern = /^(?:.*#token=)?([\w.-]{1,4096})$/;
+const rememberedKey = `kdstream.token ${location.pathname}`;
+
+// What `act` gives; null where the browser keeps nothing for us.
+function unlessDenied(act) {
+  try {
+    return act();
+  } catch {
+    return null;
+  }
+}
+
+// From the address, or what was kept. True if there was one in the address.
 export function takeToken() {
   const [, found] = location.hash.match(/^#token=([\w.-]{1,4096})$/) ?? [];
   if (found) {
@@ -22,26 +38,33 @@ export function takeToken() {
     keepToken(found);
     return true;
   }
-  try {
-    token = sessionStorage.getItem("token") ?? token;
-  } catch {
-    // the browser keeps nothing for us
-  }
+  token = unlessDenied(() => sessionStorage.getItem("token") ?? localStorage.getItem(rememberedKey)) ?? token;
   return false;
 }
 
 function keepToken(given) {
   token = given;
-  try {
-    sessionStorage.setItem("token", given);
-  } catch {
-    // nor now
-  }
+  unlessDenied(() => sessionStorage.setItem("token", given));
+}
+
+export const hasToken = () => token !== "";
+export const remembersToken = () => unlessDenied(() => localStorage.getItem(rememberedKey)) === token && token !== "";
+
+// Whether the browser does what is wanted.
+export function rememberToken(remembers) {
+  unlessDenied(() => (remembers ? localStorage.setItem(rememberedKey, token) : localStorage.removeItem(rememberedKey)));
+  return remembersToken() === remembers;
+}
+
+export function forgetToken() {
+  token = "";
+  unlessDenied(() => sessionStorage.removeItem("token"));
+  unlessDenied(() => localStorage.removeItem(rememberedKey));
 }
 
 // One that somebody has entered: itself, or the whole link. False if it is none.
 export function enterToken(given) {
-  const [, found] = given.trim().match(/^(?:.*#token=)?([\w.-]{1,4096})$/) ?? [];
+  const [, found] = given.trim().match(tokenPattern) ?? [];
   if (found) {
     keepToken(found);
   }
@@ -72,7 +95,7 @@ const now = () => performance.now() / 1000;
 
 // The seconds that a busy server asks for; 0 if it does not say.
 function retryAfterOf({ status, headers }) {
-  const seconds = status === 429 || status === 503 ? Number(headers.get("Retry-After")) : 0;
+  const seconds = [403, 429, 503].includes(status) ? Number(headers.get("Retry-After")) : 0;
   return Math.min(Math.max(seconds, 0), longestRetryAfter) || 0;
 }
 
@@ -128,7 +151,7 @@ export async function getList() {
   } catch {
     const kept = mayKeep() ? await findText(listPath) : null;
     if (!kept) {
-      throw new Error("the server does not answer");
+      throw new Error(t("the server does not answer"));
     }
     offline = true;
     return kept;
@@ -136,9 +159,7 @@ export async function getList() {
   offline = false;
   const { status, bytes, retryAfter } = answer;
   if (status !== 200) {
-    const lacks = token ? "the link has expired, or is for another server" : "open the link that you were given";
-    const asksForToken = status === 401;
-    throw Object.assign(new Error(asksForToken ? `the server asks for a token: ${lacks}` : `the server says ${status}`), { retryAfter, asksForToken });
+    throw Object.assign(new Error(refusalOf(status, retryAfter, Boolean(token))), { retryAfter, asksForToken: status === 401 });
   }
   if (mayKeep()) {
     storeText(listPath, bytes);
@@ -146,15 +167,37 @@ export async function getList() {
   return bytes;
 }
 
+// The latest previews, [path, bytes], whether they came for the view or for a picture of the list: the other needs the same.
+const mostPreviews = 32;
+const previews = new Map();
+const isPreview = /\/levels\/\d+\/1$/; // a level in one piece
+
+function keepPreview({ path, bytes }) {
+  if (isPreview.test(path)) {
+    previews.delete(path);
+    previews.set(path, bytes);
+    if (previews.size > mostPreviews) {
+      previews.delete(previews.keys().next().value);
+    }
+  }
+}
+
+// Of the model whose blobs have paths that begin so.
+export const previewOf = (begin) => [...previews].findLast(([path]) => path.startsWith(begin));
+
 // As `get`, but what is kept is not fetched, and is all there is where the server cannot be reached.
-async function getOrFind(path, mostBytes, cache) {
-  const kept = mayKeep() && cache === "default" && blobPath.test(path) ? await findBlob(path) : null;
+async function getOrFind(path, mostBytes, cache, keeps = true) {
+  const mayFind = cache === "default" && blobPath.test(path);
+  if (mayFind && previews.has(path)) {
+    return { status: 200, bytes: new Uint8Array(previews.get(path)), retryAfter: 0 };
+  }
+  const kept = mayFind && mayKeep() ? await findBlob(path) : null;
   if (kept) {
     return { status: 200, bytes: new Uint8Array(kept), retryAfter: 0, kept: true };
   }
   try {
     const answer = await get(path, mostBytes, cache);
-    if (mayKeep() && answer.status === 200 && path.endsWith("/model.json")) {
+    if (keeps && mayKeep() && answer.status === 200 && path.endsWith("/model.json")) {
       storeText(path, answer.bytes);
     }
     return answer;
@@ -177,10 +220,13 @@ export class Line {
   #described = new Set(); // models whose descriptions are
   #distrusted = new Set(); // those of them whose copy in the browser's cache may be damaged
 
-  // changed: called whenever something came for the viewer.
-  constructor(viewer, changed) {
+  #streams;
+
+  // changed: called whenever something came for the viewer. streams: false: all comes by GET, and nothing of it is kept.
+  constructor(viewer, changed, streams = true) {
     this.#viewer = viewer;
     this.#changed = changed;
+    this.#streams = streams;
   }
 
   // Carries out what the viewer wants by now. Call after every input of it.
@@ -211,7 +257,8 @@ export class Line {
   #keepArrivals() {
     const idle = this.#arrived.length === 0;
     for (let arrival; (arrival = this.#viewer.nextArrival());) {
-      if (!this.#found.delete(arrival.path)) {
+      keepPreview(arrival);
+      if (!this.#found.delete(arrival.path) && this.#streams && mayKeep()) {
         this.#arrived.push(arrival);
       }
     }
@@ -252,6 +299,10 @@ export class Line {
 
   #connect() {
     this.#close();
+    if (!this.#streams) {
+      this.#viewer.socketEnded(true, "", now(), 0);
+      return;
+    }
     let socket;
     try {
       socket = new WebSocket(streamAddress(), ["kdstream.v1", ...(token ? [token] : [])]);
@@ -310,7 +361,7 @@ export class Line {
     const cache = this.#distrusted.delete(path) ? "reload" : "default";
     this.#fetched.add(path);
     try {
-      const { status, bytes, retryAfter, kept } = await getOrFind(path, mostBytes, cache);
+      const { status, bytes, retryAfter, kept } = await getOrFind(path, mostBytes, cache, this.#streams);
       if (kept) {
         this.#found.add(path);
       }

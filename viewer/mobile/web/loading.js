@@ -2,6 +2,7 @@
 // What is seen before there is a picture: what is on its way, and how much of it has come.
 
 import { showMessage } from "./message.js";
+import { t } from "./words.js";
 
 const longestSilence = 20000; // ms
 
@@ -35,8 +36,8 @@ export function watchSilence() {
   const silent = () => {
     told = true;
     showMessage({
-      text: "Nothing has come from the server for a while. Still waiting …",
-      label: "Reload",
+      text: t("Nothing has come from the server for a while. Still waiting …"),
+      label: t("Reload"),
       act: () => location.reload(),
     });
   };

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What has to be said, in #message: one thing at a time, the worst first.
 
+import { inPlainWords } from "./refusal.js";
+import { t } from "./words.js";
+
 const box = document.getElementById("message");
 const words = document.getElementById("message-text");
 const action = document.getElementById("message-action");
@@ -13,18 +16,20 @@ dismiss.addEventListener("click", () => {
   box.hidden = true;
 });
 
-const reload = { label: "Reload", act: () => location.reload() };
+const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
 // What the session says of a part that could not be had, for people who know no parts.
 function partSentence(error, name) {
   const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
-  return part ? sentence(`a part of “${name}” is missing (${part}): ${why}`) : sentence(error);
+  return sentence(part
+    ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
+    : inPlainWords(error));
 }
 
 // From a piece of text without capital and full stop.
 function sentence(text) {
   const begun = text.charAt(0).toUpperCase() + text.slice(1);
-  return /[.!?…]$/.test(begun) ? begun : begun + ".";
+  return /[.!?…؟]$/.test(begun) ? begun : begun + ".";
 }
 
 // The message for how things stand, or null: { text; label and act of its button; good; stays: cannot be put away }.
@@ -35,46 +40,47 @@ function sentence(text) {
 // there is; update: a function, where there is a newer page; tryNow, askAgain, askForToken: functions }.
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
-  const again = { label: "Try now", act: situation.tryNow };
-  const cure = situation.asksForToken ? { label: "Enter it", act: situation.askForToken } : again;
-  const noList = () => ({ text: `${sentence(`the list of models cannot be had: ${listTrouble}`)} Trying again …`, ...cure });
+  const again = { label: t("Try now"), act: situation.tryNow };
+  const cure = situation.asksForToken ? { label: t("Enter it"), act: situation.askForToken } : again;
+  const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
+  const noList = () => ({ text: trying(t("the list of models cannot be had: {why}", { why: listTrouble })), ...cure });
   if (situation.failed) {
-    return { text: "The viewer has stopped: this device has not enough memory for what was to be shown.", stays: true, ...reload };
+    return { text: t("The viewer has stopped: this device has not enough memory for what was to be shown."), stays: true, ...reload() };
   }
   if (situation.contextLost) {
-    return { text: "The device has taken the picture away. It is drawn again as soon as the device allows it.", ...reload };
+    return { text: t("The device has taken the picture away. It is drawn again as soon as the device allows it."), ...reload() };
   }
   if (!listed && listTrouble) {
     return noList();
   }
   if (situation.away) {
-    return { text: `${sentence(status.trouble)} Trying again …`, ...again };
+    return { text: trying(inPlainWords(status.trouble)), ...again };
   }
   if (situation.offline) {
     const missing = status.error && !status.targetLevel; // not even its description
     return { text: missing
-      ? `“${name}” is not kept on this device, and the server cannot be reached.`
-      : "The server cannot be reached. What this device has kept is shown.", ...again };
+      ? t("“{name}” is not kept on this device, and the server cannot be reached.", { name })
+      : t("The server cannot be reached. What this device has kept is shown."), ...again };
   }
   if (status.drawingError) {
-    return { text: sentence(`the picture cannot be drawn: ${status.drawingError}`), ...reload };
+    return { text: sentence(t("the picture cannot be drawn: {why}", { why: status.drawingError })), ...reload() };
   }
   if (status.error) {
-    return { text: partSentence(status.error, name), label: "Try again", act: situation.askAgain };
+    return { text: partSentence(status.error, name), label: t("Try again"), act: situation.askAgain };
   }
   if (listTrouble) {
     return noList();
   }
   if (status.stale === "removed") {
-    return { text: `“${name}” is no longer on the server. What has been loaded can still be looked at.` };
+    return { text: t("“{name}” is no longer on the server. What has been loaded can still be looked at.", { name }) };
   }
   if (status.stale === "replaced") {
-    return { text: `The server has another “${status.title || status.model}” now.`, ...reload };
+    return { text: t("The server has another “{name}” now.", { name: status.title || status.model }), ...reload() };
   }
   if (situation.update) {
-    return { text: "There is a newer version of this viewer.", good: true, label: "Reload", act: situation.update };
+    return { text: t("There is a newer version of this viewer."), good: true, label: t("Reload"), act: situation.update };
   }
-  return situation.wellAgain ? { text: "Connected again.", good: true } : null;
+  return situation.wellAgain ? { text: t("Connected again."), good: true } : null;
 }
 
 // Whether anything is said.
@@ -99,5 +105,5 @@ export function showMessage(message) {
 
 // The last thing that is said: there is nothing to go on with.
 export function showEnd(text) {
-  showMessage({ text, stays: true, ...reload });
+  showMessage({ text, stays: true, ...reload() });
 }

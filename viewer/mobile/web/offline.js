@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What of the page works without a network: its own files (worker.js), a model that is kept on purpose, and the part of
-// the options that tells of both. What was merely looked at line.js keeps.
+// the options that tells of both. What was merely looked at line.js keeps. Fetched after the first picture.
 
-import { get, isOffline, mayKeep } from "./line.js";
-import { emptyStorage, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes } from "./storage.js";
+import { emptyStorage, get, isOffline, kilobytes, mayKeep, nameOfLevel, pinBlob, refusalOf, setStorageLimit, storageLimit,
+  storageTrouble, storeBlobs, storeText, storedBytes, t } from "./page.js"; // the page that is there already
 
 const find = (id) => document.getElementById(id);
 const previewLevel = 11; // one piece, whatever the model
 const atOnce = 4; // requests
 const mostBlobBytes = 64 << 20;
-const size = (bytes) => (bytes < 1e6 ? `${Math.ceil(bytes / 1000)}\u00a0kB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)}\u00a0MB`);
+const size = (bytes) => kilobytes(bytes, bytes < 1e7 ? 1 : 0);
 
 // ---- which blobs a model has: doc/protocol.md
 
@@ -93,14 +93,14 @@ async function keepBlob(own, run, path) {
     }
     if (status === 200) {
       if (await storedBytes() + bytes.byteLength > storageLimit()) {
-        return pause("the limit is reached");
+        return pause(t("the limit is reached"));
       }
       if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
-        return pause(storageTrouble() || "it cannot be kept");
+        return pause(t(storageTrouble() || "it cannot be kept"));
       }
       own.bytes += bytes.byteLength;
     } else if (status !== 404) { // where there are no vertices there is no blob
-      return pause(status ? `the server says ${status}` : "the server cannot be reached");
+      return pause(status ? refusalOf(status) : t("the server cannot be reached"));
     }
   }
   own.done += own.run === run;
@@ -110,7 +110,7 @@ async function describe(id) {
   const path = `/api/models/${id}/model.json`;
   const { status, bytes } = await get(path, mostBlobBytes);
   if (status !== 200) {
-    throw new Error(`the server says ${status}`);
+    throw new Error(refusalOf(status));
   }
   await storeText(path, bytes);
   return JSON.parse(new TextDecoder().decode(bytes));
@@ -125,7 +125,7 @@ async function startOrPause() {
       job.goal = find("keep-goal").value === "original" ? "original" : Number(find("keep-goal").value);
       await keepModel(job, description);
     } catch (error) {
-      job.trouble = isOffline() ? "the server cannot be reached" : error.message;
+      job.trouble = isOffline() ? t("the server cannot be reached") : error.message;
     }
   }
   showOffline();
@@ -137,25 +137,33 @@ let changed = () => {};
 
 function describeJob() {
   if (job.trouble) {
-    return `Paused: ${job.trouble}.`;
+    return t("Paused: {why}.", { why: job.trouble });
   }
-  const part = `${job.done} of ${job.all} parts, ${size(job.bytes)}`;
-  return !job.all ? "" : job.done === job.all ? "Kept: it opens without a network." : job.run ? `${part} …` : `Paused after ${part}`;
+  const part = t("{done} of {all} parts, {bytes}", { done: job.done, all: job.all, bytes: size(job.bytes) });
+  if (!job.all) {
+    return "";
+  }
+  return job.done === job.all ? t("Kept: it opens without a network.") : job.run ? `${part} …` : t("Paused after {part}", { part });
 }
 
 async function showOffline() {
-  find("keep").textContent = job?.run ? "Pause" : job?.done < job?.all ? "Go on" : "Keep offline";
+  find("keep").textContent = t(job?.run ? "Pause" : job?.done < job?.all ? "Go on" : "Keep offline");
   find("keep-goal").disabled = Boolean(job?.run);
   find("keep-state").textContent = job ? describeJob() : "";
   const bytes = await storedBytes();
   find("stored").textContent = storageTrouble()
-    ? `Nothing more can be kept: ${storageTrouble()}.`
-    : `${size(bytes)} of ${size(storageLimit())} are used.`;
+    ? t("Nothing more can be kept: {why}.", { why: t(storageTrouble()) })
+    : t("{bytes} of {limit} are used.", { bytes: size(bytes), limit: size(storageLimit()) });
   changed();
 }
 
 // Of the model that is open, when the options are.
-export async function openOfflineOptions(id) {
+// told: called whenever what is kept has changed.
+export async function openOfflineOptions(id, told) {
+  if (changed !== told) {
+    changed = told;
+    listenToOfflineOptions();
+  }
   find("offline").hidden = !mayKeep();
   if (!mayKeep()) {
     return;
@@ -166,7 +174,7 @@ export async function openOfflineOptions(id) {
     describe(id).then((description) => {
       const goals = [...levelsUpTo("original", description.levels).map(({ depth }) => depth), "original"];
       find("keep-goal").replaceChildren(...goals.map((goal) => new Option(
-        `${goal === "original" ? "Original" : `Level\u00a0${goal}`}, ${size(bytesUpTo(goal, description))}`, goal)));
+        `${nameOfLevel(goal === "original" ? -1 : goal)}, ${size(bytesUpTo(goal, description))}`, goal)));
       find("keep-goal").value = "original";
     }, () => {});
   }
@@ -174,8 +182,7 @@ export async function openOfflineOptions(id) {
   await showOffline();
 }
 
-export function listenToOfflineOptions(told) {
-  changed = told;
+function listenToOfflineOptions() {
   find("keep").addEventListener("click", startOrPause);
   find("limit").addEventListener("change", async ({ target }) => {
     await setStorageLimit(Number(target.value));

@@ -30,13 +30,21 @@
 //     frames        pictures drawn so far; drawingError: why the last one could not be
 
 import { Fingers } from "./fingers.js";
-import { Line, enterToken, getList, isOffline, mayKeep, takeToken } from "./line.js";
+import { Line, getList, hasToken, isOffline, takeToken } from "./line.js";
+import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
-import { keepPage, listenToOfflineOptions, openOfflineOptions } from "./offline.js";
-import { storedPaths } from "./storage.js";
 import { loadViewer } from "./viewer.js";
-import { describeProgress, describeSize, describeSurface } from "./words.js";
+import { chooseLanguage, describeProgress, describeSurface, nameOfLevel, t } from "./words.js";
+
+// For what is fetched later (MakePage.cmake), which has no copies of these.
+export { Line, enterToken, forgetToken, get, hasToken, isOffline, mayKeep, previewOf, rememberToken, remembersToken } from "./line.js";
+export { inPlainWords, refusalOf } from "./refusal.js";
+export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
+  from "./storage.js";
+export { entryOf, nameOf } from "./list.js";
+export { anotherViewer } from "./viewer.js";
+export { count, figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
 /* global viewerBytes: of the WebAssembly, by MakePage.cmake */
 
@@ -52,7 +60,10 @@ let models = null; // the list, once one has come
 let listTrouble = ""; // why the last one could not be had
 let asksForToken = false; // because of that
 let linked = ""; // a link to a view, that waits for the list
+let site = { title: "", text: "" };
 let tools = null; // once they have been used
+let about = null;
+let gallery = null; // the pictures of the list, once there was time for them
 let contextLost = false;
 let update = null; // goes over to a newer page
 let keptPage = false; // it has been asked for
@@ -64,10 +75,6 @@ function say(element, text) {
   if (element.textContent !== text) {
     element.textContent = text;
   }
-}
-
-function nameOf({ title, id }) {
-  return title || id;
 }
 
 function selectedModel() {
@@ -113,14 +120,15 @@ async function refreshList() {
   clearTimeout(listTimer);
   const wasOffline = isOffline();
   try {
-    const trouble = viewer.setModels(await getList());
+    const bytes = await getList();
+    const trouble = viewer.setModels(bytes);
     if (trouble) {
       throw new Error(trouble);
     }
     listTrouble = "";
     asksForToken = false;
     listRetry = firstRetry;
-    showModels(viewer.models());
+    showModels(readList(bytes));
     if (isOffline()) {
       refreshListIn(offlineRetry * (1 + Math.random()));
     } else if (wasOffline) {
@@ -142,29 +150,33 @@ function refreshListIn(seconds) {
 }
 
 function showModels(list) {
-  if (JSON.stringify(list) !== JSON.stringify(models)) {
-    models = list;
-    find("models").replaceChildren(...models.map(listEntry));
+  site = list.site;
+  showSite(site);
+  if (JSON.stringify(list.models) !== JSON.stringify(models)) {
+    models = list.models;
+    showEntries(models, choose);
+    gallery?.show(models);
   }
-  markKept();
+  markKept(models);
   const none = find("empty");
   none.hidden = models.length > 0;
-  say(none, "This server has no models yet. They appear here as soon as it has one.");
+  say(none, t("This server has no models yet. They appear here as soon as it has one."));
   if (!models.length) {
     refreshListIn(emptyRetry);
   } else if (viewer.status().mode === "no model") {
     selectFirst();
   }
+  if (!find("search").hidden) {
+    openGallery();
+  }
 }
 
-// Which models open without a network: description and preview are kept.
-async function markKept() {
-  const paths = mayKeep() ? await storedPaths() : new Set();
-  for (const { id, digest } of models) {
-    const blobs = `/api/models/${id}/${digest}/`;
-    const kept = paths.has(`/api/models/${id}/model.json`) && [...paths].some((path) => path.startsWith(blobs));
-    const mark = find("models").querySelector(`[data-model="${CSS.escape(id)}"] .kept`);
-    mark.hidden = !kept;
+// Pictures, and the search.
+async function openGallery() {
+  const { Gallery } = await import("./gallery.js");
+  if (!gallery) {
+    gallery = new Gallery({ viewer, status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0" });
+    gallery.show(models);
   }
 }
 
@@ -202,30 +214,9 @@ function followLink(link) {
   wake();
 }
 
-function listEntry(model) {
-  const name = document.createElement("span");
-  name.className = "name";
-  name.textContent = nameOf(model);
-  const facts = document.createElement("span");
-  facts.className = "facts";
-  facts.textContent = describeSize(model.triangles, model.vertices);
-  const kept = document.createElement("span");
-  kept.className = "kept";
-  kept.textContent = " · available offline";
-  kept.hidden = true;
-  facts.append(kept);
-  const button = document.createElement("button");
-  button.type = "button";
-  button.dataset.model = model.id;
-  button.append(name, facts);
-  button.addEventListener("click", () => choose(model.id));
-  const item = document.createElement("li");
-  item.append(button);
-  return item;
-}
-
 // The first time its preview, then the whole screen.
 function choose(model) {
+  gallery?.handOver(model);
   viewer.select(model);
   line.exchange();
   wake();
@@ -233,25 +224,21 @@ function choose(model) {
 
 // ---- how it stands
 
-function describeModel(status) {
-  const { triangles, vertices } = selectedModel();
-  const { sides = [], unit } = status;
-  const numbers = vertices ? `The original: ${describeSize(triangles, vertices)}` : "";
-  const lengths = unit && sides.map((side) => Number(side.toPrecision(4)).toLocaleString("en")).join(" × ") + ` ${unit}`;
-  return [nameOf(selectedModel()), numbers, lengths, status.credit, status.license].filter(Boolean).join("\n");
-}
-
 let knowsDoubleTap = false;
 
-function showHint({ shownLevel, region, measuring }, wrong) {
+function showHint({ mode, shownLevel, region, measuring }, wrong) {
+  if (mode !== "full screen") {
+    say(find("hint"), "");
+    return;
+  }
   if (measuring) {
-    say(find("hint"), `${coarse ? "Tap" : "Click"} one point of the surface, then another`);
+    say(find("hint"), t(coarse ? "Tap one point of the surface, then another" : "Click one point of the surface, then another"));
     return;
   }
   knowsDoubleTap ||= region !== null;
-  const tap = coarse ? "Double-tap" : "Double-click";
-  const needed = shownLevel !== null && !knowsDoubleTap && !wrong && find("menu").hidden;
-  say(find("hint"), needed ? `${tap} the surface for its original detail` : "");
+  const needed = shownLevel !== null && !knowsDoubleTap && !wrong && sheets.every((id) => find(id).hidden);
+  const words = t(coarse ? "Double-tap the surface for its original detail" : "Double-click the surface for its original detail");
+  say(find("hint"), needed ? words : "");
 }
 
 // Before there is a picture.
@@ -259,9 +246,9 @@ function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
   if (shownLevel !== null || models?.length === 0 || wrong) {
     hideLoading();
   } else if (models) {
-    showLoading(`Loading “${nameOf(selectedModel())}”`, blobsWanted ? blobsLoaded / blobsWanted : null);
+    showLoading(t("Loading “{name}”", { name: nameOf(selectedModel()) }), blobsWanted ? blobsLoaded / blobsWanted : null);
   } else {
-    showLoading("Loading the list of models", null);
+    showLoading(t("Loading the list of models"), null);
   }
 }
 
@@ -288,23 +275,22 @@ function legendEntry({ level, color }) {
   square.setAttribute("height", "1");
   square.setAttribute("fill", `#${color.toString(16).padStart(6, "0")}`);
   dot.append(square);
-  item.append(dot, level < 0 ? "Original" : `Level\u00a0${level}`);
+  item.append(dot, nameOfLevel(level));
   return item;
 }
 
 function showStatus(status) {
   document.body.dataset.mode = status.mode;
   const name = nameOf(selectedModel());
-  document.title = name ? `${name} – KdStream` : "KdStream";
-  for (const button of find("models").querySelectorAll("button")) {
-    button.setAttribute("aria-pressed", button.dataset.model === status.model);
-  }
+  document.title = [name, site.title || "KdStream"].filter(Boolean).join(" – ");
+  markChosen(status.model);
   say(find("title"), name);
+  find("title").setAttribute("aria-level", status.mode === "full screen" ? 1 : 2);
   say(find("credit"), [status.credit, status.license].filter(Boolean).join(" · "));
-  say(find("natural"), status.colored ? "Colours" : "Stone");
+  say(find("natural"), t(status.colored ? "Colours" : "Stone"));
   find("stone").hidden = !status.colored;
   find("undo").disabled = !status.canUndo;
-  canvas.setAttribute("aria-label", `${name} in 3D`);
+  canvas.setAttribute("aria-label", t("{name} in 3D", { name }));
   say(find("status"), [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · "));
   const busy = status.blobsWanted > 0;
   find("progress").classList.toggle("busy", busy);
@@ -351,13 +337,31 @@ function show() {
   showWhatComes(lastStatus, wrong);
   showLegend(lastStatus);
   followMode(before.mode, lastStatus);
-  if (lastStatus.idle && lastStatus.shownLevel !== null && !keptPage) {
-    keptPage = true; // now that it takes nothing away from the first picture
-    keepPage((change) => {
-      update = change;
-      wake();
-    });
+  if (lastStatus.idle && lastStatus.shownLevel !== null) {
+    tellAloud(lastStatus);
+    if (!keptPage) {
+      keptPage = true; // now that it takes nothing away from the first picture
+      goOnAfterFirstPicture();
+    }
   }
+}
+
+async function goOnAfterFirstPicture() {
+  openGallery().catch(() => {}); // then the list is without pictures
+  const { keepPage } = await import("./offline.js");
+  keepPage((change) => {
+    update = change;
+    wake();
+  });
+}
+
+// For who hears the page: what is seen, once it has come.
+function tellAloud(status) {
+  const { mode, region } = status;
+  const name = nameOf(selectedModel());
+  say(find("live"), mode !== "full screen" ? t("Preview of {name}", { name })
+    : region?.shown ? t("{name}: original detail is shown", { name })
+      : t("{name}: full screen", { name }));
 }
 
 // The canvas has as many pixels as the screen under it.
@@ -393,11 +397,20 @@ function followMode(before, { mode, model }) {
   if (mode === "full screen" && before !== mode && !history.state?.model) {
     history.pushState({ model }, "");
   }
+  if (before !== mode) {
+    closeSheets();
+    before !== "no model" && keepFocus(mode, model);
+  }
   if (before === "full screen" && mode !== before) {
-    openMenu(false);
-    openTools(false);
     showOwnColours();
     refreshList();
+  }
+}
+
+// Whoever goes by keyboard stays where things go on: what had the focus may be hidden by now.
+function keepFocus(mode, model) {
+  if (!document.activeElement?.checkVisibility?.() || document.activeElement === document.body) {
+    (mode === "full screen" ? canvas : entryOf(model))?.focus({ preventScroll: true });
   }
 }
 
@@ -429,11 +442,24 @@ function followHistory() {
   wake();
 }
 
-async function openTools(open) {
-  find("tools").hidden = !open;
-  find("tools-button").setAttribute("aria-expanded", open);
+// ---- sheets: options, tools, what is known of the model
+
+const sheets = ["menu", "tools", "about"];
+
+function showSheet(id, open) {
+  find(id).hidden = !open;
+  find(`${id}-button`).setAttribute("aria-expanded", open);
   if (open) {
-    openMenu(false);
+    sheets.filter((other) => other !== id).forEach((other) => showSheet(other, false));
+  }
+  wake(); // the hint makes room
+}
+
+const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
+
+async function openTools(open) {
+  showSheet("tools", open);
+  if (open) {
     if (!tools) {
       const { Tools } = await import("./tools.js");
       tools ??= new Tools({
@@ -449,22 +475,33 @@ async function openTools(open) {
       });
     }
     tools.show();
+    find("tools").querySelector("button").focus();
   }
   wake();
 }
 
-function openMenu(open) {
+async function openMenu(open) {
+  showSheet("menu", open);
   if (open) {
-    openTools(false);
-  }
-  find("menu").hidden = !open;
-  find("menu-button").setAttribute("aria-expanded", open);
-  if (open) {
-    say(find("facts"), describeModel(lastStatus));
-    openOfflineOptions(lastStatus.model);
     find("menu").querySelector("input:checked").focus();
+    const { openOfflineOptions } = await import("./offline.js");
+    openOfflineOptions(lastStatus.model, wake);
+    if (hasToken()) {
+      (await import("./access.js")).openAccessOptions(find("access"), tokenForgotten);
+    }
   }
-  wake(); // the hint makes room
+}
+
+async function openAbout(open) {
+  showSheet("about", open);
+  if (open) {
+    about ??= (await import("./about.js")).describeModel;
+    find("about").replaceChildren(...about(selectedModel(), lastStatus, () => {
+      openAbout(false);
+      find("about-button").focus();
+    }));
+    find("about").focus();
+  }
 }
 
 // Asks anew for what could not be had.
@@ -478,11 +515,15 @@ function askAgain() {
   wake();
 }
 
-function askForToken() {
-  if (enterToken(prompt("The token that you were given, or its link:") ?? "")) {
-    viewer.setKeeps(mayKeep());
+async function askForToken() {
+  const { askForToken: ask } = await import("./access.js");
+  if (await ask()) {
     tryNow();
   }
+}
+
+function tokenForgotten() {
+  location.assign(location.pathname + location.search);
 }
 
 function tryNow() {
@@ -523,7 +564,10 @@ function listenToButtons() {
   jump("undo", () => viewer.undoView());
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
   find("tools-button").addEventListener("click", () => openTools(find("tools").hidden));
-  find("tools").addEventListener("submit", (event) => event.preventDefault());
+  find("about-button").addEventListener("click", () => openAbout(find("about").hidden));
+  for (const form of ["tools", "menu"]) {
+    find(form).addEventListener("submit", (event) => event.preventDefault());
+  }
   find("menu").addEventListener("change", ({ target }) => {
     if (target.name === "detail") {
       viewer.setDetail(Number(target.value));
@@ -539,23 +583,32 @@ function listenToButtons() {
     line.exchange();
     wake();
   });
-  canvas.addEventListener("pointerdown", () => {
-    openMenu(false);
-    openTools(false);
-    canvas.classList.add("pointed");
-  });
-  canvas.addEventListener("blur", () => canvas.classList.remove("pointed"));
-  document.addEventListener("keydown", ({ key }) => {
-    const open = ["menu", "tools"].find((id) => !find(id).hidden);
+  canvas.addEventListener("pointerdown", closeSheets);
+  listenToKeys();
+}
+
+function listenToKeys() {
+  // Where the keys of a keyboard go is told to whoever goes from place to place by them, not to who presses one.
+  const isBy = (way) => (document.body.dataset.by = way);
+  addEventListener("pointerdown", () => isBy("pointer"), true);
+  addEventListener("keydown", ({ key }) => key === "Tab" && isBy("keys"), true);
+  document.addEventListener("keydown", (event) => {
+    const { key, target } = event;
+    const open = sheets.find((id) => !find(id).hidden);
+    if (event.defaultPrevented || target.closest?.("dialog")) {
+      return;
+    }
     if (key === "Escape" && open) {
-      openMenu(false);
-      openTools(false);
+      closeSheets();
       find(`${open}-button`).focus();
     } else if (key === "Escape" && lastStatus.mode === "full screen") {
       goBack();
+    } else if (key === "/" && !find("search").hidden && !/^(input|select|textarea)$/i.test(target.nodeName)) {
+      event.preventDefault(); // it is not what is searched
+      find("search").focus();
     } else if (key === "Enter" && document.activeElement === canvas) {
       if (lastStatus.mode === "full screen") {
-        fingers.doubleTap();
+        fingers.tap(lastStatus.measuring ? 1 : 2);
       } else {
         viewer.enterFullScreen();
       }
@@ -605,31 +658,34 @@ function listenToBrowser() {
 async function start() {
   if (typeof WebAssembly !== "object") {
     hideLoading();
-    showEnd("This browser has no WebAssembly, or it is switched off.");
+    showEnd(t("This browser has no WebAssembly, or it is switched off."));
     return;
   }
   find("message").hidden = true; // from here on there is somebody to tell what is wrong
   find("message").className = "";
-  find("tap").textContent = coarse ? "double tap" : "double click";
+  const chosen = chooseLanguage();
   const heard = watchSilence();
   try {
     viewer = await loadViewer((bytes) => {
       heard();
-      showLoading("Loading the viewer", Math.min(bytes / viewerBytes, 1));
+      showLoading(t("Loading the viewer"), Math.min(bytes / viewerBytes, 1));
     });
   } catch {
     heard(true);
     hideLoading();
-    showEnd("The viewer could not be loaded from the server.");
+    showEnd(t("The viewer could not be loaded from the server."));
     return;
   }
   heard(true);
+  await chosen;
+  find("around").textContent =
+    t(coarse ? "Original detail around a double tap" : "Original detail around a double click");
   takeToken();
   linked = linkInAddress();
-  viewer.setKeeps(mayKeep());
+  viewer.setKeeps(true);
   if (!viewer.gainCanvas(canvas)) {
     hideLoading();
-    showEnd("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.");
+    showEnd(t("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off."));
     return;
   }
   line = new Line(viewer, wake);
@@ -637,7 +693,6 @@ async function start() {
   window.kdstream = { status: () => (viewer.failure ? lastStatus : viewer.status()) };
   watchSize();
   listenToButtons();
-  listenToOfflineOptions(wake);
   moveIfLiked();
   saveDataIfAsked();
   listenToBrowser();

@@ -2,6 +2,8 @@
 // Tools for looking: views from six sides, turning by itself, measuring, links to views, pictures. Fetched when they are
 // first used. What they do is decided in WebAssembly; here are their buttons, and the lines over the picture.
 
+import { figure, language, t } from "./page.js"; // the page that is there already
+
 const find = (id) => document.getElementById(id);
 
 function make(name, properties = {}, ...children) {
@@ -11,13 +13,13 @@ function make(name, properties = {}, ...children) {
 }
 
 function makeButton(text, act, properties = {}) {
-  const button = make("button", { type: "button", textContent: text, ...properties });
+  const button = make("button", { type: "button", textContent: t(text), ...properties });
   button.addEventListener("click", act);
   return button;
 }
 
 function group(title, ...children) {
-  return make("fieldset", {}, make("legend", { textContent: title }), ...children);
+  return make("fieldset", {}, make("legend", { textContent: t(title) }), ...children);
 }
 
 // ---- figures
@@ -28,18 +30,19 @@ export function formatLength(value, error, unit) {
   const digits = error > 0 ? Math.ceil(Math.log10(Math.max(size, error) / error)) + 1 : 6;
   const rounded = Number(value.toPrecision(Math.min(Math.max(digits, 1), 9)));
   const plain = size === 0 || (size >= 1e-6 && size < 1e9);
-  const text = plain ? rounded.toLocaleString("en", { maximumFractionDigits: 9 }) : rounded.toExponential();
-  return unit ? `${text}\u00a0${unit}` : text;
+  const text = plain ? rounded.toLocaleString(language, { maximumFractionDigits: 9 }) : rounded.toExponential();
+  return unit ? figure(text, unit) : text;
 }
 
 export function describeMeasurement({ distance, height, horizontal, error, exact, waits, to }, unit) {
   if (!to) {
-    return "from here to …";
+    return t("from here to …");
   }
   const length = (value) => formatLength(value, error, unit);
   const doubt = error > 0 ? ` ± ${formatLength(error, error / 2, unit)}` : "";
-  const told = waits ? " (the original is coming)" : exact ? "" : " (of a coarser level)";
-  return `${length(distance)}${doubt}${told}, height ${length(height)}, across ${length(horizontal)}`;
+  const told = waits ? ` ${t("(the original is coming)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
+  return t("{distance}, height {height}, across {across}",
+    { distance: `${length(distance)}${doubt}${told}`, height: length(height), across: length(horizontal) });
 }
 
 // ---- carrying away
@@ -54,7 +57,7 @@ async function copyText(text) {
     const copied = document.execCommand("copy");
     area.remove();
     if (!copied) {
-      prompt("Copy this:", text);
+      prompt(t("Copy this:"), text);
     }
   }
 }
@@ -126,7 +129,7 @@ export class Tools {
   }
 
   #note(text) {
-    find("tools-note").textContent = text;
+    find("tools-note").textContent = t(text);
   }
 
   link() {
@@ -216,9 +219,9 @@ export class Tools {
   }
 
   #listEntry(index) {
-    const name = make("input", { type: "text", maxLength: 60, ariaLabel: "Name of the distance" });
+    const name = make("input", { type: "text", maxLength: 60, ariaLabel: t("Name of the distance") });
     name.addEventListener("change", () => this.#do((viewer) => viewer.nameMeasurement(index, name.value)));
-    const remove = makeButton("×", () => this.#do((viewer) => viewer.removeMeasurement(index)), { className: "remove", ariaLabel: "Remove" });
+    const remove = makeButton("×", () => this.#do((viewer) => viewer.removeMeasurement(index)), { className: "remove", ariaLabel: t("Remove") });
     return make("li", {}, name, make("span"), remove);
   }
 

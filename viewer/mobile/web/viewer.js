@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
-import { bytesAt, gainCanvas, imports, useMemory } from "./gl.js";
+import { bytesAt, gainCanvas, imports, useContext, useMemory } from "./gl.js";
 
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
@@ -25,12 +25,18 @@ export async function loadViewer(came) {
   const { instance } = await WebAssembly.instantiate(await new Blob(parts).arrayBuffer(), imports);
   useMemory(instance.exports.memory);
   instance.exports._initialize();
-  return new Viewer(instance.exports);
+  functions = instance.exports;
+  return new Viewer(functions);
 }
+
+// Of the same WebAssembly, once that is loaded: a session and a canvas of its own.
+let functions = null;
+export const anotherViewer = () => new Viewer(functions);
 
 class Viewer {
   #functions;
   #self;
+  #context = null; // of WebGL
 
   // Set for good when the viewer has stopped: memory could not be had. Every call does nothing then.
   failure = null;
@@ -45,6 +51,7 @@ class Viewer {
       return 0;
     }
     try {
+      useContext(this.#context);
       return this.#functions["Viewer" + name](this.#self, ...values);
     } catch (error) {
       this.failure = error;
@@ -184,11 +191,17 @@ class Viewer {
 
   // False where the browser has no WebGL 2.
   gainCanvas(canvas) {
-    const gained = gainCanvas(canvas);
-    if (gained) {
+    this.#context = gainCanvas(canvas);
+    if (this.#context) {
       this.#call("MakeRenderer");
     }
-    return gained;
+    return this.#context !== null;
+  }
+
+  // It is not to be used any more.
+  drop() {
+    this.#call("Drop");
+    this.failure ??= new Error("dropped");
   }
 
   contextLost() {
@@ -269,6 +282,15 @@ class Viewer {
     return { kind, text: texts ? this.#text() : "", mostBytes: this.#call("MostBytes") };
   }
 
+  // A preview that the page has already: its path at the server, and an ArrayBuffer.
+  hand(path, bytes) {
+    this.#putText(path);
+    this.#call("HandPath");
+    if (this.#put(new Uint8Array(bytes))) {
+      this.#call("Hand");
+    }
+  }
+
   // Whether what comes is told by nextArrival.
   setKeeps(keeps) {
     this.#call("SetKeeps", keeps ? 1 : 0);
@@ -278,12 +300,6 @@ class Viewer {
   nextArrival() {
     const begin = this.#call("Arrival");
     return begin ? { path: this.#text(), bytes: bytesAt(begin, this.#call("ArrivalBytes")).slice().buffer } : null;
-  }
-
-  // [{ id, digest, title, vertices, triangles }]
-  models() {
-    this.#call("Models");
-    return JSON.parse(this.#text() || "[]");
   }
 
   // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.

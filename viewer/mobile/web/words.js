@@ -1,28 +1,127 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers in words: what the page says of models and of what comes.
+// Words: what the page says, in the person's language, and numbers in them. English stands in the code; of each other
+// language one file (words/de.js) has what each of those texts is in it, and is fetched where the browser asks for that
+// language, or the address does (?lang=de). What a file lacks is said in English.
 
-const count = (number) => number.toLocaleString("en");
+const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
+const longestWait = 3000; // ms, for a language's file
+const withOne = (one, other) => ({ one: `{n} ${one}`, other: `{n} ${other}` });
+export const manyForms = {
+  "{n} triangles": withOne("triangle", "triangles"),
+  "{n} points": withOne("point", "points"),
+  "{n} vertices": withOne("vertex", "vertices"),
+  "{n} models found": withOne("model found", "models found"),
+  "in {n} seconds": { one: "in {n} second", other: "in {n} seconds" },
+};
 
-function kilobytes(bytes) {
-  return bytes < 1e6 ? `${count(Math.ceil(bytes / 1000))}\u00a0kB` : `${(bytes / 1e6).toFixed(1)}\u00a0MB`;
+let texts = manyForms;
+let sentences = []; // [pattern, text]: of what the session and the server say
+let plurals = new Intl.PluralRules("en");
+
+export let language = "en"; // for numbers and times, too
+
+// Before anything is shown but what index.html has.
+export async function chooseLanguage() {
+  const asked = [new URLSearchParams(location.search).get("lang") ?? "", ...navigator.languages]
+    .map((each) => each.split("-")[0].toLowerCase());
+  const chosen = asked.find((each) => each === "en" || Object.hasOwn(directions, each));
+  if (!chosen || chosen === "en") {
+    return;
+  }
+  const late = new Promise((resolve) => setTimeout(resolve, longestWait));
+  const file = await Promise.race([import(new URL(`words/${chosen}.js`, import.meta.url).href).catch(() => {}), late]);
+  if (!file) {
+    return; // English is better than nothing
+  }
+  texts = file.texts;
+  sentences = Object.entries(file.sentences).map(([english, text]) => [patternOf(english), text]);
+  plurals = new Intl.PluralRules(chosen);
+  language = chosen === "ar" ? "ar-u-nu-latn" : chosen; // figures as in the models' units and the session's sentences
+  document.documentElement.lang = chosen;
+  document.documentElement.dir = directions[chosen];
+  translate(document.documentElement);
 }
 
-function counted(number, thing) {
-  return `${count(number)}\u00a0${thing}${number === 1 ? "" : "s"}`;
+function patternOf(english) {
+  const literal = english.replace(/[.*+?^$()|[\]\\]/g, "\\$&");
+  return new RegExp(`^${literal.replace(/\{(\w+)\}/g, "(?<$1>.*?)")}$`, "s");
 }
 
-export function describeSize(triangles, vertices) {
-  return triangles ? `${counted(triangles, "triangle")} · ${count(vertices)} vertices` : counted(vertices, "point");
+// A name or a sentence of somebody else's, which may run the other way than what is around it.
+function apart(text) {
+  return document.documentElement.dir === "rtl" || /[\u0590-\u08ff\ufb1d-\ufeff]/.test(text) ? `\u2068${text}\u2069` : text;
+}
+
+function fill(text, values) {
+  return text.replace(/\{(\w+)\}/g, (_, name) =>
+    (typeof values[name] === "number" ? count(values[name]) : apart(values[name] ?? "")));
+}
+
+// The text in the person's language, its {names} filled in; of a text with forms the one for the number n.
+export function t(text, values = {}) {
+  const found = texts[text] ?? manyForms[text] ?? text;
+  return fill(typeof found === "object" ? found[plurals.select(values.n)] ?? found.other : found, values);
+}
+
+// The same of a whole sentence that somebody else has made.
+export function translated(sentence) {
+  for (const [pattern, text] of sentences) {
+    const found = pattern.exec(sentence);
+    if (found) {
+      const values = Object.entries(found.groups ?? {}).map(([name, value]) => [name, translated(value)]);
+      return fill(text, Object.fromEntries(values));
+    }
+  }
+  return sentence;
+}
+
+// What stands in index.html.
+function translate(root) {
+  const known = (text) => texts[text.trim().replace(/\s+/g, " ")];
+  const walk = document.createTreeWalker(root, NodeFilter.SHOW_ELEMENT | NodeFilter.SHOW_TEXT);
+  for (let node = root; node; node = walk.nextNode()) {
+    if (node.nodeType === Node.TEXT_NODE) {
+      node.data = known(node.data) ?? node.data;
+    } else {
+      for (const name of ["aria-label", "aria-roledescription", "placeholder"]) {
+        const text = known(node.getAttribute(name) ?? "");
+        text && node.setAttribute(name, text);
+      }
+    }
+  }
+}
+
+// ---- numbers
+
+export const count = (number) => number.toLocaleString(language);
+
+// A figure and its unit, which stay in this order where words run from right to left.
+export function figure(number, unit) {
+  const text = `${number}\u00a0${unit}`;
+  return document.documentElement.dir === "rtl" ? `\u2066${text}\u2069` : text;
+}
+
+export function kilobytes(bytes, digits = 1) {
+  return bytes < 1e6
+    ? figure(count(Math.ceil(bytes / 1000)), "kB")
+    : figure((bytes / 1e6).toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits }), "MB");
 }
 
 export function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original }) {
   if (shownLevel === null) {
     return "";
   }
-  const detail = region?.shown || original ? `Level ${shownLevel} and original` : `Level ${shownLevel} of ${finestLevel}`;
-  return `${detail} · ${triangles ? counted(triangles, "triangle") : counted(vertices, "point")}`;
+  const detail = region?.shown || original
+    ? t("Level {level} and original", { level: shownLevel })
+    : t("Level {level} of {finest}", { level: shownLevel, finest: finestLevel });
+  return `${detail} · ${triangles ? t("{n} triangles", { n: triangles }) : t("{n} points", { n: vertices })}`;
 }
 
 export function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
-  return blobsWanted ? `${blobsLoaded} of ${blobsWanted} parts, ${kilobytes(bytesLoaded)}` : "";
+  return blobsWanted
+    ? t("{done} of {all} parts, {bytes}", { done: blobsLoaded, all: blobsWanted, bytes: kilobytes(bytesLoaded) })
+    : "";
 }
+
+// level: -1 for the original.
+export const nameOfLevel = (level) => (level < 0 ? t("Original") : t("Level\u00a0{n}", { n: level }));

@@ -23,8 +23,12 @@ async function fetchFile([file, digest]) {
   return [addressOf(file), answer];
 }
 
+// Languages but this browser's are not kept.
+const languages = navigator.languages.map((each) => `words/${each.split("-")[0].toLowerCase()}.js`);
+const isKept = (file) => !file.startsWith("words/") || languages.includes(file);
+
 async function keepFiles() {
-  const answers = await Promise.all(Object.entries(pageFiles).map(fetchFile));
+  const answers = await Promise.all(Object.entries(pageFiles).filter(([file]) => isKept(file)).map(fetchFile));
   const cache = await caches.open(name);
   await Promise.all(answers.map(([address, answer]) => cache.put(address, answer)));
 }
@@ -49,7 +53,7 @@ self.addEventListener("message", ({ data }) => data === "take over" && self.skip
 self.addEventListener("fetch", (event) => {
   const [address] = event.request.url.split(/[?#]/);
   const file = address === scope ? "index.html" : address.startsWith(scope) ? address.slice(scope.length) : "";
-  if (event.request.method === "GET" && Object.hasOwn(pageFiles, file)) {
+  if (event.request.method === "GET" && Object.hasOwn(pageFiles, file) && isKept(file)) {
     event.respondWith(answerWith(file, event.request));
   }
 });

@@ -176,6 +176,19 @@ private:
     this->Session.HandleTouches({ this->Clock += 0.1, {} });
   }
 
+  void UseTools()
+  {
+    static constexpr const char* words[]{ "x", "y", "z", "view", "flip", "off" };
+    const std::uint8_t what = this->Given.Next();
+    this->Session.SetTool(static_cast<Tool>(what % 5));
+    if (what % 2 == 0)
+    {
+      this->Session.SetSectionAlong(words[this->Way]);
+      this->Session.SetSectionDepth(this->Given.Across(-0.2, 1.2));
+    }
+    (void)this->Session.SectionOutline();
+  }
+
   void Step()
   {
     const std::uint8_t what = this->Given.Next();
@@ -220,6 +233,9 @@ private:
         break;
       case 12:
         this->Frame();
+        break;
+      case 13:
+        this->UseTools();
         break;
       default:
         for (int answers = this->Way == 0 ? 8 : 1; answers > 0; --answers)

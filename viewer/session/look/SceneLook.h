@@ -20,6 +20,7 @@ struct SceneLight
   Vec3 position;
   Vec3 color; // red, green, blue: 0-1
   double intensity;
+  bool operator==(const SceneLight&) const = default;
 };
 // The fill light stands near the eye: so what is away from the key light still becomes darker the
 // more it turns away, to the outline, and its relief is seen. From the far side it would light
@@ -28,6 +29,19 @@ inline constexpr std::array<SceneLight, 2> sceneLights{ {
   { { -0.75, 0.95, 0.75 }, { 1.0, 0.97, 0.91 }, 0.8 },
   { { 0.3, 0.2, 1.0 }, { 0.92, 0.95, 1.0 }, 0.36 },
 } };
+
+struct SceneLighting
+{
+  std::array<SceneLight, 2> lamps = sceneLights;
+  // By how much ridges are lighter and furrows darker than their light makes them: 0-1. Fully where
+  // the surface bends by a radian within reliefShare of the picture's height.
+  double relief = 0;
+  bool operator==(const SceneLighting&) const = default;
+};
+inline constexpr double reliefShare = 0.015;
+
+// The cut face of a section: fired clay, which no light makes look like the surface.
+inline constexpr std::array<unsigned char, 3> capColor{ 176, 104, 82 };
 
 // Phong's model. Ambient and diffuse light take the colour of the place, highlights that of stone.
 struct SceneMaterial

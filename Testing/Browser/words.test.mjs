@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Each language has every text of the page, and no other; without a browser.
+
+import assert from "node:assert/strict";
+import { readFileSync, readdirSync } from "node:fs";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { test } from "node:test";
+
+import { manyForms } from "../../viewer/mobile/web/words.js";
+
+const web = fileURLToPath(new URL("../../viewer/mobile/web/", import.meta.url));
+const read = (name) => readFileSync(join(web, name), "utf8");
+
+const literals = (code) => [...code.matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([each]) => JSON.parse(each));
+
+// The first argument of a call whose bracket ends before `begin`.
+function firstArgument(code, begin) {
+  let depth = 0;
+  for (let i = begin; i < code.length; ++i) {
+    if (code[i] === "\"") {
+      i = code.indexOf("\"", i + 1);
+    } else if ("([{".includes(code[i])) {
+      ++depth;
+    } else if (depth === 0 && ",)".includes(code[i])) {
+      return code.slice(begin, i);
+    } else if (")]}".includes(code[i])) {
+      --depth;
+    }
+  }
+  return "";
+}
+
+// Of a script: what is given to t, or to what gives it to t (in tools.js).
+function textsOfScript(code) {
+  const calls = [...code.matchAll(/(?<![\w.])(?:t|makeButton|group|this\.#note|toggle)\(/g)];
+  const found = calls.flatMap(({ 0: call, index }) => {
+    const begin = index + call.length;
+    const first = firstArgument(code, begin);
+    return literals(call === "toggle(" ? firstArgument(code, begin + first.length + 1) : first);
+  });
+  return found.filter((each) => /\p{L}/u.test(each));
+}
+
+// Of index.html: what stands between tags, and what is said of elements.
+function textsOfPage(text) {
+  const body = text.slice(text.indexOf("<body")).replace(/<svg.*?<\/svg>/gs, "");
+  const between = [...body.matchAll(/>([^<]+)</g)].map(([, each]) => each);
+  const said = [...body.matchAll(/(?:aria-label|aria-roledescription|placeholder)="([^"]+)"/g)].map(([, each]) => each);
+  return [...between, ...said].map((each) => each.trim().replace(/\s+/g, " ")).filter((each) => /\p{L}/u.test(each));
+}
+
+const scripts = readdirSync(web).filter((name) => name.endsWith(".js"));
+const elsewhere = ["Front", "Back", "Left", "Right", "Top", "Bottom", // in tools.js, from a list
+  "this browser keeps nothing for this page", "the browser's storage is full"]; // in storage.js
+const wanted = new Set([...scripts.flatMap((name) => textsOfScript(read(name))), ...textsOfPage(read("index.html")), ...elsewhere]);
+const namesIn = (text) => [...new Set([...text.matchAll(/\{(\w+)\}/g)].map(([, name]) => name))].sort();
+
+test("texts are found", () => {
+  for (const text of ["Loading the viewer", "Copy link", "Measure", "First view", "Level\u00a0{n}", "Pause", "the server is busy"]) {
+    assert.ok(wanted.has(text), text);
+  }
+});
+
+for (const file of readdirSync(join(web, "words"))) {
+  test(`${file} has all texts, and no other`, async () => {
+    const { texts, sentences } = await import(join(web, "words", file));
+    assert.deepEqual([...wanted].filter((text) => !Object.hasOwn(texts, text)), [], "missing");
+    assert.deepEqual(Object.keys(texts).filter((text) => !wanted.has(text)), [], "of no use");
+    const plurals = new Intl.PluralRules(file.slice(0, 2));
+    for (const [english, text] of Object.entries({ ...texts, ...sentences })) {
+      if (typeof text === "object") {
+        assert.ok(Object.hasOwn(manyForms, english), `${english} has one form in English`);
+        assert.deepEqual(Object.keys(text).sort(), [...plurals.resolvedOptions().pluralCategories].sort(), english);
+      }
+      for (const form of typeof text === "object" ? Object.values(text) : [text]) {
+        assert.ok(form.trim() && !/[<>&]/.test(form), english);
+        assert.deepEqual(namesIn(form).filter((name) => !namesIn(english).includes(name)), [], `names in “${form}”`);
+        if (typeof text === "string") {
+          assert.deepEqual(namesIn(form), namesIn(english), english);
+        }
+      }
+    }
+  });
+}
+export { wanted };

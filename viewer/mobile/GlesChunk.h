@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A chunk of a surface in the graphics memory. Internal to viewer/mobile.
+#pragma once
+
+#include "viewer/mobile/SurfaceChunks.h"
+
+#include <GLES3/gl3.h>
+
+#include <array>
+
+namespace kdstream
+{
+
+enum AttributePlace : GLuint // as `location` in GlesShaders.h
+{
+  position = 0,
+  normal = 1,
+  color = 2,
+  radius = 3,
+  away = 4,
+  formerNormal = 5
+};
+
+struct GlesChunk
+{
+  GLuint vertexArray = 0;
+  // Of vertices, colours (0 without), indices or radii of a cloud, and glides (0 without).
+  std::array<GLuint, 4> buffers{};
+  GLsizei count = 0; // of indices, or points of a cloud
+};
+
+// Whether there was room for it glGetError tells.
+GlesChunk UploadChunk(const SurfaceChunk& content);
+void FreeChunk(const GlesChunk& chunk);
+// What has arrived needs its former places no more.
+void StopGlidingOf(GlesChunk& chunk);
+
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tokens for who has one: a dialog to enter it, and the options that remember or forget it. Fetched when it is wanted.
+
+import { enterToken, forgetToken, rememberToken, remembersToken, t } from "./page.js"; // the page that is there already
+
+function make(name, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(name), properties);
+  element.append(...children);
+  return element;
+}
+
+const remembers = (checked) => {
+  const box = make("input", { type: "checkbox", checked });
+  return [box, make("label", { className: "check" }, box, t("Remember it in this browser"))];
+};
+
+// True once a token has been entered; false if the person does not want to.
+export function askForToken() {
+  const field = make("input", { type: "text", id: "token", autocomplete: "off", spellcheck: false, required: true });
+  const [box, label] = remembers(false);
+  const wrong = make("p", { id: "token-wrong", role: "alert" });
+  field.setAttribute("aria-describedby", "token-wrong");
+  const cancel = make("button", { type: "button", className: "plain", textContent: t("Cancel") });
+  const form = make("form", { method: "dialog" },
+    make("label", { htmlFor: "token", textContent: t("The token that you were given, or its link") }), field, label, wrong,
+    make("div", { className: "row" }, cancel, make("button", { className: "plain", textContent: t("Enter") })));
+  const dialog = make("dialog", { id: "access-dialog", ariaLabel: t("A token") }, form);
+  document.body.append(dialog);
+  return new Promise((resolve) => {
+    let entered = false;
+    form.addEventListener("submit", (event) => {
+      entered = enterToken(field.value);
+      if (!entered) {
+        event.preventDefault();
+        wrong.textContent = t("This is no token: it would be a long word, or a link with #token= in it.");
+        return;
+      }
+      rememberToken(box.checked);
+    });
+    cancel.addEventListener("click", () => dialog.close());
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(entered);
+    });
+    dialog.showModal();
+  });
+}
+
+// Into the fieldset `place`. forgotten: called once there is none any more.
+export function openAccessOptions(place, forgotten) {
+  const [box, label] = remembers(remembersToken());
+  box.addEventListener("change", () => {
+    if (!rememberToken(box.checked)) {
+      box.checked = false; // the browser keeps nothing for us
+    }
+  });
+  const forget = make("button", { type: "button", className: "plain", textContent: t("Forget it now") });
+  forget.addEventListener("click", () => {
+    forgetToken();
+    forgotten();
+  });
+  place.replaceChildren(make("legend", { textContent: t("Your token") }), label, forget);
+  place.hidden = false;
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The list's pictures, and its search. Fetched after the first picture of the page, or where there are many models.
+//
+// A picture is made when its entry is first seen: of the model's preview, by a second viewer of the same WebAssembly on a
+// small canvas of its own that nobody sees, one at a time, and only while the page itself has nothing to do. It is kept by
+// the model's digest. What was fetched for it, the view gets when the model is chosen, and the other way round (`previews`
+// in line.js). Whoever saves data gets the pictures that are kept, and no others.
+
+import { Line, anotherViewer, entryOf, findBlob, mayKeep, nameOf, previewOf, storeBlobs, t } from "./page.js"; // the page that is there already
+
+const side = 192; // pixels
+const pause = 300; // ms, until it is looked again whether the page is at rest
+const longest = 20000; // ms, for one picture
+const mostMade = 24; // by one viewer, which keeps what it has drawn
+const pathOf = (digest) => `picture/${digest}`;
+
+// ---- making pictures
+
+class Maker {
+  #canvas = document.createElement("canvas");
+  #viewer = anotherViewer();
+  #line;
+  #came = () => {};
+  made = 0;
+
+  constructor() {
+    this.#canvas.width = this.#canvas.height = side;
+    this.#line = new Line(this.#viewer, () => this.#came(), false);
+    this.#viewer.setKeeps(true);
+    this.#viewer.setMotion(false);
+    this.works = this.#viewer.gainCanvas(this.#canvas);
+    this.#viewer.resize(side, side, 1);
+  }
+
+  // Its data: address, or "" where there is none.
+  async make(model) {
+    ++this.made;
+    this.#viewer.setModels(new TextEncoder().encode(JSON.stringify({ models: [model] })));
+    this.#viewer.select(model.id);
+    this.#line.exchange();
+    for (const end = performance.now() + longest; performance.now() < end;) {
+      this.#viewer.frame();
+      this.#line.tick();
+      const { idle, shownLevel, error, drawingError } = this.#viewer.status();
+      if (error || drawingError || this.#viewer.failure) {
+        return "";
+      }
+      if (idle && shownLevel !== null) {
+        return this.#picture();
+      }
+      await new Promise((resolve) => {
+        this.#came = resolve;
+        setTimeout(resolve, 50);
+      });
+    }
+    return "";
+  }
+
+  #picture() {
+    this.#viewer.resize(side, side, 1); // a canvas keeps its picture for as long as this turn lasts
+    this.#viewer.frame();
+    return this.#canvas.toDataURL("image/webp", .8);
+  }
+
+  drop() {
+    this.#viewer.drop();
+    this.#canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+}
+
+// ---- the list
+
+// Letters without their marks, in one case.
+const plain = (text) => text.normalize("NFKD").replace(/\p{M}/gu, "").toLowerCase();
+
+export class Gallery {
+  #page;
+  #models = [];
+  #seen = new IntersectionObserver((entries) => this.#see(entries), { root: document.getElementById("browser"), rootMargin: "80px" });
+  #wanted = new Map(); // by id
+  #pictures = new Map(); // by digest; "" where none could be made
+  #maker = null;
+  #works = false;
+  #search = document.getElementById("search");
+
+  // page: { viewer, status(), savesData() }
+  constructor(page) {
+    this.#page = page;
+    this.#search.addEventListener("input", () => this.#filter());
+  }
+
+  // After the entries were made.
+  show(models) {
+    this.#models = models;
+    this.#seen.disconnect();
+    this.#wanted.clear();
+    models.forEach(({ id }) => this.#seen.observe(entryOf(id)));
+    this.#filter();
+  }
+
+  // Before the model is shown: what was fetched for its picture.
+  handOver(id) {
+    const { digest } = this.#models.find((model) => model.id === id) ?? {};
+    const preview = previewOf(`/api/models/${id}/${digest}/`);
+    preview && this.#page.viewer.hand(...preview);
+  }
+
+  #see(entries) {
+    for (const { target, isIntersecting } of entries) {
+      const model = this.#models.find(({ id }) => id === target.dataset.model);
+      if (isIntersecting && model && !this.#put(model)) {
+        this.#wanted.set(model.id, model);
+      } else {
+        this.#wanted.delete(target.dataset.model); // scrolled away
+      }
+    }
+    this.#work();
+  }
+
+  // Shows what there is; whether there is nothing left to do.
+  #put({ id, digest }) {
+    const picture = this.#pictures.get(digest);
+    const image = entryOf(id)?.querySelector("img");
+    if (picture && image) {
+      image.src = picture;
+      image.hidden = false;
+    }
+    return picture !== undefined;
+  }
+
+  async #work() {
+    if (this.#works) {
+      return;
+    }
+    this.#works = true;
+    for (let model; ([model] = this.#wanted.values()), model;) {
+      if (!this.#pictures.has(model.digest)) {
+        const picture = await this.#find(model) ?? (this.#page.savesData() ? "" : await this.#make(model));
+        if (picture === null) {
+          await new Promise((resolve) => setTimeout(resolve, pause));
+          continue;
+        }
+        this.#pictures.set(model.digest, picture);
+      }
+      this.#wanted.delete(model.id);
+      this.#put(model);
+    }
+    this.#maker?.drop();
+    this.#maker = null;
+    this.#works = false;
+  }
+
+  async #find({ digest }) {
+    const kept = mayKeep() ? await findBlob(pathOf(digest)) : null;
+    const text = kept && new TextDecoder().decode(kept);
+    return text?.startsWith("data:image/") ? text : undefined;
+  }
+
+  // null while the page has better things to do.
+  async #make(model) {
+    const { mode, idle, shownLevel, error } = this.#page.status();
+    if (mode !== "browsing" || document.hidden || !(idle && (shownLevel !== null || error))) {
+      return null;
+    }
+    if (this.#maker?.made >= mostMade) {
+      this.#maker.drop();
+      this.#maker = null;
+    }
+    this.#maker ??= new Maker();
+    const picture = this.#maker.works ? await this.#maker.make(model) : "";
+    if (picture && mayKeep()) {
+      storeBlobs([{ path: pathOf(model.digest), bytes: new TextEncoder().encode(picture).buffer }]);
+    }
+    return picture;
+  }
+
+  // Leaves those that have all the words.
+  #filter() {
+    const words = plain(this.#search.hidden ? "" : this.#search.value).split(/\s+/).filter(Boolean);
+    let left = 0;
+    for (const model of this.#models) {
+      const text = plain(`${nameOf(model)} ${model.description}`);
+      const fits = words.every((word) => text.includes(word));
+      entryOf(model.id).parentElement.hidden = !fits;
+      left += fits;
+    }
+    if (this.#models.length) {
+      const found = document.getElementById("empty");
+      found.hidden = words.length === 0;
+      found.textContent = left ? t("{n} models found", { n: left }) : t("No model is like this.");
+    }
+  }
+}

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The list of models: an entry each, by title, with room for a picture. Pictures and search come with gallery.js, which is
+// fetched when there is time, or when there are many models.
+
+import { mayKeep } from "./line.js";
+import { storedPaths } from "./storage.js";
+import { language, t } from "./words.js";
+
+const place = document.getElementById("models");
+const manyModels = 12; // for whom there is a search
+
+export const nameOf = ({ title, id }) => title?.trim() || id;
+
+// What a list says of models and site, as it came and the viewer has taken it; what else is in it is not believed.
+export function readList(bytes) {
+  const { models, site } = JSON.parse(new TextDecoder().decode(bytes));
+  const text = (value) => (typeof value === "string" ? value.trim() : "");
+  const { compare } = new Intl.Collator(language, { numeric: true });
+  const all = models.map(({ id, digest, title, description, vertices, triangles }) =>
+    ({ id, digest, title: text(title), description: text(description), vertices, triangles }));
+  return {
+    models: all.sort((one, other) => compare(nameOf(one), nameOf(other)) || compare(one.id, other.id)),
+    site: { title: text(site?.title), text: text(site?.text) },
+  };
+}
+
+function make(name, properties, ...children) {
+  const element = Object.assign(document.createElement(name), properties);
+  element.append(...children);
+  return element;
+}
+
+function entry(model, choose) {
+  const picture = make("span", { className: "picture" }, make("img", { alt: "", hidden: true, decoding: "async" }));
+  const words = make("span", { className: "words" }, make("span", { className: "name", dir: "auto", textContent: nameOf(model) }));
+  if (model.description) {
+    words.append(make("span", { className: "facts", dir: "auto", textContent: model.description }));
+  }
+  words.append(make("span", { className: "kept", textContent: t("available offline"), hidden: true }));
+  const button = make("button", { type: "button" }, picture, words);
+  button.dataset.model = model.id;
+  button.addEventListener("click", () => choose(model.id));
+  return make("li", {}, button);
+}
+
+export const entryOf = (id) => place.querySelector(`[data-model="${CSS.escape(id)}"]`);
+
+// choose: called with the id of what is chosen.
+export function showEntries(models, choose) {
+  place.replaceChildren(...models.map((model) => entry(model, choose)));
+  document.getElementById("search").hidden = models.length <= manyModels;
+}
+
+export function showSite({ title, text }) {
+  document.getElementById("site").textContent = title || t("Models");
+  const introduction = document.getElementById("introduction");
+  introduction.textContent = text;
+  introduction.hidden = !text;
+}
+
+export function markChosen(id) {
+  for (const button of place.querySelectorAll("button")) {
+    const chosen = String(button.dataset.model === id);
+    if (button.getAttribute("aria-pressed") !== chosen) {
+      button.setAttribute("aria-pressed", chosen);
+    }
+  }
+}
+
+// Which models open without a network: description and preview are kept.
+export async function markKept(models) {
+  const paths = mayKeep() ? await storedPaths() : new Set();
+  const begins = new Set([...paths].map((path) => path.split("/", 5).join("/")));
+  for (const { id, digest } of models) {
+    const kept = paths.has(`/api/models/${id}/model.json`) && begins.has(`/api/models/${id}/${digest}`);
+    const mark = entryOf(id)?.querySelector(".kept");
+    if (mark) {
+      mark.hidden = !kept;
+    }
+  }
+}

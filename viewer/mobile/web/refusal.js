@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a server refuses, in a person's words: by the status of its answer and the seconds after which it wants to be asked
+// again (0: it does not say).
+
+import { language, t, translated } from "./words.js";
+
+function describeWhen(seconds) {
+  if (seconds < 90) {
+    return t("in {n} seconds", { n: Math.max(Math.ceil(seconds), 1) });
+  }
+  const far = seconds > 20 * 3600 ? { weekday: "long" } : {};
+  const time = new Date(Date.now() + 1000 * seconds)
+    .toLocaleTimeString(language, { hour: "numeric", minute: "2-digit", ...far });
+  return t("at {time}", { time });
+}
+
+export function refusalOf(status, retryAfter = 0, hasToken = false) {
+  const when = retryAfter > 0 ? describeWhen(retryAfter) : "";
+  switch (status) {
+    case 401:
+      return hasToken
+        ? t("the server asks for a token: the link has expired, or is for another server")
+        : t("the server asks for a token: open the link that you were given");
+    case 403:
+      return when
+        ? t("what you may have of this is used up; there is more {when}", { when })
+        : t("the link that you were given does not allow this");
+    case 404:
+      return t("the server does not have it");
+    case 429:
+      return when
+        ? t("too much was asked of the server at once; it answers again {when}", { when })
+        : t("too much was asked of the server at once");
+    case 502:
+    case 503:
+    case 504:
+      return when ? t("the server is busy; it answers again {when}", { when }) : t("the server is busy");
+    default:
+      return t("the server says {status}", { status: String(status) });
+  }
+}
+
+const quotaRefusal = (time) => refusalOf(403, Math.max((Date.parse(time) - Date.now()) / 1000, 1));
+
+// What session and servers say, for developers.
+const known = [
+  [/^the connection to the server was lost: (.*)$/s, (why) => t("the connection to the server was lost: {why}", { why: inPlainWords(why) })],
+  [/^(\S+) cannot be opened: (.*)$/s, (name, why) => t("{name} cannot be opened: {why}", { name, why: inPlainWords(why) })],
+  [/^the server (?:says \d{3}|refused): (.*)$/s, (why) => inPlainWords(why)], // a status of HTTP says nothing to most people
+  [/^the server says (\d{3})$/, (status) => refusalOf(Number(status))],
+  [/^the quota of .* is used up: again at (\S+)$/, quotaRefusal],
+  [/^too many requests: ask again in (\d+) s$/, (seconds) => refusalOf(429, Number(seconds))],
+  [/^this server asks for a token$/, () => refusalOf(401)],
+  [/^the token is for the preview of .* alone$/, () => t("the link that you were given is for the preview alone")],
+  [/^the token is for the levels of .*, not its original$/, () => t("the link that you were given is not for the original")],
+  [/^the token is not for the model /, () => t("the link that you were given is not for this model")],
+];
+
+// The same in words for everybody, and in their language where its file has it.
+export function inPlainWords(text) {
+  for (const [pattern, say] of known) {
+    const found = pattern.exec(text);
+    if (found) {
+      return say(...found.slice(1));
+    }
+  }
+  return translated(text);
+}

@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A session with a section and raking light: what fingers do to them, what is fetched, what links
+// tell.
+#include "viewer/session/SessionFile.h"
+#include "viewer/session/Testing/SessionsByLevel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::testing;
+using protocol::BlobKind;
+
+namespace
+{
+
+std::unique_ptr<ViewerSession> Looking(MemoryServer& server, SessionOptions options = {})
+{
+  auto session = std::make_unique<ViewerSession>(options);
+  Open(*session);
+  server.Serve(*session);
+  session->EnterFullScreen();
+  server.Serve(*session);
+  return session;
+}
+
+void Drag(ViewerSession& session, double x, double y, double dx, double dy)
+{
+  for (int i = 0; i <= 10; ++i)
+  {
+    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x + dx * i / 10, y + dy * i / 10 } } });
+  }
+  session.HandleTouches({ clockOfFingers += 0.02, {} });
+}
+
+void DragTwo(ViewerSession& session, double dx, double dy)
+{
+  for (int i = 0; i <= 10; ++i)
+  {
+    session.HandleTouches(
+      { clockOfFingers += 0.02, { { 1, 300 + dx * i / 10, 300 + dy * i / 10 },
+                                  { 2, 500 + dx * i / 10, 300 + dy * i / 10 } } });
+  }
+  session.HandleTouches({ clockOfFingers += 0.02, {} });
+}
+
+// What is cut away is not asked for, with whichever camera; without the section it is.
+TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
+{
+  for (unsigned seed = 0; seed < 12; ++seed)
+  {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(0, 1);
+    MemoryServer server = Torus();
+    const auto session = std::make_unique<ViewerSession>();
+    Open(*session);
+    server.Serve(*session);
+    static constexpr std::array<std::string_view, 4> words{ "x", "y", "z", "view" };
+    ASSERT_TRUE(session->SetSectionAlong(words[seed % words.size()]));
+    session->SetSectionDepth(0.2 + 0.6 * any(random));
+    session->EnterFullScreen();
+    SectionPlane plane = *session->GetSection().Plane();
+    plane.offset += 0.05; // boxes are told rounded outwards
+    const auto [x, y] = OnModel(*session);
+    for (int i = 0; i < 5; ++i)
+    {
+      session->Zoom(1.6, x, y);
+      server.Serve(*session);
+      Drag(*session, 300, 300, 400 * any(random) - 200, 200 * any(random) - 100);
+      server.Serve(*session, &random);
+      if (i % 2 == 1)
+      {
+        DoubleTap(*session, x, y);
+        server.Serve(*session, &random);
+      }
+    }
+    const TreeDepths& depths = server.Codec().depths;
+    std::size_t partitions = 0, gone = 0;
+    for (const protocol::BlobId& blob : server.sent)
+    {
+      if (blob.kind == BlobKind::Partition)
+      {
+        ++partitions;
+        const PieceId piece = PieceOfBlob(blob, depths);
+        gone += plane.CutsAwayAllOf(server.Tree()[piece.node]) ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(gone, 0u) << "of " << partitions;
+    server.sent.clear();
+    session->SetSection({});
+    server.Serve(*session);
+    EXPECT_FALSE(session->Scene().section);
+    EXPECT_FALSE(session->Scene().cap);
+  }
+}
+
+TEST(TestSessionSection, LessIsWanted)
+{
+  std::size_t sent[2]{};
+  for (const bool isCut : { false, true })
+  {
+    MemoryServer server = Torus();
+    ViewerSession session;
+    Open(session);
+    server.Serve(session);
+    if (isCut)
+    {
+      session.SetSectionAlong("x");
+      session.SetSectionDepth(0.8);
+    }
+    session.EnterFullScreen();
+    server.Serve(session);
+    sent[isCut ? 1 : 0] = server.sent.size();
+  }
+  EXPECT_GT(sent[0], 60u);
+  EXPECT_LT(sent[1], 0.4 * static_cast<double>(sent[0]));
+}
+
+// Only what is left of a tapped region is asked for, and counted.
+TEST(TestSessionSection, RegionsEndAtThePlane)
+{
+  for (const DetailMode detail : { DetailMode::View, DetailMode::Level })
+  {
+    MemoryServer server = Torus();
+    SessionOptions options;
+    options.detail = detail;
+    options.rings = 3;
+    const auto session = Looking(server, options);
+    const auto [x, y] = OnModel(*session);
+    DoubleTap(*session, x, y);
+    server.Serve(*session);
+    ASSERT_TRUE(session->GetStatus().region);
+    const auto all = session->GetStatus().region->partitions;
+    ASSERT_TRUE(session->SetSectionAlong("y"));
+    server.Serve(*session);
+    ASSERT_TRUE(session->GetStatus().region);
+    const auto left = session->GetStatus().region->partitions;
+    EXPECT_LT(left, all);
+    EXPECT_GT(left, 0u);
+    EXPECT_EQ(session->GetStatus().region->shown, left);
+  }
+}
+
+TEST(TestSessionSection, FingersMoveAndTurnIt)
+{
+  MemoryServer server = Torus();
+  const auto session = Looking(server);
+  const Camera before = session->GetCamera();
+  session->SetTool(Tool::Section);
+  Drag(*session, 300, 300, 100, 0);
+  EXPECT_NE(session->GetCamera(), before) << "without a section a finger turns as ever";
+  session->GoHome();
+  ASSERT_EQ(session->GetCamera(), before);
+  ASSERT_TRUE(session->SetSectionAlong("x"));
+  ASSERT_EQ(session->GetSection().Plane()->normal, (Vec3{ 1, 0, 0 }));
+  const double at = session->GetSection().Plane()->offset;
+  Drag(*session, 400, 300, 100, 0);
+  EXPECT_EQ(session->GetCamera(), before);
+  // The finger's way on the screen, but for what it went before it counted.
+  const double unit = session->GetCamera().PixelsPerUnit();
+  EXPECT_NEAR(session->GetSection().Plane()->offset - at, 100 / unit, 11 / unit);
+  const double turned = session->GetSection().Plane()->offset;
+  DragTwo(*session, 0, 12);
+  DragTwo(*session, 5, 0);
+  EXPECT_EQ(session->GetSection().Plane()->normal, (Vec3{ 1, 0, 0 })) << "snapped";
+  DragTwo(*session, 200, 0);
+  EXPECT_LT(session->GetSection().Plane()->normal[0], 0.9);
+  EXPECT_NEAR(Length(session->GetSection().Plane()->normal), 1, 1e-12);
+  EXPECT_NE(session->GetSection().Plane()->offset, turned);
+  // A plane across the line of sight: down is nearer.
+  ASSERT_TRUE(session->SetSectionAlong("view"));
+  const double depth = session->GetSection().Depth();
+  Drag(*session, 400, 200, 0, 60);
+  EXPECT_LT(session->GetSection().Depth(), depth);
+  session->SetTool(Tool::None);
+  Drag(*session, 400, 200, 60, 0);
+  EXPECT_NE(session->GetCamera().Orientation(), before.Orientation());
+}
+
+TEST(TestSessionSection, TheCapIsWhatIsPicked)
+{
+  MemoryServer server = Torus();
+  const auto session = Looking(server);
+  ASSERT_TRUE(session->SetSectionAlong("z"));
+  session->BeginFrame();
+  const ViewerScene scene = session->Scene();
+  ASSERT_TRUE(scene.section);
+  ASSERT_TRUE(scene.cap);
+  EXPECT_GT(scene.cap->triangles.size(), 100u);
+  session->SetTool(Tool::Measure);
+  const auto [x, y] = OnModel(*session);
+  clockOfFingers += 1;
+  Tap(*session, x, y);
+  ASSERT_EQ(session->Measurements().size(), 1u);
+  const MeasuredPoint end = session->Measurements().front().from;
+  EXPECT_NEAR(scene.section->Above(end.point), 0, 1e-9);
+  EXPECT_EQ(end.error, 0);
+  EXPECT_FALSE(end.waits) << "a point of the plane is exact";
+}
+
+// Across a ring of the torus: both ends come to the original's outline.
+TEST(TestSessionSection, MeasuresAlongTheOutline)
+{
+  MemoryServer server = Torus();
+  const auto session = Looking(server);
+  ASSERT_TRUE(session->SetSectionAlong("z"));
+  server.Serve(*session);
+  session->SetTool(Tool::Measure);
+  const Camera& camera = session->GetCamera();
+  const SectionPlane plane = *session->GetSection().Plane();
+  const auto tapAt = [&](double radius)
+  {
+    const auto pixel = camera.PixelOf(plane.NearestTo({ radius, 0, 0 }));
+    ASSERT_TRUE(pixel);
+    clockOfFingers += 1;
+    Tap(*session, (*pixel)[0], (*pixel)[1]);
+  };
+  // Where the outline crosses the x axis, of what is shown now.
+  std::vector<double> crossings;
+  for (const SectionSegment& segment : session->GetSection().Outline())
+  {
+    if ((segment.from[1] > 0) != (segment.to[1] > 0) && segment.from[0] > 0)
+    {
+      crossings.push_back(segment.from[0]);
+    }
+  }
+  ASSERT_EQ(crossings.size(), 2u);
+  std::sort(crossings.begin(), crossings.end());
+  tapAt(crossings[0] + 0.01);
+  tapAt(crossings[1] - 0.01);
+  server.Serve(*session);
+  ASSERT_EQ(session->Measurements().size(), 1u);
+  const Measurement& width = session->Measurements().front();
+  ASSERT_TRUE(width.to);
+  EXPECT_TRUE(width.IsExact());
+  EXPECT_NEAR(plane.Above(width.from.point), 0, 1e-9);
+  EXPECT_NEAR(plane.Above(width.to->point), 0, 1e-9);
+  EXPECT_NEAR(width.Distance(), crossings[1] - crossings[0], 0.02);
+  for (const MeasuredPoint* end : { &width.from, &*width.to })
+  {
+    const auto near = session->GetSection().NearestOnOutline(end->point, 1e-9);
+    EXPECT_TRUE(near) << "on the outline";
+  }
+}
+
+// A section leaves enough to find one's way back.
+TEST(TestSessionSection, NobodyGetsLost)
+{
+  for (unsigned seed = 0; seed < 30; ++seed)
+  {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(0, 1);
+    MemoryServer server = Torus();
+    const auto session = Looking(server);
+    session->SetSectionAlong(seed % 2 == 0 ? "x" : "view");
+    for (int i = 0; i < 20; ++i)
+    {
+      const double x = any(random) * width, y = any(random) * height;
+      session->SetTool(any(random) < 0.2 ? Tool::Section : Tool::None);
+      any(random) < 0.5   ? Drag(*session, x, y, 300 * any(random) - 150, 300 * any(random) - 150)
+      : any(random) < 0.7 ? session->Zoom(any(random) < 0.6 ? 1.4 : 0.6, x, y)
+                          : DragTwo(*session, 400 * any(random) - 200, 100);
+      server.Serve(*session);
+    }
+    session->SetTool(Tool::None);
+    session->Zoom(0.9, width / 2.0, height / 2.0);
+    const SectionPlane plane = *session->GetSection().Plane();
+    const auto nearest =
+      NearestOnSurface(*session->Scene().surface, session->GetCamera().Focal(), 0, &plane);
+    if (nearest)
+    {
+      EXPECT_LE(nearest->distance, 1.0001 * session->GetCamera().Reach());
+    }
+  }
+}
+
+TEST(TestSessionSection, LightComesFromTheFinger)
+{
+  MemoryServer server = Torus();
+  const auto session = Looking(server);
+  EXPECT_EQ(session->Scene().lighting, SceneLighting{});
+  session->SetTool(Tool::Light);
+  const Camera before = session->GetCamera();
+  Drag(*session, 400, 300, -200, 0);
+  EXPECT_EQ(session->GetCamera(), before);
+  ASSERT_TRUE(session->GetLight());
+  EXPECT_NEAR(session->GetLight()->lamp.x, -200 / (0.45 * height), 1e-9);
+  EXPECT_NEAR(session->GetLight()->lamp.y, 0, 1e-9);
+  const Vec3 from = session->Scene().lighting.lamps[0].position;
+  EXPECT_NEAR(Length(from), 1, 1e-9);
+  EXPECT_LT(from[0], -0.7);
+  EXPECT_EQ(session->Scene().lighting.lamps[1].intensity, 0);
+  DoubleTap(*session, 790, 300); // beyond the rim: no lower than the horizon, and no region
+  EXPECT_NEAR(session->GetLight()->lamp.x, RakingLight::rim, 1e-9);
+  EXPECT_GT(session->Scene().lighting.lamps[0].position[2], 0.05);
+  EXPECT_FALSE(session->GetStatus().region);
+  session->SetTool(Tool::SecondLight);
+  Drag(*session, 400, 300, 0, -100);
+  ASSERT_TRUE(session->GetLight()->second);
+  EXPECT_GT(session->GetLight()->second->y, 0.2);
+  EXPECT_GT(session->Scene().lighting.lamps[1].intensity, 0);
+  Pinch(*session, 400, 300, 2);
+  EXPECT_NE(session->GetCamera(), before) << "two fingers zoom as ever";
+  session->SetLight({});
+  EXPECT_EQ(session->Scene().lighting, SceneLighting{});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  session->SetLight(RakingLight{ { nan, 1e300, -4 }, RakingLamp{ 1e300, nan, nan }, 7 });
+  for (const SceneLight& lamp : session->Scene().lighting.lamps)
+  {
+    EXPECT_TRUE(std::isfinite(Length(lamp.position)));
+    EXPECT_GE(lamp.intensity, 0);
+  }
+  EXPECT_EQ(session->Scene().lighting.relief, 1);
+  ASSERT_TRUE(session->SelectModel("other"));
+  EXPECT_FALSE(session->GetLight());
+  EXPECT_FALSE(session->GetSection().Plane());
+}
+
+TEST(TestSessionSection, ALinkTellsOfBoth)
+{
+  MemoryServer server = Torus();
+  const auto mine = Looking(server);
+  ASSERT_TRUE(mine->SetSectionAlong("y"));
+  mine->SetSectionDepth(0.3);
+  mine->SetTool(Tool::Section);
+  DragTwo(*mine, 130, 50);
+  mine->SetTool(Tool::SecondLight);
+  Drag(*mine, 400, 300, 90, 30);
+  const std::string text = FormatViewLink(mine->Link());
+  EXPECT_LT(text.size(), 150u) << text;
+  ViewerSession theirs;
+  theirs.Resize({ width, height, 1 });
+  ASSERT_TRUE(theirs.Follow(*ParseViewLink(text)));
+  server.Serve(theirs);
+  server.Serve(*mine);
+  ASSERT_TRUE(theirs.GetSection().Plane());
+  const SectionPlane &a = *mine->GetSection().Plane(), &b = *theirs.GetSection().Plane();
+  EXPECT_LT(Length(a.normal - b.normal), 1e-6);
+  EXPECT_NEAR(a.offset, b.offset, 1e-7);
+  ASSERT_TRUE(theirs.GetLight() && theirs.GetLight()->second);
+  EXPECT_NEAR(mine->GetLight()->second->x, theirs.GetLight()->second->x, 1e-4);
+  EXPECT_NEAR(mine->GetLight()->lamp.intensity, theirs.GetLight()->lamp.intensity, 0.01);
+  EXPECT_EQ(FormatViewLink(theirs.Link()), text) << "told on as it came";
+  for (const char* wrong : { "section=", "section=AAAA", "section=AAAAAAAAAAAAAAAAAAA",
+         "lamps=", "lamps=!", "lamps=AAAA" })
+  {
+    EXPECT_FALSE(ParseViewLink("model=torus&" + std::string(wrong))) << wrong;
+  }
+}
+
+TEST(TestSessionSection, FilesTellOfBoth)
+{
+  const std::string file = "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"section\":\"view\"}\n"
+                           "{\"depth\":0.25}\n{\"tool\":\"section\"}\n{\"section\":\"flip\"}\n"
+                           "{\"tool\":\"second light\"}\n{\"lamps\":\"" +
+                           FormatLamps(RakingLight{ { -0.5, 0.25, 1 }, {}, 0.5 }) +
+                           "\"}\n{\"tool\":\"light\"}\n{\"lamps\":\"standard\"}\n";
+  const auto steps = ParseSession(file);
+  ASSERT_TRUE(steps) << steps.GetError().message;
+  std::string again;
+  MemoryServer server = Torus();
+  ViewerSession session;
+  session.Resize({ width, height, 1 });
+  for (const SessionStep& step : *steps)
+  {
+    ASSERT_TRUE(Perform(step, session));
+    server.Serve(session);
+    again += FormatSessionStep(step) + "\n";
+    if (step.kind == SessionStep::Kind::Lamps && step.name != "standard")
+    {
+      ASSERT_TRUE(session.GetLight());
+      EXPECT_NEAR(session.GetLight()->relief, 0.5, 0.01);
+    }
+  }
+  EXPECT_EQ(again, file);
+  EXPECT_EQ(session.GetTool(), Tool::Light);
+  EXPECT_FALSE(session.GetLight());
+  ASSERT_TRUE(session.GetSection().Plane());
+  EXPECT_NEAR(session.GetSection().Depth(), 0.75, 1e-9);
+  for (const auto& [wrong, what] :
+    std::vector<std::pair<std::string, std::string>>{
+      { "{\"section\":\"w\"}", "line 1: 'section' is one of 'x', 'y', 'z', 'view', 'flip', 'off'" },
+      { "{\"depth\":1.5}", "line 1: 'depth' is a number from 0 to 1" },
+      { "{\"depth\":\"x\"}", "line 1: 'depth' is a number from 0 to 1" },
+      { "{\"depth\":1,\"x\":1}", "line 1: unknown key 'x'" },
+      { "{\"lamps\":\"A\"}", "line 1: 'lamps': no light can be understood in this" } })
+  {
+    const auto parsed = ParseSession(wrong);
+    ASSERT_FALSE(parsed) << wrong;
+    EXPECT_EQ(parsed.GetError().message, what);
+  }
+}
+
+// The same steps give the same trace.
+TEST(TestSessionSection, IsTheSameEveryTime)
+{
+  std::vector<std::string> traces[2];
+  for (auto& trace : traces)
+  {
+    clockOfFingers = 0;
+    MemoryServer server = Torus();
+    SessionOptions options;
+    options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
+    const auto session = Looking(server, options);
+    session->SetSectionAlong("view");
+    session->SetTool(Tool::Section);
+    Drag(*session, 200, 200, 90, 40);
+    DragTwo(*session, 70, -30);
+    server.Serve(*session);
+    session->SetTool(Tool::Light);
+    Drag(*session, 200, 200, 90, 40);
+    server.Serve(*session);
+  }
+  EXPECT_EQ(traces[0], traces[1]);
+}
+
+TEST(TestSessionSection, OutlinesAreDrawn)
+{
+  MemoryServer server = Torus();
+  const auto session = Looking(server);
+  EXPECT_EQ(session->SectionOutline(), "");
+  session->SetSectionAlong("z");
+  server.Serve(*session);
+  const std::string svg = session->SectionOutline();
+  EXPECT_NE(svg.find("<svg "), std::string::npos);
+  EXPECT_EQ(std::count(svg.begin(), svg.end(), 'Z'), 2) << "an inner and an outer line";
+  EXPECT_NE(svg.find("<desc>Within "), std::string::npos);
+}
+
+}

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Light from where a finger is: low, it shows reliefs and inscriptions that are flat from above.
+// Under step "render" of the README's picture.
+#pragma once
+
+#include "viewer/session/look/SceneLook.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace kdstream
+{
+
+struct RakingLamp
+{
+  // On a disc of radius 1 before the eye, x to the right, y up: from the middle light comes from
+  // the eye, at the rim from the side.
+  double x = -0.9, y = 0.3;
+  double intensity = 1; // 0-2
+  bool operator==(const RakingLamp&) const = default;
+};
+
+struct RakingLight
+{
+  RakingLamp lamp{};
+  std::optional<RakingLamp> second{};
+  double relief = 0; // how much lighter ridges are, and darker furrows: 0-1
+  bool operator==(const RakingLight&) const = default;
+
+  static constexpr double mostIntensity = 2;
+  static constexpr double rim = 0.997; // of the disc: from behind the rim there is no light
+};
+
+// What is finite and in its range.
+inline double InRange(double value, double least, double most)
+{
+  return std::isfinite(value) ? std::clamp(value, least, most) : least;
+}
+inline RakingLamp Confined(const RakingLamp& lamp)
+{
+  RakingLamp confined{ InRange(lamp.x, -1e6, 1e6), InRange(lamp.y, -1e6, 1e6),
+    InRange(lamp.intensity, 0, RakingLight::mostIntensity) };
+  const double from = std::sqrt(confined.x * confined.x + confined.y * confined.y);
+  const double shorter = from > RakingLight::rim ? RakingLight::rim / from : 1;
+  confined.x *= shorter;
+  confined.y *= shorter;
+  return confined;
+}
+inline RakingLight Confined(const RakingLight& light)
+{
+  return { Confined(light.lamp),
+    light.second ? std::optional(Confined(*light.second)) : std::nullopt,
+    InRange(light.relief, 0, 1) };
+}
+
+// The standard light without one.
+inline SceneLighting LightingOf(const std::optional<RakingLight>& light)
+{
+  SceneLighting lighting;
+  if (light)
+  {
+    const auto put = [&](std::size_t i, const RakingLamp& lamp, const Vec3& color)
+    {
+      const double square = lamp.x * lamp.x + lamp.y * lamp.y;
+      lighting.lamps[i] = { { lamp.x, lamp.y, std::sqrt(std::max(1 - square, 0.0)) }, color,
+        lamp.intensity };
+    };
+    put(0, light->lamp, sceneLights[0].color);
+    put(1, light->second.value_or(RakingLamp{ 0, 0, 0 }), sceneLights[1].color);
+    lighting.relief = light->relief;
+  }
+  return lighting;
+}
+
+}

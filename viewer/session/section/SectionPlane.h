@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A plane that cuts part of the model away. Under the steps "pick" and "render" of the README's
+// picture.
+#pragma once
+
+#include "viewer/session/Camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace kdstream
+{
+
+struct SectionPlane
+{
+  Vec3 normal{ 0, 0, 1 }; // of length 1, towards what is cut away
+  double offset = 0;      // of its points along the normal, model units
+  bool operator==(const SectionPlane&) const = default;
+
+  // Above 0: cut away.
+  double Above(const Vec3& point) const { return Dot(point, this->normal) - this->offset; }
+  bool CutsAway(const Vec3& point) const { return this->Above(point) > 0; }
+  // Whether nothing of a box is left; of an empty box nothing is.
+  bool CutsAwayAllOf(const Box& box) const { return this->LeastOf(box) > this->offset; }
+  // Whether it goes through a box.
+  bool Meets(const Box& box) const
+  {
+    return this->LeastOf(box) <= this->offset && this->MostOf(box) >= this->offset;
+  }
+  // How far along the normal a box begins and ends.
+  double LeastOf(const Box& box) const { return this->CornerOf(box, false); }
+  double MostOf(const Box& box) const { return this->CornerOf(box, true); }
+
+  Vec3 NearestTo(const Vec3& point) const { return point - this->normal * this->Above(point); }
+
+  // The part of a ray before which, and behind which, all is cut away: from `begin` to `end`, both
+  // of 0 or more along it; begin > end where nothing is left.
+  struct Part
+  {
+    double begin = 0, end = std::numeric_limits<double>::infinity();
+  };
+  Part KeptOf(const Ray& ray) const
+  {
+    const double above = this->Above(ray.origin), rise = Dot(ray.direction, this->normal);
+    const double meets = -above / rise;
+    if (above > 0)
+    {
+      return { rise < 0 ? meets : std::numeric_limits<double>::infinity(),
+        rise < 0 ? std::numeric_limits<double>::infinity() : 0.0 };
+    }
+    return { 0, rise > 0 ? meets : std::numeric_limits<double>::infinity() };
+  }
+
+private:
+  double CornerOf(const Box& box, bool most) const
+  {
+    double sum = box.Empty() ? std::numeric_limits<double>::infinity() : 0;
+    for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+    {
+      const double lo = this->normal[k] * box.lo[k], hi = this->normal[k] * box.hi[k];
+      sum += most ? std::max(lo, hi) : std::min(lo, hi);
+    }
+    return sum;
+  }
+};
+
+// The plane's own axes, around a point near what is drawn, as one sees them who looks against the
+// normal: x to the right, y up. Of planes across an axis these are two of the others.
+struct SectionAxes
+{
+  Vec3 origin, x, y;
+
+  SectionAxes(const SectionPlane& plane, const Vec3& near)
+    : origin(plane.NearestTo(near))
+    , x(Across(plane.normal))
+    , y(Cross(plane.normal, x))
+  {
+  }
+  std::array<double, 2> To(const Vec3& p) const
+  {
+    return { Dot(p - this->origin, this->x), Dot(p - this->origin, this->y) };
+  }
+  Vec3 From(const std::array<double, 2>& p) const
+  {
+    return this->origin + this->x * p[0] + this->y * p[1];
+  }
+};
+
+}

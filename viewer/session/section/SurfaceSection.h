@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a plane meets a surface: the outline, and the cap that fills it. Under step "draw" of the
+// README's picture.
+#pragma once
+
+#include "filters/core/drawing/DrawnSurface.h"
+#include "viewer/session/section/SectionPlane.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// Where the plane goes through one triangle. The inside of a closed surface, whose triangles turn
+// left around their outward normals, is on the left of the way from `from` to `to`, as somebody
+// sees it who looks against the plane's normal.
+struct SectionSegment
+{
+  Vec3 from{}, to{};
+  std::uint32_t part = 0, triangle = 0; // as SurfaceHit has them
+};
+
+// Triangles that only touch the plane from one side have no segment. Where two triangles share an
+// edge, their segments share an end, bit for bit. O(parts + triangles of the parts that the plane
+// meets).
+std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const SectionPlane& plane);
+
+// Segments, end to end.
+struct SectionLine
+{
+  std::vector<Vec3> points; // two or more; of a closed line each once
+  bool closed = false;
+};
+// Each segment is in one line. O(n log n).
+std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments);
+
+// Points and triangles of the plane within the segments: what an odd number of them surrounds. Open
+// lines are closed first, each end to the nearest other one. Triangles turn left around the plane's
+// normal. Where segments cross between their ends, which those of a surface that does not meet
+// itself never do, it is wrong by less than the slab of the plane between two ends. O(n (log n +
+// m)) for m segments side by side.
+//
+// The plane is swept (J. Nievergelt, F. P. Preparata: Plane-sweep algorithms for intersecting
+// geometric figures, 1982): between two neighbouring segments lies a trapezoid, until one of them
+// ends or another one begins between them.
+Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane);
+
+}
