@@ -65,6 +65,7 @@ test("the tools come only when they are used", async () => {
 
 // Moves a slider to a share of its way, as a finger does.
 async function slide(visit, id, share) {
+  await visit.page.locator(id).scrollIntoViewIfNeeded();
   const box = await visit.page.locator(id).boundingBox();
   const thumb = 16; // about
   await visit.page.touchscreen.tap(box.x + thumb / 2 + (box.width - thumb) * share, box.y + box.height / 2);
@@ -148,7 +149,7 @@ test("six sides, and turning by itself until it is touched", async () => {
   await visit.until("it turns", ({ spinning }) => spinning);
   const frames = (await visit.status()).frames;
   await visit.until("frames", (status) => status.frames > frames + 5);
-  await visit.tap({ x: 30, y: 700 });
+  await visit.tap({ x: 30, y: 300 });
   await visit.until("it rests", ({ spinning, turnsOn }) => !spinning && !turnsOn);
   visit.assertClean(server.url);
   await visit.close();
