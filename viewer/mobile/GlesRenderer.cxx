@@ -4,8 +4,7 @@
 
 #include "viewer/mobile/GlesChunk.h"
 #include "viewer/mobile/GlesOcclusion.h"
-#include "viewer/mobile/GlesProgram.h"
-#include "viewer/mobile/GlesShaders.h"
+#include "viewer/mobile/GlesPrograms.h"
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/OcclusionShaders.h"
@@ -33,40 +32,8 @@ struct GlesRenderer::Part
   std::vector<GlesChunk> chunks;
 };
 
-struct GlesRenderer::Programs
-{
-  // What draws a surface: the sum of those that apply.
-  static constexpr std::size_t cloud = 1;
-  static constexpr std::size_t cut = 2;    // by a section
-  static constexpr std::size_t relief = 4; // not of clouds
-  static constexpr std::size_t kinds = 8;
-  GLuint background = 0;
-  std::array<GLuint, kinds> surfaces{}; // 0 until it is first used
-  GLuint cap = 0;                       // the same
-  GLuint emptyArray = 0;                // for the background, which needs no attributes
-
-  ~Programs()
-  {
-    if (this->emptyArray == 0)
-    {
-      return; // the context was lost
-    }
-    glDeleteProgram(this->background);
-    std::for_each(this->surfaces.begin(), this->surfaces.end(), glDeleteProgram);
-    glDeleteProgram(this->cap);
-    glDeleteVertexArrays(1, &this->emptyArray);
-  }
-};
-
 namespace
 {
-
-bool HasContext()
-{
-  GLint version = 0; // stays where there is no context
-  glGetIntegerv(GL_MAJOR_VERSION, &version);
-  return version >= 3;
-}
 
 // Clears errors of other code. A lost context may report its error for ever.
 void ClearErrors()
@@ -74,37 +41,6 @@ void ClearErrors()
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
   }
-}
-
-void SetVector(GLuint program, const char* name, const Vec3& v)
-{
-  glUniform3f(glGetUniformLocation(program, name), static_cast<float>(v[0]),
-    static_cast<float>(v[1]), static_cast<float>(v[2]));
-}
-
-// Of the program that is in use.
-void SetLook(GLuint program, const SceneLighting& lighting)
-{
-  std::array<float, 3 * sceneLights.size()> directions{};
-  std::array<float, 3 * sceneLights.size()> colors{};
-  for (std::size_t i = 0; i < lighting.lamps.size(); ++i)
-  {
-    const SceneLight& lamp = lighting.lamps[i];
-    const Vec3 direction = Normalized(lamp.position);
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      directions[3 * i + k] = static_cast<float>(direction[k]);
-      colors[3 * i + k] = static_cast<float>(lamp.color[k] * lamp.intensity);
-    }
-  }
-  const auto count = static_cast<GLsizei>(lighting.lamps.size());
-  glUniform3fv(glGetUniformLocation(program, "lightDirection"), count, directions.data());
-  glUniform3fv(glGetUniformLocation(program, "lightColor"), count, colors.data());
-  glUniform4f(glGetUniformLocation(program, "material"), static_cast<float>(sceneMaterial.ambient),
-    static_cast<float>(sceneMaterial.diffuse), static_cast<float>(sceneMaterial.specular),
-    static_cast<float>(sceneMaterial.specularPower));
-  SetVector(program, "highlightColor",
-    Vec3{ stoneColor[0] / 255.0, stoneColor[1] / 255.0, stoneColor[2] / 255.0 });
 }
 
 // Whether all that was uploaded since ClearErrors is there.
@@ -172,51 +108,10 @@ GlesRenderer::~GlesRenderer()
 Result<std::unique_ptr<GlesRenderer>> GlesRenderer::Make()
 {
   std::unique_ptr<GlesRenderer> made(new GlesRenderer);
-  KDSTREAM_TRY(made->Compile());
+  auto compiled = GlesPrograms::Make();
+  KDSTREAM_TRY(compiled);
+  made->Compiled = std::move(*compiled);
   return made;
-}
-
-Status GlesRenderer::Compile()
-{
-  if (!HasContext())
-  {
-    return Error{ ErrorCode::Unsupported, "no context of OpenGL ES 3.0 or WebGL 2 is current" };
-  }
-  const auto background =
-    MakeProgram("background's", { shaders::header, shaders::backgroundVertex },
-      { shaders::header, shaders::backgroundFragment });
-  KDSTREAM_TRY(background);
-  this->Compiled = std::make_unique<Programs>();
-  this->Compiled->background = *background;
-  glGenVertexArrays(1, &this->Compiled->emptyArray);
-  for (const std::size_t kind : { std::size_t{ 0 }, Programs::cloud })
-  {
-    if (const auto program = this->SurfaceProgram(kind); !program)
-    {
-      this->Compiled.reset();
-      return program.GetError();
-    }
-  }
-  return {};
-}
-
-// Compiled when it is first used. kind: as Programs has them.
-Result<GLuint> GlesRenderer::SurfaceProgram(std::size_t kind)
-{
-  GLuint& program = this->Compiled->surfaces[kind];
-  if (program == 0)
-  {
-    const bool isCloud = (kind & Programs::cloud) != 0;
-    const char* cut = (kind & Programs::cut) != 0 ? "#define CUT\n" : "";
-    const char* relief = (kind & Programs::relief) != 0 ? "#define RELIEF\n" : "";
-    const auto made = MakeProgram(isCloud ? "cloud's" : "surface's",
-      { shaders::header, cut, shaders::surfaceVertex },
-      { shaders::header, cut, relief, shaders::light,
-        isCloud ? shaders::cloudFragment : shaders::surfaceFragment });
-    KDSTREAM_TRY(made);
-    program = *made;
-  }
-  return program;
 }
 
 void GlesRenderer::Free()
@@ -238,7 +133,7 @@ void GlesRenderer::Forget()
 {
   if (this->Compiled)
   {
-    this->Compiled->emptyArray = 0; // there is nothing to delete
+    this->Compiled->Forget();
   }
   this->Cap.clear();
   this->CapHere = {};
@@ -408,12 +303,12 @@ void GlesRenderer::UploadPart(Part& part)
 
 void GlesRenderer::DrawBackground()
 {
-  const GLuint program = this->Compiled->background;
+  const GLuint program = this->Compiled->Background();
   glUseProgram(program);
   SetVector(program, "bottom", this->Bottom);
   SetVector(program, "top", this->Top);
   glDisable(GL_DEPTH_TEST);
-  glBindVertexArray(this->Compiled->emptyArray);
+  glBindVertexArray(this->Compiled->EmptyArray());
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
@@ -471,10 +366,10 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
 void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height)
 {
   const bool isCloud = this->Points > 0;
-  std::size_t kind = isCloud ? Programs::cloud : 0;
-  kind += scene.section ? Programs::cut : 0;
-  kind += scene.lighting.relief > 0 && !isCloud ? Programs::relief : 0;
-  const auto program = this->SurfaceProgram(kind);
+  std::size_t kind = isCloud ? GlesPrograms::cloud : 0;
+  kind += scene.section ? GlesPrograms::cut : 0;
+  kind += scene.lighting.relief > 0 && !isCloud ? GlesPrograms::relief : 0;
+  const auto program = this->Compiled->Surface(kind);
   if (!program)
   {
     this->Outcome = program.GetError();
@@ -531,19 +426,14 @@ void GlesRenderer::DrawCap(const Sight& sight)
   {
     return;
   }
-  if (this->Compiled->cap == 0)
+  const auto program = this->Compiled->Cap();
+  if (!program)
   {
-    const auto made = MakeProgram("cap's", { shaders::header, shaders::surfaceVertex },
-      { shaders::header, shaders::capFragment });
-    if (!made)
-    {
-      this->Outcome = made.GetError();
-      return;
-    }
-    this->Compiled->cap = *made;
+    this->Outcome = program.GetError();
+    return;
   }
-  this->Aim(this->Compiled->cap, sight);
-  glUniform1f(glGetUniformLocation(this->Compiled->cap, "toGo"), 0.0f);
+  this->Aim(*program, sight);
+  glUniform1f(glGetUniformLocation(*program, "toGo"), 0.0f);
   glVertexAttrib4f(
     AttributePlace::color, capColor[0] / 255.0f, capColor[1] / 255.0f, capColor[2] / 255.0f, 1.0f);
   for (const GlesChunk& chunk : this->Cap)
@@ -596,7 +486,7 @@ bool GlesRenderer::DrawDepths(
     return false;
   }
   this->DrawChunks(scene, sight, HalfSide(viewport.height));
-  glBindVertexArray(this->Compiled->emptyArray);
+  glBindVertexArray(this->Compiled->EmptyArray());
   this->Occlusion->EndDepths(sight.projection, this->Facet * this->Scale);
   return true;
 }
@@ -613,7 +503,9 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   KDSTREAM_TRY(CheckCamera(camera));
   if (!this->Compiled)
   {
-    KDSTREAM_TRY(this->Compile());
+    auto compiled = GlesPrograms::Make();
+    KDSTREAM_TRY(compiled);
+    this->Compiled = std::move(*compiled);
   }
   const Content wanted{ scene.surfaceVersion, this->Coloring };
   if (this->Tried != wanted)
@@ -650,7 +542,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   }
   if (occludes)
   {
-    glBindVertexArray(this->Compiled->emptyArray);
+    glBindVertexArray(this->Compiled->EmptyArray());
     this->Occlusion->Darken();
   }
   glBindVertexArray(0);

@@ -20,6 +20,7 @@ namespace kdstream
 {
 
 class GlesOcclusion;
+class GlesPrograms;
 struct GlesChunk;
 
 // Threads: that of the context. A context of OpenGL ES 3.0 or WebGL 2 must be current in every
@@ -64,12 +65,9 @@ public:
 
 private:
   struct Part;
-  struct Programs;
   struct Sight;
 
   GlesRenderer();
-  Status Compile();
-  Result<unsigned> SurfaceProgram(std::size_t kind);
   Status Upload(const ViewerScene& scene);
   Status Place(const ViewerScene& scene, std::vector<Part>& parts);
   void UploadPart(Part& part);
@@ -85,7 +83,7 @@ private:
   void DrawCap(const Sight& sight);
 
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
-  std::unique_ptr<Programs> Compiled;       // null: to be compiled in the context that is current
+  std::unique_ptr<GlesPrograms> Compiled;   // null: to be compiled in the context that is current
   std::vector<Part> Parts;
   std::vector<GlesChunk> Cap; // what fills the section
   struct CapPlace

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The programs of GlesRenderer. Internal to viewer/mobile.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/session/look/SceneLook.h"
+
+#include <GLES3/gl3.h>
+
+#include <array>
+#include <cstddef>
+#include <memory>
+
+namespace kdstream
+{
+
+// Threads and context: as GlesRenderer's.
+class GlesPrograms
+{
+public:
+  // What a surface is drawn with: the sum of those that apply.
+  static constexpr std::size_t cloud = 1;
+  static constexpr std::size_t cut = 2;    // by a section
+  static constexpr std::size_t relief = 4; // not of clouds
+
+  // Errors: Unsupported where no context of OpenGL ES 3.0 or WebGL 2 is current, or a shader is
+  // refused, with what the driver says.
+  static Result<std::unique_ptr<GlesPrograms>> Make();
+  ~GlesPrograms();
+  GlesPrograms(const GlesPrograms&) = delete;
+  GlesPrograms& operator=(const GlesPrograms&) = delete;
+
+  // The context was lost: nothing is deleted.
+  void Forget() { this->Empty = 0; }
+
+  GLuint Background() const { return this->Gradient; }
+  // For what needs no attributes.
+  GLuint EmptyArray() const { return this->Empty; }
+  // Those that not every look needs are compiled when they are first used. Errors: those of Make.
+  Result<GLuint> Surface(std::size_t kind);
+  Result<GLuint> Cap();
+
+private:
+  GlesPrograms() = default;
+
+  GLuint Gradient = 0, Filling = 0, Empty = 0;
+  std::array<GLuint, 8> Surfaces{}; // by kind; 0: not yet
+};
+
+void SetVector(GLuint program, const char* name, const Vec3& v);
+// Light and material. The program must be in use.
+void SetLook(GLuint program, const SceneLighting& lighting);
+
+}
