@@ -25,6 +25,8 @@ namespace kdstream
 namespace
 {
 
+constexpr const char* lockedFile = "the file is locked";
+
 constexpr std::int64_t second = 1'000'000; // in microseconds
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
 constexpr std::uint64_t largestBlob = Store::largestBlobBytes;
@@ -137,7 +139,9 @@ struct QuotaBook::File
 
 Error QuotaBook::File::Failure() const
 {
-  return this->Failure(sqlite3_errmsg(this->database.get()));
+  sqlite3* of = this->database.get();
+  return this->Failure(
+    (sqlite3_errcode(of) & 0xff) == SQLITE_BUSY ? lockedFile : sqlite3_errmsg(of));
 }
 
 Error QuotaBook::File::Failure(const std::string& why) const
@@ -246,7 +250,7 @@ QuotaBook::Taken QuotaBook::InTransaction(const Work& work)
   if (file.failures != failures ||
       std::chrono::steady_clock::now() < file.lastFailure + pauseOfLocked)
   {
-    return file.Failure("the file is locked");
+    return file.Failure(lockedFile);
   }
   if (!file.IsThere())
   {

@@ -42,6 +42,7 @@ public:
 
   // LineLog's.
   std::uint64_t Lost() const { return this->Lines->Lost(); }
+  std::string WhyLost() const { return this->Lines->WhyLost(); }
   Status Reopen() { return this->Lines->Reopen(); }
 
 private:

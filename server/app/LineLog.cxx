@@ -101,6 +101,7 @@ struct LineLog::Writer
   std::string before; // what goes to the old file yet
   std::uint64_t lost = 0;
   std::uint64_t untold = 0; // of the lost ones
+  int failure = 0;          // errno of the last line that was not written
   TellLost tellLost = LostAsText;
   int file = -1;
   int next = -1;     // takes the place of `file`
@@ -147,8 +148,10 @@ struct LineLog::Writer
     lock.unlock();
     const bool mended = !this->torn || WriteAll(to, "\n") == 1;
     const auto written = mended ? WriteLines(to, text) : 0;
+    const int whyNot = errno;
     const bool noted = written == text.size() && WriteLines(to, note) == note.size();
     lock.lock();
+    this->failure = written < text.size() ? whyNot : this->failure;
     const auto missing = LinesIn(std::string_view(text).substr(written));
     this->lost += missing;
     this->untold += missing + (noted ? 0 : told);
@@ -212,6 +215,12 @@ std::uint64_t LineLog::Lost() const
 {
   const std::lock_guard lock(this->Lines->mutex);
   return this->Lines->lost;
+}
+
+std::string LineLog::WhyLost() const
+{
+  const std::lock_guard lock(this->Lines->mutex);
+  return this->Lines->failure == 0 ? "" : SystemReason(this->Lines->failure);
 }
 
 Status LineLog::Reopen()

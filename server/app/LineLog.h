@@ -40,6 +40,9 @@ public:
   // written. The log itself says how many, once it takes lines again.
   std::uint64_t Lost() const;
 
+  // Why the last lines that could not be written were not; empty where too many waited.
+  std::string WhyLost() const;
+
   // What comes from now on goes to what has the file's name now: log rotation. Errors: InputOutput;
   // then the lines go on where they went.
   Status Reopen();

@@ -61,6 +61,7 @@ sigset_t BlockSignals()
   sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN); // a log that has reached a limit of files is a full disk
   return signals;
 }
 
@@ -95,6 +96,31 @@ std::uint64_t LostLines(const Messages& messages, const Logs& logs)
   }
   return lost;
 }
+
+// Says which log loses lines, and why: at once, then once a minute.
+class LossTeller
+{
+public:
+  void Look(Messages& messages, const std::string& file, const std::shared_ptr<AccessLog>& log)
+  {
+    constexpr std::chrono::minutes between{ 1 };
+    const auto now = std::chrono::steady_clock::now();
+    const std::uint64_t lost = log ? log->Lost() : 0;
+    if (lost == this->Told || (this->Told > 0 && now - this->Since < between))
+    {
+      return;
+    }
+    const std::string why = log->WhyLost();
+    messages.Warn(file,
+      std::to_string(lost - this->Told) + " lines are lost" + (why.empty() ? "" : ": " + why));
+    this->Told = lost;
+    this->Since = now;
+  }
+
+private:
+  std::uint64_t Told = 0;
+  std::chrono::steady_clock::time_point Since;
+};
 
 // What runs beside the server.
 struct Surroundings
@@ -195,9 +221,16 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
   std::array<pollfd, 2> sources{ { { signalFile, POLLIN, 0 },
     { folder.Descriptor(), POLLIN, 0 } } };
   constexpr int untilNextLook = 1000; // ms
+  LossTeller ofAccess, ofAudit;
   for (;;)
   {
     (void)::poll(sources.data(), sources.size(), untilNextLook);
+    Try(around.messages, "what the logs have lost is not told",
+      [&]
+      {
+        ofAccess.Look(around.messages, around.line.accessLog, around.logs.access);
+        ofAudit.Look(around.messages, around.line.auditLog, around.logs.audit);
+      });
     Try(around.messages, around.line.folder, [&folder] { folder.Look(); });
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);

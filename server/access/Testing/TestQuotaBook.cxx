@@ -309,7 +309,7 @@ TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
   const auto taken = book->TakePartition("ann", "m", partitions, 1, 1);
   ASSERT_FALSE(taken);
   EXPECT_EQ(taken.GetError().code, ErrorCode::InputOutput);
-  EXPECT_EQ(taken.GetError().message, "the quotas cannot be kept: database is locked");
+  EXPECT_EQ(taken.GetError().message, "the quotas cannot be kept: the file is locked");
   EXPECT_EQ(taken.GetError().file, this->file.string());
   ASSERT_TRUE(Execute(other->get(), "COMMIT"));
   std::this_thread::sleep_for(QuotaBook::pauseOfLocked);

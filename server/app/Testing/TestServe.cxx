@@ -578,6 +578,31 @@ TEST_F(Serve, SaysWhatOfThePageItCannotServe)
 }
 
 // Who comes by IPv4 to a socket of IPv6 is logged as he is, and counted so.
+TEST_F(Serve, AFullLogEndsNothing)
+{
+  this->Build("one.kds");
+  const auto log = this->folder / "access.log";
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{ 4096, before.rlim_max };
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  Process serve({ this->stores, "--port", "0", "--access-log", log });
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  HttpTestClient client(serve.Port());
+  for (int i = 0; i < 200; ++i)
+  {
+    const auto answer = client.Get("/healthz");
+    ASSERT_TRUE(answer) << i;
+    EXPECT_EQ(answer->status, 200u);
+  }
+  const std::string line = serve.ErrorLine();
+  EXPECT_EQ(line.rfind("kdstream-serve: warning: " + log.string() + ": ", 0), 0u) << line;
+  EXPECT_NE(line.find(" lines are lost: File too large"), std::string::npos) << line;
+  EXPECT_EQ(fs::file_size(log) <= 4096, true);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
 TEST_F(Serve, LogsAddressesOfIPv4AsThatOnASocketOfIPv6)
 {
   const auto log = this->folder / "access.log";
