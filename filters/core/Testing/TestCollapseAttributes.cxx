@@ -13,23 +13,31 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// A flat plate painted as a checkerboard of 8 × 8 fields whose borders lie between vertices.
-Mesh Checkerboard()
+// A flat plate of 96 × 96 vertices painted by their places.
+template <class Paint>
+Mesh PaintedPlate(const Paint& paint)
 {
-  constexpr unsigned side = 95;
-  Mesh plate = GridPlate(side);
-  Attribute colors;
-  colors.name = "RGB";
-  colors.type = AttributeType::UInt8;
-  colors.components = 3;
+  Mesh plate = GridPlate(95);
+  Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
   for (const Vec3& p : plate.points)
   {
-    const auto field = static_cast<unsigned>(p[0]) / 12 + static_cast<unsigned>(p[1]) / 12;
-    const auto value = static_cast<std::uint8_t>(field % 2 == 0 ? 20 : 230);
+    const auto value = static_cast<std::uint8_t>(paint(p[0], p[1]));
     colors.values.insert(colors.values.end(), { value, value, value });
   }
   plate.attributes.push_back(std::move(colors));
   return plate;
+}
+
+// A checkerboard whose fields' borders lie between vertices.
+Mesh Checkerboard(unsigned field)
+{
+  return PaintedPlate(
+    [field](double x, double y)
+    {
+      const bool dark =
+        (static_cast<unsigned>(x) / field + static_cast<unsigned>(y) / field) % 2 == 0;
+      return dark ? 20 : 230;
+    });
 }
 
 // Red of a level at a place of the plate: of the triangles that lie over it any one, since they are
@@ -77,7 +85,7 @@ double PictureError(const ClusterLevel& level)
 
 TEST(CollapseLevels, ColoursKeepTheirEdges)
 {
-  const Mesh board = Checkerboard();
+  const Mesh board = Checkerboard(12); // 8 × 8 fields
   Mesh plain = board;
   plain.attributes.clear();
   ClusterLevels painted = BuildAllLevels(board).levels, means = BuildAllLevels(plain).levels;
@@ -94,7 +102,7 @@ TEST(CollapseLevels, ColoursKeepTheirEdges)
 
 TEST(CollapseLevels, FinestClustersPartAlongThePaint)
 {
-  const Mesh board = Checkerboard();
+  const Mesh board = Checkerboard(11); // the tree's cells do not keep to its fields
   const BuiltLevels built = BuildAllLevels(board);
   std::vector<int> colorOf(built.levels.levels.back().positions.size(), -1);
   for (std::size_t v = 0; v < board.points.size(); ++v)
@@ -103,6 +111,26 @@ TEST(CollapseLevels, FinestClustersPartAlongThePaint)
     int& color = colorOf[built.levels.finest[v]];
     ASSERT_TRUE(color == -1 || color == value) << "vertex " << v;
     color = value;
+  }
+}
+
+// Where a vertex is not in the middle of its cluster, as along the plate's border, it does not have
+// the mean of its originals' colours.
+TEST(CollapseLevels, SmoothPaintIsThatOfThePlace)
+{
+  const Mesh ramp = PaintedPlate([](double x, double y) { return x + 1.5 * y; });
+  ClusterLevels levels = BuildAllLevels(ramp).levels;
+  AddLevelAttributes(ramp, levels);
+  for (const unsigned d : { 6U, 7U, 8U })
+  {
+    const ClusterLevel& level = levels.levels[d];
+    double sum = 0;
+    for (std::size_t c = 0; c < level.positions.size(); ++c)
+    {
+      const Vec3& p = level.positions[c];
+      sum += std::abs(level.attributes[0].Get(c, 0) - (p[0] + 1.5 * p[1]));
+    }
+    EXPECT_LT(sum / double(level.positions.size()), 2) << "level " << d;
   }
 }
 
