@@ -27,13 +27,16 @@ T Need(Result<T> result)
   return std::move(*result);
 }
 
-inline Mesh ReadWelded(const std::string& file)
+inline Mesh ReadWelded(const std::string& file, bool keepAttributes = false)
 {
   Mesh mesh;
   const std::unique_ptr<MeshReader> reader = Need(MeshReader::Open(file));
   Need(reader->ReadVertices(mesh, std::numeric_limits<std::size_t>::max()));
   Need(reader->ReadTriangles(mesh, std::numeric_limits<std::size_t>::max()));
-  mesh.attributes.clear();
+  if (!keepAttributes)
+  {
+    mesh.attributes.clear();
+  }
   WeldVertices(mesh);
   return mesh;
 }

@@ -353,14 +353,19 @@ TEST_F(TestConvert, TexturesAreBakedToVertices)
   const std::string picture = ReadWhole(this->Folder / "in.png");
 
   GltfBuffer buffer;
-  const int position = buffer.Add(std::vector<float>{ 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0 }, "VEC3",
-    gltfFloat, ",\"min\":[0,0,0],\"max\":[1,1,0]");
-  // Upper left, upper right, lower left, lower right, this one repeated.
-  const int coordinates =
-    buffer.Add(std::vector<float>{ 0.25F, 0.25F, 0.75F, 0.25F, 0.25F, 0.75F, 1.75F, -0.25F },
-      "VEC2", gltfFloat);
-  const int indices =
-    buffer.Add(std::vector<std::uint8_t>{ 0, 1, 2, 2, 1, 3 }, "SCALAR", gltfUnsignedByte);
+  // A triangle in each texel: upper left, upper right, lower left, lower right, this one repeated.
+  std::vector<float> places, texels;
+  for (const auto& [u, v] : { std::pair{ 0.2F, 0.2F }, std::pair{ 0.7F, 0.2F },
+         std::pair{ 0.2F, 0.7F }, std::pair{ 1.7F, -0.3F } })
+  {
+    const auto at = static_cast<float>(places.size());
+    places.insert(places.end(), { at, 0, 0, at + 1, 0, 0, at, 1, 0 });
+    texels.insert(texels.end(), { u, v, u + 0.1F, v, u, v + 0.1F });
+  }
+  const int position = buffer.Add(places, "VEC3", gltfFloat, ",\"min\":[0,0,0],\"max\":[28,1,0]");
+  const int coordinates = buffer.Add(texels, "VEC2", gltfFloat);
+  const int indices = buffer.Add(
+    std::vector<std::uint8_t>{ 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11 }, "SCALAR", gltfUnsignedByte);
   const int view = buffer.AddView(picture.data(), picture.size());
   this->WriteText("in.glb",
     buffer.Glb("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"images\":[{"
@@ -372,10 +377,19 @@ TEST_F(TestConvert, TexturesAreBakedToVertices)
                std::to_string(position) + ",\"TEXCOORD_0\":" + std::to_string(coordinates) +
                "},\"indices\":" + std::to_string(indices) + "}]}]"));
   const Mesh read = this->Converted("in.glb",
-    "kdstream-convert: warning: in.glb: textures are baked to the colours of vertices: what is "
-    "finer than the mesh is lost\n");
-  EXPECT_EQ(
-    ValuesOf(read, "RGB"), (std::vector<double>{ 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255 }));
+    "kdstream-convert: warning: in.glb: textures are baked to the colours of vertices: about "
+    "0.00667 "
+    "texels a vertex; the picture is 0.0 grey values of 255 off on average\n");
+  std::vector<double> expected;
+  for (const std::vector<double>& color :
+    { std::vector<double>{ 255, 0, 0 }, { 0, 255, 0 }, { 0, 0, 255 }, { 255, 255, 255 } })
+  {
+    for (int corner = 0; corner < 3; ++corner)
+    {
+      expected.insert(expected.end(), color.begin(), color.end());
+    }
+  }
+  EXPECT_EQ(ValuesOf(read, "RGB"), expected);
 }
 
 TEST_F(TestConvert, XyzKnowsItsColumns)

@@ -5,6 +5,7 @@
 #include "filters/convert/GltfBuffers.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/PolyDataParts.h"
+#include "filters/convert/TextureBake.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
@@ -33,6 +34,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <optional>
 #include <sstream>
@@ -41,19 +43,6 @@ namespace kdstream
 {
 namespace
 {
-
-using Color = std::array<double, 4>; // 0-1
-
-// sRGB, as pictures and our vertex colours are, to linear light, in which materials multiply, and
-// back.
-double ToLinear(double value)
-{
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
-double FromLinear(double value)
-{
-  return value <= 0.0031308 ? value * 12.92 : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
-}
 
 void AddColors(Mesh& mesh, const std::vector<Color>& colors)
 {
@@ -189,53 +178,52 @@ vtkDataArray* FieldArray(vtkPolyData& part, const char* name, int components)
            : nullptr;
 }
 
-// The texel nearest to a texture coordinate, whose v counts from the top of the picture; pictures
-// repeat.
-class Texture
+TextureWrap WrapOf(unsigned short value)
 {
-public:
-  explicit Texture(vtkImageData* image)
-  {
-    if (image)
-    {
-      image->GetDimensions(this->Size.data());
-      this->Texels = vtkUnsignedCharArray::SafeDownCast(image->GetPointData()->GetScalars());
-    }
-  }
+  constexpr unsigned short clampToEdge = 33071, mirroredRepeat = 33648; // as glTF names them
+  return value == clampToEdge      ? TextureWrap::Clamp
+         : value == mirroredRepeat ? TextureWrap::Mirror
+                                   : TextureWrap::Repeat;
+}
 
-  bool Usable() const
+// Nothing where the picture cannot be read. The texels stay VTK's.
+std::optional<TexturePicture> PictureOf(const vtkGLTFReader::GLTFTexture& texture)
+{
+  int size[3]{};
+  if (texture.Image)
   {
-    return this->Texels && this->Size[0] > 0 && this->Size[1] > 0 &&
-           this->Texels->GetNumberOfTuples() >= vtkIdType{ this->Size[0] } * this->Size[1];
+    texture.Image->GetDimensions(size);
   }
-
-  Color At(double u, double v) const
+  auto* const texels = size[0] > 0 && size[1] > 0 ? vtkUnsignedCharArray::SafeDownCast(
+                                                      texture.Image->GetPointData()->GetScalars())
+                                                  : nullptr;
+  if (!texels || texels->GetNumberOfTuples() < vtkIdType{ size[0] } * size[1] ||
+      texels->GetNumberOfComponents() > 4)
   {
-    const auto cell = [](double t, int size)
-    {
-      const double repeated = t - std::floor(t);
-      return vtkIdType{ std::clamp(static_cast<int>(repeated * size), 0, size - 1) };
-    };
-    // VTK's pictures begin at the bottom.
-    const vtkIdType row = this->Size[1] - 1 - cell(v, this->Size[1]);
-    const vtkIdType texel = row * this->Size[0] + cell(u, this->Size[0]);
-    const int components = this->Texels->GetNumberOfComponents();
-    const auto get = [&](int k) { return this->Texels->GetTypedComponent(texel, k) / 255.0; };
-    Color color{ get(0), get(0), get(0), 1 };
-    if (components >= 3)
-    {
-      color = { get(0), get(1), get(2), components > 3 ? get(3) : 1 };
-    }
-    else if (components == 2)
-    {
-      color[3] = get(1);
-    }
-    return color;
+    return std::nullopt;
   }
+  const auto values = static_cast<std::size_t>(texels->GetNumberOfValues());
+  return TexturePicture{ static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]),
+    static_cast<std::size_t>(texels->GetNumberOfComponents()),
+    std::span<const std::uint8_t>(texels->GetPointer(0), values), WrapOf(texture.WrapSValue),
+    WrapOf(texture.WrapTValue) };
+}
 
-private:
-  std::array<int, 3> Size{};
-  vtkUnsignedCharArray* Texels = nullptr;
+// What textures had, and what is left of it.
+struct BakedTotal
+{
+  double texels = 0, vertices = 0, triangles = 0;
+  double loss = 0; // × triangles
+
+  std::string Tell() const
+  {
+    char text[200];
+    std::snprintf(text, sizeof text,
+      "textures are baked to the colours of vertices: about %.3g texels a vertex; the picture is "
+      "%.1f grey values of 255 off on average",
+      this->texels / this->vertices, this->loss / this->triangles);
+    return text;
+  }
 };
 
 // What colours a part, baked to its vertices: base colour factor, base colour texture, and the
@@ -243,10 +231,12 @@ private:
 class MaterialBaker
 {
 public:
-  MaterialBaker(vtkPolyData& part, vtkGLTFReader& reader, std::vector<std::string>& warnings)
+  MaterialBaker(
+    vtkPolyData& part, vtkGLTFReader& reader, std::vector<std::string>& warnings, BakedTotal& total)
     : Part(part)
     , Reader(reader)
     , Warnings(warnings)
+    , Total(total)
   {
   }
 
@@ -276,6 +266,7 @@ public:
     {
       return;
     }
+    this->BakePicture(mesh);
     std::vector<Color> colors(mesh.points.size(), this->Factor);
     for (std::size_t i = 0; i < colors.size(); ++i)
     {
@@ -301,23 +292,44 @@ private:
     const auto number = static_cast<vtkIdType>(index->GetComponent(0, 0));
     if (number >= 0 && number < this->Reader.GetNumberOfTextures())
     {
-      Texture texture(this->Reader.GetGLTFTexture(number).Image);
-      if (texture.Usable() && this->Coordinates && this->Coordinates->GetNumberOfComponents() >= 2)
+      this->Held = this->Reader.GetGLTFTexture(number);
+      const std::optional<TexturePicture> picture = PictureOf(this->Held);
+      if (picture && this->Coordinates && this->Coordinates->GetNumberOfComponents() >= 2)
       {
-        this->Picture = texture;
+        this->Picture = picture;
       }
     }
-    this->Warnings.push_back(
-      this->Picture ? "textures are baked to the colours of vertices: what is finer than "
-                      "the mesh is lost"
-                    : "a texture is dropped: its picture or coordinates cannot be read");
+    if (!this->Picture)
+    {
+      this->Warnings.push_back("a texture is dropped: its picture or coordinates cannot be read");
+    }
+  }
+
+  void BakePicture(const Mesh& mesh)
+  {
+    if (!this->Picture)
+    {
+      return;
+    }
+    std::vector<TextureCoordinate> coordinates(mesh.points.size());
+    for (std::size_t i = 0; i < coordinates.size(); ++i)
+    {
+      const auto point = static_cast<vtkIdType>(i);
+      coordinates[i] = { this->Coordinates->GetComponent(point, 0),
+        this->Coordinates->GetComponent(point, 1) };
+    }
+    BakedTexture baked = BakeTexture(*this->Picture, coordinates, mesh.points, mesh.triangles);
+    this->Total.texels += baked.texels;
+    this->Total.vertices += double(mesh.points.size());
+    this->Total.triangles += double(mesh.triangles.size());
+    this->Total.loss += baked.loss * double(mesh.triangles.size());
+    this->Texels = std::move(baked.colors);
   }
 
   Color ColorOf(vtkIdType point, vtkDataArray* own) const
   {
-    const Color texel = this->Picture ? this->Picture->At(this->Coordinates->GetComponent(point, 0),
-                                          this->Coordinates->GetComponent(point, 1))
-                                      : Color{ 1, 1, 1, 1 };
+    const Color texel =
+      this->Texels.empty() ? Color{ 1, 1, 1, 1 } : this->Texels[static_cast<std::size_t>(point)];
     const double scale = own && own->GetDataType() == VTK_UNSIGNED_CHAR    ? 255
                          : own && own->GetDataType() == VTK_UNSIGNED_SHORT ? 65535
                                                                            : 1;
@@ -326,7 +338,7 @@ private:
     {
       const bool has = own && static_cast<int>(k) < own->GetNumberOfComponents();
       const double vertex = has ? own->GetComponent(point, static_cast<int>(k)) / scale : 1;
-      const double light = (k < 3 ? ToLinear(texel[k]) : texel[k]) * this->Factor[k] * vertex;
+      const double light = texel[k] * this->Factor[k] * vertex;
       color[k] = std::clamp(k < 3 ? FromLinear(light) : light, 0.0, 1.0);
     }
     color[3] = this->Opaque ? 1 : color[3];
@@ -338,7 +350,10 @@ private:
   std::vector<std::string>& Warnings;
   Color Factor{ 1, 1, 1, 1 };
   bool Opaque = false;
-  std::optional<Texture> Picture;
+  BakedTotal& Total;
+  vtkGLTFReader::GLTFTexture Held{}; // whose picture this is
+  std::optional<TexturePicture> Picture;
+  std::vector<Color> Texels; // of each point, in linear light; empty without a picture
   vtkDataArray* Coordinates = nullptr;
 };
 
@@ -416,6 +431,7 @@ Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution&
   reader->Update();
   KDSTREAM_TRY(messages.FirstError());
   std::vector<ForeignMesh> parts;
+  BakedTotal total;
   const auto blocks = vtk::TakeSmartPointer(reader->GetOutput()->NewIterator());
   for (blocks->InitTraversal(); !blocks->IsDoneWithTraversal(); blocks->GoToNextItem())
   {
@@ -428,10 +444,14 @@ Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution&
     KDSTREAM_TRY(part);
     std::vector<std::string> warnings;
     RemoveAttributes(part->mesh, { "COLOR_0", "RGB", "RGBA" });
-    MaterialBaker(*block, *reader, warnings).Bake(part->mesh);
+    MaterialBaker(*block, *reader, warnings, total).Bake(part->mesh);
     RemoveAttributes(part->mesh, { "JOINTS_0", "WEIGHTS_0", "tangents", "TANGENT" });
     part->warnings.insert(part->warnings.end(), warnings.begin(), warnings.end());
     parts.push_back(std::move(*part));
+  }
+  if (total.triangles > 0)
+  {
+    parts.front().warnings.push_back(total.Tell());
   }
   return Join(parts, messages);
 }

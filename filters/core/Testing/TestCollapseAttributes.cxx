@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours, normals and values that are no numbers do to levels by edge collapse.
 #include "filters/core/Testing/BuiltLevels.h"
+#include "filters/core/levels/LevelAttributes.h"
 
 #include <gtest/gtest.h>
 
@@ -12,58 +13,167 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// A flat plate painted as a checkerboard of 8 × 8 fields whose borders lie between vertices.
-Mesh Checkerboard()
+// A flat plate of 96 × 96 vertices painted by their places.
+template <class Paint>
+Mesh PaintedPlate(const Paint& paint)
 {
-  constexpr unsigned side = 95;
-  Mesh plate = GridPlate(side);
-  Attribute colors;
-  colors.name = "RGB";
-  colors.type = AttributeType::UInt8;
-  colors.components = 3;
+  Mesh plate = GridPlate(95);
+  Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
   for (const Vec3& p : plate.points)
   {
-    const auto field = static_cast<unsigned>(p[0]) / 12 + static_cast<unsigned>(p[1]) / 12;
-    const auto value = static_cast<std::uint8_t>(field % 2 == 0 ? 20 : 230);
+    const auto value = static_cast<std::uint8_t>(paint(p[0], p[1]));
     colors.values.insert(colors.values.end(), { value, value, value });
   }
   plate.attributes.push_back(std::move(colors));
   return plate;
 }
 
-// How far the painted level's colours are from the board's, as RMS over the board's vertices: a
-// colour at a place is that of the corner of the triangle there which is nearest in the plane.
-double ColorError(const Mesh& board, const ClusterLevel& level, const std::vector<VertexId>& of)
+// A checkerboard whose fields' borders lie between vertices.
+Mesh Checkerboard(unsigned field)
 {
-  std::vector<double> sum(level.positions.size(), 0), count(level.positions.size(), 0);
-  for (std::size_t v = 0; v < of.size(); ++v)
+  return PaintedPlate(
+    [field](double x, double y)
+    {
+      const bool dark =
+        (static_cast<unsigned>(x) / field + static_cast<unsigned>(y) / field) % 2 == 0;
+      return dark ? 20 : 230;
+    });
+}
+
+// Red of a level at a place of the plate: of the triangles that lie over it any one, since they are
+// flat; the board's own where there is none.
+double RedAt(const ClusterLevel& level, double x, double y, double otherwise)
+{
+  for (const Triangle& t : level.triangles)
   {
-    sum[of[v]] += board.attributes[0].Get(v, 0);
-    count[of[v]] += 1;
+    const Vec3 &a = level.positions[t[0]], &b = level.positions[t[1]], &c = level.positions[t[2]];
+    const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    const double ofA = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area;
+    const double ofB = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area;
+    if (ofA >= 0 && ofB >= 0 && ofA + ofB <= 1)
+    {
+      const Attribute& colors = level.attributes[0];
+      return ofA * colors.Get(t[0], 0) + ofB * colors.Get(t[1], 0) +
+             (1 - ofA - ofB) * colors.Get(t[2], 0);
+    }
   }
-  double squares = 0;
-  for (std::size_t v = 0; v < of.size(); ++v)
+  return otherwise;
+}
+
+// How far a level's picture is from the board's on average, in grey values; between the vertices of
+// the board, where it has one colour.
+double PictureError(const ClusterLevel& level)
+{
+  double sum = 0, count = 0;
+  for (double y = 1.25; y < 94; y += 1.5)
   {
-    const double d = board.attributes[0].Get(v, 0) - sum[of[v]] / count[of[v]];
-    squares += d * d;
+    for (double x = 1.25; x < 94; x += 1.5)
+    {
+      const double inX = std::fmod(x, 12), inY = std::fmod(y, 12);
+      if (inX < 11 && inY < 11)
+      {
+        const bool dark = (static_cast<int>(x / 12) + static_cast<int>(y / 12)) % 2 == 0;
+        sum += std::abs(RedAt(level, x, y, dark ? 20 : 230) - (dark ? 20 : 230));
+        ++count;
+      }
+    }
   }
-  return std::sqrt(squares / double(of.size()));
+  return sum / count;
 }
 
 }
 
 TEST(CollapseLevels, ColoursKeepTheirEdges)
 {
-  const Mesh board = Checkerboard();
+  const Mesh board = Checkerboard(12); // 8 × 8 fields
   Mesh plain = board;
   plain.attributes.clear();
-  const BuiltLevels painted = BuildAllLevels(board), bare = BuildAllLevels(plain);
+  ClusterLevels painted = BuildAllLevels(board).levels, means = BuildAllLevels(plain).levels;
+  AddLevelAttributes(board, painted);
+  AddLevelAttributes(board, means);
+  // 64 fields have four corners each: from 256 vertices on all of it can be told.
+  for (const unsigned d : { 8U, 9U, 10U })
+  {
+    const double error = PictureError(painted.levels[d]);
+    EXPECT_LT(error, 4) << "level " << d;
+    EXPECT_LT(error, 0.25 * PictureError(means.levels[d])) << "level " << d;
+  }
+}
+
+TEST(CollapseLevels, FinestClustersPartAlongThePaint)
+{
+  const Mesh board = Checkerboard(11); // the tree's cells do not keep to its fields
+  const BuiltLevels built = BuildAllLevels(board);
+  std::vector<int> colorOf(built.levels.levels.back().positions.size(), -1);
+  for (std::size_t v = 0; v < board.points.size(); ++v)
+  {
+    const int value = board.attributes[0].values[3 * v];
+    int& color = colorOf[built.levels.finest[v]];
+    ASSERT_TRUE(color == -1 || color == value) << "vertex " << v;
+    color = value;
+  }
+}
+
+// Where a vertex is not in the middle of its cluster, as along the plate's border, it does not have
+// the mean of its originals' colours.
+TEST(CollapseLevels, SmoothPaintIsThatOfThePlace)
+{
+  const Mesh ramp = PaintedPlate([](double x, double y) { return x + 1.5 * y; });
+  ClusterLevels levels = BuildAllLevels(ramp).levels;
+  AddLevelAttributes(ramp, levels);
   for (const unsigned d : { 6U, 7U, 8U })
   {
-    EXPECT_LT(ColorError(board, painted.levels.levels[d], painted.clusterAt[d]),
-      0.5 * ColorError(board, bare.levels.levels[d], bare.clusterAt[d]))
-      << "level " << d;
+    const ClusterLevel& level = levels.levels[d];
+    double sum = 0;
+    for (std::size_t c = 0; c < level.positions.size(); ++c)
+    {
+      const Vec3& p = level.positions[c];
+      sum += std::abs(level.attributes[0].Get(c, 0) - (p[0] + 1.5 * p[1]));
+    }
+    EXPECT_LT(sum / double(level.positions.size()), 2) << "level " << d;
   }
+}
+
+TEST(PaintQuadric, SmoothPaintCostsNothing)
+{
+  // Red grows along x, green along y; blue is the same everywhere.
+  const auto color = [](const Vec3& p) { return Vec3{ 2 * p[0], 3 * p[1] - 1, 7 }; };
+  const Vec3 a{ 1, 2, 3 }, b{ 4, 2, 3 }, c{ 1, 7, 3 }, d{ 5, 6, 3 };
+  PaintQuadric paint = PaintQuadric::OfTriangle({ a, b, c }, { color(a), color(b), color(c) });
+  EXPECT_DOUBLE_EQ(paint.area, 7.5);
+  paint.Add(PaintQuadric::OfTriangle({ b, d, c }, { color(b), color(d), color(c) }));
+  const Vec3 place{ 3, 4, 3 }, found = paint.ColorAt(place);
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    EXPECT_NEAR(found[k], color(place)[k], 1e-12);
+  }
+  EXPECT_NEAR(paint.Residual().At(place), 0, 1e-9);
+}
+
+TEST(PaintQuadric, AnEdgeOfThePaintHoldsItsVertices)
+{
+  // Dark on one side of y = 0, bright from y = 1 on.
+  const Vec3 a{ 0, 0, 0 }, b{ 1, 0, 0 }, c{ 0, 1, 0 }, d{ 1, -1, 0 };
+  const Vec3 dark{}, bright{ 1, 1, 1 };
+  PaintQuadric paint = PaintQuadric::OfTriangle({ a, b, c }, { dark, dark, bright });
+  paint.Add(PaintQuadric::OfTriangle({ a, d, b }, { dark, dark, dark }));
+  const Quadric residual = paint.Residual();
+  EXPECT_NEAR(residual.At({ 0.5, 0, 0 }), 0, 1e-12);
+  EXPECT_NEAR(residual.At({ 9, 0, 0 }), 0, 1e-12); // along the edge
+  EXPECT_NEAR(residual.At({ 0.5, -1, 0 }), 0.75, 1e-12);
+  EXPECT_NEAR(residual.At({ 0.5, 0, 5 }), 0, 1e-12); // that is for the planes to say
+}
+
+TEST(PaintQuadric, TrianglesWithoutAreaSayNothing)
+{
+  const Vec3 a{ 0, 0, 0 }, b{ 1, 0, 0 }, color{ 1, 2, 3 };
+  EXPECT_EQ(PaintQuadric::OfTriangle({ a, b, { 2, 0, 0 } }, { color, {}, color }).area, 0);
+  EXPECT_EQ(PaintQuadric::OfTriangle({ a, { 1e200, 0, 0 }, { 0, 1e200, 0 } }, {}).area, 0);
+  EXPECT_EQ(PaintQuadric::OfTriangle({ a, { NAN, 0, 0 }, b }, {}).area, 0);
+  // So thin that the slope of its colour is no number.
+  const Vec3 none{}, much{ 1e9, 0, 0 }, near{ 1e-155, 0, 0 }, up{ 0, 1e-6, 0 };
+  const PaintQuadric thin = PaintQuadric::OfTriangle({ a, near, up }, { none, much, none });
+  EXPECT_TRUE(std::isfinite(thin.squares.c) && std::isfinite(thin.squares.Trace()));
 }
 
 TEST(CollapseLevels, OneColourChangesNothing)

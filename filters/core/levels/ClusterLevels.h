@@ -16,6 +16,7 @@
 #include "filters/core/Types.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -50,6 +51,9 @@ struct ClusterOptions
   std::span<const VertexId> ids{};
 };
 
+// Red, green, blue.
+using PaintColor = std::array<std::uint8_t, 3>;
+
 // One level. Clusters are ordered by (cell, lowest original vertex).
 struct ClusterLevel
 {
@@ -61,6 +65,9 @@ struct ClusterLevel
   std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
   std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
   std::vector<Attribute> attributes{}; // means of normals and colours, a tuple a cluster
+  // Colours that replace the means of the array that the mesh is painted with
+  // (CollapseAttributes.h): of levels by collapse, of painted meshes, until attributes are known.
+  std::vector<PaintColor> paint{};
 };
 
 struct ClusterLevels

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/levels/CoarserState.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace kdstream
 {
@@ -46,6 +50,89 @@ void Place(const CollapseState& below, const Merging& merging, const CollapseSpa
     });
 }
 
+// What is known of the colour of a coarser cluster: what each triangle of its children says of its
+// place, and the children's own colours.
+class MergedColor
+{
+public:
+  void AddChild(const PaintColor& color, std::uint64_t vertices)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Sums[k] += color[k] * vertices;
+      this->Least[k] = std::min(this->Least[k], color[k]);
+      this->Most[k] = std::max(this->Most[k], color[k]);
+    }
+    this->Vertices += vertices;
+  }
+  void AddTriangle(const PaintQuadric& paint, const Vec3& place)
+  {
+    if (paint.area > 0)
+    {
+      this->Weighted = Plus(this->Weighted, Times(paint.ColorAt(place), paint.area));
+      this->Area += paint.area;
+    }
+  }
+  // Between the children's; their mean where no triangle is.
+  PaintColor Color(double greyValue) const
+  {
+    PaintColor color{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double best = this->Weighted[k] / (this->Area * greyValue);
+      color[k] =
+        std::isfinite(best)
+          ? static_cast<std::uint8_t>(
+              std::floor(std::clamp(best, double(this->Least[k]), double(this->Most[k])) + 0.5))
+          : static_cast<std::uint8_t>((2 * this->Sums[k] + this->Vertices) / (2 * this->Vertices));
+    }
+    return color;
+  }
+
+private:
+  std::array<std::uint64_t, 3> Sums{};
+  std::uint64_t Vertices = 0;
+  PaintColor Least{ 255, 255, 255 }, Most{};
+  Vec3 Weighted{};
+  double Area = 0;
+};
+
+// The colours of the clusters that those of a painted level become; their positions are known.
+// parents: of each own cluster.
+std::vector<PaintColor> CoarserPaint(const CollapseState& below, const CollapseSpace& space,
+  std::span<const VertexId> parents, const ClusterLevel& coarser)
+{
+  const std::vector<PaintColor>& colors = below.level.paint;
+  if (colors.empty())
+  {
+    return {};
+  }
+  std::vector<MergedColor> merged(coarser.positions.size());
+  for (std::size_t i = 0; i < parents.size(); ++i)
+  {
+    merged[parents[i]].AddChild(colors[below.ownBegin + i], below.clusters[i].count);
+  }
+  const double greyValue = GreyValue(DiagonalOf(space.box));
+  const auto place = [&](VertexId c) { return space.Relative(below.level.positions[c]); };
+  for (const Triangle& t : below.level.triangles)
+  {
+    const PaintQuadric paint =
+      PaintOfTriangle(t, { place(t[0]), place(t[1]), place(t[2]) }, colors, greyValue);
+    for (const VertexId c : t)
+    {
+      if (below.IsOwn(c))
+      {
+        const VertexId parent = parents[c - below.ownBegin];
+        merged[parent].AddTriangle(paint, space.Relative(coarser.positions[parent]));
+      }
+    }
+  }
+  std::vector<PaintColor> paint(merged.size());
+  std::transform(merged.begin(), merged.end(), paint.begin(),
+    [&](const MergedColor& color) { return color.Color(greyValue); });
+  return paint;
+}
+
 }
 
 CollapseState MakeCoarser(const CollapseState& below, const Merging& merging,
@@ -71,6 +158,7 @@ CollapseState MakeCoarser(const CollapseState& below, const Merging& merging,
   Place(below, merging, space, representative, standing, state, execution);
   state.attributes =
     MeanOverChildren(below.attributes, below.clusters, parents, state.clusters.size());
+  state.level.paint = CoarserPaint(below, space, parents, state.level);
   state.ownEnd = static_cast<VertexId>(standing.size());
   return state;
 }

@@ -2,14 +2,26 @@
 #include "filters/core/levels/CollapseAttributes.h"
 
 #include "filters/core/VectorMath.h"
+#include "filters/core/levels/LevelAttributes.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace kdstream
 {
 namespace
 {
+
+bool IsNormals(const AttributeInfo& attribute)
+{
+  return RoleOf(attribute) == AttributeRole::Normals;
+}
+
+bool IsPaint(const AttributeInfo& attribute)
+{
+  return RoleOf(attribute) == AttributeRole::Colors;
+}
 
 // Adds up values with weights, and divides.
 class WeightedMeans
@@ -63,20 +75,13 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
   {
     const Attribute* attribute;
     std::size_t component;
-    double scale;
-    double most; // of a value's magnitude
   };
   std::vector<Column> columns;
   for (const Attribute& attribute : mesh.attributes)
   {
-    if (IsInLevels(attribute))
+    for (std::size_t k = 0; IsNormals(attribute) && k < attribute.components; ++k)
     {
-      const bool colors = RoleOf(attribute) == AttributeRole::Colors;
-      const double scale = diagonal * (colors ? colorScale / 255 : normalScale);
-      for (std::size_t k = 0; k < attribute.components; ++k)
-      {
-        columns.push_back({ &attribute, k, scale, colors ? 255.0 : 1.0 });
-      }
+      columns.push_back({ &attribute, k });
     }
   }
   WeightedMeans means(clusters.size(), columns.size());
@@ -90,9 +95,7 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
       [&](std::size_t k)
       {
         const double value = columns[k].attribute->Get(v, columns[k].component);
-        return std::isnan(value)
-                 ? 0
-                 : columns[k].scale * std::clamp(value, -columns[k].most, columns[k].most);
+        return std::isnan(value) ? 0 : diagonal * normalScale * std::clamp(value, -1.0, 1.0);
       });
   }
   return means.Divide();
@@ -108,6 +111,110 @@ CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
       [&](std::size_t k) { return double(children.values[c * children.components + k]); });
   }
   return means.Divide();
+}
+
+const Attribute* FindPaint(std::span<const Attribute> attributes)
+{
+  const auto found = std::find_if(attributes.begin(), attributes.end(), IsPaint);
+  return found == attributes.end() ? nullptr : &*found;
+}
+
+std::optional<std::size_t> PlaceOfPaint(std::span<const AttributeInfo> attributes)
+{
+  std::size_t place = 0;
+  for (const AttributeInfo& attribute : attributes)
+  {
+    if (IsPaint(attribute))
+    {
+      return place;
+    }
+    place += attribute.TupleSize();
+  }
+  return std::nullopt;
+}
+
+bool IsPaintEdge(const Attribute& paint, std::size_t a, std::size_t b)
+{
+  const std::uint8_t *const ofA = &paint.values[a * paint.components],
+                            *const ofB = &paint.values[b * paint.components];
+  return std::abs(ofA[0] - ofB[0]) > paintEdge || std::abs(ofA[1] - ofB[1]) > paintEdge ||
+         std::abs(ofA[2] - ofB[2]) > paintEdge;
+}
+
+std::vector<PaintColor> MeanPaint(
+  const Mesh& mesh, std::span<const VertexId> clusterOf, std::size_t clusters)
+{
+  const Attribute* const paint = FindPaint(mesh.attributes);
+  if (!paint)
+  {
+    return {};
+  }
+  AttributeSums sums(std::span(&paint->Info(), 1), clusters);
+  sums.AddVertices(mesh.attributes, clusterOf);
+  const Attribute means = std::move(sums.Means().front());
+  std::vector<PaintColor> colors(clusters);
+  for (std::size_t c = 0; c < clusters; ++c)
+  {
+    std::copy_n(&means.values[c * means.components], colors[c].size(), colors[c].begin());
+  }
+  return colors;
+}
+
+void PutPaint(std::span<const PaintColor> paint, std::span<Attribute> means)
+{
+  const auto painted = std::find_if(means.begin(), means.end(), IsPaint);
+  for (std::size_t c = 0; c < paint.size() && painted != means.end(); ++c)
+  {
+    std::copy(paint[c].begin(), paint[c].end(), &painted->values[c * painted->components]);
+  }
+}
+
+double GreyValue(double diagonal)
+{
+  return diagonal * paintScale / 255;
+}
+
+bool IsOfOneColor(std::span<const Triangle> triangles, std::span<const PaintColor> colors)
+{
+  return std::all_of(triangles.begin(), triangles.end(),
+    [&](const Triangle& t)
+    {
+      const PaintColor& one = colors[triangles.front()[0]];
+      return colors[t[0]] == one && colors[t[1]] == one && colors[t[2]] == one;
+    });
+}
+
+PaintQuadric PaintOfTriangle(const Triangle& t, const std::array<Vec3, 3>& corners,
+  std::span<const PaintColor> colors, double greyValue)
+{
+  const auto scaled = [&](VertexId v) -> Vec3
+  {
+    const PaintColor& color = colors[v];
+    return { color[0] * greyValue, color[1] * greyValue, color[2] * greyValue };
+  };
+  return PaintQuadric::OfTriangle(corners, { scaled(t[0]), scaled(t[1]), scaled(t[2]) });
+}
+
+void AddPaint(
+  std::span<const PaintColor> colors, std::size_t own, double greyValue, CollapsePart& part)
+{
+  if (colors.empty() || IsOfOneColor(part.triangles, colors))
+  {
+    return;
+  }
+  part.paint.resize(part.positions.size());
+  for (const Triangle& t : part.triangles)
+  {
+    const PaintQuadric paint = PaintOfTriangle(
+      t, { part.positions[t[0]], part.positions[t[1]], part.positions[t[2]] }, colors, greyValue);
+    for (const VertexId v : t)
+    {
+      if (v < own)
+      {
+        part.paint[v].Add(paint);
+      }
+    }
+  }
 }
 
 }

@@ -1,11 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What colours and normals cost when clusters merge. For the makers of levels alone.
+// What paint and normals cost when clusters merge. For the makers of levels alone.
+//
+// A level is painted with the mesh's first array of colours (RoleOf), red, green and blue, as the
+// viewers draw it. The finest level has the means of its clusters, which part along the paint's
+// edges. Each coarser level's colours come from those of the level below: so neither files nor
+// other processes need to know more of a level than what is shown of it. Noise of the paint is
+// evened out on the way instead of being held on to, as it would be if quadrics of the original
+// were added up.
 #pragma once
 
-#include "filters/core/Execution.h"
+#include "filters/core/Attribute.h"
 #include "filters/core/Types.h"
+#include "filters/core/collapse/EdgeCollapse.h"
+#include "filters/core/levels/ClusterLevels.h"
 #include "filters/core/levels/ClusterSum.h"
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,20 +30,23 @@ struct CollapseAttributes
   std::vector<float> values;
 };
 
-// The share of the model's diagonal that a full change of one colour component (from 0 to 1), or a
-// normal's turn by 60° (a difference of length 1), costs as a distance.
-// Measured on a sphere painted as a checkerboard, at 1,024 clusters: 1/256 takes 18 % off the
-// colours' error and adds 16 % to the surface's (1/128: 22 and 30, 1/512: 13 and 6); smooth colours
-// cost nothing at any of these, and a flat board keeps every field whole.
-inline constexpr double colorScale = 1.0 / 256;
+// The share of the model's diagonal that a normal's turn by 60° (a difference of length 1) costs as
+// a distance, and a full change of one channel of the paint (from 0 to 255).
+// Measured on the painted vase (doc/benchmarks.md#paint): twice the share of paint takes a little
+// off the pictures' error at 16,000 triangles and a seventh at 4,000, and adds a sixth to the
+// surface's at both.
 inline constexpr double normalScale = 1.0 / 4096;
+inline constexpr double paintScale = 1.0 / 330;
+
+// Neighbours that differ by more than this in a channel are on either side of an edge of the paint.
+// Half or twice as much changes hardly anything (measured).
+inline constexpr int paintEdge = 32;
 
 // Of a box.
 double DiagonalOf(const Box& box);
 
-// The means of the mesh's colours and normals over the original vertices of each finest cluster;
-// other arrays are left out. clusterOf: noVertex for vertices that are left out too. NaN counts as
-// 0, a normal's component beyond 1 as 1. O(n).
+// The means of the mesh's normals over the original vertices of each finest cluster. clusterOf:
+// noVertex for vertices that are left out. NaN counts as 0, a component beyond 1 as 1. O(n).
 CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> clusterOf,
   std::span<const ClusterSum> clusters, double diagonal);
 
@@ -40,5 +54,38 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
 // parents: of each cluster, `count` in all.
 CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
   std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count);
+
+// The array that a mesh is painted with, or null.
+const Attribute* FindPaint(std::span<const Attribute> attributes);
+
+// The same of arrays that stand one after the other in a tuple: at which byte of it.
+std::optional<std::size_t> PlaceOfPaint(std::span<const AttributeInfo> attributes);
+
+// Whether two points are on either side of an edge of the paint.
+bool IsPaintEdge(const Attribute& paint, std::size_t a, std::size_t b);
+
+// The finest level's colours: means over the vertices of each cluster, as AttributeSums rounds
+// them. clusterOf as MeanAttributes. Empty where the mesh is not painted.
+std::vector<PaintColor> MeanPaint(
+  const Mesh& mesh, std::span<const VertexId> clusterOf, std::size_t clusters);
+
+// Replaces red, green and blue of what a level's means are painted with; nothing where paint is
+// empty. REQUIRES: else a colour a tuple.
+void PutPaint(std::span<const PaintColor> paint, std::span<Attribute> means);
+
+// Model units of a grey value, where `diagonal` is the model's.
+double GreyValue(double diagonal);
+
+// Whether all corners of triangles have one colour: then the part is as one without paint.
+bool IsOfOneColor(std::span<const Triangle> triangles, std::span<const PaintColor> colors);
+
+// What paint costs around the first `own` vertices of a part; nothing where it is of one colour.
+// colors: of all of its vertices, or none. REQUIRES: the part's triangles and positions are known.
+void AddPaint(
+  std::span<const PaintColor> colors, std::size_t own, double greyValue, CollapsePart& part);
+
+// What a triangle of a painted level says about colours, in model units.
+PaintQuadric PaintOfTriangle(const Triangle& t, const std::array<Vec3, 3>& corners,
+  std::span<const PaintColor> colors, double greyValue);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Levels by edge collapse: see CollapseLevels.h.
-//   1. The finest level (FinestClusters.h), and the means of its colours and normals.
+//   1. The finest level (FinestClusters.h), and the means of its paint and normals.
 //   2. For each coarser level: collapse in parts (CollapseRound.h), freely below (FreeCollapse.h).
 //   3. Group what has no triangles, and the clusters of nodes that are too full (Merging.h).
 //   4. Number the new clusters, add up what they are made of (CoarserState.h); the triangles'
@@ -89,15 +89,17 @@ public:
   {
     LevelOptions joined = this->Options;
     joined.joinCoincident = true;
-    Result<FinestClusters> finest = BuildFinestClusters(
-      { mesh.points, mesh.triangles, tree, partitionTriangles, this->Space.origin, joined.ids },
-      joined, this->Exec);
+    Result<FinestClusters> finest =
+      BuildFinestClusters({ mesh.points, mesh.triangles, tree, partitionTriangles,
+                            this->Space.origin, joined.ids, FindPaint(mesh.attributes) },
+        joined, this->Exec);
     KDSTREAM_TRY(finest);
     CollapseState state;
     state.ownEnd = static_cast<VertexId>(finest->clusters.size());
     state.attributes =
       MeanAttributes(mesh, finest->clusterOf, finest->clusters, DiagonalOf(this->Space.box));
     state.level = std::move(finest->level);
+    state.level.paint = MeanPaint(mesh, finest->clusterOf, finest->clusters.size());
     state.level.triangles = ImageInPartitions(
       mesh.triangles, partitionTriangles, finest->clusterOf, finest->partitionBegin, this->Exec);
     state.clusters = std::move(finest->clusters);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
-//   1. Inside each cell join vertices along edges and where they coincide: the sheets.
+//   1. Inside each cell join vertices along edges and where they coincide: the sheets. Not along
+//   edges that cross one of the paint.
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
 //   4. Per cluster: sums, box and quadric; the representative and its deviation.
@@ -12,6 +13,7 @@
 #include "filters/core/Weld.h"
 #include "filters/core/levels/CellSheets.h"
 #include "filters/core/levels/CoincidentClusters.h"
+#include "filters/core/levels/CollapseAttributes.h"
 #include "filters/core/levels/LevelProgress.h"
 
 #include <algorithm>
@@ -59,6 +61,7 @@ public:
     , Tree(input.tree)
     , Buckets(input.partitionTriangles)
     , Ids(input.ids)
+    , Paint(input.paint)
     , Options(options)
     , Exec(execution)
     , Below(input.tree.depths.finest - input.tree.depths.partition)
@@ -96,6 +99,11 @@ private:
   // The vertex in the mesh.
   VertexId IdOf(VertexId v) const { return this->Ids.empty() ? v : this->Ids[v]; }
 
+  bool HasPaintEdge(VertexId a, VertexId b) const
+  {
+    return this->Paint && IsPaintEdge(*this->Paint, a, b);
+  }
+
   Vec3 Relative(VertexId v) const { return Minus(this->Points[v], this->Output.origin); }
 
   template <class Visit>
@@ -130,7 +138,7 @@ private:
             if (cell[a] >> this->Below == partition)
             {
               surface[a] = 1;
-              if (cell[a] == cell[b] && root[a] != root[b])
+              if (cell[a] == cell[b] && root[a] != root[b] && !this->HasPaintEdge(a, b))
               {
                 Join(root, a, b);
               }
@@ -436,6 +444,7 @@ private:
   const KdTree& Tree;
   const TriangleBuckets& Buckets;
   std::span<const VertexId> Ids;
+  const Attribute* Paint;
   const ClusterOptions& Options;
   const Execution& Exec;
   unsigned Below; // levels from the partitions to the finest

@@ -6,6 +6,7 @@
 #include "filters/core/levels/LevelAttributes.h"
 
 #include "filters/core/VectorMath.h"
+#include "filters/core/levels/CollapseAttributes.h"
 
 #include <algorithm>
 #include <array>
@@ -17,6 +18,7 @@
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace kdstream
 {
@@ -304,6 +306,7 @@ void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels)
   {
     ClusterLevel& level = levels.levels[d];
     std::vector<Attribute> means = sums.Means();
+    PutPaint(std::exchange(level.paint, {}), means);
     std::move(means.begin(), means.end(), std::back_inserter(level.attributes));
     if (level.parents.empty())
     {

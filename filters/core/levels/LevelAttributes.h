@@ -17,7 +17,8 @@ namespace kdstream
 // type that they have in the mesh; other arrays are the original's alone.
 //
 // Colours: each component's mean over the cluster's original vertices, alpha like the others,
-// rounded to the nearest value (halves upwards).
+// rounded to the nearest value (halves upwards). Where the levels come with colours of their own
+// (ClusterLevel::paint), red, green and blue of the array that the mesh is painted with are those.
 // Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
 // direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
 // cancel each other (their sum is shorter than 10^-9 of their number) it is the direction of the

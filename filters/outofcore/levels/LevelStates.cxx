@@ -6,6 +6,7 @@
 #include "filters/outofcore/files/Tuples.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace kdstream
 {
@@ -62,6 +63,22 @@ Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel&
   KDSTREAM_TRY(ForEachBlockOf<ClusterRecord>(level.clusters, own.begin, own.end,
     [&](std::span<const ClusterRecord> records) { AppendPlaces(records, places); }));
   return appendGhosts(all.subspan(block.ownEnd));
+}
+
+// Of all clusters of a block, ghosts too: as they are shown.
+Status LoadPaint(
+  const LevelFile& level, const LevelArrays& arrays, const LevelBlock& block, ClusterLevel& places)
+{
+  const std::size_t tupleBytes = arrays.TupleBytes();
+  std::vector<std::byte> tuples(block.clusters.size() * tupleBytes);
+  KDSTREAM_TRY(ReadBlockElements(level.tuples, tupleBytes, block, tuples));
+  places.paint.resize(block.clusters.size());
+  for (std::size_t c = 0; c < places.paint.size(); ++c)
+  {
+    std::memcpy(
+      places.paint[c].data(), &tuples[c * tupleBytes + *arrays.paint], places.paint[c].size());
+  }
+  return {};
 }
 
 // Of the own clusters of a block.
@@ -143,7 +160,8 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
   }
   if (this->Level.tuples.IsOpen())
   {
-    const std::vector<Attribute> means = attributes.Means();
+    std::vector<Attribute> means = attributes.Means();
+    PutPaint(block.level.paint, means);
     std::vector<const Attribute*> arrays;
     arrays.reserve(means.size());
     for (const Attribute& array : means)
@@ -165,6 +183,10 @@ Result<CollapseState> LoadState(
   state.ownEnd = block.ownEnd;
   state.attributes.components = arrays.components;
   KDSTREAM_TRY(LoadPlaces(level, block, state.level));
+  if (arrays.paint)
+  {
+    KDSTREAM_TRY(LoadPaint(level, arrays, block, state.level));
+  }
   KDSTREAM_TRY(LoadSums(states, block, state));
   state.level.triangles = std::move(block.triangles);
   return state;

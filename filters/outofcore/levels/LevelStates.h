@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct LevelArrays
 {
   std::size_t components = 0;            // of CollapseAttributes
   std::vector<AttributeInfo> attributes; // that levels carry
+  // Where in a tuple of them the level's paint is; nothing where there is none, or it does not
+  // matter.
+  std::optional<std::size_t> paint;
 
   std::size_t TupleBytes() const;
 };

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace kdstream
 {
@@ -95,7 +96,12 @@ LevelSteps::LevelSteps(
     std::back_inserter(this->LevelsArrays.attributes), IsInLevels);
   for (const AttributeInfo& attribute : this->LevelsArrays.attributes)
   {
-    this->LevelsArrays.components += this->Clusters ? 0 : attribute.components;
+    const bool normals = RoleOf(attribute) == AttributeRole::Normals;
+    this->LevelsArrays.components += normals && !this->Clusters ? attribute.components : 0;
+  }
+  if (!this->Clusters)
+  {
+    this->LevelsArrays.paint = PlaceOfPaint(this->LevelsArrays.attributes);
   }
 }
 
@@ -141,7 +147,8 @@ Status LevelSteps::BuildFinestBlock(
   Execution quiet = this->Exec;
   quiet.progress = [](std::string_view, double) { return true; };
   Result<FinestClusters> finest = BuildFinestClusters(
-    { block.mesh.points, block.mesh.triangles, tree, buckets, this->Space.origin, block.ids },
+    { block.mesh.points, block.mesh.triangles, tree, buckets, this->Space.origin, block.ids,
+      this->Clusters ? nullptr : FindPaint(block.mesh.attributes) },
     this->OptionsFor(block), quiet);
   KDSTREAM_TRY(finest);
   CollapseState state;
@@ -268,6 +275,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
     const ClusterLevel& below = (*levels)[d + 1];
     sums = sums->MakeCoarser(below.parents, below.lowest, (*levels)[d].lowest.size());
     (*levels)[d].attributes = sums->Means();
+    PutPaint(std::exchange((*levels)[d].paint, {}), (*levels)[d].attributes);
   }
   Result<SpillFile> parents = folder.CreateFile(
     "parents of clusters", level.ClusterCount() * std::uint64_t{ sizeof(VertexId) });

@@ -285,7 +285,12 @@ TEST(KdClusterSimplificationMakers, NormalsAndColorsAreAveraged)
     EXPECT_EQ(data->GetNormals()->GetComponent(0, 2), 1);
     ASSERT_TRUE(data->GetScalars());
     EXPECT_STREQ(data->GetScalars()->GetName(), "RGB");
-    EXPECT_EQ(data->GetScalars()->GetComponent(0, 0), 101) << "100.5, rounded up";
+    const double red = data->GetScalars()->GetComponent(0, 0);
+    if (byArray)
+    {
+      EXPECT_EQ(red, 101) << "100.5, rounded up";
+    }
+    EXPECT_TRUE(red == 100 || red == 101) << red; // of a collapse that of the place
     EXPECT_EQ(data->GetScalars()->GetComponent(0, 1), 7);
     EXPECT_EQ(data->GetScalars()->GetComponent(0, 2), 255);
   }

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures of painted surfaces without any light, so that they differ by paint and outline alone.
+#pragma once
+
+#include "filters/core/Attribute.h"
+#include "filters/core/Types.h"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream::bench
+{
+
+struct FlatPicture
+{
+  std::vector<std::array<float, 3>>
+    colors;                  // of each pixel, 0-255, from the lower left; grey behind
+  std::vector<bool> covered; // whether some of the surface is seen there
+};
+
+// Draws a surface from 24 cameras around a box: eight directions, from below, level and from above;
+// all of the box is seen. Four samples a pixel.
+class FlatPainter
+{
+public:
+  static constexpr std::size_t cameras = 24;
+
+  // side: pixels of the pictures, which are square.
+  FlatPainter(const Box& box, std::size_t side);
+
+  // colors: the vertices', uint8, three components or more, between which each triangle's are
+  // linear.
+  std::vector<FlatPicture> DrawAll(std::span<const Vec3> points,
+    std::span<const Triangle> triangles, const Attribute& colors) const;
+  // Errors: InputOutput.
+  Status WritePpm(const FlatPicture& picture, const std::string& file) const;
+
+private:
+  std::vector<Vec3> Project(std::size_t camera, std::span<const Vec3> points) const;
+  FlatPicture Draw(
+    std::span<const Vec3> seen, std::span<const Triangle> triangles, const Attribute& colors) const;
+
+  Vec3 Centre;
+  double Radius;
+  std::size_t Side;
+};
+
+// How far the channels are off on average, in grey values, over the pixels that either surface
+// covers; the mean over all cameras.
+double MeanDifference(std::span<const FlatPicture> a, std::span<const FlatPicture> b);
+
+}
