@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <csignal>
+#include <fstream>
+#include <set>
 #include <thread>
 
 using namespace kdstream;
@@ -110,6 +112,57 @@ TEST_F(TestExport, ModelsAreAddedAndReplaced)
   EXPECT_NE(this->List()[1].digest, before);
   // Whoever looks at the old one goes on.
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / before));
+}
+
+// A model goes up whole or not at all.
+TEST_F(TestExport, WhatFailsLeavesNothing)
+{
+  const auto files = [this]
+  {
+    std::set<std::string> all;
+    if (fs::exists(this->Folder / "www"))
+    {
+      for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "www"))
+      {
+        all.insert(entry.path().string());
+      }
+    }
+    return all;
+  };
+  const auto damage = [this](const std::string& name)
+  {
+    fs::copy_file(this->Folder / "ring.kds", this->Folder / name);
+    std::fstream store(this->Folder / name, std::ios::in | std::ios::out | std::ios::binary);
+    store.seekp(static_cast<std::streamoff>(fs::file_size(this->Folder / name) / 2));
+    store.write("spoilt", 6);
+  };
+  damage("spoilt.kds");
+  const Outcome first = this->Export({ "spoilt.kds", "www", "--model", "ring" });
+  EXPECT_EQ(first.exitCode, 1);
+  EXPECT_NE(first.err.find("wrong checksum"), std::string::npos) << first.err;
+  EXPECT_FALSE(fs::exists(this->Folder / "www")) << "nor the folders";
+
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  const auto before = files();
+  EXPECT_EQ(std::count_if(before.begin(), before.end(),
+              [](const std::string& file) { return file.find("/.ring") != std::string::npos; }),
+    0);
+  this->ProgramsTest::Write("ring.ply", Torus(100, 50));
+  ASSERT_EQ(this->Build({ "ring.ply", "-o", "ring.kds" }).exitCode, 0);
+  damage("again.kds");
+  EXPECT_EQ(this->Export({ "again.kds", "www", "--model", "ring" }).exitCode, 1);
+  EXPECT_EQ(files(), before) << "another digest";
+
+  // What a killed call has left is gone on with.
+  const auto store = *kdstream::Store::Open(this->Folder / "ring.kds");
+  const auto digest = store->Info().digest;
+  const auto left = this->Folder / "www/api/models/ring" / ("." + digest + ".new");
+  fs::create_directories(left / "tree");
+  this->WriteText((left / "tree/1.new").lexically_relative(this->Folder.Path).string(), "half");
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1"));
+  EXPECT_FALSE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1.new"));
 }
 
 // A host of plain files, which knows neither streams nor regions.

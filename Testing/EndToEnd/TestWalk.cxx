@@ -2,71 +2,16 @@
 // One walk through everything on the real scan: kdstream-build, kdstream-serve, kdstream-view and
 // the demo session, on EGL and on OSMesa.
 #include "Testing/EndToEnd/Process.h"
+#include "Testing/Fixtures/RunningProgram.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <csignal>
 #include <map>
 #include <set>
 
 using namespace kdstream::fixtures;
 using Json = nlohmann::json;
-
-namespace
-{
-
-// kdstream-serve on a free port, for the life of the object.
-class Server
-{
-public:
-  explicit Server(const std::filesystem::path& folder)
-  {
-    int ends[2];
-    EXPECT_EQ(::pipe(ends), 0);
-    this->Process = ::fork();
-    if (this->Process == 0)
-    {
-      ::dup2(ends[1], STDOUT_FILENO);
-      ::close(ends[0]);
-      ::close(ends[1]);
-      const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-serve";
-      ::execl(program.c_str(), program.c_str(), folder.c_str(), "--port", "0", nullptr);
-      ::_exit(127);
-    }
-    ::close(ends[1]);
-    std::string line;
-    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';)
-    {
-      line += c;
-    }
-    ::close(ends[0]);
-    const std::string ready = "listening on ";
-    EXPECT_EQ(line.rfind(ready, 0), 0U) << line;
-    this->Url = line.substr(std::min(ready.size(), line.size()));
-  }
-  ~Server() { this->Stop(); }
-
-  // SIGTERM; returns the exit code.
-  int Stop()
-  {
-    int status = 0;
-    if (this->Process > 0)
-    {
-      ::kill(this->Process, SIGTERM);
-      ::waitpid(this->Process, &status, 0);
-    }
-    this->Process = 0;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  std::string Url;
-
-private:
-  pid_t Process = 0;
-};
-
-}
 
 TEST(Walk, FromAScanToThreePictures)
 {
@@ -84,7 +29,7 @@ TEST(Walk, FromAScanToThreePictures)
   }
   std::ofstream(folder / "session.jsonl") << session;
 
-  Server server(folder / "models");
+  FolderServer server(KDSTREAM_PROGRAMS, folder / "models");
   std::map<std::string, std::map<std::string, std::string>> pictures; // backend, name
   for (const std::string backend : { "egl", "osmesa" })
   {
@@ -140,7 +85,7 @@ TEST(Walk, ADamagedPartitionCostsNothingElse)
   const Outcome verified = RunTool(folder, "store", { "verify", "models/dragon.kds" });
   EXPECT_EQ(verified.exitCode, 1);
   EXPECT_NE(verified.err.find("partitions/"), std::string::npos) << verified.err;
-  Server server(folder / "models");
+  FolderServer server(KDSTREAM_PROGRAMS, folder / "models");
   const Outcome viewed = RunTool(folder, "view",
     { server.Url, "--offscreen", "egl", "--size", "300x300", "--screenshot", "level.png" });
   EXPECT_EQ(viewed.exitCode, 0) << viewed.err;

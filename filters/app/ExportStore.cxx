@@ -110,12 +110,85 @@ AddEncoding gzip .gz
 </IfModule>
 )";
 
+// A folder that goes up whole or not at all: what belongs into it is written into a hidden one
+// beside it, which takes its name at the end, or is removed. (What a call has left there that was
+// killed stays for the next one.) A folder that is up already stays where it is.
+class NewFolder
+{
+public:
+  explicit NewFolder(fs::path folder)
+    : Folder(std::move(folder))
+    , Place(this->Folder)
+  {
+    std::error_code failure;
+    if (fs::exists(this->Folder, failure))
+    {
+      return;
+    }
+    this->Place = this->Folder.parent_path() / ("." + this->Folder.filename().string() + ".new");
+    auto parent = this->Place.parent_path();
+    for (; !parent.empty() && !fs::exists(parent, failure); parent = parent.parent_path())
+    {
+      this->Made.push_back(parent);
+    }
+  }
+  ~NewFolder()
+  {
+    std::error_code failure;
+    if (!this->IsUp())
+    {
+      fs::remove_all(this->Place, failure);
+    }
+    for (const auto& parent : this->Made)
+    {
+      fs::remove(parent, failure); // where nothing else has come into it
+    }
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  bool IsUp() const { return this->Place == this->Folder; }
+  const fs::path& Name() const { return this->Folder; }
+  fs::path PlaceOf(const fs::path& file) const
+  {
+    return this->Place / file.lexically_relative(this->Folder);
+  }
+  Status GoUp()
+  {
+    std::error_code failure;
+    if (!this->IsUp())
+    {
+      fs::rename(this->Place, this->Folder, failure);
+    }
+    if (failure)
+    {
+      return SystemError("cannot be written", failure.value(), this->Folder.string());
+    }
+    this->Place = this->Folder;
+    return {};
+  }
+
+private:
+  fs::path Folder, Place;
+  std::vector<fs::path> Made; // by this, the innermost first
+};
+
+// Of a model's files: of all, or of those with another digest than what is up.
+fs::path NewPartOf(const fs::path& folder, const std::string& model, const std::string& digest)
+{
+  const auto all = folder / fs::path(protocol::ModelPath(model).substr(1)).parent_path();
+  std::error_code failure;
+  return fs::exists(all, failure) ? all / digest : all;
+}
+
 // Writes files below a folder, and counts them.
 class Writer
 {
 public:
-  Writer(fs::path folder, const Execution& execution)
+  // part: of the folder, and not up before the rest.
+  Writer(fs::path folder, const NewFolder& part, const Execution& execution)
     : Folder(std::move(folder))
+    , Part(part)
     , Runs(execution)
   {
   }
@@ -125,7 +198,7 @@ public:
   // path: of the protocol, "/api/…". Another file in its place is replaced at once, or not at all.
   Status Put(const std::string& path, std::string_view bytes)
   {
-    const fs::path file = this->Folder / path.substr(1);
+    const fs::path file = this->PlaceOf(path);
     std::error_code failure;
     fs::create_directories(file.parent_path(), failure);
     const fs::path unfinished = file.string() + ".new";
@@ -163,7 +236,7 @@ public:
   Status PutBlob(const std::string& path, const Read& read)
   {
     std::error_code failure;
-    const auto there = fs::file_size(this->Folder / path.substr(1), failure);
+    const auto there = fs::file_size(this->PlaceOf(path), failure);
     const auto bytes = read();
     KDSTREAM_TRY(bytes);
     if (!failure && there == bytes->size())
@@ -199,7 +272,17 @@ private:
     return small;
   }
 
+  fs::path PlaceOf(const std::string& path) const
+  {
+    const fs::path file = this->Folder / path.substr(1);
+    const auto& part = this->Part.Name();
+    const bool isOfPart =
+      std::mismatch(part.begin(), part.end(), file.begin(), file.end()).first == part.end();
+    return isOfPart ? this->Part.PlaceOf(file) : file;
+  }
+
   fs::path Folder;
+  const NewFolder& Part;
   const Execution& Runs;
 };
 
@@ -282,9 +365,19 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   told.id = options.model;
   const auto models = ListWith(folder / protocol::modelListPath.substr(1), Summarize(told));
   KDSTREAM_TRY(models);
-  Writer writer(folder, execution);
+  NewFolder part(NewPartOf(folder, options.model, told.digest));
+  Writer writer(folder, part, execution);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
-  KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
+  const bool isNewModel = part.Name().filename() == options.model;
+  if (isNewModel) // else it is told of once the digest is up
+  {
+    KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
+  }
+  KDSTREAM_TRY(part.GoUp());
+  if (!isNewModel)
+  {
+    KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
+  }
   KDSTREAM_TRY(writer.Put("/kdstream.nginx.conf", WithPolicy(nginxRules)));
   KDSTREAM_TRY(writer.Put("/.htaccess", WithPolicy(apacheRules)));
   if (!options.page.empty())

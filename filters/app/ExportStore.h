@@ -28,8 +28,8 @@ struct ExportReport
 // list of models that is there is added to, and the same model replaced. The list is written last:
 // so a host that serves the folder never names what is not there. Also rules for caching, for nginx
 // (kdstream.nginx.conf) and Apache (.htaccess). Reports the step "export". Errors: those of the
-// store; InvalidInput for a list that is none; InputOutput; Cancelled. What has been written then
-// stays, and the same call goes on.
+// store; InvalidInput for a list that is none; InputOutput; Cancelled. A model, or what a new
+// digest of it has, goes up whole or not at all.
 Result<ExportReport> ExportStore(const Store& store, const std::filesystem::path& folder,
   const ExportOptions& options, const Execution& execution = {});
 

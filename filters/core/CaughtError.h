@@ -34,7 +34,9 @@ inline Error CaughtError()
   }
   catch (const std::system_error& failure)
   {
-    message = failure.what();
+    // Only the start of a thread throws this: the system has no room for one more.
+    const bool isThread = failure.code() == std::errc::resource_unavailable_try_again;
+    message = (isThread ? "a thread cannot be started: " : "") + std::string(failure.what());
   }
   catch (const std::exception& failure)
   {

@@ -17,7 +17,11 @@ namespace kdstream
 // first view are taken to be known then. REQUIRES: `up` and `view` are directions (DirectionOf).
 struct StoreTexts
 {
-  std::optional<std::string> title, credit, license, unit, description;
+  std::optional<std::string> title{};
+  std::optional<std::string> credit{};
+  std::optional<std::string> license{};
+  std::optional<std::string> unit{};
+  std::optional<std::string> description{};
   std::optional<Vec3> up{}, view{};
 };
 

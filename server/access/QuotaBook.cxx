@@ -28,6 +28,8 @@ namespace
 constexpr std::int64_t second = 1'000'000; // in microseconds
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
 constexpr std::uint64_t largestBlob = Store::largestBlobBytes;
+// By so much the clock of a server may be wrong, or differ from that of another.
+constexpr std::int64_t clocksDiffer = 600 * second;
 
 constexpr const char* schema =
   "PRAGMA busy_timeout = 2000;"
@@ -74,7 +76,6 @@ std::string UtcOf(std::int64_t microseconds)
 // be served until the clock has caught up.
 std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int64_t latest)
 {
-  constexpr std::int64_t clocksDiffer = 600 * second;
   return due && *due <= latest + clocksDiffer ? std::max(now, *due) : now;
 }
 
@@ -110,16 +111,18 @@ struct QuotaBook::File
   std::chrono::seconds window{};
   std::mutex mutex;                         // for what follows
   std::atomic<std::uint64_t> failures{ 0 }; // to begin
+  std::chrono::steady_clock::time_point lastFailure;
   std::pair<dev_t, ino_t> identity;
   Database database;
-  Statement begin, commit, rollback, expire, lower, has, count, oldest, add, raise, due, pace;
+  Statement begin, commit, rollback, date, expire, lower, has, count, oldest, add, raise, due, pace;
 
   // Opens the file, in place of the one of before.
   Status Open(std::int64_t now);
   // Whether the path still leads to the file that is open.
   bool IsThere() const { return IdentityOf(this->path) == this->identity; }
   Status Prepare();
-  Error Failure() const;
+  Error Failure() const; // of the database
+  Error Failure(const std::string& why) const;
 
   // What a statement answers, a number; nothing where it has no row.
   Result<std::optional<std::int64_t>> Ask(Statement& statement);
@@ -134,8 +137,12 @@ struct QuotaBook::File
 
 Error QuotaBook::File::Failure() const
 {
-  return { ErrorCode::InputOutput,
-    std::string("the quotas cannot be kept: ") + sqlite3_errmsg(this->database.get()) };
+  return this->Failure(sqlite3_errmsg(this->database.get()));
+}
+
+Error QuotaBook::File::Failure(const std::string& why) const
+{
+  return { ErrorCode::InputOutput, "the quotas cannot be kept: " + why, this->path.string() };
 }
 
 Status QuotaBook::File::Prepare()
@@ -144,8 +151,8 @@ Status QuotaBook::File::Prepare()
     { &this->begin, "BEGIN IMMEDIATE" },
     { &this->commit, "COMMIT" },
     { &this->rollback, "ROLLBACK" },
-    { &this->expire,
-      "DELETE FROM had WHERE subject = ? AND model = ? AND (time <= ? OR time > ?)" },
+    { &this->date, "UPDATE had SET time = ? WHERE subject = ? AND model = ? AND time > ?" },
+    { &this->expire, "DELETE FROM had WHERE subject = ? AND model = ? AND time <= ?" },
     { &this->lower, "UPDATE counts SET count = count - ? WHERE subject = ? AND model = ?" },
     { &this->has, "SELECT 1 FROM had WHERE subject = ? AND model = ? AND partition = ?" },
     { &this->count, "SELECT count FROM counts WHERE subject = ? AND model = ?" },
@@ -185,8 +192,8 @@ Result<std::optional<std::int64_t>> QuotaBook::File::Ask(Statement& statement)
 Status QuotaBook::File::Open(std::int64_t now)
 {
   for (Statement* const each :
-    { &this->begin, &this->commit, &this->rollback, &this->expire, &this->lower, &this->has,
-      &this->count, &this->oldest, &this->add, &this->raise, &this->due, &this->pace })
+    { &this->begin, &this->commit, &this->rollback, &this->date, &this->expire, &this->lower,
+      &this->has, &this->count, &this->oldest, &this->add, &this->raise, &this->due, &this->pace })
   {
     *each = {}; // before their database
   }
@@ -234,21 +241,26 @@ QuotaBook::Taken QuotaBook::InTransaction(const Work& work)
   auto& file = *this->Kept;
   const auto failures = file.failures.load();
   const std::lock_guard lock(file.mutex);
-  if (file.failures != failures) // it was tried meanwhile: who waits waits once, not one after all
+  // It was tried meanwhile, or just now: who waits waits once, not one after all, nor do those who
+  // come from a queue.
+  if (file.failures != failures ||
+      std::chrono::steady_clock::now() < file.lastFailure + pauseOfLocked)
   {
-    return Error{ ErrorCode::InputOutput, "the quotas cannot be kept: the file is locked" };
+    return file.Failure("the file is locked");
   }
   if (!file.IsThere())
   {
-    KDSTREAM_TRY(file.Open(this->Now()));
+    KDSTREAM_TRY(OfFile(file.path.string(), file.Open(this->Now())));
     return Error{ ErrorCode::InputOutput,
       "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
-      "name" };
+      "name",
+      file.path.string() };
   }
   const auto begun = file.Ask(file.begin);
   if (!begun)
   {
     ++file.failures;
+    file.lastFailure = std::chrono::steady_clock::now();
     return begun.GetError();
   }
   Taken taken = work(this->Now());
@@ -269,8 +281,10 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   auto& file = *this->Kept;
   const auto& [subject, model] = holder;
   const std::int64_t window = std::int64_t{ this->Limits.window.count() } * second;
-  // What was had in a far future was had while the clock was wrong.
-  KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window, now + window));
+  // What was had in the future was had while the clock was ahead. It is not forgotten, or whoever
+  // waits for the clock to be set back had a new quota; nor does it count until that future.
+  KDSTREAM_TRY(file.Ask(file.date, now, subject, model, now + clocksDiffer));
+  KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window));
   if (const int gone = sqlite3_changes(file.database.get()); gone > 0)
   {
     KDSTREAM_TRY(file.Ask(file.lower, std::int64_t{ gone }, subject, model));

@@ -48,6 +48,9 @@ class QuotaBook
 {
 public:
   using Clock = std::function<std::int64_t()>; // microseconds since 1970
+  // A file that another process holds is not tried again for so long: whoever comes then is refused
+  // at once.
+  static constexpr std::chrono::milliseconds pauseOfLocked{ 100 };
 
   // Opens the file, or makes it, for this user alone. Without a clock, the system's. Errors:
   // InputOutput.

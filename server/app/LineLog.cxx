@@ -4,6 +4,7 @@
 #include "filters/core/SystemReason.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -59,6 +60,28 @@ std::size_t WriteAll(int file, std::string_view text)
     done += written < 0 ? 0 : static_cast<std::size_t>(written);
   }
   return done;
+}
+
+// Takes back the last bytes, which this has just written, where the file ends with them. No pipe
+// gives them back, nor does a file to which somebody else has added more.
+bool TakeBack(int file, std::size_t bytes)
+{
+  struct stat found
+  {
+  };
+  const off_t end = ::lseek(file, 0, SEEK_CUR); // of what was appended
+  return ::fstat(file, &found) == 0 && S_ISREG(found.st_mode) && found.st_size == end &&
+         ::ftruncate(file, end - static_cast<off_t>(bytes)) == 0;
+}
+
+// Writes whole lines of the text: what of them a disk takes before it is full. The bytes that are
+// there then, which end amid a line only where they cannot be taken back.
+std::size_t WriteLines(int file, std::string_view text)
+{
+  const auto written = WriteAll(file, text);
+  const auto whole = text.substr(0, written).rfind('\n') + 1; // 0 for none
+  const bool isCut = written < text.size() && whole < written;
+  return isCut && TakeBack(file, written - whole) ? whole : written;
 }
 
 std::uint64_t LinesIn(std::string_view text)
@@ -123,8 +146,8 @@ struct LineLog::Writer
     const int to = this->file;
     lock.unlock();
     const bool mended = !this->torn || WriteAll(to, "\n") == 1;
-    const auto written = mended ? WriteAll(to, text) : 0;
-    const bool noted = written == text.size() && WriteAll(to, note) == note.size();
+    const auto written = mended ? WriteLines(to, text) : 0;
+    const bool noted = written == text.size() && WriteLines(to, note) == note.size();
     lock.lock();
     const auto missing = LinesIn(std::string_view(text).substr(written));
     this->lost += missing;

@@ -22,6 +22,7 @@
 #include <array>
 #include <csignal>
 #include <iostream>
+#include <string_view>
 
 namespace
 {
@@ -132,7 +133,7 @@ void Reload(const Surroundings& around)
 
 // Where memory runs out something is left undone, and said: the server goes on.
 template <class Work>
-void Try(Messages& messages, const Work& work)
+void Try(Messages& messages, std::string_view what, const Work& work)
 {
   try
   {
@@ -142,7 +143,7 @@ void Try(Messages& messages, const Work& work)
     }
     catch (...)
     {
-      messages.Fail(CaughtError().message);
+      messages.Fail(std::string(what) + ": " + CaughtError().message);
     }
   }
   catch (...) // nor is there memory to say so
@@ -197,7 +198,7 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
   for (;;)
   {
     (void)::poll(sources.data(), sources.size(), untilNextLook);
-    Try(around.messages, [&folder] { folder.Look(); });
+    Try(around.messages, around.line.folder, [&folder] { folder.Look(); });
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);
     if (signal == SIGTERM || signal == SIGINT)
@@ -206,7 +207,7 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
     }
     if (signal == SIGHUP)
     {
-      Try(around.messages, [&around] { Reload(around); });
+      Try(around.messages, "not all is read again at SIGHUP", [&around] { Reload(around); });
     }
   }
   ::close(signalFile);
@@ -277,7 +278,7 @@ void SayWhoMay(Messages& messages, const std::string& file, const std::optional<
 }
 
 // What `/` serves.
-Status OpenPages(ServeOptions& line)
+Status OpenPages(Messages& messages, ServeOptions& line)
 {
   if (line.web.empty())
   {
@@ -287,7 +288,9 @@ Status OpenPages(ServeOptions& line)
   {
     return {};
   }
-  auto web = OfFile(line.web, StaticFiles::Open(line.web));
+  auto web = OfFile(line.web,
+    StaticFiles::Open(line.web, [&messages](const std::string& file, const std::string& what)
+      { messages.Warn(file, what); }));
   KDSTREAM_TRY(web);
   if (!web->Read("/"))
   {
@@ -385,7 +388,7 @@ int Serve(const std::string& program, ServeOptions& line)
     }
     return PrintError(program, line.folder, error);
   }
-  if (const auto status = OpenPages(line); !status)
+  if (const auto status = OpenPages(messages, line); !status)
   {
     return PrintError(program, "", status.GetError());
   }

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/ServeOptions.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <thread>
 
 namespace kdstream
@@ -27,6 +31,89 @@ ListenAddress ParseAddress(const std::string& text)
     throw CLI::ValidationError("--admin", text + ": an address and a port, such as 127.0.0.1:9100");
   }
   return { host, static_cast<std::uint16_t>(std::stoul(digits)) };
+}
+
+// A check whose message begins with the value: "…" is not WHAT.
+template <class Holds>
+CLI::Validator Must(const std::string& be, const Holds& holds)
+{
+  return { [be, holds](const std::string& text)
+    { return holds(text) ? std::string() : "\"" + text + "\" is not " + be; },
+    "" };
+}
+
+// CLI::Range takes what is no number at all ("nan") for one within any range.
+CLI::Validator NumberFrom(double least, double most)
+{
+  char words[80], range[80];
+  std::snprintf(words, sizeof words, "a number from %.10g to %.10g", least, most);
+  std::snprintf(range, sizeof range, "FLOAT in [%.10g - %.10g]", least, most); // for the help
+  return Must(words,
+    [least, most](const std::string& text)
+    {
+      double value = 0;
+      return CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+    })
+    .description(range);
+}
+
+CLI::Validator SizeFromOne()
+{
+  return Must("a size of at least 1", // what is no size is told by the option itself
+    [](const std::string& text)
+    {
+      const auto size = ParseSize(text);
+      return !size || *size != 0;
+    });
+}
+
+bool IsOf(std::string_view text, std::string_view characters)
+{
+  return !text.empty() && text.find_first_not_of(characters) == text.npos;
+}
+
+bool IsAddressOf6(const std::string& text)
+{
+  in6_addr address{};
+  return ::inet_pton(AF_INET6, text.c_str(), &address) == 1;
+}
+
+constexpr std::string_view smallAndDigits = "abcdefghijklmnopqrstuvwxyz0123456789";
+
+// As the field Host has it, but for the port: a name, or an address, of IPv6 in brackets.
+bool IsHost(const std::string& text)
+{
+  if (text.size() > 2 && text.front() == '[' && text.back() == ']')
+  {
+    return IsAddressOf6(text.substr(1, text.size() - 2));
+  }
+  auto small = text;
+  std::transform(small.begin(), small.end(), small.begin(),
+    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return IsOf(small, std::string(smallAndDigits) + ".-_") && small.front() != '.';
+}
+
+// As browsers send it: SCHEME://HOST or SCHEME://HOST:PORT, in small letters, without the port that
+// the scheme has anyway.
+bool IsOrigin(const std::string& text)
+{
+  const auto colon = text.find("://");
+  if (colon == text.npos || !IsOf(text.substr(0, colon), std::string(smallAndDigits) + "+.-"))
+  {
+    return false;
+  }
+  const auto scheme = text.substr(0, colon), rest = text.substr(colon + 3);
+  const auto bracket = rest.rfind(']');
+  const auto before = rest.find(':', bracket == rest.npos ? 0 : bracket);
+  const auto host = rest.substr(0, before);
+  const auto port = before == rest.npos ? std::string("1") : rest.substr(before + 1);
+  const bool isSmall =
+    std::none_of(host.begin(), host.end(), [](unsigned char c) { return std::isupper(c) != 0; });
+  const bool isPort = IsOf(port, "0123456789") && port.size() <= 5 && port.front() != '0' &&
+                      std::stoul(port) <= 65535;
+  const bool isSchemesOwn =
+    (scheme == "http" && port == "80") || (scheme == "https" && port == "443");
+  return isSmall && IsHost(host) && isPort && !isSchemesOwn;
 }
 
 void AddAddress(CLI::App& app, HttpServerOptions& server)
@@ -76,6 +163,7 @@ void AddProxies(CLI::App& app, HttpServerOptions& server)
     app
       .add_option("--trusted-proxy", server.trustedProxies,
         "address or network of a proxy, whose X-Forwarded-For is believed; may be repeated")
+      ->check(Must("an address or a network, such as 10.0.0.1 or 10.0.0.0/8", IsNetwork))
       ->type_name("ADDRESS")
       ->allow_extra_args(false)
       ->group(address);
@@ -87,6 +175,9 @@ void AddProxies(CLI::App& app, HttpServerOptions& server)
   app
     .add_option("--allow-host", server.allowedHosts,
       "host that requests may name; may be repeated [default: any]")
+    ->check(Must(
+      "a host, without scheme and port, such as models.example.org, 192.0.2.1 or [2001:db8::1]",
+      IsHost))
     ->type_name("HOST")
     ->allow_extra_args(false)
     ->group(address);
@@ -107,6 +198,9 @@ void AddPages(CLI::App& app, ServeOptions& line)
   app
     .add_option("--allow-origin", line.server.allowOrigin,
       "let pages of this origin read from here (CORS); *: of any")
+    ->check(Must("* or an origin as browsers send it, such as https://example.org or "
+                 "http://localhost:3000",
+      [](const std::string& text) { return text == "*" || IsOrigin(text); }))
     ->type_name("ORIGIN")
     ->group(pages);
 }
@@ -138,7 +232,7 @@ void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
           "--quota-partitions", [&line](double percent) { line.quotas.share = percent / 100; },
           "of a model's partitions a name may have so many in a window, in percent [default: all]")
         ->transform(WithoutPercent)
-        ->check(CLI::Range(1e-9, 100.0))
+        ->check(NumberFrom(1e-9, 100))
         ->type_name("PERCENT"));
   add(app
         .add_option_function<std::int64_t>(
@@ -149,7 +243,8 @@ void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
         ->type_name("SECONDS")
         ->default_str(std::to_string(line.quotas.window.count())));
   add(AddSizeOption(app, "--quota-bytes", line.quotas.bytesPerSecond,
-    "of a model's partitions a name may have so many bytes a second [default: any number]"));
+    "of a model's partitions a name may have so many bytes a second [default: any number]")
+        ->check(SizeFromOne()));
   add(app
         .add_option("--quota-regions", line.quotas.regionsPerMinute,
           "of a model a name may ask for so many regions a minute [default: any number]")
@@ -245,7 +340,7 @@ CLI::Option* AddSeconds(CLI::App& app, const std::string& name, std::chrono::mil
     .add_option_function<double>(
       name, [&time](double value) { time = std::chrono::milliseconds(std::llround(value * 1000)); },
       help)
-    ->check(CLI::Range(least, 1e6))
+    ->check(NumberFrom(least, 1e6))
     ->type_name("SECONDS")
     ->default_str(std::to_string(time.count() / 1000));
 }
@@ -263,6 +358,7 @@ void AddPatience(CLI::App& app, ServeOptions& line)
     "for taking an answer, or 64 KiB of a stream, and a second more for each --slowest")
     ->group(patience);
   AddSizeOption(app, "--slowest", line.slowest, "bytes a second that a client must take")
+    ->check(SizeFromOne())
     ->default_str("16K")
     ->group(patience);
   AddSeconds(app, "--stream-timeout", server.streamTimeout, least,

@@ -73,6 +73,29 @@ std::string_view WithoutBlanks(std::string_view text)
   return begin == std::string_view::npos ? std::string_view() : text.substr(begin, end - begin + 1);
 }
 
+// Of an entry of X-Forwarded-For: some proxies name the client's port too, as in "1.2.3.4:567" and
+// "[::1]:567".
+std::string_view WithoutPort(std::string_view entry)
+{
+  const bool inBrackets = entry.starts_with('[') && entry.find(']') != std::string_view::npos;
+  const auto end = inBrackets ? entry.find(']') + 1 : entry.find(':');
+  const auto rest = entry.substr(std::min(end, entry.size()));
+  const bool isPort =
+    rest.empty() || (rest.size() >= 2 && rest.size() <= 6 && rest.front() == ':' &&
+                      rest.find_first_not_of("0123456789", 1) == std::string_view::npos);
+  if (!isPort)
+  {
+    return entry; // an address of IPv6, or nothing that is known
+  }
+  return inBrackets ? entry.substr(1, end - 2) : entry.substr(0, end);
+}
+
+}
+
+std::string PlainAddress(const std::string& address)
+{
+  const auto parsed = ParseAddress(address);
+  return parsed && parsed->is_v4() ? parsed->to_string() : address;
 }
 
 std::string ClientLimits::KeyOf(std::string_view address, bool& isLoopback)
@@ -197,11 +220,12 @@ std::string TrustedProxies::ClientOf(const std::string& peer, std::string_view f
     const auto comma = forwardedFor.rfind(',');
     const auto last = WithoutBlanks(
       comma == std::string_view::npos ? forwardedFor : forwardedFor.substr(comma + 1));
-    if (!ParseAddress(last))
+    const auto address = ParseAddress(WithoutPort(last));
+    if (!address)
     {
       break;
     }
-    client = last;
+    client = address->to_string();
     forwardedFor = comma == std::string_view::npos ? "" : forwardedFor.substr(0, comma);
   }
   return client;

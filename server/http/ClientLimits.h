@@ -15,6 +15,10 @@
 namespace kdstream
 {
 
+// An address of IPv4 that came through a socket of IPv6 ("::ffff:1.2.3.4") as one of IPv4; others,
+// and what is no address, as they are.
+std::string PlainAddress(const std::string& address);
+
 // All functions may be called from any thread. An address is one of IPv4, or the first 64 bits of
 // one of IPv6, which is what one subscriber has.
 class ClientLimits

@@ -4,6 +4,7 @@
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
+#include "server/http/RoundTrip.h"
 #include "server/http/StreamConnection.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
@@ -30,6 +31,12 @@ namespace kdstream
 
 namespace
 {
+
+// "name." is the same host as "name".
+std::string_view WithoutFinalDot(std::string_view host)
+{
+  return host.substr(0, host.size() - (host.ends_with('.') ? 1 : 0));
+}
 
 class HttpConnection
   : public Drainable
@@ -135,12 +142,12 @@ private:
     this->ShakeHands();
   }
 
-  // The client that the proxy has named; "": the proxy itself.
+  // The client that the proxy has named; "": the proxy itself, which speaks for nobody then.
   void Meet(const std::string& address)
   {
     auto& client = this->Admitted.client;
-    client.peer = client.address = address.empty() ? client.peer : address;
-    client.proxied = this->State.Proxies.Holds(client.peer);
+    client.peer = client.address = address.empty() ? client.peer : PlainAddress(address);
+    client.proxied = !address.empty() && this->State.Proxies.Holds(client.peer);
     if (!client.proxied && this->Admitted.refusedWith == 0)
     {
       this->Admitted.seat.ofAddress = this->State.Clients.TakeSeat(client.address);
@@ -309,9 +316,13 @@ private:
     const std::string_view host =
       target.host ? *target.host : std::string_view(field.data(), field.size());
     const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
+    const auto named = WithoutFinalDot(host.substr(0, port));
     return std::any_of(allowed.begin(), allowed.end(),
-      [&](const std::string& name) {
-        return beast::iequals(name, beast::string_view(host.data(), std::min(port, host.size())));
+      [&](const std::string& name)
+      {
+        const auto known = WithoutFinalDot(name);
+        return beast::iequals(beast::string_view(known.data(), known.size()),
+          beast::string_view(named.data(), named.size()));
       });
   }
 
@@ -324,21 +335,25 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->State.Read(
-      [self = this->shared_from_this(), request = std::move(request)]
+    const auto self = this->shared_from_this();
+    const bool takes = this->State.Answers.Takes(request);
+    const auto found = std::make_shared<std::optional<HttpResponse>>();
+    MakeRoundTrip(
+      this->Executor, [&](WorkerPool::Work work) { this->State.Read(takes, std::move(work)); },
+      [self, found, request = std::move(request)]
       {
-        self->State.Guard(
+        const auto answer = [&] { return std::optional(self->State.Answers.Answer(request)); };
+        self->State.Guard([&] { *found = self->Caught(answer); }, [] {});
+      },
+      [self, found]
+      {
+        // Where there is nothing, there was no memory to say so either.
+        self->Guard(
           [&]
           {
-            auto response =
-              self->Caught([&] { return std::optional(self->State.Answers.Answer(request)); });
-            asio::post(self->Executor,
-              [self, response = std::move(*response)]() mutable {
-                self->Guard(
-                  [&] { self->Send(std::move(response), self->Input.Request().keep_alive()); });
-              });
-          },
-          [] {}); // the connection ends as the last to hold it lets go
+            *found ? self->Send(std::move(**found), self->Input.Request().keep_alive())
+                   : self->Socket.Close();
+          });
       });
   }
 
@@ -352,7 +367,7 @@ private:
     catch (...)
     {
       this->State.Counters.CountFailure(Metrics::Failure::Answer);
-      this->State.LogCaught();
+      this->State.LogCaught("a request is not answered");
       return this->State.Answers.Failure(503, "the server is short of memory");
     }
   }

@@ -17,6 +17,11 @@
 namespace kdstream
 {
 
+bool IsNetwork(const std::string& text)
+{
+  return TrustedProxies::Parse({ text }).has_value();
+}
+
 // One listener, or two, on the first of a few event loops, each with a thread of its own. Every
 // connection runs on one of them, in turn.
 struct HttpServer::Implementation
@@ -74,10 +79,11 @@ struct HttpServer::Implementation
 Status HttpServer::Implementation::Prepare()
 {
   const auto& options = this->State.Options;
-  if (!TrustedProxies::Parse(options.trustedProxies))
+  const auto& proxies = options.trustedProxies;
+  if (const auto wrong = std::find_if_not(proxies.begin(), proxies.end(), IsNetwork);
+      wrong != proxies.end())
   {
-    return Error{ ErrorCode::InvalidArgument,
-      "a trusted proxy is an address or a network (10.0.0.0/8)" };
+    return Error{ ErrorCode::InvalidArgument, *wrong + ": no address or network of a proxy" };
   }
   KDSTREAM_TRY(this->LoadCertificate());
   KDSTREAM_TRY(this->Public.Listen(options.address));
@@ -96,6 +102,10 @@ void HttpServer::Implementation::StartThreads()
   const auto& options = this->State.Options;
   const unsigned threads = std::max(1u, options.threads);
   this->State.Readers.Start(std::max(1u, options.readers));
+  if (options.quotas)
+  {
+    this->State.Takers.Start(std::max(1u, options.readers));
+  }
   if (this->State.IsTls())
   {
     // Fewer than answer: however many knock, some processors are left for those who are in.
@@ -123,7 +133,7 @@ void HttpServer::Implementation::Run(Loop& loop) noexcept
     catch (...)
     {
       this->State.Counters.CountFailure(Metrics::Failure::Connection);
-      this->State.LogCaught();
+      this->State.LogCaught("a connection ends");
       this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
       this->Admin.Accept();
     }
@@ -172,7 +182,7 @@ Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
   beast::error_code error;
   const auto address = socket.remote_endpoint(error).address();
   auto& client = admission.client;
-  client.peer = error ? "-" : address.to_string();
+  client.peer = error ? "-" : PlainAddress(address.to_string());
   client.address = client.peer;
   client.proxied = this->State.Proxies.Holds(client.peer);
   admission.isIntroduced = client.proxied && this->State.Options.proxyProtocol;
@@ -223,6 +233,7 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
   this->Threads.clear();
   // While the sockets of what they hold have their context.
   this->State.Readers.Stop();
+  this->State.Takers.Stop();
   this->State.Handshakes.Stop();
 }
 

@@ -98,6 +98,10 @@ struct HttpServerOptions
   std::function<std::uint64_t()> lostLines;
 };
 
+// Whether the text may be one of HttpServerOptions::trustedProxies: an address ("10.0.0.1") or a
+// network ("10.0.0.0/8").
+bool IsNetwork(const std::string& text);
+
 class HttpServer
 {
 public:

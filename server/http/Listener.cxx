@@ -84,7 +84,7 @@ void Listener::Accept() noexcept
     catch (...)
     {
       this->State.Counters.CountFailure(Metrics::Failure::Accept);
-      this->State.LogCaught();
+      this->State.LogCaught("a connection cannot be accepted");
     }
     std::this_thread::sleep_for(pauseOfAccept); // there is no memory for a timer either
   }
@@ -114,7 +114,7 @@ void Listener::OnAccept(beast::error_code error, TcpSocket socket) noexcept
   catch (...) // ends this connection, not the server
   {
     this->State.Counters.CountFailure(Metrics::Failure::Connection);
-    this->State.LogCaught();
+    this->State.LogCaught("a connection ends");
   }
   this->Accept();
 }

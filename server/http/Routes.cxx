@@ -143,6 +143,17 @@ std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) con
   return this->Answer(request, Patience::None);
 }
 
+bool Routes::Takes(const HttpRequest& request) const
+{
+  if (!this->Options.ledger || request.method != "GET" || !request.ifNoneMatch.empty())
+  {
+    return false;
+  }
+  const auto resource = protocol::ParseResourcePath(PathOf(request.target));
+  return resource && resource->kind == protocol::ResourcePath::Kind::Blob &&
+         resource->blob.kind == protocol::BlobKind::Partition;
+}
+
 HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const
 {
   if (auto misuse = this->RefuseMisuse(request))
@@ -513,7 +524,10 @@ Routes::Answered Routes::AnswerFile(
   if (!file)
   {
     const auto code = file.GetError().code;
-    const unsigned status = code == ErrorCode::NotFound          ? 404
+    // A file that is too large is none of this site: asking again would not help, nor is the server
+    // ill.
+    const bool isMissing = code == ErrorCode::NotFound || code == ErrorCode::LimitExceeded;
+    const unsigned status = isMissing                            ? 404
                             : code == ErrorCode::InvalidArgument ? 400
                             : code == ErrorCode::InputOutput     ? 503
                                                                  : 500;

@@ -43,6 +43,9 @@ public:
   // The same where it waits for nobody, else nothing.
   std::optional<HttpResponse> AnswerAtOnce(const HttpRequest& request) const;
 
+  // Whether the answer may count against a quota.
+  bool Takes(const HttpRequest& request) const;
+
   // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
   HttpResponse AnswerAdmin(const HttpRequest& request) const;
 

@@ -87,6 +87,10 @@ public:
   TlsCertificate Certificate;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
+  // Of what counts against quotas. Others than the readers: where another process holds the quotas'
+  // file, only those wait who take something.
+  WorkerPool Takers{ [this](WorkerPool::Clock::duration waited)
+    { this->Counters.CountWait(waited); } };
   // Of TLS. Others than the readers: a disk that hangs keeps nobody from connecting.
   WorkerPool Handshakes;
 
@@ -123,13 +127,18 @@ public:
     }
   }
 
-  // The exception that is being handled.
-  void LogCaught() noexcept
+  // The exception that is being handled, which has ended what `what` says.
+  void LogCaught(const char* what) noexcept
   {
-    if (this->Options.onError)
+    std::string text;
+    try
     {
-      this->LogError(CaughtError().message);
+      text = what + (": " + CaughtError().message);
     }
+    catch (...) // no memory to say more
+    {
+    }
+    this->LogError(text.empty() ? "out of memory" : std::string_view(text));
   }
 
   // What a connection's handler does. What it throws, for want of memory mostly, is logged and ends
@@ -144,15 +153,17 @@ public:
     catch (...)
     {
       this->Counters.CountFailure(Metrics::Failure::Connection);
-      this->LogCaught();
+      this->LogCaught("a connection ends");
       close();
     }
   }
 
-  // Has one of the readers do it. It must throw nothing.
-  void Read(WorkerPool::Work work)
+  // Has one of the readers do it, or, if it takes of a quota, one of those for that. It must throw
+  // nothing.
+  void Read(bool takes, WorkerPool::Work work)
   {
-    this->Counters.CountWaiting(this->Readers.Add(std::move(work)));
+    auto& pool = takes && this->Options.quotas ? this->Takers : this->Readers;
+    this->Counters.CountWaiting(pool.Add(std::move(work)));
   }
   // Has one of the threads for handshakes do it.
   void ShakeHands(WorkerPool::Work work)

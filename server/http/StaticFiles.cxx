@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/StaticFiles.h"
 
+#include "filters/core/SystemReason.h"
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <map>
 #include <mutex>
@@ -111,18 +114,20 @@ Result<BlobBytes> ReadWhole(const fs::path& file)
   const auto size = fs::file_size(file, error);
   if (error)
   {
-    return Error{ ErrorCode::InputOutput, "the file cannot be read" };
+    return SystemError("the file cannot be read", error.value(), file.string());
   }
   if (size > StaticFiles::maximumBytes)
   {
-    return Error{ ErrorCode::LimitExceeded, "the file is too large to serve" };
+    return Error{ ErrorCode::LimitExceeded, "the file is larger than 64 MiB, too large to serve",
+      file.string() };
   }
+  errno = 0;
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
   std::ifstream stream(file, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream || static_cast<std::size_t>(stream.gcount()) != bytes.size())
   {
-    return Error{ ErrorCode::InputOutput, "the file cannot be read" };
+    return SystemError("the file cannot be read", errno == 0 ? EIO : errno, file.string());
   }
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
 }
@@ -133,19 +138,22 @@ Result<BlobBytes> ReadWhole(const fs::path& file)
 struct StaticFiles::Kept
 {
   using Key = std::pair<std::string, bool>;
-  std::mutex mutex;
+  Report report;
+  std::mutex mutex;                        // for what follows
+  std::map<std::string, std::string> told; // by the path in the folder: what was told last
   std::map<Key, std::shared_ptr<const StaticFile>> files;
   std::uintmax_t bytes = 0;
   std::uint64_t forgotten = 0; // times
 };
 
-StaticFiles::StaticFiles(std::filesystem::path root)
+StaticFiles::StaticFiles(std::filesystem::path root, Report report)
   : Root(std::move(root))
   , Memory(std::make_shared<Kept>())
 {
+  this->Memory->report = std::move(report);
 }
 
-Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
+Result<StaticFiles> StaticFiles::Open(const fs::path& folder, Report report)
 {
   std::error_code error;
   auto root = fs::canonical(folder, error);
@@ -153,7 +161,7 @@ Result<StaticFiles> StaticFiles::Open(const fs::path& folder)
   {
     return Error{ ErrorCode::NotFound, "not a folder" };
   }
-  return StaticFiles(std::move(root));
+  return StaticFiles(std::move(root), std::move(report));
 }
 
 std::shared_ptr<const StaticFile> StaticFiles::Find(std::string_view urlPath, bool acceptGzip) const
@@ -173,6 +181,7 @@ void StaticFiles::Forget() const
 {
   const std::lock_guard lock(this->Memory->mutex);
   this->Memory->files.clear();
+  this->Memory->told.clear();
   this->Memory->bytes = 0;
   ++this->Memory->forgotten;
 }
@@ -196,9 +205,14 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
     return this->Memory->forgotten;
   }();
   auto read = this->ReadFile(*relative, acceptGzip);
-  KDSTREAM_TRY(read);
+  if (!read)
+  {
+    this->Tell(relative->string(), read.GetError());
+    return read.GetError();
+  }
   auto file = std::make_shared<const StaticFile>(std::move(*read));
   const std::lock_guard lock(this->Memory->mutex);
+  this->Memory->told.erase(relative->string());
   // What was read before Forget may be the file of before.
   if (this->Memory->forgotten == forgotten &&
       this->Memory->bytes + file->bytes->size() <= keptBytes &&
@@ -207,6 +221,25 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
     this->Memory->bytes += file->bytes->size();
   }
   return file;
+}
+
+// Of a file that is there.
+void StaticFiles::Tell(const std::string& relative, const Error& error) const
+{
+  if (error.file.empty() || !this->Memory->report)
+  {
+    return;
+  }
+  {
+    const std::lock_guard lock(this->Memory->mutex);
+    auto& last = this->Memory->told[relative];
+    if (last == error.message)
+    {
+      return;
+    }
+    last = error.message;
+  }
+  this->Memory->report(error.file, error.message);
 }
 
 Result<StaticFile> StaticFiles::ReadFile(const fs::path& relative, bool acceptGzip) const

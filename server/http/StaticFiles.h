@@ -6,6 +6,7 @@
 #include "server/session/Catalog.h"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -28,8 +29,12 @@ public:
   static constexpr std::uintmax_t maximumBytes = std::uintmax_t{ 64 } << 20;
   static constexpr std::uintmax_t keptBytes = std::uintmax_t{ 64 } << 20;
 
+  // Told of a file that cannot be served, and why: once until it can be, or Forget. From any
+  // thread.
+  using Report = std::function<void(const std::string& file, const std::string& what)>;
+
   // Errors: NotFound where `folder` is not a folder.
-  static Result<StaticFiles> Open(const std::filesystem::path& folder);
+  static Result<StaticFiles> Open(const std::filesystem::path& folder, Report report = {});
 
   // The file at the path of a URL; for a folder, its index.html. Escapes (%20) are decoded once.
   // With `acceptGzip`, the bytes of FILE.gz if it lies beside FILE. Whether they are those of FILE
@@ -48,7 +53,8 @@ public:
 
 private:
   struct Kept;
-  explicit StaticFiles(std::filesystem::path root);
+  StaticFiles(std::filesystem::path root, Report report);
+  void Tell(const std::string& relative, const Error& error) const;
   Result<StaticFile> ReadFile(const std::filesystem::path& relative, bool acceptGzip) const;
 
   std::filesystem::path Root; // canonical

@@ -4,6 +4,7 @@
 // frame. What the conversation has to read is read by the pool of readers, one blob at a time.
 #include "server/http/StreamConnection.h"
 
+#include "server/http/RoundTrip.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Conversation.h"
 
@@ -336,23 +337,17 @@ private:
   // Has the readers do what the conversation waits for.
   void RunErrand()
   {
-    auto errand = this->Talk.TakeErrand();
+    const auto errand = this->Talk.TakeErrand();
     if (!errand)
     {
       return;
     }
-    this->State.Read(
-      [self = this->shared_from_this(), errand = std::move(errand)]
-      {
-        errand->Run();
-        self->Guard([&] { self->TakeBack(self, errand); });
-      });
-  }
-
-  void TakeBack(const std::shared_ptr<StreamConnection>& self, std::shared_ptr<Errand> errand)
-  {
-    asio::post(this->Socket.get_executor(),
-      [self, errand = std::move(errand)]
+    const auto self = this->shared_from_this();
+    MakeRoundTrip(
+      this->Socket.get_executor(),
+      [&](WorkerPool::Work work) { this->State.Read(errand->Takes(), std::move(work)); },
+      [errand] { errand->Run(); },
+      [self, errand]
       {
         self->Guard([&] { self->Talk.Finish(errand); });
         self->GoOn();

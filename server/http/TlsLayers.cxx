@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/TlsLayers.h"
 
+#include "server/http/RoundTrip.h"
+
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
@@ -85,12 +87,20 @@ void TlsLayers::Shake(const std::shared_ptr<ShakingHands>& hands)
         hands->handler(error);
         return;
       }
-      this->Elsewhere(
+      MakeRoundTrip(
+        this->Socket.get_executor(), this->Elsewhere,
         [this, hands]
         {
-          hands->outcome = this->Engine.Handshake();
-          asio::post(this->Socket.get_executor(), [this, hands] { this->GoOnShaking(hands); });
-        });
+          try
+          {
+            hands->outcome = this->Engine.Handshake();
+          }
+          catch (...)
+          {
+            hands->outcome = Outcome::Failed;
+          }
+        },
+        [this, hands] { this->GoOnShaking(hands); });
     });
 }
 

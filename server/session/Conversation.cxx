@@ -25,6 +25,12 @@ bool IsSendable(const std::vector<std::uint8_t>& blob)
 
 }
 
+bool Errand::Takes() const
+{
+  return this->Request ? std::holds_alternative<protocol::RegionRequest>(this->Request->body)
+                       : this->May.IsCounted(this->Blob);
+}
+
 // What an exception ends, for want of memory mostly, is an error.
 void Errand::Run() noexcept
 {
@@ -34,7 +40,14 @@ void Errand::Run() noexcept
   }
   catch (...)
   {
-    this->Failure = CaughtError();
+    try
+    {
+      this->Failure = CaughtError();
+    }
+    catch (...) // nor is there memory to say what it was
+    {
+      this->Failure = Error{ ErrorCode::LimitExceeded, "" };
+    }
   }
 }
 

@@ -51,6 +51,8 @@ public:
   {
   }
 
+  // Whether it counts against a quota.
+  bool Takes() const;
   // Does it, on any thread, once. What fails is kept for the conversation.
   void Run() noexcept;
 

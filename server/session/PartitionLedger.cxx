@@ -51,7 +51,9 @@ std::optional<Refusal> PartitionLedger::RefusalOf(const QuotaBook::Taken& taken)
   {
     if (this->TellFailure)
     {
-      this->TellFailure(taken.GetError().message, !failedBefore);
+      const auto& error = taken.GetError();
+      this->TellFailure(
+        (error.file.empty() ? "" : error.file + ": ") + error.message, !failedBefore);
     }
     return Refusal{ 503, "the server cannot keep its quotas at the moment" };
   }

@@ -84,6 +84,14 @@ bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds p
   return !error && std::chrono::abs(age) < patience;
 }
 
+// Removed since the folder was read; a link that leads nowhere is not.
+bool IsGone(const std::filesystem::path& file)
+{
+  std::error_code error;
+  return std::filesystem::symlink_status(file, error).type() ==
+         std::filesystem::file_type::not_found;
+}
+
 template <class ModelMap>
 std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
 {
@@ -269,6 +277,10 @@ void StoreCatalog::Add(
     return;
   }
   const Error& error = model.GetError();
+  if (error.code == ErrorCode::NotFound && IsGone(file))
+  {
+    return;
+  }
   const bool isNew = patience == Patience::WithNew &&
                      WasWrittenJustNow(file, old ? patienceWithChanged : patienceWithNew);
   state.passing = state.passing || MayPass(error) || isNew;

@@ -8,6 +8,7 @@
 #include "viewer/session/KnownTree.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/SeenPartitions.h"
+#include "viewer/session/section/SectionPlane.h"
 
 #include <cstddef>
 #include <cstdint>

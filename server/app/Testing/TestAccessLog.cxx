@@ -133,6 +133,7 @@ TEST_F(Log, WhatADiskDoesNotTakeIsCounted)
     while ((*log)->Lost() < 80) // some 16 lines have room
     {
     }
+    EXPECT_TRUE(fixtures::ReadWhole(this->file).ends_with(" 250.0\n")) << "whole lines, or none";
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
     this->record.target = "/after";
     (*log)->Write(this->record);

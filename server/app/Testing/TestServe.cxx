@@ -468,6 +468,7 @@ TEST_F(Serve, TellsWhyItCannotServe)
     { { this->stores, "--admin", "127.0.0.1:70000" }, 2 },
     { { this->stores, "--port", "0", "--admin", "127.0.0.1:" + port }, 1 },
     { { this->stores, "--drain", "-1" }, 2 },
+    { { this->stores, "--trusted-proxy", "10.0.0.1", "--trusted-proxy", "10.0.0.1:80" }, 2 },
     { { this->stores, "--proxy-protocol" }, 2 },
     { { this->folder / "missing", "--port", "0" }, 1 },
     { { this->stores, "--port", port }, 1 },
@@ -502,6 +503,99 @@ TEST_F(Serve, TellsWhyItCannotServe)
   EXPECT_EQ(line("start"),
     "kdstream-serve: error: start: there is no such folder (kdstream-serve takes the folder of the "
     "stores; its only command is token)");
+}
+
+// Values that mean nothing are told apart from those that do, exactly.
+TEST_F(Serve, RefusesValuesThatMeanNothing)
+{
+  const std::string seconds = "a number from 0.001 to 1000000";
+  const std::string proxy = "an address or a network, such as 10.0.0.1 or 10.0.0.0/8";
+  const std::string host =
+    "a host, without scheme and port, such as models.example.org, 192.0.2.1 or [2001:db8::1]";
+  const std::string origin =
+    "* or an origin as browsers send it, such as https://example.org or http://localhost:3000";
+  const std::pair<std::array<std::string, 2>, std::string> wrong[] = {
+    { { "--drain", "nan" }, "a number from 0 to 1000000" },
+    { { "--drain", "inf" }, "a number from 0 to 1000000" },
+    { { "--drain", "1e7" }, "a number from 0 to 1000000" },
+    { { "--request-timeout", "nan" }, seconds },
+    { { "--idle-timeout", "0" }, seconds },
+    { { "--slowest", "0" }, "a size of at least 1" },
+    { { "--slowest", "0K" }, "a size of at least 1" },
+    { { "--trusted-proxy", "proxy" }, proxy },
+    { { "--trusted-proxy", "10.0.0.0/33" }, proxy },
+    { { "--allow-host", "https://example.org" }, host },
+    { { "--allow-host", "example.org:8700" }, host },
+    { { "--allow-host", "::1" }, host },
+    { { "--allow-host", "[1]" }, host },
+    { { "--allow-host", "*" }, host },
+    { { "--allow-origin", "example.org" }, origin },
+    { { "--allow-origin", "https://example.org/" }, origin },
+    { { "--allow-origin", "https://Example.org" }, origin },
+    { { "--allow-origin", "https://example.org:443" }, origin },
+    { { "--allow-origin", "https://example.org:0" }, origin },
+    { { "--allow-origin", "https://" }, origin },
+    { { "--allow-origin", "null" }, origin },
+  };
+  for (const auto& [option, what] : wrong)
+  {
+    Process serve({ this->stores, "--port", "0", option[0], option[1] });
+    EXPECT_EQ(serve.OutLine(), "") << option[1];
+    serve.Signal(SIGTERM); // if it has not ended
+    EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + option[0] + ": \"" + option[1] +
+                                   "\" is not " + what + " (--help tells the options)");
+    EXPECT_EQ(serve.Wait(), 2);
+  }
+  Process good({ this->stores, "--port", "0", "--drain", "0", "--slowest", "1", "--trusted-proxy",
+    "10.0.0.0/8", "--trusted-proxy", "::1", "--allow-host", "Models.example.org", "--allow-host",
+    "[::1]", "--allow-host", "my_host.", "--allow-origin", "https://[::1]:8443" });
+  EXPECT_NE(good.Port(), 0);
+}
+
+// What is too large to be served is said, once, and not told to be the server's illness.
+TEST_F(Serve, SaysWhatOfThePageItCannotServe)
+{
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "large.bin") << "large";
+  fs::resize_file(this->folder / "large.bin", (std::uintmax_t{ 64 } << 20) + 1);
+  this->Build("one.kds");
+  Process serve({ this->stores, "--port", "0", "--web", this->folder });
+  HttpTestClient client(serve.Port());
+  const auto line =
+    "kdstream-serve: warning: " + fs::canonical(this->folder / "large.bin").string() +
+    ": the file is larger than 64 MiB, too large to serve";
+  for (int i = 0; i < 3; ++i)
+  {
+    const auto answer = client.Get("/large.bin");
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->status, 404u);
+    EXPECT_EQ(answer->body, "{\"error\":\"the file is larger than 64 MiB, too large to serve\"}\n");
+  }
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.ErrorLine(), line);
+  EXPECT_EQ(serve.ErrorLine(), "") << "once";
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+// Who comes by IPv4 to a socket of IPv6 is logged as he is, and counted so.
+TEST_F(Serve, LogsAddressesOfIPv4AsThatOnASocketOfIPv6)
+{
+  const auto log = this->folder / "access.log";
+  this->Build("one.kds");
+  Process serve({ this->stores, "--host", "::", "--port", "0", "--access-log", log });
+  const auto line = serve.OutLine();
+  const std::string start = "listening on http://[::]:";
+  if (line.empty())
+  {
+    GTEST_SKIP() << "no IPv6 here: " << serve.ErrorLine();
+  }
+  ASSERT_EQ(line.substr(0, start.size()), start);
+  HttpTestClient client(static_cast<std::uint16_t>(std::stoi(line.substr(start.size()))));
+  EXPECT_EQ(client.Get("/healthz")->status, 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  EXPECT_NE(fixtures::ReadWhole(log).find("Z 127.0.0.1 \"GET /healthz\" 200 "), std::string::npos)
+    << fixtures::ReadWhole(log);
 }
 
 int main(int argc, char** argv)

@@ -55,6 +55,11 @@ protected:
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
+  std::string PageWarning(const std::string& reason) const
+  {
+    return "kdstream-serve: warning: " + (fs::canonical(this->folder) / "page").string() +
+           ": the file cannot be read: " + reason;
+  }
   // What a metric is now.
   static std::uint64_t Count(std::uint16_t port, const std::string& name)
   {
@@ -153,6 +158,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   EXPECT_EQ(Count(port, "kdstream_failed_blobs_total"), 5u);
   EXPECT_EQ(Count(port, "kdstream_requests_total{status=\"503\"}"), 4u);
   EXPECT_EQ(serve.ErrorLine(), warning(0));
+  EXPECT_EQ(serve.ErrorLine(), this->PageWarning("Input/output error"));
   this->Build("two.kds");
   serve.Signal(SIGHUP); // or it would be taken for half of a copy, for a while
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + (this->stores / "two.kds").string() +
@@ -192,6 +198,7 @@ TEST_F(Faulty, NoDescriptors)
   const auto blob = BlobOf(client);
   this->faults->opening = EMFILE;
   EXPECT_EQ(client.Get("/page")->status, 503u);
+  EXPECT_EQ(serve.ErrorLine(), this->PageWarning("Too many open files"));
   EXPECT_EQ(client.Get(blob)->status, 200u) << "a store is open already";
   this->Build("two.kds");
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
@@ -229,7 +236,7 @@ TEST_F(Faulty, NoMemoryForAConnection)
   this->faults->Clear();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->body, list);
   EXPECT_GE(Count(port, "kdstream_failures_total{what=\"connection\"}"), 1u);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: out of memory");
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: a connection ends: out of memory");
 }
 
 // Each so manieth allocation fails, whatever it is for, while clients ask for all kinds of things
@@ -319,8 +326,8 @@ TEST_F(Faulty, AFullDisk)
   {
   }
   EXPECT_EQ(Count(port, "kdstream_failures_total{what=\"quota\"}"), 2u);
-  EXPECT_EQ(serve.ErrorLine(),
-    "kdstream-serve: error: the quotas cannot be kept: database or disk is full");
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + (this->folder / "quotas.db").string() +
+                                 ": the quotas cannot be kept: database or disk is full");
   this->faults->Clear();
   EXPECT_EQ(client.Get(blob, fields)->status, 200u);
   serve.Signal(SIGTERM);
@@ -462,7 +469,7 @@ TEST_F(Faulty, NoTlsForAConnection)
   seated.Send(ask);
   EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "who is in stays in";
   EXPECT_EQ(Count(admin, "kdstream_failures_total{what=\"connection\"}"), 3u);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: out of memory");
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: a connection ends: out of memory");
   this->faults->Clear();
   TlsTestClient after(port);
   after.Send(ask);

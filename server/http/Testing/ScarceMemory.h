@@ -38,6 +38,9 @@ public:
   ScarceMemory(const ScarceMemory&) = delete;
   ScarceMemory& operator=(const ScarceMemory&) = delete;
 
+  // On this thread allocation number `n` from now fails; for -1, none does.
+  static void FailHere(long n) { untilFailureHere = n; }
+
   bool HasFailed() const { return failedBytes != 0; }
   // Waits until the allocation has failed; how many bytes it was for.
   std::size_t AwaitFailure() const
@@ -51,6 +54,10 @@ public:
 
   static bool FailsNow(std::size_t bytes)
   {
+    if (untilFailureHere >= 0 && untilFailureHere-- == 0)
+    {
+      return true;
+    }
     if (spared || untilFailure < 0 || bytes < least || untilFailure.fetch_sub(1) != 0)
     {
       return false;
@@ -64,6 +71,7 @@ private:
   static inline std::atomic<long> untilFailure{ never };
   static inline std::atomic<std::size_t> least{ 0 }, failedBytes{ 0 };
   static inline thread_local bool spared = false;
+  static inline thread_local long untilFailureHere = never;
 };
 
 }

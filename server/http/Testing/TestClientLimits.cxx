@@ -107,6 +107,17 @@ TEST(TrustedProxies, OnlyTheyAreBelieved)
     << "what the client wrote itself is not believed";
   EXPECT_EQ(proxies.ClientOf("2001:db8::7", "1.2.3.4"), "1.2.3.4");
   EXPECT_EQ(proxies.ClientOf("::ffff:10.3.3.3", "1.2.3.4"), "1.2.3.4");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "::ffff:1.2.3.4"), "1.2.3.4");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "1.2.3.4:567"), "1.2.3.4") << "with its port";
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "1.2.3.4:567, 10.1.2.3:80"), "1.2.3.4");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "[2001:db9::1]:80"), "2001:db9::1");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "[2001:db9::1]"), "2001:db9::1");
+  EXPECT_EQ(proxies.ClientOf("127.0.0.1", "2001:db9::1"), "2001:db9::1");
+  for (const char* wrong : { "1.2.3.4:", "1.2.3.4:x", "1.2.3.4:567890", "[2001:db9::1", "[]:80",
+         ":80", "[2001:db9::1]80" })
+  {
+    EXPECT_EQ(proxies.ClientOf("127.0.0.1", wrong), "127.0.0.1") << wrong;
+  }
   EXPECT_EQ(proxies.ClientOf("127.0.0.1", ""), "127.0.0.1");
   EXPECT_EQ(proxies.ClientOf("127.0.0.1", "nobody\"\n"), "127.0.0.1");
   EXPECT_EQ(proxies.ClientOf("127.0.0.1", "x, 10.0.0.1"), "10.0.0.1");

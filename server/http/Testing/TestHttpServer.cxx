@@ -277,7 +277,7 @@ TEST_F(Server, SurvivesHostileBytes)
 
 TEST_F(Server, AnswersForTheHostsThatItIsTold)
 {
-  this->options.allowedHosts = { "models.example", "[::1]" };
+  this->options.allowedHosts = { "models.example", "[::1]", "dotted.example." };
   const auto port = this->Start();
   const auto statusFor = [port](const std::string& host, const std::string& target = "/")
   {
@@ -288,10 +288,13 @@ TEST_F(Server, AnswersForTheHostsThatItIsTold)
   };
   EXPECT_EQ(statusFor("models.example"), 200u);
   EXPECT_EQ(statusFor("Models.Example:8700"), 200u);
+  EXPECT_EQ(statusFor("models.example."), 200u) << "the same name";
+  EXPECT_EQ(statusFor("models.example.:8700"), 200u);
+  EXPECT_EQ(statusFor("dotted.example"), 200u);
   EXPECT_EQ(statusFor("[::1]:8700"), 200u);
   EXPECT_EQ(statusFor("[::1]"), 200u);
-  for (const char* wrong :
-    { "evil.example", "models.example.evil", "127.0.0.1", "", ":80", "]", "[::" })
+  for (const char* wrong : { "evil.example", "models.example.evil", "models.example..", ".",
+         "127.0.0.1", "", ":80", "]", "[::" })
   {
     EXPECT_EQ(statusFor(wrong), 421u) << wrong;
   }

@@ -14,6 +14,20 @@ using namespace kdstream;
 namespace
 {
 
+// Whose readers lack memory once they have read a blob.
+class ScarceModel : public MemoryModel
+{
+public:
+  using MemoryModel::MemoryModel;
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
+  {
+    auto bytes = this->MemoryModel::ReadBlob(blob);
+    ScarceMemory::FailHere(this->failing);
+    return bytes;
+  }
+  std::atomic<long> failing{ -1 }; // which allocation
+};
+
 std::unique_ptr<HttpServer> Start(const Catalog& catalog)
 {
   HttpServerOptions options;
@@ -62,4 +76,32 @@ TEST(MemoryRunsOut, ASeatIsGivenBack)
   const auto seat = state.TakeSeat();
   EXPECT_TRUE(seat);
   EXPECT_FALSE(state.TakeSeat());
+}
+
+// What a reader has done gets back to the connection, whichever of its allocations fails: a reader
+// that ended the connection itself did so while the connection's thread used the socket.
+TEST(MemoryRunsOut, WhatWasReadIsAnswered)
+{
+  MemoryCatalog catalog;
+  const auto model = std::make_shared<ScarceModel>("dragon", 1, 4, 100);
+  catalog.models["dragon"] = model;
+  const auto server = Start(catalog);
+  ASSERT_TRUE(server);
+  const auto target =
+    protocol::BlobPath("dragon", model->Description().digest, protocol::BlobId::Partition(3));
+  constexpr long enough = 60; // more than a reader makes
+  for (long failing = 0; failing < enough; ++failing)
+  {
+    model->failing = failing;
+    EXPECT_TRUE(HttpTestClient(server->Port()).Get(target)) << "allocation " << failing;
+    StreamTestClient client(server->Port());
+    ASSERT_TRUE(client.Open());
+    client.Ask({ 1, protocol::OpenRequest{ "dragon" } });
+    EXPECT_TRUE(client.Await(1).opened);
+    client.Ask({ 2, protocol::PartitionsRequest{ { 3 } } });
+    const auto answer = client.Await(2);
+    ASSERT_TRUE(answer.end) << "allocation " << failing;
+    EXPECT_EQ(answer.blobs.size(), 1u) << "allocation " << failing;
+    client.Close();
+  }
 }

@@ -71,7 +71,11 @@ TEST_F(Proxies, AHeaderNamesTheClient)
   EXPECT_EQ(StatusOf(port, textHeader + askHealth), 200u);
   EXPECT_EQ(StatusOf(port, binaryHeader + askHealth), 200u);
   EXPECT_EQ(StatusOf(port, textHeader + askHealth), 429u) << "the third of 1.2.3.4";
-  EXPECT_EQ(StatusOf(port, localHeader + askHealth), 200u) << "of the proxy itself";
+  const std::string forwarded =
+    "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 9.9.9.9\r\n\r\n";
+  EXPECT_EQ(StatusOf(port, localHeader + forwarded), 200u) << "of the proxy itself";
+  EXPECT_EQ(StatusOf(port, "PROXY UNKNOWN\r\n" + forwarded), 200u);
+  EXPECT_EQ(StatusOf(port, "PROXY TCP6 ::ffff:1.2.3.6 ::1 1 443\r\n" + askHealth), 200u);
   HttpTestClient pieces(port); // byte by byte
   for (const char byte : "PROXY TCP4 1.2.3.5 5.6.7.8 50000 443\r\n" + askHealth)
   {
@@ -85,8 +89,8 @@ TEST_F(Proxies, AHeaderNamesTheClient)
     clients.push_back(record.client);
   }
   std::sort(clients.begin(), clients.end());
-  EXPECT_EQ(
-    clients, (std::vector<std::string>{ "1.2.3.4", "1.2.3.4", "1.2.3.4", "1.2.3.5", "127.0.0.1" }));
+  EXPECT_EQ(clients, (std::vector<std::string>{ "1.2.3.4", "1.2.3.4", "1.2.3.4", "1.2.3.5",
+                       "1.2.3.6", "127.0.0.1", "127.0.0.1" }));
 }
 
 TEST_F(Proxies, ANamedClientHasItsOwnSeats)

@@ -117,6 +117,34 @@ TEST_F(Web, FilesStayInMemoryUntilTheyAreForgotten)
   EXPECT_FALSE(files->Find("/../secret.txt"));
 }
 
+TEST_F(Web, WhatCannotBeServedIsToldOnceUntilItCanBe)
+{
+  std::vector<std::string> told;
+  const auto files =
+    StaticFiles::Open(this->root, [&told](const std::string& file, const std::string& what)
+      { told.push_back(fs::path(file).filename().string() + ": " + what); });
+  const auto large = this->root / "large.bin";
+  const auto read = [&]
+  {
+    const auto file = files->Read("/large.bin");
+    return file ? ErrorCode::Cancelled : file.GetError().code;
+  };
+  const std::string line = "large.bin: the file is larger than 64 MiB, too large to serve";
+  this->Put(large, "");
+  fs::resize_file(large, StaticFiles::maximumBytes + 1);
+  EXPECT_EQ(read(), ErrorCode::LimitExceeded);
+  EXPECT_EQ(read(), ErrorCode::LimitExceeded);
+  EXPECT_EQ(told, (std::vector<std::string>{ line }));
+  fs::resize_file(large, StaticFiles::maximumBytes);
+  EXPECT_EQ(read(), ErrorCode::Cancelled) << "it is read";
+  files->Forget();
+  fs::resize_file(large, StaticFiles::maximumBytes + 1);
+  EXPECT_EQ(read(), ErrorCode::LimitExceeded);
+  EXPECT_EQ(told, (std::vector<std::string>{ line, line })) << "anew";
+  EXPECT_FALSE(files->Read("/missing"));
+  EXPECT_EQ(told.size(), 2u) << "nor what there is not";
+}
+
 TEST_F(Web, NoMoreStaysInMemoryThanMay)
 {
   const auto files = StaticFiles::Open(this->root);

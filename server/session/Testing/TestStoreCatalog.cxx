@@ -406,6 +406,38 @@ TEST_F(Folder, AReloadKeepsWhatHasNotChangedAndWhatCannotBeReplaced)
   EXPECT_TRUE(sheet->ReadBlob(BlobId::Partition(0)));
 }
 
+// Many that go at once do so while the folder is read: they are gone, no more is to be said.
+TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
+{
+  std::ofstream(this->folder / "first.kds") << "nonsense";
+  this->Build("going.kds", 30);
+  fs::create_symlink(this->folder / "nowhere", this->folder / "leading.kds");
+  StoreCatalog watched(this->folder,
+    [this](const fs::path& file, const std::string& what)
+    {
+      this->reports.push_back(file.filename().string() + ": " + what);
+      fs::remove(this->folder / "going.kds");
+    });
+  const std::vector<std::string> told{
+    "first.kds: not a KdStream store; it is left out, the other stores are served",
+    "leading.kds: no such file; it is left out, the other stores are served"
+  };
+  ASSERT_TRUE(watched.Reload());
+  EXPECT_EQ(this->reports, told);
+  EXPECT_FALSE(watched.Find("going"));
+  // One that is served already.
+  fs::remove(this->folder / "first.kds");
+  this->Build("going.kds", 30);
+  ASSERT_TRUE(watched.Reload());
+  EXPECT_TRUE(watched.Find("going"));
+  this->Build("going.kds", 30); // the report about the link has removed it
+  std::ofstream(this->folder / "first.kds") << "nonsense";
+  this->reports.clear();
+  ASSERT_TRUE(watched.Reload());
+  EXPECT_EQ(this->reports, told);
+  EXPECT_FALSE(watched.Find("going"));
+}
+
 TEST_F(Folder, AnOverwrittenStoreIsOpenedAgain)
 {
   this->Build("sheet.kds", 60);

@@ -2,13 +2,8 @@
 // What is known of a model, for its sheet: all of its texts, with links where they name addresses, its size and its
 // triangles. Fetched when it is first opened. Texts are a stranger's: they never become HTML, and links lead to http only.
 
-import { count, figure, language, nameOf, t } from "./page.js"; // the page that is there already
-
-function make(name, properties = {}, ...children) {
-  const element = Object.assign(document.createElement(name), properties);
-  element.append(...children);
-  return element;
-}
+import { make, makeButton } from "./elements.js";
+import { figure, language, nameOf, t } from "./page.js"; // the page that is there already
 
 // ---- links
 
@@ -88,13 +83,11 @@ export function describeModel(model, { sides = [], unit, credit, license, descri
   }
   credit && rows.push(...row(t("By"), ...withLinks(credit)));
   license && rows.push(...row(t("Licence"), ...withLinks(license)));
-  const button = make("button", { type: "button", className: "plain", textContent: t("Close") });
-  button.addEventListener("click", close);
   const text = description || model.description;
   return [
     make("h2", { dir: "auto", textContent: nameOf(model) }),
     ...(text ? [make("p", { dir: "auto" }, ...withLinks(text))] : []),
     make("dl", {}, ...rows),
-    button,
+    makeButton("Close", close, { className: "plain" }),
   ];
 }

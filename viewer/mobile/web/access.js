@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tokens for who has one: a dialog to enter it, and the options that remember or forget it. Fetched when it is wanted.
 
+import { make, makeButton } from "./elements.js";
 import { enterToken, forgetToken, rememberToken, remembersToken, t } from "./page.js"; // the page that is there already
-
-function make(name, properties = {}, ...children) {
-  const element = Object.assign(document.createElement(name), properties);
-  element.append(...children);
-  return element;
-}
 
 const remembers = (checked) => {
   const box = make("input", { type: "checkbox", checked });
@@ -20,7 +15,7 @@ export function askForToken() {
   const [box, label] = remembers(false);
   const wrong = make("p", { id: "token-wrong", role: "alert" });
   field.setAttribute("aria-describedby", "token-wrong");
-  const cancel = make("button", { type: "button", className: "plain", textContent: t("Cancel") });
+  const cancel = makeButton("Cancel", () => dialog.close(), { className: "plain" });
   const form = make("form", { method: "dialog" },
     make("label", { htmlFor: "token", textContent: t("The token that you were given, or its link") }), field, label, wrong,
     make("div", { className: "row" }, cancel, make("button", { className: "plain", textContent: t("Enter") })));
@@ -37,7 +32,6 @@ export function askForToken() {
       }
       rememberToken(box.checked);
     });
-    cancel.addEventListener("click", () => dialog.close());
     dialog.addEventListener("close", () => {
       dialog.remove();
       resolve(entered);
@@ -54,11 +48,10 @@ export function openAccessOptions(place, forgotten) {
       box.checked = false; // the browser keeps nothing for us
     }
   });
-  const forget = make("button", { type: "button", className: "plain", textContent: t("Forget it now") });
-  forget.addEventListener("click", () => {
+  const forget = makeButton("Forget it now", () => {
     forgetToken();
     forgotten();
-  });
+  }, { className: "plain" });
   place.replaceChildren(make("legend", { textContent: t("Your token") }), label, forget);
   place.hidden = false;
 }

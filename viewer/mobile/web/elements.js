@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the tools make their elements.
+// How tools and sheets make their elements.
 
 import { t } from "./page.js"; // the page that is there already
 

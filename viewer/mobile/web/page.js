@@ -44,7 +44,7 @@ export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storage
   from "./storage.js";
 export { entryOf, nameOf } from "./list.js";
 export { anotherViewer } from "./viewer.js";
-export { count, figure, kilobytes, language, nameOfLevel, t } from "./words.js";
+export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
 /* global viewerBytes: of the WebAssembly, by MakePage.cmake */
 
@@ -337,7 +337,9 @@ function show() {
 }
 
 async function goOnAfterFirstPicture() {
-  openGallery().catch(() => {}); // then the list is without pictures
+  if (!isEmbedded) {
+    openGallery().catch(() => {}); // then the list is without pictures
+  }
   const { keepPage } = await import("./offline.js");
   keepPage((change) => {
     update = change;

@@ -2,11 +2,11 @@
 // The plugin in ParaView itself: pvbatch reads the dragon's store and server, on one process and on
 // several. plugin.py asks, here is what the answers must be.
 #include "Testing/EndToEnd/Process.h"
+#include "Testing/Fixtures/RunningProgram.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <csignal>
 #include <cstdlib>
 #include <map>
 #include <sstream>
@@ -18,50 +18,6 @@ using Json = nlohmann::json;
 
 namespace
 {
-
-// kdstream-serve on a free port, for the life of the object.
-class Server
-{
-public:
-  explicit Server(const std::filesystem::path& folder)
-  {
-    int ends[2];
-    EXPECT_EQ(::pipe(ends), 0);
-    this->Process = ::fork();
-    if (this->Process == 0)
-    {
-      ::dup2(ends[1], STDOUT_FILENO);
-      ::close(ends[0]);
-      ::close(ends[1]);
-      const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-serve";
-      ::execl(program.c_str(), program.c_str(), folder.c_str(), "--port", "0", nullptr);
-      ::_exit(127);
-    }
-    ::close(ends[1]);
-    std::string line;
-    for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';)
-    {
-      line += c;
-    }
-    ::close(ends[0]);
-    const std::string ready = "listening on ";
-    EXPECT_EQ(line.rfind(ready, 0), 0U) << line;
-    this->Url = line.substr(std::min(ready.size(), line.size()));
-  }
-  ~Server()
-  {
-    if (this->Process > 0)
-    {
-      ::kill(this->Process, SIGTERM);
-      ::waitpid(this->Process, nullptr, 0);
-    }
-  }
-
-  std::string Url;
-
-private:
-  pid_t Process = 0;
-};
 
 // What one question was answered, by rank.
 using Answers = std::map<std::string, std::map<int, Json>>;
@@ -180,7 +136,7 @@ TEST_F(TestParaView, ProcessesHaveAllOfAStoreOnce)
 
 TEST_F(TestParaView, AServerGivesWhatTheStoreGives)
 {
-  const Server server(*Folder / "models");
+  const FolderServer server(KDSTREAM_PROGRAMS, *Folder / "models");
   const Answers fetched = Ask(2, { "server", server.Url }).answers;
   ExpectContents(fetched, 2);
   const Answers read = Ask(2, { "parts_of_store", Store }).answers;
@@ -252,7 +208,7 @@ TEST_F(TestParaView, PartitionsHaveColours)
 TEST_F(TestParaView, ErrorsNameTheFileAndTheServer)
 {
   std::ofstream(*Folder / "broken.kds") << "no store";
-  const Server server(*Folder / "models");
+  const FolderServer server(KDSTREAM_PROGRAMS, *Folder / "models");
   const std::string errors =
     Ask(1, { "broken", (*Folder / "broken.kds").string(), server.Url + "/nowhere" }).errors;
   EXPECT_NE(errors.find("broken.kds: "), std::string::npos) << errors;
