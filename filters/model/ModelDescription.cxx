@@ -64,7 +64,7 @@ std::string_view NameOf(ModelDetail detail)
 ModelSummary Summarize(const ModelDescription& model)
 {
   return { model.id, model.digest, model.title, model.vertices, model.triangles,
-    BeginOf(model.description, mostSummaryBytes) };
+    BeginOf(model.description, mostSummaryBytes), 0 };
 }
 
 std::optional<Vec3> DirectionOf(const Vec3& vector)

@@ -124,6 +124,7 @@ struct ModelSummary
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   std::string description{}; // the begin of it: at most mostSummaryBytes
+  std::uint64_t notes = 0;   // on it (Notes.h)
   bool operator==(const ModelSummary&) const = default;
 };
 

@@ -171,6 +171,10 @@ std::string WriteModelList(const std::vector<ModelSummary>& models, const SiteDe
       .Member("vertices", model.vertices)
       .Member("triangles", model.triangles);
     PutUnlessEmpty(json, "description", model.description);
+    if (model.notes > 0)
+    {
+      json.Member("notes", model.notes);
+    }
     json.EndObject();
   }
   json.EndArray().EndObject();
@@ -240,6 +244,10 @@ Result<std::vector<ModelSummary>> ParseModelList(std::string_view text)
       model.vertices = reader.Integer(entry, "vertices", 1, mostCount);
       model.triangles = reader.Integer(entry, "triangles", 0, mostCount);
       model.description = reader.Text(entry, "description", mostTextBytes, false);
+      if (reader.Find(entry, "notes", false))
+      {
+        model.notes = reader.Integer(entry, "notes", 0, mostCount);
+      }
     }
   }
   if (!reader.Good())

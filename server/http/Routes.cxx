@@ -364,6 +364,10 @@ Routes::Answered Routes::AnswerModels(
   {
     return this->AnswerModel(request, *model, permission->Detail(), patience);
   }
+  if (resource.kind == protocol::ResourcePath::Kind::Notes)
+  {
+    return this->AnswerNotes(request, resource.model, patience);
+  }
   const auto same = this->Models.FindDigest(resource.model, resource.digest);
   if (!same)
   {
@@ -393,6 +397,25 @@ Routes::Answered Routes::AnswerModel(
   auto body = model.Json(detail);
   auto tag = TagOf(*body);
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+}
+
+// They change while the model does not: each time the file as it is now.
+Routes::Answered Routes::AnswerNotes(
+  const HttpRequest& request, const std::string& model, Patience patience) const
+{
+  if (patience == Patience::None)
+  {
+    return std::nullopt;
+  }
+  auto notes = this->Models.ReadNotes(model);
+  if (!notes)
+  {
+    return notes.GetError().code == ErrorCode::NotFound
+             ? this->Failure(404, "there are no notes on " + model)
+             : this->Failure(503, "the notes on " + model + " cannot be read for now: ask again");
+  }
+  auto tag = TagOf(**notes);
+  return Cacheable(request, "application/json", std::move(*notes), std::move(tag), revalidate);
 }
 
 Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedModel& model,

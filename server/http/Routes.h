@@ -87,6 +87,8 @@ private:
   HttpResponse AnswerModelList(const HttpRequest& request, const Permission& permission) const;
   Answered AnswerModel(const HttpRequest& request, const ServedModel& model, ModelDetail detail,
     Patience patience) const;
+  Answered AnswerNotes(
+    const HttpRequest& request, const std::string& model, Patience patience) const;
   Answered AnswerBlob(const HttpRequest& request, const ServedModel& model,
     const protocol::BlobId& id, const Permission& permission, Patience patience) const;
   Answered AnswerFile(const HttpRequest& request, std::string_view path, Patience patience) const;

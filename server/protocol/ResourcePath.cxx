@@ -18,6 +18,11 @@ std::string ModelPath(std::string_view model)
   return std::string(modelsPrefix) + std::string(model) + "/model.json";
 }
 
+std::string NotesPath(std::string_view model)
+{
+  return std::string(modelsPrefix) + std::string(model) + "/notes.json";
+}
+
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob)
 {
   return std::string(modelsPrefix) + std::string(model) + "/" + std::string(digest) + "/" +
@@ -54,6 +59,11 @@ Result<ResourcePath> ParseResourcePath(std::string_view path)
   if (below == "model.json")
   {
     resource.kind = ResourcePath::Kind::Model;
+    return resource;
+  }
+  if (below == "notes.json")
+  {
+    resource.kind = ResourcePath::Kind::Notes;
     return resource;
   }
   const auto digestEnd = below.find('/');

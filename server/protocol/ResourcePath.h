@@ -3,6 +3,7 @@
 //
 //   /api/models.json (alias /api/models)            the models
 //   /api/models/{id}/model.json                     one model's description
+//   /api/models/{id}/notes.json                     the notes on it
 //   /api/models/{id}/{digest}/tree/{node}           a page of its tree
 //   /api/models/{id}/{digest}/levels/{d}/{node}     a piece of level d
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
@@ -36,10 +37,11 @@ struct ResourcePath
   {
     ModelList,
     Model,
+    Notes,
     Blob
   };
   Kind kind = Kind::ModelList;
-  std::string model;  // of Model and Blob
+  std::string model;  // of Model, Notes and Blob
   std::string digest; // of Blob
   BlobId blob;        // of Blob
 };
@@ -47,6 +49,7 @@ struct ResourcePath
 inline constexpr std::string_view modelListPath = "/api/models.json";
 // REQUIRES: IsModelId(model), IsDigest(digest), IsValid(blob).
 std::string ModelPath(std::string_view model);
+std::string NotesPath(std::string_view model);
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob);
 
 // Parses the path of a URL, without query and fragment. Nothing is unescaped: no path of ours needs

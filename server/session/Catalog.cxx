@@ -33,7 +33,8 @@ BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel
   summaries.reserve(models.size());
   for (const auto& model : models)
   {
-    summaries.push_back(Summarize(model->Description()));
+    auto& summary = summaries.emplace_back(Summarize(model->Description()));
+    summary.notes = this->CountNotes(summary.id);
   }
   return JsonBytes(WriteModelList(summaries, this->Site));
 }

@@ -12,11 +12,13 @@
 #include "server/protocol/BlobId.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -95,6 +97,15 @@ public:
     auto model = this->Find(id);
     return model && model->Description().digest == digest ? model : nullptr;
   }
+
+  // The notes on a model, as its file has them (filters/model/Notes.h). May wait for a disk.
+  // Errors: NotFound where there are none; InputOutput where they cannot be read for now.
+  virtual Result<BlobBytes> ReadNotes(const std::string& /*id*/) const
+  {
+    return Error{ ErrorCode::NotFound, "there are no notes" };
+  }
+  // How many there are, as far as is known without a disk.
+  virtual std::size_t CountNotes(std::string_view /*id*/) const { return 0; }
 
   // Of the memory that the models share.
   virtual CacheUse Memory() const { return {}; }

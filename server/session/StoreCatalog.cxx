@@ -4,6 +4,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/core/SystemReason.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/session/NotesFiles.h"
 #include "server/session/StoreModel.h"
 
 #include <dirent.h>
@@ -176,6 +177,9 @@ StoreCatalog::StoreCatalog(
   , Grace(grace)
   , Reports(std::make_shared<Reporter>(std::move(report)))
   , Cache(std::make_shared<BlobCache>(cacheBytes))
+  , Notes(std::make_unique<NotesFiles>(this->Folder,
+      [reports = this->Reports](const std::filesystem::path& file, const std::string& what)
+      { reports->Tell(file, what); }))
 {
   this->Publish({});
 }
@@ -224,6 +228,14 @@ Status StoreCatalog::ReadFolder(Patience patience)
     this->Add(state, file, *before, patience);
   }
   this->KeepReplaced(state, *before);
+  for (const auto& entry : state.byId)
+  {
+    // When told to read all anew, also what could not be read before.
+    if (patience == Patience::None || this->Notes->HasChanged(entry.first))
+    {
+      (void)this->Notes->Read(entry.first); // counts them for the list
+    }
+  }
   const bool passing = state.passing;
   this->Publish(std::move(state));
   this->Again = passing;
@@ -232,6 +244,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
 
 void StoreCatalog::Publish(State state)
 {
+  state.notes = this->Notes->Version();
   state.list = WriteList(ListOf(state.byId));
   const std::lock_guard lock(this->Mutex);
   this->Present = std::make_shared<const State>(std::move(state));
@@ -313,11 +326,16 @@ void StoreCatalog::Refresh()
   const auto present = this->Current();
   // Also where a link leads to another file now, of which no folder tells.
   const bool changed = std::any_of(present->byId.begin(), present->byId.end(),
-    [this](const auto& entry) { return !entry.second->IsFile(this->FileOf(entry.first)); });
+    [this](const auto& entry)
+    {
+      return !entry.second->IsFile(this->FileOf(entry.first)) ||
+             this->Notes->HasChanged(entry.first);
+    });
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
-  if (this->Again || changed || outlived)
+  const bool otherNotes = present->notes != this->Notes->Version(); // somebody has asked for them
+  if (this->Again || changed || outlived || otherNotes)
   {
     this->Look();
   }
@@ -342,6 +360,16 @@ std::vector<std::shared_ptr<const ServedModel>> StoreCatalog::Models() const
 BlobBytes StoreCatalog::ListJson() const
 {
   return this->Current()->list;
+}
+
+Result<BlobBytes> StoreCatalog::ReadNotes(const std::string& id) const
+{
+  return this->Notes->Read(id);
+}
+
+std::size_t StoreCatalog::CountNotes(std::string_view id) const
+{
+  return this->Notes->Count(id);
 }
 
 std::shared_ptr<const ServedModel> StoreCatalog::Find(std::string_view id) const

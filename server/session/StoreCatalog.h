@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stores of a folder as a catalog: every NAME.kds is the model NAME.
+// The stores of a folder as a catalog: every NAME.kds is the model NAME; NAME.notes.json, where it
+// is there, are the notes on it.
 #pragma once
 
 #include "server/session/BlobCache.h"
@@ -18,14 +19,15 @@
 namespace kdstream
 {
 
+class NotesFiles;
 class StoreModel;
 
 class StoreCatalog : public Catalog
 {
 public:
-  // Told of what is wrong with a file: a store that is left out, a damaged blob (once for each), a
-  // disk that does not read it (once until it does), a folder that Look cannot read.
-  // Called from any thread, one at a time.
+  // Told of what is wrong with a file: a store that is left out, notes (once for each change), a
+  // damaged blob (once for each), a disk that does not read it (once until it does), a folder that
+  // Look cannot read. Called from any thread, one at a time.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
   static constexpr std::chrono::seconds defaultGrace{ 3600 };
@@ -49,7 +51,8 @@ public:
   void Look();
 
   // To be called now and then: lets go of replaced models after their grace, and where a store was
-  // overwritten, or its name leads to another file, or a store or the folder could not be opened,
+  // overwritten, or its name leads to another file, or its notes have changed, or a store or the
+  // folder could not be opened,
   // does what Reload does. What has been reported already is not reported again. Throws nothing
   // but for want of memory.
   void Refresh();
@@ -59,6 +62,8 @@ public:
   std::shared_ptr<const ServedModel> Find(std::string_view id) const override;
   std::shared_ptr<const ServedModel> FindDigest(
     std::string_view id, std::string_view digest) const override;
+  Result<BlobBytes> ReadNotes(const std::string& id) const override;
+  std::size_t CountNotes(std::string_view id) const override;
   CacheUse Memory() const override { return this->Cache->Use(); }
 
 private:
@@ -75,6 +80,7 @@ private:
     std::map<std::string, std::shared_ptr<const StoreModel>, std::less<>> byId;
     std::vector<Replaced> replaced; // the oldest first
     bool passing = false;           // something failed that may succeed soon
+    std::uint64_t notes = 0;        // the version of the notes that the list tells of
     BlobBytes list;
   };
   std::shared_ptr<const State> Current() const;
@@ -95,6 +101,7 @@ private:
   std::chrono::seconds Grace;
   std::shared_ptr<Reporter> Reports;
   std::shared_ptr<BlobCache> Cache;
+  std::unique_ptr<NotesFiles> Notes;
   std::mutex ReloadMutex;           // one reload at a time
   std::atomic<bool> Again{ false }; // the folder is to be read again soon
   mutable std::mutex Mutex;

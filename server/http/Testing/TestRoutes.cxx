@@ -68,6 +68,36 @@ TEST_F(Site, Models)
   EXPECT_EQ(this->ErrorOf(this->Get("/api/models/lucy/model.json")), 404u);
 }
 
+TEST_F(Site, NotesAreServedAsTheyAreNow)
+{
+  const std::string path = NotesPath("dragon");
+  EXPECT_EQ(this->ErrorOf(this->Get(path)), 404u);
+  const auto put = [this](std::string_view text)
+  {
+    this->catalog.notes.insert_or_assign(
+      "dragon", std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end()));
+  };
+  put("[1]");
+  EXPECT_FALSE(this->routes.AnswerAtOnce({ "GET", path, "", "", "" })) << "it asks a disk";
+  const auto first = this->Get(path);
+  EXPECT_EQ(first.status, 200u);
+  EXPECT_EQ(Text(first), "[1]");
+  EXPECT_EQ(first.Field("Content-Type"), "application/json");
+  EXPECT_EQ(first.Field("Cache-Control"), "no-cache");
+  HttpRequest again{ "GET", path, "", "", "" };
+  const std::string tag(first.Field("ETag"));
+  again.ifNoneMatch = tag;
+  EXPECT_EQ(this->routes.Answer(again).status, 304u);
+  put("[2]");
+  EXPECT_EQ(this->routes.Answer(again).status, 200u) << "they have changed";
+  EXPECT_EQ(this->routes.Answer({ "PUT", path, "", "", "" }).status, 405u);
+  this->catalog.notes.insert_or_assign("dragon", Error{ ErrorCode::InputOutput, "secret place" });
+  const auto failed = this->Get(path);
+  EXPECT_EQ(this->ErrorOf(failed), 503u);
+  EXPECT_EQ(Text(failed).find("secret"), std::string::npos);
+  EXPECT_EQ(this->ErrorOf(this->Get(NotesPath("lucy"))), 404u);
+}
+
 TEST_F(Site, EveryBlobIsServedAsItIs)
 {
   for (const auto& [id, bytes] : this->model->blobs)

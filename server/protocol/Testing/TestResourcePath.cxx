@@ -29,6 +29,10 @@ TEST(TestResourcePath, ParsesEveryPathThatIsMade)
   ASSERT_TRUE(model);
   EXPECT_EQ(model->kind, Kind::Model);
   EXPECT_EQ(model->model, "dragon.v2");
+  const auto notes = ParseResourcePath(NotesPath("dragon.v2"));
+  ASSERT_TRUE(notes);
+  EXPECT_EQ(notes->kind, Kind::Notes);
+  EXPECT_EQ(notes->model, "dragon.v2");
 
   RandomMessages random(2);
   for (int i = 0; i < 500; ++i)

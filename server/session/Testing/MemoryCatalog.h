@@ -202,7 +202,14 @@ public:
     return found == this->models.end() ? nullptr : found->second;
   }
 
+  Result<BlobBytes> ReadNotes(const std::string& id) const override
+  {
+    const auto found = this->notes.find(id);
+    return found == this->notes.end() ? Catalog::ReadNotes(id) : found->second;
+  }
+
   std::map<std::string, std::shared_ptr<MemoryModel>, std::less<>> models;
+  std::map<std::string, Result<BlobBytes>, std::less<>> notes;
 };
 
 }

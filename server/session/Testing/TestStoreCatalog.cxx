@@ -4,6 +4,7 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
+#include "filters/model/Notes.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
@@ -122,6 +123,63 @@ TEST_F(Folder, TheListIsWrittenOnceForEachReadingOfTheFolder)
   fs::remove(this->folder / "one.kds");
   this->catalog.Look();
   EXPECT_EQ(ids(), "two ");
+}
+
+TEST_F(Folder, NotesLieBesideTheStoreAndMayChange)
+{
+  const auto counted = [this]
+  {
+    const auto json = this->catalog.ListJson();
+    return ParseModelList(std::string(json->begin(), json->end()))->at(0).notes;
+  };
+  const auto put = [this](const std::string& text)
+  {
+    std::ofstream(this->folder / "new") << text;
+    fs::rename(this->folder / "new", this->folder / "sheet.notes.json");
+  };
+  this->Build("sheet.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_EQ(counted(), 0u);
+  EXPECT_EQ(this->catalog.ReadNotes("sheet").GetError().code, ErrorCode::NotFound);
+
+  const auto text = FormatNotes({ { "One", "", "model=sheet" }, { "Two", "", "model=sheet" } });
+  put(text);
+  this->catalog.Refresh();
+  EXPECT_EQ(counted(), 2u);
+  const auto notes = this->catalog.ReadNotes("sheet");
+  ASSERT_TRUE(notes) << notes.GetError().message;
+  EXPECT_EQ(std::string((*notes)->begin(), (*notes)->end()), text) << "as it is";
+  EXPECT_TRUE(this->reports.empty());
+
+  put(FormatNotes({ { "One", "", "model=sheet" } }));
+  EXPECT_TRUE(this->catalog.ReadNotes("sheet")); // before anybody looks
+  this->catalog.Refresh();
+  EXPECT_EQ(counted(), 1u);
+
+  for (const auto& [wrong, what] :
+    std::vector<std::pair<std::string, std::string>>{ { "{}", "notes: \"type\" is missing" },
+      { std::string(maximumNotesBytes + 1, ' '), "notes have at most 262144 bytes together" } })
+  {
+    this->reports.clear();
+    put(wrong);
+    for (int times = 0; times < 3; ++times)
+    {
+      this->catalog.Refresh();
+      EXPECT_EQ(this->catalog.ReadNotes("sheet").GetError().code, ErrorCode::NotFound);
+    }
+    EXPECT_EQ(counted(), 0u);
+    EXPECT_EQ(this->reports,
+      std::vector{ "sheet.notes.json: " + what + "; the model is served without notes" })
+      << "once for each change";
+  }
+  this->reports.clear();
+  fs::remove(this->folder / "sheet.notes.json");
+  this->catalog.Refresh();
+  fs::create_directory(this->folder / "sheet.notes.json");
+  this->catalog.Refresh();
+  EXPECT_EQ(this->catalog.ReadNotes("sheet").GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(this->reports,
+    std::vector<std::string>{ "sheet.notes.json: is no file; the model is served without notes" });
 }
 
 TEST_F(Folder, DescribesAndReadsAStore)

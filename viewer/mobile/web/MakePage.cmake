@@ -40,13 +40,14 @@ file(SIZE "${WASM}" wasm_bytes)
 copy_stripped(index.html)
 minify(style.css)
 # Fetched when they are first used, or after the first picture.
-set(later tools.js gallery.js legend.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
+set(later tools.js notes.js gallery.js legend.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
 minify(page.js "--define:viewerBytes=${wasm_bytes}" ${externals})
 foreach(name IN LISTS later)
   minify(${name} --external:./page.js)
 endforeach()
 minify(tools.css)
+minify(notes.css)
 # For other pages, whose script it is.
 execute_process(COMMAND "${ESBUILD}" "${SOURCE}/embed.js" --minify --target=es2022 --charset=utf8 --legal-comments=none
   "--outfile=${PAGE}/embed.js" --log-level=warning COMMAND_ERROR_IS_FATAL ANY)
@@ -56,7 +57,7 @@ file(COPY "${SOURCE}/icon.svg" "${SOURCE}/manifest.webmanifest" DESTINATION "${P
 
 # The service worker knows all the others by their digests, and so is another one whenever any of them is.
 set(first index.html style.css page.js kdstream.wasm)
-set(files ${first} ${later} tools.css icon.svg manifest.webmanifest)
+set(files ${first} ${later} tools.css notes.css icon.svg manifest.webmanifest)
 set(digests)
 foreach(name IN LISTS files)
   file(SHA256 "${PAGE}/${name}" digest)

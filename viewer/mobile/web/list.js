@@ -16,8 +16,8 @@ export function readList(bytes) {
   const { models, site } = JSON.parse(new TextDecoder().decode(bytes));
   const text = (value) => (typeof value === "string" ? value.trim() : "");
   const { compare } = new Intl.Collator(language, { numeric: true });
-  const all = models.map(({ id, digest, title, description, vertices, triangles }) =>
-    ({ id, digest, title: text(title), description: text(description), vertices, triangles }));
+  const all = models.map(({ id, digest, title, description, vertices, triangles, notes }) =>
+    ({ id, digest, title: text(title), description: text(description), vertices, triangles, notes }));
   return {
     models: all.sort((one, other) => compare(nameOf(one), nameOf(other)) || compare(one.id, other.id)),
     site: { title: text(site?.title), text: text(site?.text) },

@@ -63,6 +63,7 @@ let linked = ""; // a link to a view, that waits for the list
 let site = { title: "", text: "" };
 let tools = null; // once they have been used
 let about = null;
+let notes = null; // once a model has some, or somebody writes some
 let embedding = null; // in somebody's page
 const isEmbedded = new URLSearchParams(location.search).has("embed") && window.parent !== window;
 let gallery = null; // the pictures of the list, once there was time for them
@@ -322,6 +323,7 @@ function show() {
   }
   tools?.show();
   embedding?.show();
+  showNotes(lastStatus);
   showStatus(lastStatus);
   showHint(lastStatus, wrong);
   showWhatComes(lastStatus, wrong);
@@ -459,7 +461,7 @@ async function openTools(open) {
         exchange: () => line.exchange(),
         status: () => lastStatus,
         words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
-        colours: () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value],
+        colours, getNotes,
       });
     }
     tools.show();
@@ -467,6 +469,30 @@ async function openTools(open) {
   }
   wake();
 }
+
+async function getNotes() {
+  const { Notes } = await import("./notes.js");
+  return notes ??= new Notes({
+    canvas, viewer,
+    follow: followLink,
+    status: () => lastStatus,
+    hasNotes: () => selectedModel().notes > 0,
+    colours,
+  });
+}
+
+let notesAsked = false;
+
+// Once there is a picture.
+function showNotes({ mode, shownLevel }) {
+  notes?.show();
+  if (!notesAsked && mode === "full screen" && shownLevel !== null && selectedModel().notes) {
+    notesAsked = true;
+    getNotes().catch(() => {}); // then the model is without notes
+  }
+}
+
+const colours = () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value];
 
 async function openMenu(open) {
   showSheet("menu", open);

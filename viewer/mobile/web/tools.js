@@ -100,8 +100,16 @@ export class Tools {
       ...this.looks.groups,
       group("This view", makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
         makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" })),
+      this.#notesGroup(),
       make("p", { id: "tools-note", role: "status" }));
     this.show();
+  }
+
+  // What writes notes is fetched with them.
+  #notesGroup() {
+    const write = async () => (await this.#page.getNotes()).write(place);
+    const place = group("Notes", makeButton("Write notes", write, { className: "tool", id: "write-notes" }));
+    return place;
   }
 
   #do(act) {

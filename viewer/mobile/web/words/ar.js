@@ -143,6 +143,26 @@ export const texts = {
   "Save picture": "حفظ الصورة",
   "The picture is saved.": "حُفظت الصورة.",
 
+  // notes
+  "Notes": "ملاحظات",
+  "Previous note": "الملاحظة السابقة",
+  "Next note": "الملاحظة التالية",
+  "All notes": "كل الملاحظات",
+  "{n} of {all}": "{n} من {all}",
+  "Write notes": "كتابة ملاحظات",
+  "Add a note here": "إضافة ملاحظة هنا",
+  "Title": "العنوان",
+  "Text": "النص",
+  "Keep this note": "الاحتفاظ بالملاحظة",
+  "Save notes": "حفظ الملاحظات",
+  "Up": "إلى أعلى",
+  "Down": "إلى أسفل",
+  "Edit": "تعديل",
+  "A note needs a title.": "تحتاج الملاحظة إلى عنوان.",
+  "There can be {n} notes.": "يمكن أن تكون هناك {n} ملاحظة.",
+  "These notes are too long to be served: shorten them.": "هذه الملاحظات أطول مما يرسله الخادم: اختصرها.",
+  "Put {file} beside {store} on the server: then all who see the model have the notes.": "ضع {file} بجوار {store} على الخادم: عندها تظهر الملاحظات لكل من يرى النموذج.",
+
   // tokens
   "A token": "رمز الدخول",
   "Your token": "رمزك",

@@ -143,6 +143,26 @@ export const texts = {
   "Save picture": "Bild speichern",
   "The picture is saved.": "Das Bild ist gespeichert.",
 
+  // notes
+  "Notes": "Anmerkungen",
+  "Previous note": "Vorige Anmerkung",
+  "Next note": "Nächste Anmerkung",
+  "All notes": "Alle Anmerkungen",
+  "{n} of {all}": "{n} von {all}",
+  "Write notes": "Anmerkungen schreiben",
+  "Add a note here": "Hier eine Anmerkung",
+  "Title": "Titel",
+  "Text": "Text",
+  "Keep this note": "Anmerkung übernehmen",
+  "Save notes": "Anmerkungen speichern",
+  "Up": "Nach oben",
+  "Down": "Nach unten",
+  "Edit": "Ändern",
+  "A note needs a title.": "Eine Anmerkung braucht einen Titel.",
+  "There can be {n} notes.": "Es kann {n} Anmerkungen geben.",
+  "These notes are too long to be served: shorten them.": "Diese Anmerkungen sind zu lang für den Server: Kürzen Sie sie.",
+  "Put {file} beside {store} on the server: then all who see the model have the notes.": "Legen Sie {file} auf dem Server neben {store}: Dann haben alle die Anmerkungen, die das Modell sehen.",
+
   // tokens
   "A token": "Ein Token",
   "Your token": "Ihr Token",

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Notes on a model: a visitor steps through them, an author writes some, and they are served from beside the store.
+
+import assert from "node:assert/strict";
+import { readFileSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
+
+let server, browser, models, goodView;
+
+const file = (model = "pebble") => join(models, `${model}.notes.json`);
+
+const notesOf = (...notes) => JSON.stringify({
+  type: "AnnotationPage",
+  items: notes.map(([title, text, link]) => ({
+    type: "Annotation", label: { en: [title] }, body: { type: "TextualBody", value: text, language: "en" },
+    target: { type: "SpecificResource", source: "model.json", selector: { type: "FragmentSelector", value: link } },
+  })),
+});
+
+// Until the list of models tells so many notes.
+const untilListed = (number, model = "pebble") => eventually(`${number} notes on ${model}`, async () => {
+  const list = await (await fetch(`${server.url}/api/models.json`)).json();
+  return list.models.find(({ id }) => id === model).notes ?? 0;
+}, (count) => count === number);
+
+before(async () => {
+  models = makeModels({ dragon: false });
+  server = await Server.start(models);
+  browser = await launchBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+async function openPebble(visit, more = "") {
+  await visit.open(`${server.url}${more}#model=pebble`);
+  return visit.until("full screen", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
+}
+
+const press = (visit, name) => visit.page.getByRole("button", { name, exact: true }).click();
+const textOf = (visit, id) => visit.page.locator(id).textContent();
+
+test("an author adds notes, moves and edits them, and saves a file that is then served", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  assert.ok(!visit.requests.some((url) => /notes\.(js|json)/.test(url)), "nothing of notes where there are none");
+  const middle = await visit.centre();
+  await visit.drag(middle, 90, 40);
+  await visit.untilIdle();
+  await visit.page.locator("#tools-button").click();
+  await press(visit, "Write notes");
+  for (const [title, text] of [["Second", "<b>bold</b>"], ["First", "Ü"]]) {
+    await press(visit, "Add a note here");
+    await visit.page.locator("#note-title").fill(title);
+    await visit.page.locator("#note-text").fill(text);
+    await press(visit, "Keep this note");
+  }
+  await visit.page.locator("#notes-written li").nth(1).getByRole("button", { name: "Up" }).click();
+  await visit.page.locator("#notes-written li").nth(0).getByRole("button", { name: "Edit" }).click();
+  await visit.page.locator("#note-title").fill("The first");
+  await press(visit, "Keep this note");
+  assert.deepEqual(await visit.page.locator("#notes-written span").allTextContents(), ["The first", "Second"]);
+  await visit.picture("notes-1-writing");
+  const [saved] = await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save notes")]);
+  assert.equal(saved.suggestedFilename(), "pebble.notes.json");
+  assert.match(await textOf(visit, "#notes-remark"), /^Put pebble\.notes\.json beside pebble\.kds on the server/);
+  const text = readFileSync(await saved.path(), "utf8");
+  const { items } = JSON.parse(text);
+  assert.deepEqual(items.map(({ label, body }) => [label.en[0], body.value]), [["The first", "Ü"], ["Second", "<b>bold</b>"]]);
+  goodView = items[0].target.selector.value;
+  assert.match(goodView, /^model=pebble&digest=[0-9a-f]{8}&view=/);
+  await saved.saveAs(file());
+  await untilListed(2);
+  const answer = await fetch(`${server.url}/api/models/pebble/notes.json`);
+  assert.equal(answer.status, 200);
+  assert.equal(await answer.text(), text, "as it is");
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("a visitor steps through them by keyboard, and hears what they say", async () => {
+  writeFileSync(file(), notesOf(["A crack", "From 1687.", goodView], ["Markup", "<img src=x onerror=alert(1)><b>&amp;</b>", "model=pebble"],
+    ["Nowhere", "Its view is nonsense.", "model=pebble&view=%3Cscript%3E"], ["Elsewhere", "It names another model.", goodView.replace("pebble", "shell")]));
+  await untilListed(4);
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  const { canUndo } = await visit.status();
+  assert.equal(canUndo, false);
+  await visit.page.locator("#notes-open").click();
+  assert.deepEqual(await visit.page.locator("#notes-list button").allTextContents(), ["A crack", "Markup", "Nowhere", "Elsewhere"]);
+  assert.equal(await visit.page.evaluate(() => document.activeElement.textContent), "A crack");
+  const before = await visit.around(await visit.centre(), 300);
+  await visit.page.keyboard.press("Enter");
+  await visit.untilIdle();
+  assert.notDeepEqual(await visit.around(await visit.centre(), 300), before, "another view");
+  assert.equal(await visit.page.locator("#note").getAttribute("aria-live"), "polite");
+  assert.equal(await textOf(visit, "#note"), "A crackFrom 1687.");
+  assert.equal(await textOf(visit, "#note-place"), "1 of 4");
+  await visit.picture("notes-2-note");
+  assert.equal(await visit.page.evaluate(() => document.activeElement.id), "note-next");
+  await visit.page.keyboard.press("Enter");
+  assert.equal(await textOf(visit, "#note p"), "<img src=x onerror=alert(1)><b>&amp;</b>");
+  assert.equal(await visit.page.locator("#note img, #note b").count(), 0, "markup is text");
+  await visit.page.keyboard.press("Enter");
+  await visit.until("a sentence", ({ error }) => /link to a view/.test(error));
+  assert.equal(await textOf(visit, "#note h3"), "Nowhere");
+  await press(visit, "Next note");
+  await visit.until("it goes on", ({ idle, error, model }) => idle && model === "pebble" && !error);
+  assert.equal(await textOf(visit, "#note h3"), "Elsewhere");
+  assert.equal(await visit.page.locator("#note-next").isDisabled(), true);
+  await visit.page.keyboard.press("Escape");
+  assert.equal(await visit.page.locator("#notes").isVisible(), false);
+  assert.equal((await visit.status()).mode, "full screen", "Escape closes the notes alone");
+  assert.equal(await visit.page.evaluate(() => document.activeElement.id), "notes-open");
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("notes that are too long, or no notes, are not served", async () => {
+  for (const wrong of [" ".repeat(262145), notesOf(["a".repeat(201), "", "model=pebble"]), "{}"]) {
+    writeFileSync(file(), wrong);
+    await untilListed(0);
+    const answer = await fetch(`${server.url}/api/models/pebble/notes.json`);
+    assert.equal(answer.status, 404);
+    assert.equal((await answer.json()).error, "there are no notes on pebble");
+    writeFileSync(file(), notesOf(["One", "", "model=pebble"]));
+    await untilListed(1);
+  }
+  assert.equal((await fetch(`${server.url}/api/models/pebble/notes.json`, { method: "PUT" })).status, 405);
+  rmSync(file());
+  await untilListed(0);
+});

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// libFuzzer's entry to files of notes: what is taken is within its bounds, and comes back the same.
+#include "filters/core/Texts.h"
+#include "filters/model/Notes.h"
+
+#include <cstdint>
+#include <cstdlib>
+
+using namespace kdstream;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  const auto notes = ParseNotes({ reinterpret_cast<const char*>(data), size });
+  if (!notes)
+  {
+    return 0;
+  }
+  bool good = notes->size() <= mostNotes;
+  for (const Note& note : *notes)
+  {
+    good = good && IsUtf8(note.title) && IsUtf8(note.text) && IsUtf8(note.link) &&
+           !note.title.empty() && note.link.size() <= Note::longestLink;
+  }
+  const auto text = FormatNotes(*notes);
+  const auto back = ParseNotes(text);
+  // Written apart, with indentation, they may be too many bytes.
+  good = good && (back ? *back == *notes : text.size() > maximumNotesBytes);
+  if (!good)
+  {
+    std::abort();
+  }
+  return 0;
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The notes that lie beside the stores of a folder: NAME.notes.json beside NAME.kds. They may
+// change while the stores do not. May be called from any thread.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "server/session/Catalog.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <tuple>
+
+namespace kdstream
+{
+
+class NotesFiles
+{
+public:
+  // Told of a file that is wrong, once for each change of it.
+  using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
+
+  NotesFiles(std::filesystem::path folder, Report report);
+
+  // The file as it is now, if ParseNotes takes it. Waits for a disk; reads at most
+  // maximumNotesBytes. Errors: NotFound where there is none, or none that is taken (which is
+  // reported); InputOutput where the disk does not read it.
+  Result<BlobBytes> Read(const std::string& id);
+
+  // How many notes the model has, as it was read last. Waits for no disk.
+  std::size_t Count(std::string_view id) const;
+
+  // Whether another file is there than was read last, or none any more. Of files that have not
+  // changed nothing is read.
+  bool HasChanged(const std::string& id) const;
+
+  // Another number whenever a file has been found to be another, or gone.
+  std::uint64_t Version() const;
+
+private:
+  using Stamp = std::tuple<std::uint64_t, std::uint64_t, std::int64_t, std::int64_t>;
+  struct Known
+  {
+    Stamp stamp;
+    std::size_t count = 0;
+    bool operator==(const Known&) const = default;
+  };
+  std::filesystem::path FileOf(std::string_view id) const;
+  Stamp StampOf(const std::filesystem::path& file) const;
+  bool Remember(const std::string& id, const Known& known);
+
+  std::filesystem::path Folder;
+  Report Tell;
+  mutable std::mutex Mutex;
+  std::map<std::string, Known, std::less<>> Files;
+  std::uint64_t Changes = 0;
+};
+
+}

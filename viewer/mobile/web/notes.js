@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Notes on a model: visitors step through them, each with its view; authors write them, and save a file that belongs beside
+// the store (filters/model/Notes.h tells its form). Fetched when a model that has notes is full screen, or when they are to
+// be written. Texts are a stranger's: they never become HTML.
+
+import { get, language, t } from "./page.js"; // the page that is there already
+import { download, group, make, makeButton } from "./elements.js";
+
+const mostBytes = 256 << 10;
+const mostNotes = 100;
+const longest = { title: 200, text: 4000, link: 2048 };
+
+// ---- the file
+
+function readNote({ label, body, target } = {}) {
+  const text = (value, most) => (typeof value === "string" ? value.slice(0, most) : "");
+  const spoken = text(body?.language, 35);
+  const titles = typeof label === "object" ? label?.[spoken] ?? Object.values(label ?? {})[0] : label;
+  return {
+    title: text(Array.isArray(titles) ? titles[0] : titles, longest.title),
+    text: text(body?.value, longest.text),
+    link: text(target?.selector?.value, longest.link),
+    language: spoken,
+  };
+}
+
+function readNotes(bytes) {
+  const { items } = JSON.parse(new TextDecoder().decode(bytes));
+  return Array.isArray(items) ? items.slice(0, mostNotes).map((item) => readNote(item ?? undefined)).filter(({ title }) => title) : [];
+}
+
+const writeNotes = (notes) => `${JSON.stringify({
+  "@context": "http://iiif.io/api/presentation/3/context.json",
+  type: "AnnotationPage",
+  items: notes.map(({ title, text, link, language: spoken }) => ({
+    type: "Annotation",
+    motivation: "commenting",
+    label: { [spoken || "none"]: [title] },
+    body: { type: "TextualBody", format: "text/plain", value: text, ...(spoken && { language: spoken }) },
+    target: { type: "SpecificResource", source: "model.json", selector: { type: "FragmentSelector", value: link } },
+  })),
+}, null, 2)}\n`;
+
+// The view of a note is followed on the model that is open, whatever model it names.
+const linkOf = (model, { link }) => [`model=${model}`, ...link.split("&").filter((part) => part && !part.startsWith("model="))].join("&");
+
+// ---- the box, and what is written
+
+// page: { canvas, viewer, follow(link), status(), hasNotes(), colours() }
+export class Notes {
+  #page;
+  #model = null;
+  #notes = [];
+  #at = -1; // the note that is shown; -1: the list of them
+  #written = new Map(); // what an author has not saved, by model
+  #author = null;
+
+  constructor(page) {
+    this.#page = page;
+    document.head.append(make("link", { rel: "stylesheet", href: new URL("notes.css", import.meta.url).href }));
+    const step = (id, text, by) => makeButton(text, () => this.#goTo(this.#at + by), { id, className: "tool" });
+    this.opener = makeButton("Notes", () => this.#open(), { id: "notes-open", className: "tool", hidden: true });
+    this.list = make("ol", { id: "notes-list" });
+    this.said = make("div", { id: "note", ariaLive: "polite" });
+    this.place = make("span", { id: "note-place" });
+    this.previous = step("note-previous", "Previous note", -1);
+    this.next = step("note-next", "Next note", 1);
+    this.all = makeButton("All notes", () => this.#showList(), { id: "notes-all", className: "tool" });
+    this.box = make("section", { id: "notes", ariaLabel: t("Notes"), hidden: true }, this.list, this.said, make("div", { className: "row" },
+      this.previous, this.place, this.next, this.all, makeButton("Close", () => this.#close(), { id: "notes-close", className: "tool" })));
+    page.canvas.after(this.opener, this.box);
+    document.addEventListener("keydown", (event) => {
+      const another = document.querySelector(".sheet:not([hidden]), dialog[open]");
+      if (event.key === "Escape" && !this.box.hidden && !another) {
+        event.preventDefault(); // it leads nowhere else
+        this.#close();
+      }
+    }, true);
+    this.show();
+  }
+
+  // After each frame.
+  show() {
+    const { mode, model } = this.#page.status();
+    if (mode !== "full screen") {
+      this.box.hidden = this.opener.hidden = true;
+      this.#model = null;
+    } else if (model !== this.#model) {
+      this.#load(model);
+    }
+  }
+
+  async #load(model) {
+    this.#model = model;
+    this.#use(this.#written.get(model) ?? []);
+    if (this.#written.has(model) || !this.#page.hasNotes()) {
+      return;
+    }
+    try {
+      const { status, bytes } = await get(`/api/models/${model}/notes.json`, mostBytes);
+      if (this.#model === model && status === 200) {
+        this.#use(readNotes(bytes));
+      }
+    } catch {
+      // then the model is without notes
+    }
+  }
+
+  #use(notes) {
+    this.#notes = notes;
+    this.#at = -1;
+    this.box.hidden = true;
+    this.#showAll();
+  }
+
+  // ---- stepping
+
+  #open() {
+    this.box.hidden = false;
+    this.#showList();
+  }
+
+  #close() {
+    this.box.hidden = true;
+    this.#showAll();
+    (this.opener.hidden ? this.#page.canvas : this.opener).focus();
+  }
+
+  #showList() {
+    this.#at = -1;
+    this.#showAll();
+    this.list.querySelector("button")?.focus();
+  }
+
+  #goTo(index) {
+    this.#at = Math.min(Math.max(index, 0), this.#notes.length - 1);
+    const note = this.#notes[this.#at];
+    this.#page.follow(linkOf(this.#model, note));
+    this.#showAll();
+    const wanted = document.activeElement; // a button that is disabled loses the focus
+    if (!wanted || wanted.disabled || wanted === document.body || !wanted.checkVisibility()) {
+      (this.next.disabled ? this.all : this.next).focus();
+    }
+  }
+
+  #showAll() {
+    const note = this.#notes[this.#at];
+    this.opener.hidden = !this.box.hidden || this.#notes.length === 0;
+    this.list.hidden = Boolean(note);
+    this.list.replaceChildren(...this.#notes.map(({ title, language: lang }, i) => make("li", {},
+      make("button", { type: "button", className: "tool", textContent: title, dir: "auto", lang, onclick: () => this.#goTo(i) }))));
+    for (const each of [this.previous, this.next, this.place, this.all]) {
+      each.hidden = !note;
+    }
+    this.previous.disabled = this.#at <= 0;
+    this.next.disabled = this.#at + 1 >= this.#notes.length;
+    this.place.textContent = note ? t("{n} of {all}", { n: this.#at + 1, all: this.#notes.length }) : "";
+    this.said.replaceChildren(...(note ? [
+      make("h3", { textContent: note.title, dir: "auto", lang: note.language }),
+      make("p", { textContent: note.text, dir: "auto", lang: note.language })] : []));
+    this.#showWritten();
+  }
+
+  // ---- writing
+
+  // Into the tools' sheet.
+  write(place) {
+    if (!this.#author) {
+      const input = (name, properties) => make(name, { maxLength: properties.most, ...properties });
+      this.title = input("input", { id: "note-title", type: "text", most: longest.title });
+      this.text = input("textarea", { id: "note-text", rows: 4, most: longest.text });
+      const labelled = (text, element) => make("label", { className: "note-field" }, text, element);
+      this.keep = makeButton("Keep this note", () => this.#keep(), { id: "note-keep", className: "tool" });
+      this.editor = make("div", { hidden: true }, labelled(t("Title"), this.title), labelled(t("Text"), this.text), this.keep,
+        makeButton("Cancel", () => this.#edit(null), { className: "tool" }));
+      this.entries = make("ol", { id: "notes-written" });
+      this.remark = make("p", { id: "notes-remark", role: "status" });
+      this.save = makeButton("Save notes", () => this.#save(), { id: "notes-save", className: "tool" });
+      this.#author = group("Notes", makeButton("Add a note here", () => this.#edit(this.#notes.length), { id: "note-add", className: "tool" }),
+        this.editor, this.entries, this.save, this.remark);
+    }
+    place.replaceWith(this.#author);
+    this.#showWritten();
+    this.#author.querySelector("button").focus();
+  }
+
+  // index: of the note; null: none.
+  #edit(index) {
+    this.edited = index;
+    this.editor.hidden = index === null;
+    const { title = "", text = "" } = this.#notes[index] ?? {};
+    this.title.value = title;
+    this.text.value = text;
+    index !== null && this.title.focus();
+  }
+
+  #keep() {
+    const { title, text } = { title: this.title.value.trim(), text: this.text.value };
+    if (!title) {
+      this.remark.textContent = t("A note needs a title.");
+      this.title.focus();
+      return;
+    }
+    const colours = this.#page.colours();
+    const before = this.#notes[this.edited];
+    const link = before?.link ?? `${this.#page.viewer.link()}${colours ? `&colours=${colours}` : ""}`;
+    this.#change((notes) => notes.splice(this.edited, 1, { link, language: language.split("-")[0], ...before, title, text }));
+    this.#edit(null);
+  }
+
+  #change(act) {
+    const notes = [...this.#notes];
+    act(notes);
+    const most = notes.length > mostNotes ? t("There can be {n} notes.", { n: mostNotes }) : "";
+    this.remark.textContent = most;
+    if (!most) {
+      this.#written.set(this.#model, notes);
+      this.#use(notes);
+    }
+  }
+
+  #move(from, to) {
+    if (to >= 0 && to < this.#notes.length) {
+      this.#change((notes) => notes.splice(to, 0, ...notes.splice(from, 1)));
+      this.entries.children[to].querySelector("button").focus();
+    }
+  }
+
+  #showWritten() {
+    if (!this.#author) {
+      return;
+    }
+    this.save.disabled = this.#notes.length === 0;
+    this.entries.replaceChildren(...this.#notes.map(({ title, language: lang }, i) => make("li", {},
+      make("span", { textContent: title, dir: "auto", lang }), make("div", {},
+        makeButton("Up", () => this.#move(i, i - 1), { className: "tool" }),
+        makeButton("Down", () => this.#move(i, i + 1), { className: "tool" }),
+        makeButton("Edit", () => this.#edit(i), { className: "tool" }),
+        makeButton("Remove", () => this.#change((notes) => notes.splice(i, 1)), { className: "tool" })))));
+  }
+
+  #save() {
+    const file = new Blob([writeNotes(this.#notes)], { type: "application/json" });
+    if (file.size > mostBytes) {
+      this.remark.textContent = t("These notes are too long to be served: shorten them.");
+      return;
+    }
+    download(file, `${this.#model}.notes.json`);
+    this.remark.textContent = t("Put {file} beside {store} on the server: then all who see the model have the notes.",
+      { file: `${this.#model}.notes.json`, store: `${this.#model}.kds` });
+  }
+}
