@@ -124,6 +124,17 @@ test("what is not seen sleeps, and comes back where it was", async () => {
   await visit.close();
 });
 
+test("a model that is named later is shown then", async () => {
+  const visit = await openHost('<kdstream-viewer id="a"></kdstream-viewer>');
+  assert.equal(await visit.page.evaluate(() => new Promise((seen) => {
+    const viewer = document.getElementById("a");
+    new IntersectionObserver(() => seen(viewer.asleep)).observe(viewer); // after its own
+  })), true);
+  await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "pebble"));
+  await untilTold(visit, "a picture", "ready", "a");
+  await visit.close();
+});
+
 test("nothing is told to strangers of what a token guards", async () => {
   const folder = makeModels({ dragon: false });
   const keys = `${temporaryFolder()}/keys.json`;

@@ -45,11 +45,11 @@
         return;
       }
       this.#link = "";
-      if (name === "src") {
+      if (name !== "src" && this.#ready && this.model) {
+        this.#do("follow", this.#wanted()).catch(() => {});
+      } else { // another server, or nothing is shown yet
         this.#sleep();
         this.#see(this.#isSeen);
-      } else if (this.#ready && this.model) {
-        this.#do("follow", this.#wanted()).catch(() => {});
       }
     }
 
