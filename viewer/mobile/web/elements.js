@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How tools and sheets make their elements.
 
-import { t } from "./page.js"; // the page that is there already
+import { make, t } from "./page.js"; // the page that is there already
 
-export function make(name, properties = {}, ...children) {
-  const element = Object.assign(document.createElement(name), properties);
-  element.append(...children);
-  return element;
-}
+export { make };
 
 export function makeButton(text, act, properties = {}) {
   const button = make("button", { type: "button", textContent: t(text), ...properties });

@@ -24,7 +24,7 @@ export function readList(bytes) {
   };
 }
 
-function make(name, properties, ...children) {
+export function make(name, properties = {}, ...children) {
   const element = Object.assign(document.createElement(name), properties);
   element.append(...children);
   return element;

@@ -20,7 +20,8 @@
 //                   since nothing was outstanding last
 //     idle          whether all that is wanted has come and is drawn, and nothing moves
 //     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns, spinning: by itself
-//     measuring     whether taps measure
+//     measuring     whether taps measure; tool: in hand, 0 none, 1 measure, 2 section, 3 light, 4 second light
+//     depth         how much a section cuts away, 0-1, or null; lamp, secondLamp, relief: of raking light, where there is any
 //     error         what failed last, or ""
 //     connection    "connecting", "streaming", "lost" (is tried again) or "getting" (no stream: blob by blob)
 //     trouble       why nothing comes, or ""
@@ -42,7 +43,7 @@ export { Line, enterToken, forgetToken, get, hasToken, isOffline, mayKeep, previ
 export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
-export { entryOf, nameOf } from "./list.js";
+export { entryOf, make, nameOf } from "./list.js";
 export { anotherViewer } from "./viewer.js";
 export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
