@@ -62,21 +62,6 @@ bool SameBits(double a, double b)
   return BitCast<std::uint64_t>(a) == BitCast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
 }
 
-QuadraticForm<Lanes> Both(const Quadric& first, const Quadric& second)
-{
-  QuadraticForm<Lanes> both;
-  for (std::size_t k = 0; k < 6; ++k)
-  {
-    both.a[k] = Lanes(first.a[k], second.a[k]);
-  }
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    both.b[k] = Lanes(first.b[k], second.b[k]);
-  }
-  both.c = Lanes(first.c, second.c);
-  return both;
-}
-
 std::array<Lanes, 3> Both(const Vec3& p, const Vec3& q)
 {
   return { Lanes(p[0], q[0]), Lanes(p[1], q[1]), Lanes(p[2], q[2]) };
@@ -205,7 +190,7 @@ TEST(EdgeCandidates, TwoEdgesAtOnceAreEachAsAlone)
       bounds.Add(edges[e].b);
     }
     const EdgeToPlace<Lanes> both{ Both(edges[0].a, edges[1].a), Both(edges[0].b, edges[1].b),
-      Both(quadrics[0], quadrics[1]), Lanes(edges[0].beside, edges[1].beside) };
+      SideBySide(quadrics[0], quadrics[1]), Lanes(edges[0].beside, edges[1].beside) };
     const PlacedVertex<Lanes> placed = PlaceVertex(both, bounds);
     for (std::size_t e = 0; e < 2; ++e)
     {

@@ -57,21 +57,6 @@ bool IsTangle(std::size_t vertices, std::size_t triangles)
   return triangles > std::max(fewTriangles, hopelessTrianglesOfVertex * vertices);
 }
 
-QuadraticForm<Lanes> SideBySide(const Quadric& first, const Quadric& second)
-{
-  QuadraticForm<Lanes> both;
-  for (std::size_t k = 0; k < 6; ++k)
-  {
-    both.a[k] = Lanes(first.a[k], second.a[k]);
-  }
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    both.b[k] = Lanes(first.b[k], second.b[k]);
-  }
-  both.c = Lanes(first.c, second.c);
-  return both;
-}
-
 // The sums of the quadrics of two edges' ends, side by side.
 QuadraticForm<Lanes> SumsOf(
   const Quadric& a0, const Quadric& b0, const Quadric& a1, const Quadric& b1)

@@ -4,6 +4,7 @@
 // Source: Garland and Heckbert 1997; the choice between the edge and the place beside it is ours.
 #pragma once
 
+#include "filters/core/Lanes.h"
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/Types.h"
 #include "filters/core/VectorMath.h"
@@ -13,6 +14,22 @@
 
 namespace kdstream
 {
+
+// Two quadrics, a lane each.
+inline QuadraticForm<Lanes> SideBySide(const Quadric& first, const Quadric& second)
+{
+  QuadraticForm<Lanes> both;
+  for (std::size_t k = 0; k < 6; ++k)
+  {
+    both.a[k] = Lanes(first.a[k], second.a[k]);
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    both.b[k] = Lanes(first.b[k], second.b[k]);
+  }
+  both.c = Lanes(first.c, second.c);
+  return both;
+}
 
 // An edge, or as many as Real has lanes. Relative to the origin of the quadrics.
 template <class Real>
