@@ -285,6 +285,7 @@ test("nothing that takes a token is kept", async () => {
   await pause(600);
   await visit.page.locator("#open").click();
   await visit.page.locator("#menu-button").click();
+  await visit.page.locator("#access").waitFor(); // it is there once all options are
   assert.equal(await visit.page.locator("#offline").isVisible(), false);
   assert.equal(await visit.page.evaluate(async () => (await indexedDB.databases()).length), 0);
 });
