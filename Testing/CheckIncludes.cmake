@@ -102,7 +102,7 @@ check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/sessio
 check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look
   server/protocol filters/program filters/model ${core})
 check(viewer/desktop/window VTK viewer/desktop viewer/rendering viewer/client viewer/session viewer/session/look
-  filters/program filters/model ${core})
+  filters/program filters/store filters/model ${core})
 
 if(problems)
   list(JOIN problems "\n" text)

@@ -3,11 +3,11 @@
 // to left, at the sizes that screens have, with the contrast and the stillness that a system asks for.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, runProgram } from "./harness.mjs";
+import { Pixels, Server, Visit, eventually, landscape, launchBrowser, makeModels, portrait, runProgram } from "./harness.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -17,6 +17,9 @@ before(async () => {
   const models = makeModels({ dragon: false });
   runProgram("kdstream-store", "edit", join(models, "pebble.kds"), "--quiet", "--credit", "Somebody", "--license", "https://example.org/",
     "--description", "A pebble with bumps", "--unit", "mm");
+  writeFileSync(join(models, "pebble.notes.json"), JSON.stringify({ type: "AnnotationPage", items: [{
+    type: "Annotation", label: { de: ["Ein Riss"] }, body: { type: "TextualBody", language: "de", value: "Von 1687. ".repeat(120) },
+    target: { type: "SpecificResource", source: "model.json", selector: { type: "FragmentSelector", value: "model=pebble" } } }] }));
   server = await Server.start(models, { more: ["--site-title", "Stones"] });
   browser = await launchBrowser();
   pixels = await Pixels.make(browser);
@@ -62,6 +65,23 @@ for (const lang of ["en", "de", "ar"]) {
       tools: async () => {
         await page.click("#tools-button");
         await page.locator("#measure").waitFor();
+      },
+      notes: async () => {
+        await page.locator("#notes-open").dispatchEvent("click");
+        await page.locator("#notes-list button").first().click();
+        await page.locator("#note h3").waitFor();
+        await visit.untilIdle();
+      },
+      "notes in landscape": async () => {
+        await page.setViewportSize(landscape);
+        await visit.untilIdle();
+        const [box, view] = [await page.locator("#notes").boundingBox(), page.viewportSize()];
+        assert.ok(box.x >= 0 && box.x + box.width <= view.width && box.y >= 0 && box.y + box.height <= view.height, JSON.stringify(box));
+        const [title, next] = [await page.locator("#note h3").boundingBox(), await page.locator("#note-next").boundingBox()];
+        assert.ok(title.y >= box.y && next.y + next.height <= box.y + box.height, "a long note's title and buttons are seen");
+        await visit.picture(`everyone-notes-${lang}`);
+        await page.setViewportSize(portrait);
+        await page.keyboard.press("Escape");
       },
       legend: async () => {
         await page.evaluate(() => document.querySelector("[name=coloring][value='2']").click());

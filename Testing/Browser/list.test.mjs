@@ -307,3 +307,47 @@ test("an old server's list, without site and descriptions, and one with members 
   assert.equal(await visit.page.locator("#site").textContent(), "Models");
   assert.equal(await visit.page.locator("#introduction").isVisible(), false);
 }));
+
+test("previews that are asked for: nothing is drawn and fetched before, and a window over the list shows one", () => withServer(models, async (visit, server) => {
+  const { page } = visit;
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await page.locator("#open").click();
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  await page.locator("#menu-button").click();
+  await page.locator("[name=previews][value=asked]").check({ force: true });
+  await page.locator("#menu-button").click();
+  await visit.back();
+  assert.equal(await page.locator("#stage").isVisible(), false, "the list has the screen");
+  await page.evaluate(() => indexedDB.deleteDatabase("kdstream"));
+
+  await page.goto("about:blank");
+  await visit.open(server.url);
+  await untilPictures(visit, 2);
+  const { mode, triangles, frames } = await visit.status();
+  assert.equal(mode, "no model", "it is remembered");
+  assert.equal(triangles, 0, "nothing is drawn");
+  await pause(700);
+  assert.equal((await visit.status()).frames, frames, "again and again");
+  await page.locator("[data-model=shell]").click();
+  await visit.until("a preview", ({ model, idle, shownLevel }) => model === "shell" && idle && shownLevel !== null);
+  await page.locator("#stage").waitFor();
+  await visit.picture("list-6-pop-up");
+  const [window_, list] = [await page.locator("#stage").boundingBox(), await page.locator("#browser").boundingBox()];
+  assert.ok(window_.y > list.y + 100 && window_.y + window_.height < list.y + list.height, "a window over the list");
+
+  await page.keyboard.press("Escape");
+  assert.equal(await page.locator("#stage").isVisible(), false);
+  assert.equal(await page.evaluate(() => document.activeElement.dataset.model), "shell");
+  await page.keyboard.press("Enter");
+  await page.locator("#stage").waitFor();
+  assert.equal((await visit.status()).mode, "browsing", "its preview, not the whole screen");
+  await page.locator("#back").click();
+  assert.equal(await page.locator("#stage").isVisible(), false);
+  await page.locator("[data-model=pebble]").click();
+  await visit.until("the other", ({ model, idle }) => model === "pebble" && idle);
+  await page.locator("[data-model=pebble]").click();
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  await visit.back();
+  assert.equal(await page.locator("#stage").isVisible(), false);
+}));

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
+import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, pause, temporaryFolder } from "./harness.mjs";
 
 let server, browser, models, goodView;
 
@@ -131,6 +131,78 @@ test("notes that are too long, or no notes, are not served", async () => {
     await untilListed(1);
   }
   assert.equal((await fetch(`${server.url}/api/models/pebble/notes.json`, { method: "PUT" })).status, 405);
+  rmSync(file());
+  await untilListed(0);
+});
+
+test("notes that are not saved are not lost without a question", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await visit.page.locator("#tools-button").click();
+  await press(visit, "Write notes");
+  await press(visit, "Add a note here");
+  await visit.page.locator("#note-title").fill("One");
+  await press(visit, "Keep this note");
+  const leave = async () => {
+    let asked = 0;
+    const answer = (dialog) => {
+      asked += dialog.type() === "beforeunload";
+      return dialog.dismiss();
+    };
+    visit.page.on("dialog", answer);
+    await visit.page.goto("about:blank").catch(() => {}); // is called off where the answer is no
+    visit.page.off("dialog", answer);
+    return asked;
+  };
+  assert.equal(await leave(), 1);
+  assert.deepEqual(await visit.page.locator("#notes-written span").allTextContents(), ["One"], "the page stays");
+  await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save notes")]);
+  assert.equal(await leave(), 0);
+  assert.equal(visit.page.url(), "about:blank");
+  await visit.close();
+});
+
+test("notes that were seen are there without the server", async () => {
+  writeFileSync(file(), notesOf(["A crack", "From 1687.", goodView]));
+  await untilListed(1);
+  const other = await Server.start(models);
+  const visit = await Visit.phone(browser);
+  await visit.open(`${other.url}#model=pebble`);
+  await visit.page.locator("#notes-open").waitFor();
+  await eventually("the worker", () => visit.page.evaluate(
+    async () => (await navigator.serviceWorker.getRegistration())?.active?.state === "activated"));
+  await pause(1000); // until what came last is kept
+  await other.stop();
+  await visit.page.reload();
+  await visit.page.locator("#notes-open").click();
+  await visit.page.locator("#notes-list button").click();
+  assert.equal(await textOf(visit, "#note"), "A crackFrom 1687.");
+  await visit.close();
+  rmSync(file());
+  await untilListed(0);
+});
+
+test("whoever may have any of the model may have its notes, and nobody else", async () => {
+  writeFileSync(file(), notesOf(["A crack", "From 1687.", "model=pebble"]));
+  const keys = join(temporaryFolder(), "tokens.json");
+  writeFileSync(keys, JSON.stringify({ secret: "0123456789abcdef0123456789abcdef" }), { mode: 0o600 });
+  const guarded = await Server.start(models, { more: ["--tokens", keys] });
+  const ask = async (token) => (await fetch(`${guarded.url}/api/models/pebble/notes.json`,
+    token ? { headers: { Authorization: `Bearer ${token}` } } : {})).status;
+  const tokenFor = (which, detail) => makeToken(keys, "--models", which, "--detail", detail);
+  assert.equal(await ask(), 401);
+  assert.equal(await ask(tokenFor("shell", "regions")), 403);
+  assert.equal(await ask(tokenFor("pebble", "preview")), 200);
+  const visit = await Visit.phone(browser);
+  await visit.open(`${guarded.url}/#token=${tokenFor("pebble", "preview")}`);
+  await visit.untilIdle();
+  await visit.page.locator("#open").click();
+  await visit.page.locator("#notes-open").click();
+  assert.deepEqual(await visit.page.locator("#notes-list button").allTextContents(), ["A crack"]);
+  const keptTexts = await visit.page.evaluate(async () => (await indexedDB.databases()).length);
+  assert.equal(keptTexts, 0, "nothing is kept");
+  await visit.close();
+  await guarded.stop();
   rmSync(file());
   await untilListed(0);
 });

@@ -3,6 +3,7 @@
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/model/ModelJson.h"
+#include "filters/model/Notes.h"
 #include "filters/store/Store.h"
 #include "server/protocol/ResourcePath.h"
 
@@ -112,6 +113,31 @@ TEST_F(TestExport, ModelsAreAddedAndReplaced)
   EXPECT_NE(this->List()[1].digest, before);
   // Whoever looks at the old one goes on.
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / before));
+}
+
+// As a server sends them.
+TEST_F(TestExport, NotesGoUpAndComeDownWithTheirModel)
+{
+  const auto notes = FormatNotes({ { "One", "<b>", "model=ring" }, { "Two", "", "model=ring" } });
+  this->WriteText("ring.notes.json", notes);
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "torus" }).exitCode, 0);
+  const fs::path file = this->Folder / "www/api/models/torus/notes.json";
+  EXPECT_EQ(ReadWhole(file), notes);
+  EXPECT_EQ(Uncompressed(file.string() + ".gz"), notes);
+  EXPECT_EQ(this->List().at(0).notes, 2u);
+
+  this->WriteText("ring.notes.json", "{}");
+  const Outcome wrong = this->Export({ "ring.kds", "www", "--model", "torus" });
+  EXPECT_EQ(wrong.exitCode, 1);
+  EXPECT_NE(wrong.err.find("ring.notes.json: notes: \"type\" is missing"), std::string::npos)
+    << wrong.err;
+  EXPECT_EQ(ReadWhole(file), notes);
+
+  fs::remove(this->Folder / "ring.notes.json");
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "torus" }).exitCode, 0);
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_FALSE(fs::exists(file.string() + ".gz"));
+  EXPECT_EQ(this->List().at(0).notes, 0u);
 }
 
 // A model goes up whole or not at all.

@@ -5,6 +5,7 @@
 #include "filters/codec/TreePage.h"
 #include "filters/core/SystemReason.h"
 #include "filters/model/ModelJson.h"
+#include "filters/store/StoreNotes.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <zlib.h>
@@ -14,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -246,6 +248,21 @@ public:
     return this->Put(path, { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
   }
 
+  Status RemoveText(const std::string& path)
+  {
+    const std::string file = this->PlaceOf(path).string();
+    for (const std::string& each : { file, file + ".gz" })
+    {
+      std::error_code failure;
+      fs::remove(each, failure);
+      if (failure)
+      {
+        return SystemError("cannot be removed", failure.value(), each);
+      }
+    }
+    return {};
+  }
+
   Status Tell(std::size_t done, std::size_t all) const
   {
     return this->Runs.Report("export", static_cast<double>(done) / static_cast<double>(all));
@@ -325,6 +342,32 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
+// Nothing where there are none.
+Result<std::optional<NotesText>> NotesIn(const fs::path& file)
+{
+  auto notes = file.empty() ? Result<NotesText>(Error{ ErrorCode::NotFound, "" }) : ReadNotes(file);
+  if (notes)
+  {
+    return std::optional(std::move(*notes));
+  }
+  const Error& error = notes.GetError();
+  if (error.code == ErrorCode::NotFound)
+  {
+    return std::optional<NotesText>();
+  }
+  return Error{ error.code, error.message, file.string() };
+}
+
+// What says of the model what is not its content.
+Status PutTexts(
+  const ModelDescription& model, const std::optional<NotesText>& notes, Writer& writer)
+{
+  const std::string path = protocol::NotesPath(model.id);
+  KDSTREAM_TRY(notes ? writer.PutText(path, { notes->bytes.begin(), notes->bytes.end() })
+                     : writer.RemoveText(path));
+  return writer.PutText(protocol::ModelPath(model.id), WriteModel(model));
+}
+
 // The models that the folder's list names, with this one.
 Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSummary& model)
 {
@@ -363,7 +406,11 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
 {
   ModelDescription told = store.Info();
   told.id = options.model;
-  const auto models = ListWith(folder / protocol::modelListPath.substr(1), Summarize(told));
+  const auto notes = NotesIn(options.notes);
+  KDSTREAM_TRY(notes);
+  ModelSummary summary = Summarize(told);
+  summary.notes = *notes ? (*notes)->notes.size() : 0;
+  const auto models = ListWith(folder / protocol::modelListPath.substr(1), summary);
   KDSTREAM_TRY(models);
   NewFolder part(NewPartOf(folder, options.model, told.digest));
   Writer writer(folder, part, execution);
@@ -371,12 +418,12 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   const bool isNewModel = part.Name().filename() == options.model;
   if (isNewModel) // else it is told of once the digest is up
   {
-    KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
+    KDSTREAM_TRY(PutTexts(told, *notes, writer));
   }
   KDSTREAM_TRY(part.GoUp());
   if (!isNewModel)
   {
-    KDSTREAM_TRY(writer.PutText(protocol::ModelPath(options.model), WriteModel(told)));
+    KDSTREAM_TRY(PutTexts(told, *notes, writer));
   }
   KDSTREAM_TRY(writer.Put("/kdstream.nginx.conf", WithPolicy(nginxRules)));
   KDSTREAM_TRY(writer.Put("/.htaccess", WithPolicy(apacheRules)));

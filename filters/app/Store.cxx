@@ -14,6 +14,7 @@
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreEdit.h"
+#include "filters/store/StoreNotes.h"
 
 #include <chrono>
 #include <cmath>
@@ -246,6 +247,7 @@ private:
       return PrintError(this->Program, options.page.string(),
         { ErrorCode::NotFound, "is no page: it has no index.html" });
     }
+    options.notes = NotesFileOf(this->Line.store);
     Result<ExportReport> report = Error{};
     {
       ProgressReporter progress(this->Program, this->Line.quiet);

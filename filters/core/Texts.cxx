@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/Texts.h"
 
+#include <algorithm>
+
 namespace kdstream
 {
 namespace
@@ -67,6 +69,12 @@ std::string RepairUtf8(std::string_view text)
     }
   }
   return repaired;
+}
+
+std::size_t CountCharacters(std::string_view text)
+{
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(),
+    [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; }));
 }
 
 std::string Quoted(std::string_view text)

@@ -18,6 +18,9 @@ inline bool IsUtf8(std::string_view text)
 // The text with U+FFFD for every byte that belongs to no character.
 std::string RepairUtf8(std::string_view text);
 
+// REQUIRES: UTF-8.
+std::size_t CountCharacters(std::string_view text);
+
 // The text in quotes for a message: at most 64 characters of it, anything but printable ASCII as
 // '?'.
 std::string Quoted(std::string_view text);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/model/Notes.h"
 
+#include "filters/core/Texts.h"
 #include "filters/model/JsonReader.h"
 #include "filters/model/JsonWriter.h"
 
@@ -13,13 +14,6 @@ namespace
 
 constexpr const char* context = "http://iiif.io/api/presentation/3/context.json";
 constexpr std::size_t mostBytesOfCharacter = 4;
-
-// REQUIRES: UTF-8.
-std::size_t CountCharacters(std::string_view text)
-{
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(),
-    [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; }));
-}
 
 std::string ReadText(JsonReader& reader, const JsonValue& object, const char* key, std::size_t most)
 {

@@ -3,6 +3,7 @@
 #include "filters/store/StoreEdit.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/store/OpenFile.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/StoreSchema.h"
 #include "filters/store/UnfinishedStore.h"
@@ -18,25 +19,6 @@ namespace kdstream
 {
 namespace
 {
-
-// A file that is closed when this goes.
-struct OpenFile
-{
-  int descriptor = -1;
-  explicit OpenFile(const std::filesystem::path& path)
-    : descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC))
-  {
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  ~OpenFile()
-  {
-    if (this->descriptor >= 0)
-    {
-      ::close(this->descriptor);
-    }
-  }
-};
 
 // Copies on from where both files stand, at most `bytes`; returns how many, as read does.
 ssize_t CopySome(int from, int to, std::size_t bytes)

@@ -1,64 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/NotesFiles.h"
 
-#include "filters/core/SystemReason.h"
-#include "filters/model/Notes.h"
+#include "filters/store/StoreNotes.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <utility>
 
 namespace kdstream
 {
-
 namespace
 {
-
-// An open file, closed at the end.
-class OpenFile
-{
-public:
-  // Not waiting: what has the name may be a pipe that nobody writes to.
-  explicit OpenFile(const std::filesystem::path& file)
-    : Number(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
-  {
-  }
-  ~OpenFile()
-  {
-    if (this->Number >= 0)
-    {
-      ::close(this->Number);
-    }
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  const int Number;
-};
-
-// At most maximumNotesBytes, and one more where there are more.
-Result<std::vector<std::uint8_t>> ReadBytes(int file)
-{
-  std::vector<std::uint8_t> bytes(maximumNotesBytes + 1);
-  std::size_t end = 0;
-  while (end < bytes.size())
-  {
-    const auto got = ::read(file, bytes.data() + end, bytes.size() - end);
-    if (got < 0 && errno != EINTR)
-    {
-      return SystemError("cannot be read", errno);
-    }
-    if (got == 0)
-    {
-      break;
-    }
-    end += got > 0 ? static_cast<std::size_t>(got) : 0;
-  }
-  bytes.resize(end);
-  return bytes;
-}
 
 Error NoNotes()
 {
@@ -122,42 +74,22 @@ Result<BlobBytes> NotesFiles::Read(const std::string& id)
     this->Remember(id, {});
     return NoNotes();
   }
-  const auto refuse = [&](const std::string& what)
+  auto text = ReadNotes(path);
+  if (!text)
   {
-    if (this->Remember(id, { stamp, 0 }))
+    const Error& error = text.GetError();
+    if (error.code == ErrorCode::NotFound) // it has just gone
     {
-      this->Tell(path, what + "; the model is served without notes");
+      this->Remember(id, {});
     }
-  };
-  const OpenFile file(path);
-  struct stat found
-  {
-  };
-  if (file.Number < 0 || ::fstat(file.Number, &found) != 0)
-  {
-    const auto error = SystemError("cannot be read", errno);
-    refuse(error.message);
-    return error;
+    else if (this->Remember(id, { stamp, 0 }))
+    {
+      this->Tell(path, error.message + "; the model is served without notes");
+    }
+    return error.code == ErrorCode::InputOutput ? error : NoNotes();
   }
-  if (!S_ISREG(found.st_mode))
-  {
-    refuse("is no file");
-    return NoNotes();
-  }
-  auto bytes = ReadBytes(file.Number);
-  if (!bytes)
-  {
-    refuse(bytes.GetError().message);
-    return bytes.GetError();
-  }
-  const auto notes = ParseNotes({ reinterpret_cast<const char*>(bytes->data()), bytes->size() });
-  if (!notes)
-  {
-    refuse(notes.GetError().message);
-    return NoNotes();
-  }
-  this->Remember(id, { stamp, notes->size() });
-  return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
+  this->Remember(id, { stamp, text->notes.size() });
+  return std::make_shared<const std::vector<std::uint8_t>>(std::move(text->bytes));
 }
 
 std::size_t NotesFiles::Count(std::string_view id) const

@@ -29,6 +29,10 @@ std::string DescriptionName(const std::string& model)
 {
   return "model/" + model;
 }
+std::string NotesName(const std::string& model)
+{
+  return "notes/" + model;
+}
 
 }
 
@@ -109,6 +113,24 @@ void CachedSource::Open(const SessionRequest& request)
   this->Found.push_back(std::move(event));
 }
 
+// They may change while the model does not: those that are here are for when there is no server.
+void CachedSource::AskForNotes(const std::string& model)
+{
+  if (this->Server)
+  {
+    this->Server->AskForNotes(model);
+    return;
+  }
+  if (auto notes = this->Cache->Find(this->KeyOf("", NotesName(model))))
+  {
+    ClientEvent event;
+    event.kind = ClientEvent::Kind::Notes;
+    event.model.id = model;
+    event.bytes = std::move(*notes);
+    this->Found.push_back(std::move(event));
+  }
+}
+
 // What is here is answered at once, the rest is the server's.
 void CachedSource::SendBlobs(const SessionRequest& request)
 {
@@ -168,6 +190,10 @@ void CachedSource::Keep(const ClientEvent& event)
     this->Digest = event.model.digest;
     this->Cache->Put(
       this->KeyOf("", DescriptionName(event.model.id)), BytesOfText(WriteModel(event.model)));
+  }
+  if (event.kind == ClientEvent::Kind::Notes)
+  {
+    this->Cache->Put(this->KeyOf("", NotesName(event.model.id)), event.bytes);
   }
   const auto asked = this->Asked.find(event.request);
   // What is damaged already is asked for again.

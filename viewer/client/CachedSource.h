@@ -29,6 +29,7 @@ public:
 
   const std::vector<ModelSummary>& Models() const override { return this->ModelList; }
   void Send(const SessionRequest& request) override;
+  void AskForNotes(const std::string& model) override;
   std::vector<ClientEvent> Take() override;
   bool Wait(std::chrono::milliseconds atMost) override;
 

@@ -25,6 +25,8 @@ void Deliver(const ClientEvent& event, ViewerSession& session)
     case ClientEvent::Kind::RequestEnded:
       session.RequestEnded(event.request);
       break;
+    case ClientEvent::Kind::Notes: // no session knows of them
+      break;
   }
 }
 

@@ -22,7 +22,8 @@ struct ClientEvent
     Blob,          // `blob`, `bytes`
     BlobFailed,    // `blob`, `message`
     RequestFailed, // `message`
-    RequestEnded   // but something is missing
+    RequestEnded,  // but something is missing
+    Notes          // on the model `model.id`: `bytes`, as ParseNotes takes them
   };
   Kind kind = Kind::RequestFailed;
   std::uint32_t request = 0; // the session's

@@ -2,6 +2,7 @@
 // Stores of this machine as a session's source. Step "receive" of the README's picture.
 #include "viewer/client/LocalClient.h"
 
+#include "filters/store/StoreNotes.h"
 #include "server/session/StoreCatalog.h"
 #include "server/session/StoreModel.h"
 
@@ -9,6 +10,7 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -18,8 +20,10 @@ namespace kdstream
 class LocalClient::Reader
 {
 public:
-  explicit Reader(std::vector<std::shared_ptr<const ServedModel>> models)
+  Reader(std::vector<std::shared_ptr<const ServedModel>> models,
+    std::map<std::string, std::filesystem::path> notes)
     : Models(std::move(models))
+    , Notes(std::move(notes))
     , Thread([this] { this->Run(); })
   {
   }
@@ -44,12 +48,19 @@ public:
     }
     if (request.kind == SessionRequest::Kind::Open)
     {
-      this->Jobs.push_back({ request.id, request.model, {} });
+      this->Jobs.push_back({ Job::Kind::Open, request.id, request.model, {} });
     }
     for (const protocol::BlobId& blob : request.blobs)
     {
-      this->Jobs.push_back({ request.id, {}, blob });
+      this->Jobs.push_back({ Job::Kind::Read, request.id, {}, blob });
     }
+    this->Wanted.notify_one();
+  }
+
+  void AskForNotes(const std::string& model)
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->Jobs.push_back({ Job::Kind::Notes, 0, model, {} });
     this->Wanted.notify_one();
   }
 
@@ -68,9 +79,16 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
-  // To open a model, or to read a blob of the one that was opened last.
+  // To open a model, to read a blob of the one that was opened last, or the notes on one.
   struct Job
   {
+    enum class Kind
+    {
+      Open,
+      Read,
+      Notes
+    };
+    Kind kind = Kind::Open;
     std::uint32_t request = 0;
     std::string model;
     protocol::BlobId blob;
@@ -89,11 +107,44 @@ private:
       const Job job = std::move(this->Jobs.front());
       this->Jobs.pop_front();
       lock.unlock();
-      ClientEvent event = job.model.empty() ? this->Read(job) : this->Open(job);
+      std::optional<ClientEvent> event = this->Do(job);
       lock.lock();
-      this->Events.push_back(std::move(event));
-      this->Arrived.notify_all();
+      if (event)
+      {
+        this->Events.push_back(std::move(*event));
+        this->Arrived.notify_all();
+      }
     }
+  }
+
+  std::optional<ClientEvent> Do(const Job& job)
+  {
+    switch (job.kind)
+    {
+      case Job::Kind::Open:
+        return this->Open(job);
+      case Job::Kind::Read:
+        return this->Read(job);
+      case Job::Kind::Notes:
+        return this->ReadNotesOn(job.model);
+    }
+    return std::nullopt;
+  }
+
+  std::optional<ClientEvent> ReadNotesOn(const std::string& model) const
+  {
+    const auto file = this->Notes.find(model);
+    auto notes = file == this->Notes.end() ? Result<NotesText>(Error{ ErrorCode::NotFound, "" })
+                                           : ReadNotes(file->second);
+    if (!notes)
+    {
+      return std::nullopt;
+    }
+    ClientEvent event;
+    event.kind = ClientEvent::Kind::Notes;
+    event.model.id = model;
+    event.bytes = std::move(notes->bytes);
+    return event;
   }
 
   ClientEvent Open(const Job& job)
@@ -135,6 +186,7 @@ private:
   }
 
   const std::vector<std::shared_ptr<const ServedModel>> Models;
+  const std::map<std::string, std::filesystem::path> Notes;
   std::shared_ptr<const ServedModel> Opened; // the thread's own
 
   std::mutex Mutex; // of all below
@@ -145,13 +197,19 @@ private:
   std::thread Thread;
 };
 
-LocalClient::LocalClient(std::vector<std::shared_ptr<const ServedModel>> models)
+LocalClient::LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
+  std::map<std::string, std::filesystem::path> notes)
 {
   for (const auto& model : models)
   {
-    this->ModelList.push_back(Summarize(model->Description()));
+    ModelSummary& summary = this->ModelList.emplace_back(Summarize(model->Description()));
+    if (const auto file = notes.find(summary.id); file != notes.end())
+    {
+      const auto found = ReadNotes(file->second);
+      summary.notes = found ? found->notes.size() : 0;
+    }
   }
-  this->Kept = std::make_unique<Reader>(std::move(models));
+  this->Kept = std::make_unique<Reader>(std::move(models), std::move(notes));
 }
 
 LocalClient::~LocalClient() = default;
@@ -160,6 +218,7 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
 {
   std::error_code failure;
   std::vector<std::shared_ptr<const ServedModel>> models;
+  std::map<std::string, std::filesystem::path> notes;
   if (std::filesystem::is_directory(storeOrFolder, failure))
   {
     std::string wrong;
@@ -178,6 +237,11 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
       return Error{ ErrorCode::NotFound,
         wrong.empty() ? "no stores (.kds) are in this folder" : wrong };
     }
+    for (const auto& model : models)
+    {
+      const std::string& id = model->Description().id;
+      notes[id] = NotesFileOf(storeOrFolder / (id + ".kds"));
+    }
   }
   else
   {
@@ -186,13 +250,19 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
       std::make_shared<BlobCache>(0), [](const std::string&) {});
     KDSTREAM_TRY(model);
     models.push_back(*model);
+    notes[(*model)->Description().id] = NotesFileOf(storeOrFolder);
   }
-  return std::make_unique<LocalClient>(std::move(models));
+  return std::make_unique<LocalClient>(std::move(models), std::move(notes));
 }
 
 void LocalClient::Send(const SessionRequest& request)
 {
   this->Kept->Send(request);
+}
+
+void LocalClient::AskForNotes(const std::string& model)
+{
+  this->Kept->AskForNotes(model);
 }
 
 std::vector<ClientEvent> LocalClient::Take()

@@ -7,7 +7,9 @@
 #include "viewer/client/ModelSource.h"
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace kdstream
@@ -18,8 +20,9 @@ class ServedModel;
 class LocalClient final : public ModelSource
 {
 public:
-  // Models by id.
-  explicit LocalClient(std::vector<std::shared_ptr<const ServedModel>> models);
+  // Models by id. notes: the file of those on a model, by its id, if it is there.
+  explicit LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
+    std::map<std::string, std::filesystem::path> notes = {});
   // A store, as the model of its name without the ending (ModelIdLike), or all stores of a folder.
   // Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for a folder without a store
   // that can be read, naming what is wrong with the first.
@@ -29,6 +32,7 @@ public:
 
   const std::vector<ModelSummary>& Models() const override { return this->ModelList; }
   void Send(const SessionRequest& request) override;
+  void AskForNotes(const std::string& model) override;
   std::vector<ClientEvent> Take() override;
   bool Wait(std::chrono::milliseconds atMost) override;
 

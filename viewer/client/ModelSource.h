@@ -22,6 +22,9 @@ public:
   virtual const std::vector<ModelSummary>& Models() const = 0;
 
   virtual void Send(const SessionRequest& request) = 0;
+  // The notes on a model that has some (ModelSummary::notes), as an event; none where they cannot
+  // be had.
+  virtual void AskForNotes(const std::string& model) = 0;
   // What has come since the last call, in order.
   virtual std::vector<ClientEvent> Take() = 0;
   // Waits until there is something to take; false if nothing has come in that time.

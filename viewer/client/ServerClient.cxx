@@ -3,6 +3,7 @@
 #include "viewer/client/ServerClient.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/model/Notes.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetcher.h"
 #include "viewer/client/ServerLine.h"
@@ -52,6 +53,7 @@ public:
       {
         this->Socket.reset();
         this->Fetcher.reset();
+        this->NotesFetcher.reset();
         this->Context.stop();
       });
     this->Thread.join();
@@ -102,6 +104,20 @@ public:
         options.streamRetry = 60;
         this->Talk.emplace(std::move(options));
         this->Act();
+      });
+  }
+
+  // Over a connection of its own: what is looked at does not wait. Only those that were asked for
+  // last come.
+  void AskForNotes(const std::string& model)
+  {
+    asio::post(this->Context,
+      [this, model]
+      {
+        this->NotesFetcher =
+          std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls);
+        this->NotesFetcher->Fetch({ protocol::NotesPath(model), maximumNotesBytes },
+          [this, model](const Result<HttpReply>& reply) { this->TakeNotes(model, reply); });
       });
   }
 
@@ -244,6 +260,19 @@ private:
       });
   }
 
+  void TakeNotes(const std::string& model, const Result<HttpReply>& reply)
+  {
+    if (!reply || reply->status != 200)
+    {
+      return; // the model is looked at without
+    }
+    ClientEvent event;
+    event.kind = ClientEvent::Kind::Notes;
+    event.model.id = model;
+    event.bytes.assign(reply->body.begin(), reply->body.end());
+    this->Publish({ std::move(event) });
+  }
+
   void Publish(std::vector<ClientEvent> events)
   {
     if (events.empty())
@@ -266,6 +295,7 @@ private:
   std::uint64_t Connection = 0;   // grows with every one
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
+  std::unique_ptr<HttpFetcher> NotesFetcher;
   asio::steady_timer Ticks{ this->Context };
   double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
 
@@ -321,6 +351,11 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
 void ServerClient::Send(const SessionRequest& request)
 {
   this->Kept->Send(request);
+}
+
+void ServerClient::AskForNotes(const std::string& model)
+{
+  this->Kept->AskForNotes(model);
 }
 
 std::vector<ClientEvent> ServerClient::Take()

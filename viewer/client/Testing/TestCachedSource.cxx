@@ -33,6 +33,7 @@ public:
   }
   const std::vector<ModelSummary>& Models() const override { return this->Source->Models(); }
   void Send(const SessionRequest& request) override { this->Source->Send(request); }
+  void AskForNotes(const std::string& model) override { this->Source->AskForNotes(model); }
   std::vector<ClientEvent> Take() override
   {
     auto events = this->Source->Take();
@@ -152,6 +153,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
     }
     const std::vector<ModelSummary>& Models() const override { return this->None; }
     void Send(const SessionRequest& request) override { this->Heard.push_back(request); }
+    void AskForNotes(const std::string& /*model*/) override {}
     std::vector<ClientEvent> Take() override { return {}; }
     bool Wait(std::chrono::milliseconds) override { return false; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-view's window as a person uses it: on an X server, with xdotool as hands. CMake runs
 // this under xvfb-run.
+#include "filters/store/StoreNotes.h"
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 #include "viewer/desktop/Testing/PicturesCompared.h"
@@ -378,6 +379,60 @@ TEST_F(TestWindow, ToolsMeasureAndCopy)
   const std::string recorded = ReadWhole(this->Folder / "r.jsonl");
   EXPECT_NE(recorded.find("{\"tool\":\"measure\"}"), std::string::npos) << recorded;
   EXPECT_NE(recorded.find("{\"side\":\"top\"}"), std::string::npos) << recorded;
+}
+
+// Beside the store that is looked at; keys that are written are no commands.
+TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
+{
+  const std::string tools = program.substr(0, program.rfind("kdstream-view"));
+  Do("cd '" + this->Folder.Path.string() + "' && '" + tools +
+     "kdstream-generate' vase vase.ply --vertices 5000 --quiet && '" + tools +
+     "kdstream-build' vase.ply -o vase.kds --quiet");
+  const auto notesAre = [this](const std::vector<Note>& wanted)
+  {
+    const auto last = std::chrono::steady_clock::now() + patience;
+    Result<NotesText> notes = Error{};
+    while (std::chrono::steady_clock::now() < last)
+    {
+      notes = ReadNotes(this->Folder / "vase.notes.json");
+      if (notes && notes->notes.size() == wanted.size())
+      {
+        break;
+      }
+      std::this_thread::sleep_for(100ms);
+    }
+    ASSERT_TRUE(notes) << notes.GetError().message;
+    ASSERT_EQ(notes->notes.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+    {
+      EXPECT_EQ(notes->notes[i].title, wanted[i].title);
+      EXPECT_EQ(notes->notes[i].text, wanted[i].text);
+      EXPECT_EQ(notes->notes[i].link.rfind("model=vase&digest=", 0), 0u) << notes->notes[i].link;
+    }
+  };
+  this->Open("vase.kds --size " + Size());
+  const std::string first = this->SettledPicture("vase");
+  // "Add a note here", its title and text, "Keep this note".
+  const std::string add = "sleep 0.5 key n sleep 0.5 mousemove 570 168 click 1 sleep 0.5 ";
+  Hands(add + "type 'A quakex'");
+  Hands("key BackSpace sleep 0.2 mousemove 640 220 click 1 sleep 0.2");
+  Hands("type 'of 1687'");
+  Hands("key Return");
+  Hands("type 'q'");
+  Hands("sleep 0.5 mousemove 560 370 click 1 sleep 0.5 key n");
+  Hands("mousemove 300 400 mousedown 1 mousemove_relative -- 90 0 mousemove_relative -- 90 20 "
+        "mouseup 1");
+  const std::string turned = this->SettledPicture("vase");
+  EXPECT_GT(ShareThatDiffers(this->Folder / first, this->Folder / turned), 0.01);
+  // "Save notes", below the list.
+  Hands("key n sleep 0.5 mousemove 700 159 click 1 sleep 0.5");
+  notesAre({ { "A quake", "of 1687\nq", "" } });
+  // The note: its view again.
+  Hands("mousemove 560 104 click 1 sleep 0.5");
+  const std::string again = this->SettledPicture("vase");
+  EXPECT_LE(ShareThatDiffers(this->Folder / first, this->Folder / again), 0.01);
+  EXPECT_EQ(this->End(), 0) << this->Err();
+  EXPECT_EQ(this->Err(), "");
 }
 
 TEST_F(TestWindow, ToolsCutAndShine)

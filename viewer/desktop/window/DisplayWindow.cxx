@@ -8,6 +8,7 @@
 #include <vtkRenderWindowInteractor.h>
 
 #include <poll.h>
+#include <xkbcommon/xkbcommon.h>
 
 #include <algorithm>
 #include <array>
@@ -42,6 +43,16 @@ Display* DisplayOf(vtkRenderWindow& window)
 ::Window IdOf(vtkRenderWindow& window)
 {
   return reinterpret_cast<::Window>(window.GetGenericWindowId());
+}
+
+// Control characters count as none.
+std::string TextOfKey(const std::string& key)
+{
+  std::array<char, 8> text{};
+  const xkb_keysym_t symbol = xkb_keysym_from_name(key.c_str(), XKB_KEYSYM_NO_FLAGS);
+  const bool writes = xkb_keysym_to_utf8(symbol, text.data(), text.size()) > 0;
+  return writes && static_cast<unsigned char>(text[0]) >= ' ' && text[0] != '\x7f' ? text.data()
+                                                                                  : "";
 }
 
 // Of the desktop's settings; 1 where they say nothing.
@@ -227,6 +238,7 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
       told.kind = Kind::Key;
       const char* key = this->Interactor->GetKeySym();
       told.key = key ? key : "";
+      told.text = TextOfKey(told.key);
       return this->Add(told);
     }
     case vtkCommand::ExitEvent:

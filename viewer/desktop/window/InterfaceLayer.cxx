@@ -14,6 +14,8 @@
 #include <imgui_internal.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 namespace kdstream
@@ -22,6 +24,14 @@ namespace
 {
 
 constexpr double textHeight = 15; // points
+
+// What fields know, and what X calls it.
+constexpr std::array<std::pair<ImGuiKey_, std::string_view>, 17> keys{ { { ImGuiKey_Tab, "Tab" },
+  { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" }, { ImGuiKey_UpArrow, "Up" },
+  { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" }, { ImGuiKey_End, "End" },
+  { ImGuiKey_Delete, "Delete" }, { ImGuiKey_Backspace, "BackSpace" }, { ImGuiKey_Enter, "Return" },
+  { ImGuiKey_KeyPadEnter, "KP_Enter" }, { ImGuiKey_Escape, "Escape" }, { ImGuiKey_A, "a" },
+  { ImGuiKey_C, "c" }, { ImGuiKey_V, "v" }, { ImGuiKey_X, "x" }, { ImGuiKey_Z, "z" } } };
 
 // Draws what ImGui was told last, when all else of the window is drawn.
 class InterfaceProp : public vtkProp
@@ -105,6 +115,10 @@ InterfaceLayer::InterfaceLayer(vtkRenderWindow& window, int layer, double pixelR
   this->KnowText("–·×…–");
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
+  for (const auto& [key, name] : keys)
+  {
+    io.KeyMap[key] = key;
+  }
   io.IniFilename = nullptr;
   io.LogFilename = nullptr;
   SetColors(ImGui::GetStyle());
@@ -135,6 +149,7 @@ void InterfaceLayer::KnowText(std::string_view text)
 
 void InterfaceLayer::Handle(const WindowEvent& event)
 {
+  this->KnowText(event.text);
   this->Events.push_back(event);
 }
 
@@ -151,15 +166,62 @@ bool InterfaceLayer::IsOver(double x, double y) const
     });
 }
 
-// As many as one frame can tell: of each button one change.
+bool InterfaceLayer::TakesKeys() const
+{
+  return ImGui::GetIO().WantTextInput;
+}
+
+// What a key writes, or else that it is pressed in this frame; false where that has to wait for
+// the next one. A field takes what is written before keys, and knows a key again once it was up.
+bool InterfaceLayer::TakeKey(const WindowEvent& event)
+{
+  ImGuiIO& io = ImGui::GetIO();
+  if (!event.control && !event.text.empty())
+  {
+    if (this->KeyIsDown)
+    {
+      return false;
+    }
+    io.AddInputCharactersUTF8(event.text.c_str());
+    return true;
+  }
+  const auto key = std::find_if(keys.begin(), keys.end(),
+    [&](const auto& each) { return each.second == event.key; });
+  if (key == keys.end())
+  {
+    return true; // no field knows it
+  }
+  if (this->KeyIsDown || this->KeyWasDown)
+  {
+    return false;
+  }
+  this->KeyIsDown = io.KeysDown[key->first] = true;
+  io.KeyCtrl = event.control;
+  io.KeyShift = event.shift;
+  return true;
+}
+
+// As many as one frame can tell: of each button one change, of keys one press.
 void InterfaceLayer::TakeEvents()
 {
   using Kind = WindowEvent::Kind;
   ImGuiIO& io = ImGui::GetIO();
+  this->KeyWasDown = std::exchange(this->KeyIsDown, false);
+  std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
+  io.KeyCtrl = io.KeyShift = false;
   std::array<bool, 3> changed{};
   while (!this->Events.empty())
   {
     const WindowEvent& event = this->Events.front();
+    if (event.kind == Kind::Key)
+    {
+      if (!this->TakeKey(event))
+      {
+        return;
+      }
+      this->Events.pop_front();
+      continue;
+    }
     const bool isDown = event.kind == Kind::Press || event.kind == Kind::TouchBegin;
     const bool isUp = event.kind == Kind::Release || event.kind == Kind::TouchEnd;
     const auto button = static_cast<std::size_t>(event.button);
@@ -218,7 +280,7 @@ bool InterfaceLayer::End()
   }
   const bool settles = shapes != this->Shapes;
   this->Shapes = std::move(shapes);
-  return settles || !this->Events.empty();
+  return settles || !this->Events.empty() || this->KeyIsDown;
 }
 
 void InterfaceLayer::SetVisible(bool visible)

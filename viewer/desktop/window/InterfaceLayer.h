@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Dear ImGui in a VTK window: a renderer on top of the others, and the mouse's way to the widgets.
+// Dear ImGui in a VTK window: a renderer on top of the others, and the way of mouse and keys to the
+// widgets.
 #pragma once
 
 #include "viewer/desktop/window/WindowEvent.h"
@@ -32,13 +33,15 @@ public:
   // That these letters may be drawn.
   void KnowText(std::string_view text);
 
-  // Of the mouse, and of fingers as if they were one.
+  // Of the mouse, and of fingers as if they were one; of keys where text is written.
   void Handle(const WindowEvent& event);
+  // Whether keys belong into a field that is written into.
+  bool TakesKeys() const;
   // Whether widgets were drawn at this pixel.
   bool IsOver(double x, double y) const;
 
-  // Widgets are described between these two. End returns whether they have to be once more: the
-  // mouse has done more than can be told at a time, or windows do not stand where they did before
+  // Widgets are described between these two. End returns whether they have to be once more: mouse
+  // and keys have done more than can be told at a time, or windows do not stand where they did before
   // (a new one is measured first, unseen).
   void Begin(int width, int height, double seconds);
   bool End();
@@ -56,6 +59,7 @@ private:
   };
 
   void TakeEvents();
+  bool TakeKey(const WindowEvent& event);
 
   vtkRenderWindow& Window;
   vtkNew<vtkRenderer> Renderer;
@@ -64,6 +68,7 @@ private:
   std::set<char32_t> Letters;
   bool FontsAreDue = true;
   std::deque<WindowEvent> Events;
+  bool KeyIsDown = false, KeyWasDown = false; // in this frame, in the last one
   std::vector<Shape> Shapes; // when they were described last
 };
 

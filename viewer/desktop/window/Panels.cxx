@@ -205,6 +205,10 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   {
     DrawToolsPanel(facts, wishes, this->toolsOpen);
   }
+  if (this->notes.isOpen && facts.model)
+  {
+    wishes.notes = this->notes.Draw(*facts.notes, facts.width, facts.ratio);
+  }
   return wishes;
 }
 
@@ -274,7 +278,7 @@ void Panels::DrawTools(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::End();
 }
 
-void Panels::DrawTitle(const PanelFacts& facts) const
+void Panels::DrawTitle(const PanelFacts& facts)
 {
   const ModelSummary* model = SelectedModel(facts);
   if (!model)
@@ -295,6 +299,7 @@ void Panels::DrawTitle(const PanelFacts& facts) const
       ImGui::TextDisabled("%s", origin.c_str());
     }
   }
+  this->DrawNotesButton(facts);
   const std::string surface = DescribeSurface(facts);
   ImGui::TextDisabled("%s", surface.empty() ? "Loading" : surface.c_str());
   if (facts.status.blobsWanted > 0)
@@ -315,6 +320,20 @@ void Panels::DrawTitle(const PanelFacts& facts) const
     Text(facts.note);
   }
   ImGui::End();
+}
+
+void Panels::DrawNotesButton(const PanelFacts& facts)
+{
+  const std::size_t count = facts.model ? facts.notes->Notes().size() : 0;
+  if (count == 0)
+  {
+    return;
+  }
+  const std::string label = std::to_string(count) + (count == 1 ? " note" : " notes");
+  if (ImGui::SmallButton((label + "###notes").c_str()))
+  {
+    this->notes.isOpen = !this->notes.isOpen;
+  }
 }
 
 void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
@@ -471,7 +490,7 @@ void Panels::DrawHelp(const PanelFacts& facts)
   {
     const char *what, *how;
   };
-  static constexpr std::array<Line, 23> lines{ {
+  static constexpr std::array<Line, 24> lines{ {
     { "Drag, one finger, arrow keys", "turn" },
     { "Right drag, Shift and drag, two fingers", "move" },
     { "Wheel, pinch, + and -", "nearer and farther" },
@@ -488,6 +507,7 @@ void Panels::DrawHelp(const PanelFacts& facts)
     { "C", "cut it open: the mouse moves the section, or not" },
     { "I", "the light comes from the mouse, or not" },
     { "L", "copy a link to this view" },
+    { "N", "notes on the model: read them, write them" },
     { "D", "what is shown, and what came of it" },
     { "O", "settings" },
     { "B", "boxes of the partitions around a double click" },

@@ -4,6 +4,7 @@
 
 #include "filters/model/ModelDescription.h"
 #include "viewer/desktop/SettingSteps.h"
+#include "viewer/desktop/window/NotesPanel.h"
 #include "viewer/desktop/window/Previews.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/ViewerSession.h"
@@ -68,6 +69,7 @@ struct PanelFacts
   Vec3 up{ 0, 1, 0 };                 // of the model
   std::optional<double> sectionDepth; // nothing without a section
   std::optional<RakingLight> light;   // nothing: the standard light
+  const NotesBook* notes = nullptr;
 };
 
 // What a person asked for in one frame.
@@ -79,6 +81,7 @@ struct PanelWishes
   std::optional<std::pair<std::size_t, std::string>> nameMeasurement;
   std::optional<bool> spin;
   bool fullScreen = false, screenshot = false, retry = false, quit = false;
+  NotesWishes notes;
   bool copyLink = false, copyMeasurements = false, saveOutline = false;
 };
 
@@ -86,6 +89,7 @@ class Panels
 {
 public:
   bool settingsOpen = false, detailsOpen = false, helpOpen = false, toolsOpen = false;
+  NotesPanel notes;
   bool popUp = false;    // of the previews
   bool bare = false;     // only the model
   std::string dismissed; // an error that has been read
@@ -102,7 +106,8 @@ public:
 
 private:
   void DrawTools(const PanelFacts& facts, PanelWishes& wishes);
-  void DrawTitle(const PanelFacts& facts) const;
+  void DrawTitle(const PanelFacts& facts);
+  void DrawNotesButton(const PanelFacts& facts);
   void DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles, const Previews* previews,
     PanelWishes& wishes);
   void DrawSettings(const PanelFacts& facts, ViewSettings& settings);

@@ -5,6 +5,7 @@
 #include "viewer/desktop/window/Panels.h"
 
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <array>
@@ -68,12 +69,11 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
 void DrawName(
   const PanelFacts& facts, const std::string& name, std::size_t index, PanelWishes& wishes)
 {
-  std::array<char, 64> text{};
-  name.copy(text.data(), text.size() - 1);
+  std::string text = name;
   ImGui::SetNextItemWidth(static_cast<float>(90 * facts.ratio));
-  if (ImGui::InputText("##name", text.data(), text.size()))
+  if (ImGui::InputText("##name", &text))
   {
-    wishes.nameMeasurement = { index, text.data() };
+    wishes.nameMeasurement = { index, text };
   }
   ImGui::SameLine();
 }

@@ -22,12 +22,15 @@ void WindowLook::Handle(const WindowEvent& event)
   using Kind = WindowEvent::Kind;
   const bool begins = event.kind == Kind::Press || event.kind == Kind::TouchBegin;
   const bool isOverWords = this->Interface.IsOver(event.x, event.y);
-  if (event.kind == Kind::Key)
+  const bool isEnd = event.control && event.key == "q";
+  if (event.kind == Kind::Key && this->Interface.TakesKeys() && !isEnd)
   {
-    if (this->HandleKey(event))
-    {
-      return;
-    }
+    this->Interface.Handle(event);
+    return;
+  }
+  if (event.kind == Kind::Key && this->HandleKey(event))
+  {
+    return;
   }
   if (begins && !this->Input.Touching())
   {
@@ -58,7 +61,10 @@ bool WindowLook::HandleKey(const WindowEvent& event)
   const std::string& key = event.key;
   if (event.control)
   {
-    this->Ended |= key == "q";
+    if (key == "q")
+    {
+      this->End();
+    }
     return true;
   }
   if (key == "b")
@@ -72,6 +78,7 @@ bool WindowLook::HandleKey(const WindowEvent& event)
                         : key == "d"                       ? &this->Words.detailsOpen
                         : key == "F1" || key == "question" ? &this->Words.helpOpen
                         : key == "t"                       ? &this->Words.toolsOpen
+                        : key == "n"                       ? &this->Words.notes.isOpen
                         : key == "m"                       ? &this->Words.popUp
                         : key == "Tab"                     ? &this->Words.bare
                                                            : nullptr;
@@ -93,7 +100,7 @@ bool WindowLook::HandleKey(const WindowEvent& event)
   }
   else if (key == "q")
   {
-    this->Ended = true;
+    this->End();
   }
   else if (key == "Next" || key == "Prior")
   {
@@ -152,7 +159,8 @@ void WindowLook::TakeTool(Tool tool)
 void WindowLook::GoBack()
 {
   for (bool* const open : { &this->Words.helpOpen, &this->Words.popUp, &this->Words.settingsOpen,
-         &this->Words.detailsOpen, &this->Words.toolsOpen, &this->Words.bare })
+         &this->Words.detailsOpen, &this->Words.toolsOpen, &this->Words.notes.isOpen,
+         &this->Words.bare })
   {
     if (*open)
     {
@@ -264,6 +272,7 @@ void WindowLook::Fulfil(const PanelWishes& wishes)
   {
     this->Session.Retry();
   }
+  this->Fulfil(wishes.notes);
   this->Ended |= wishes.quit;
 }
 

@@ -37,6 +37,7 @@ struct WindowEvent
   double notches = 0;      // away from the person: above 0
   double scale = 1;        // since the last event of the pinch, above 0
   std::string key;         // as X names it: "Left", "plus", "F1", "a"
+  std::string text{};      // what the key writes, UTF-8; empty: nothing
   std::int64_t finger = 0; // of a touch
   bool shift = false, control = false;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One window, one person, one session: what ViewInWindow shows. In three files: WindowView.cxx has
-// the frames, WindowDeeds.cxx what people do, WindowOutputs.cxx what is written and copied.
+// One window, one person, one session: what ViewInWindow shows. In four files: WindowView.cxx has
+// the frames, WindowDeeds.cxx what people do, WindowNotes.cxx what they do with notes,
+// WindowOutputs.cxx what is written and copied.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -82,6 +83,10 @@ private:
   void Apply(const ViewSettings& settings);
   void Apply(const SceneSettings& before);
   void Fulfil(const PanelWishes& wishes);
+  void Fulfil(const NotesWishes& wishes);
+  void ShowNote(std::size_t index);
+  void SaveNotes();
+  void End();
   void AskForPicture();
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
@@ -122,6 +127,7 @@ private:
   std::optional<SceneSight> Seen; // in the last picture
   bool PressIsOfWords = false;
   bool Ended = false;
+  bool AskedToSave = false; // notes, before the end
   bool OwesPicture = false;
   // After each change: panels take their size in the second.
   int FramesLeft = 2;

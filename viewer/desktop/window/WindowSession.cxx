@@ -57,14 +57,49 @@ bool WindowSession::Follow()
   {
     if (event.kind == ClientEvent::Kind::Opened)
     {
-      this->Opened = event.model;
-      this->Texts += event.model.title + event.model.credit + event.model.license;
+      this->TakeModel(event.model);
+    }
+    if (event.kind == ClientEvent::Kind::Notes)
+    {
+      this->TakeNotes(event);
     }
     Deliver(event, this->Looks);
   }
   this->Send();
   this->Complain();
   return !events.empty();
+}
+
+void WindowSession::TakeModel(const ModelDescription& model)
+{
+  this->Opened = model;
+  this->Texts += model.title + model.credit + model.license;
+  this->Book.Open(model.id, {});
+  const auto& models = this->Source->Models();
+  const auto found = std::find_if(models.begin(), models.end(),
+    [&](const ModelSummary& summary) { return summary.id == model.id; });
+  if (found != models.end() && found->notes > 0)
+  {
+    this->Source->AskForNotes(model.id);
+  }
+}
+
+void WindowSession::TakeNotes(const ClientEvent& event)
+{
+  auto notes =
+    ParseNotes({ reinterpret_cast<const char*>(event.bytes.data()), event.bytes.size() });
+  if (!notes)
+  {
+    this->Tell("The notes on " + event.model.id + " cannot be read: " + notes.GetError().message);
+  }
+  else if (event.model.id == this->Book.Model())
+  {
+    for (const auto& note : *notes)
+    {
+      this->Texts += note.title + note.text;
+    }
+    this->Book.Open(event.model.id, std::move(*notes));
+  }
 }
 
 void WindowSession::FollowOpening()

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "viewer/desktop/ViewOptions.h"
+#include "viewer/desktop/window/NotesBook.h"
 #include "viewer/desktop/window/SessionRecorder.h"
 #include "viewer/desktop/window/SourceOpening.h"
 #include "viewer/session/ViewerSession.h"
@@ -39,6 +40,9 @@ public:
   std::unique_ptr<ModelSource> TakePreviewSource() { return std::move(this->PreviewSource); }
 
   const ViewerSession& Viewer() const { return this->Looks; }
+  // On the model that is open.
+  NotesBook& Notes() { return this->Book; }
+  const NotesBook& Notes() const { return this->Book; }
   SessionRecorder& Recorder() { return this->Record; }
   bool IsRecording() const { return this->Record.IsOn(); }
 
@@ -72,6 +76,8 @@ private:
   void Begin(OpenedSources sources);
   void RecordOptions();
   void NoteIdle();
+  void TakeModel(const ModelDescription& model);
+  void TakeNotes(const ClientEvent& event);
   void FollowOpening();
   void Send();
   void Complain();
@@ -85,6 +91,7 @@ private:
   std::string OpeningTrouble, OpeningWarnings;
   std::unique_ptr<ModelSource> Source, PreviewSource;
   ModelDescription Opened;
+  NotesBook Book;
   std::string LastComplaint, Note, Texts;
   bool IsTouched = false; // a gesture goes on, in which nobody waits
 };

@@ -266,6 +266,7 @@ void WindowLook::AddTools(PanelFacts& facts) const
   }
   facts.tool = session.GetTool();
   facts.light = session.GetLight();
+  facts.notes = &this->Session.Notes();
   if (session.GetSection().Plane())
   {
     facts.sectionDepth = session.GetSection().Depth();

@@ -157,8 +157,9 @@ export class Gallery {
 
   // null while the page has better things to do.
   async #make(model) {
-    const { mode, idle, shownLevel, error } = this.#page.status();
-    if (mode !== "browsing" || document.hidden || !(idle && (shownLevel !== null || error))) {
+    const { mode = "no model", idle, shownLevel, error } = this.#page.status();
+    const rests = mode === "no model" || (mode === "browsing" && idle && (shownLevel !== null || error));
+    if (document.hidden || !rests) {
       return null;
     }
     if (this.#maker?.made >= mostMade) {

@@ -12,6 +12,7 @@ const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 const listPath = "/api/models.json";
 const keepPause = 300; // ms, for which blobs are gathered before they are kept
+const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
 // What the server lets its guests have comes with the page's link (#token=…), or is entered. It is kept for this tab, or
@@ -186,7 +187,7 @@ function keepPreview({ path, bytes }) {
 export const previewOf = (begin) => [...previews].findLast(([path]) => path.startsWith(begin));
 
 // As `get`, but what is kept is not fetched, and is all there is where the server cannot be reached.
-async function getOrFind(path, mostBytes, cache, keeps = true) {
+export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
   const mayFind = cache === "default" && blobPath.test(path);
   if (mayFind && previews.has(path)) {
     return { status: 200, bytes: new Uint8Array(previews.get(path)), retryAfter: 0 };
@@ -197,7 +198,7 @@ async function getOrFind(path, mostBytes, cache, keeps = true) {
   }
   try {
     const answer = await get(path, mostBytes, cache);
-    if (keeps && mayKeep() && answer.status === 200 && path.endsWith("/model.json")) {
+    if (keeps && mayKeep() && answer.status === 200 && textPath.test(path)) {
       storeText(path, answer.bytes);
     }
     return answer;
@@ -205,8 +206,8 @@ async function getOrFind(path, mostBytes, cache, keeps = true) {
     if (!offline) {
       throw error;
     }
-    const description = await findText(path);
-    return description ? { status: 200, bytes: description, retryAfter: 0 } : notKept();
+    const text = await findText(path);
+    return text ? { status: 200, bytes: text, retryAfter: 0 } : notKept();
   }
 }
 

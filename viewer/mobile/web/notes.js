@@ -3,7 +3,7 @@
 // the store (filters/model/Notes.h tells its form). Fetched when a model that has notes is full screen, or when they are to
 // be written. Texts are a stranger's: they never become HTML.
 
-import { get, language, t } from "./page.js"; // the page that is there already
+import { getOrFind, language, t } from "./page.js"; // the page that is there already
 import { download, group, make, makeButton } from "./elements.js";
 
 const mostBytes = 256 << 10;
@@ -52,7 +52,8 @@ export class Notes {
   #model = null;
   #notes = [];
   #at = -1; // the note that is shown; -1: the list of them
-  #written = new Map(); // what an author has not saved, by model
+  #written = new Map(); // what an author has made of them, by model
+  #unsaved = new Set(); // models whose notes are lost with the page
   #author = null;
 
   constructor(page) {
@@ -61,7 +62,7 @@ export class Notes {
     const step = (id, text, by) => makeButton(text, () => this.#goTo(this.#at + by), { id, className: "tool" });
     this.opener = makeButton("Notes", () => this.#open(), { id: "notes-open", className: "tool", hidden: true });
     this.list = make("ol", { id: "notes-list" });
-    this.said = make("div", { id: "note", ariaLive: "polite" });
+    this.said = make("div", { id: "note", ariaLive: "polite", tabIndex: 0 });
     this.place = make("span", { id: "note-place" });
     this.previous = step("note-previous", "Previous note", -1);
     this.next = step("note-next", "Next note", 1);
@@ -76,6 +77,7 @@ export class Notes {
         this.#close();
       }
     }, true);
+    addEventListener("beforeunload", (event) => this.#unsaved.size && event.preventDefault());
     this.show();
   }
 
@@ -97,7 +99,7 @@ export class Notes {
       return;
     }
     try {
-      const { status, bytes } = await get(`/api/models/${model}/notes.json`, mostBytes);
+      const { status, bytes } = await getOrFind(`/api/models/${model}/notes.json`, mostBytes);
       if (this.#model === model && status === 200) {
         this.#use(readNotes(bytes));
       }
@@ -158,6 +160,8 @@ export class Notes {
     this.said.replaceChildren(...(note ? [
       make("h3", { textContent: note.title, dir: "auto", lang: note.language }),
       make("p", { textContent: note.text, dir: "auto", lang: note.language })] : []));
+    this.said.scrollTop = 0;
+    this.said.hidden = !note;
     this.#showWritten();
   }
 
@@ -215,6 +219,7 @@ export class Notes {
     this.remark.textContent = most;
     if (!most) {
       this.#written.set(this.#model, notes);
+      this.#unsaved.add(this.#model);
       this.#use(notes);
     }
   }
@@ -246,6 +251,7 @@ export class Notes {
       return;
     }
     download(file, `${this.#model}.notes.json`);
+    this.#unsaved.delete(this.#model);
     this.remark.textContent = t("Put {file} beside {store} on the server: then all who see the model have the notes.",
       { file: `${this.#model}.notes.json`, store: `${this.#model}.kds` });
   }

@@ -39,7 +39,7 @@ import { loadViewer } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
-export { Line, enterToken, forgetToken, get, hasToken, isOffline, mayKeep, previewOf, rememberToken, remembersToken } from "./line.js";
+export { Line, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, previewOf, rememberToken, remembersToken } from "./line.js";
 export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
@@ -192,6 +192,10 @@ function selectFirst() {
     return;
   }
   const earlier = models.find(({ id }) => id === history.state?.model);
+  if (!earlier && previewsAreAsked()) {
+    goOnOnce(); // there may be no picture for long
+    return;
+  }
   viewer.select((earlier ?? models[0]).id);
   if (earlier) {
     viewer.enterFullScreen();
@@ -221,9 +225,46 @@ function followLink(link) {
 // The first time its preview, then the whole screen.
 function choose(model) {
   gallery?.handOver(model);
-  viewer.select(model);
+  if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
+    viewer.select(model);
+  }
+  showPreview(true);
   line.exchange();
   wake();
+}
+
+// ---- previews beside the list, or in a window over it where they are asked for: until then nothing is fetched and drawn
+
+const previewsKey = "kdstream.previews";
+
+const previewsAreAsked = () => "asked" in document.body.dataset;
+const showsPreview = () => "preview" in document.body.dataset;
+const showPreview = (shown) => document.body.toggleAttribute("data-preview", shown);
+
+function askForPreviews(asked) {
+  document.body.toggleAttribute("data-asked", asked);
+  try {
+    localStorage.setItem(previewsKey, asked ? "asked" : "beside");
+  } catch {
+    // then for this time
+  }
+}
+
+function rememberPreviews() {
+  const menu = find("menu").elements;
+  try {
+    menu.previews.value = localStorage.getItem(previewsKey) === "asked" ? "asked" : "beside";
+  } catch {
+    // then they are beside the list
+  }
+  document.body.toggleAttribute("data-asked", menu.previews.value === "asked" && !isEmbedded);
+}
+
+const canClosePreview = () => lastStatus.mode !== "full screen" && previewsAreAsked() && showsPreview();
+
+function closePreview() {
+  showPreview(false);
+  entryOf(lastStatus.model)?.focus({ preventScroll: true });
 }
 
 // ---- how it stands
@@ -332,10 +373,14 @@ function show() {
   followMode(before.mode, lastStatus);
   if (lastStatus.idle && lastStatus.shownLevel !== null) {
     tellAloud(lastStatus);
-    if (!keptPage) {
-      keptPage = true; // now that it takes nothing away from the first picture
-      goOnAfterFirstPicture();
-    }
+    goOnOnce(); // now that it takes nothing away from the first picture
+  }
+}
+
+function goOnOnce() {
+  if (!keptPage) {
+    keptPage = true;
+    goOnAfterFirstPicture();
   }
 }
 
@@ -393,6 +438,7 @@ function followMode(before, { mode, model }) {
     history.pushState({ model }, "");
   }
   if (before !== mode) {
+    showPreview(showsPreview() && mode !== "full screen");
     closeSheets();
     before !== "no model" && keepFocus(mode, model);
   }
@@ -416,7 +462,9 @@ function showOwnColours() {
 }
 
 function goBack() {
-  if (history.state?.model) {
+  if (canClosePreview()) {
+    closePreview();
+  } else if (history.state?.model) {
     history.back();
   } else {
     followHistory();
@@ -611,6 +659,8 @@ function listenToButtons() {
       viewer.setRings(Number(target.value));
     } else if (target.name === "coloring") {
       viewer.setColoring(Number(target.value));
+    } else if (target.name === "previews") {
+      askForPreviews(target.value === "asked");
     }
     line.exchange();
     wake();
@@ -633,7 +683,7 @@ function listenToKeys() {
     if (key === "Escape" && open) {
       closeSheets();
       find(`${open}-button`).focus();
-    } else if (key === "Escape" && lastStatus.mode === "full screen" && !isEmbedded) {
+    } else if (key === "Escape" && (canClosePreview() || (lastStatus.mode === "full screen" && !isEmbedded))) {
       goBack();
     } else if (key === "/" && !find("search").hidden && !/^(input|select|textarea)$/i.test(target.nodeName)) {
       event.preventDefault(); // it is not what is searched
@@ -727,6 +777,7 @@ async function start() {
   listenToButtons();
   moveIfLiked();
   saveDataIfAsked();
+  rememberPreviews();
   listenToBrowser();
   line.exchange();
   refreshList();

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/store/StoreNotes.h"
+
+#include "filters/core/SystemReason.h"
+#include "filters/store/OpenFile.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// At most maximumNotesBytes, and one more where there are more.
+Result<std::vector<std::uint8_t>> ReadNotesBytes(int file)
+{
+  std::vector<std::uint8_t> bytes(maximumNotesBytes + 1);
+  std::size_t end = 0;
+  while (end < bytes.size())
+  {
+    const auto got = ::read(file, bytes.data() + end, bytes.size() - end);
+    if (got < 0 && errno != EINTR)
+    {
+      return SystemError("cannot be read", errno);
+    }
+    if (got == 0)
+    {
+      break;
+    }
+    end += got > 0 ? static_cast<std::size_t>(got) : 0;
+  }
+  bytes.resize(end);
+  return bytes;
+}
+
+}
+
+std::filesystem::path NotesFileOf(const std::filesystem::path& store)
+{
+  return store.parent_path() / (store.stem().string() + ".notes.json");
+}
+
+Result<NotesText> ReadNotes(const std::filesystem::path& path)
+{
+  const OpenFile file(path, O_NONBLOCK); // what has the name may be a pipe that nobody writes to
+  struct stat found
+  {
+  };
+  if (file.descriptor < 0 && errno == ENOENT)
+  {
+    return Error{ ErrorCode::NotFound, "there are no notes" };
+  }
+  if (file.descriptor < 0 || ::fstat(file.descriptor, &found) != 0)
+  {
+    return SystemError("cannot be read", errno);
+  }
+  if (!S_ISREG(found.st_mode))
+  {
+    return Error{ ErrorCode::InvalidInput, "is no file" };
+  }
+  auto bytes = ReadNotesBytes(file.descriptor);
+  KDSTREAM_TRY(bytes);
+  auto notes = ParseNotes({ reinterpret_cast<const char*>(bytes->data()), bytes->size() });
+  KDSTREAM_TRY(notes);
+  return NotesText{ std::move(*bytes), std::move(*notes) };
+}
+
+Status WriteNotes(const std::filesystem::path& file, const std::vector<Note>& notes)
+{
+  const std::string text = FormatNotes(notes);
+  if (text.size() > maximumNotesBytes)
+  {
+    return Error{ ErrorCode::LimitExceeded, "these notes are too long to be served: " +
+                                              std::to_string(text.size()) + " bytes, at most " +
+                                              std::to_string(maximumNotesBytes) };
+  }
+  const std::filesystem::path unfinished = file.string() + ".new";
+  errno = 0;
+  std::ofstream output(unfinished, std::ios::binary | std::ios::trunc);
+  output << text;
+  output.close();
+  std::error_code failure;
+  if (!output)
+  {
+    const int reason = errno;
+    std::filesystem::remove(unfinished, failure);
+    return SystemError("cannot be written", reason, file.string());
+  }
+  std::filesystem::rename(unfinished, file, failure);
+  if (failure)
+  {
+    const int reason = failure.value();
+    std::filesystem::remove(unfinished, failure);
+    return SystemError("cannot be written", reason, file.string());
+  }
+  return {};
+}
+
+}

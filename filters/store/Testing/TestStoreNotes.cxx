@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Notes beside a store: whole or not at all, and nothing that has their name ends or halts a
+// reader.
+#include "filters/store/StoreNotes.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+using namespace kdstream;
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+class TestStoreNotes : public testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    std::string name = testing::TempDir() + "notesXXXXXX";
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    this->Folder = name;
+    this->File = NotesFileOf(this->Folder / "dragon.1.kds");
+  }
+  void TearDown() override { fs::remove_all(this->Folder); }
+  Error Wrong() const
+  {
+    const auto notes = ReadNotes(this->File);
+    return notes ? Error{ ErrorCode::Cancelled, "they were read" } : notes.GetError();
+  }
+  fs::path Folder, File;
+};
+
+TEST_F(TestStoreNotes, WhatWasWrittenIsRead)
+{
+  EXPECT_EQ(this->File, this->Folder / "dragon.1.notes.json");
+  EXPECT_EQ(this->Wrong().code, ErrorCode::NotFound);
+  const std::vector<Note> notes{ { "One", "A\ntext", "model=dragon", "de" }, { "Two", "", "" } };
+  for (const auto& each : { notes, std::vector<Note>{}, std::vector<Note>{ notes[1] } })
+  {
+    ASSERT_TRUE(WriteNotes(this->File, each));
+    const auto read = ReadNotes(this->File);
+    ASSERT_TRUE(read) << read.GetError().message;
+    EXPECT_EQ(read->notes, each);
+    EXPECT_EQ(std::string(read->bytes.begin(), read->bytes.end()), FormatNotes(each));
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(this->Folder), {}), 1) << "and nothing beside it";
+}
+
+TEST_F(TestStoreNotes, WhatCannotBeWrittenLeavesWhatWas)
+{
+  const std::vector<Note> notes{ { "One", "", "" } };
+  ASSERT_TRUE(WriteNotes(this->File, notes));
+  const std::vector<Note> many(mostNotes, { "Long", std::string(Note::longestText, 'x'), "" });
+  const Status tooLong = WriteNotes(this->File, many);
+  ASSERT_FALSE(tooLong);
+  EXPECT_EQ(tooLong.GetError().code, ErrorCode::LimitExceeded);
+  EXPECT_EQ(ReadNotes(this->File)->notes, notes);
+
+  const Status noFolder = WriteNotes(this->Folder / "none/a.notes.json", notes);
+  ASSERT_FALSE(noFolder);
+  EXPECT_EQ(noFolder.GetError().message, "cannot be written: No such file or directory");
+
+  fs::create_directories(this->Folder / "b.notes.json/full");
+  const Status folder = WriteNotes(this->Folder / "b.notes.json", notes);
+  ASSERT_FALSE(folder);
+  EXPECT_NE(folder.GetError().message.find("cannot be written: "), std::string::npos);
+  EXPECT_FALSE(fs::exists(this->Folder / "b.notes.json.new"));
+}
+
+TEST_F(TestStoreNotes, WhatIsNoneIsRefused)
+{
+  std::ofstream(this->File) << "[]";
+  EXPECT_EQ(this->Wrong().code, ErrorCode::InvalidInput);
+  std::ofstream(this->File) << std::string(maximumNotesBytes + 1, ' ');
+  EXPECT_EQ(this->Wrong().code, ErrorCode::LimitExceeded);
+  fs::remove(this->File);
+  fs::create_directory(this->File);
+  EXPECT_EQ(this->Wrong().message, "is no file");
+  fs::remove(this->File);
+  ASSERT_EQ(::mkfifo(this->File.c_str(), 0600), 0); // that nobody writes to
+  EXPECT_EQ(this->Wrong().message, "is no file");
+}
+
+}

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The notes on the model that is looked at: which one is shown, and what an author writes. No
+// widgets, no files.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/model/Notes.h"
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// What an author has written on a model and not saved is kept while others are looked at.
+class NotesBook
+{
+public:
+  // The model has these, but for what was written and not saved.
+  void Open(const std::string& model, std::vector<Note> notes);
+  // No model is looked at.
+  void Close();
+
+  const std::string& Model() const { return this->Id; }
+  const std::vector<Note>& Notes() const { return this->All; }
+  // Nothing: the list of them.
+  std::optional<std::size_t> Shown() const { return this->At; }
+  bool IsUnsaved() const { return this->Written.contains(this->Id); }
+  // Of any model.
+  bool HasUnsaved() const { return !this->Written.empty(); }
+
+  void ShowList() { this->At.reset(); }
+  // Shows the note and returns the link to its view, on this model whatever model it names.
+  // REQUIRES: index < Notes().size().
+  std::string Show(std::size_t index);
+
+  // In place of the note `index`, whose view and language it keeps, or as the last one. Blanks
+  // around the title are taken off. Errors: InvalidArgument for a note without a title;
+  // LimitExceeded for what Note says, and for more than mostNotes.
+  Status Keep(std::optional<std::size_t> index, std::string title, std::string text,
+    const std::string& link);
+  // By one place: step -1 or 1; at the ends nothing.
+  void Move(std::size_t index, int step);
+  void Remove(std::size_t index);
+  void Saved() { this->Written.erase(this->Id); }
+
+private:
+  void Change(std::vector<Note> notes);
+
+  std::string Id;
+  std::vector<Note> All;
+  std::optional<std::size_t> At;
+  std::map<std::string, std::vector<Note>> Written; // by model
+};
+
+}

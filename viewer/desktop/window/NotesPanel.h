@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Notes on the model in Dear ImGui: a tour of them, and an author's desk.
+#pragma once
+
+#include "viewer/desktop/window/NotesBook.h"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+
+// What a person asked for in one frame.
+struct NotesWishes
+{
+  struct Written
+  {
+    std::optional<std::size_t> index; // nothing: a new note, on what is seen
+    std::string title, text;
+  };
+  std::optional<std::size_t> show, remove;
+  std::optional<std::pair<std::size_t, int>> move; // a note, by one place
+  std::optional<Written> keep;
+  bool list = false, save = false;
+};
+
+class NotesPanel
+{
+public:
+  bool isOpen = false;
+
+  // width: of the window, pixels. ratio: pixels a point.
+  NotesWishes Draw(const NotesBook& book, int width, double ratio);
+  // What is in the fields is kept, or is not to be.
+  void EndEdit() { this->Edited.reset(); }
+
+private:
+  void DrawShown(const NotesBook& book, NotesWishes& wishes) const;
+  void DrawList(const NotesBook& book, NotesWishes& wishes);
+  void DrawFields(NotesWishes& wishes);
+  void Edit(std::optional<std::size_t> index, const Note& note);
+
+  struct Fields
+  {
+    std::optional<std::size_t> index;
+    std::string title, text;
+    bool isNew = true; // and has not had the keys yet
+  };
+  std::optional<Fields> Edited;
+  std::string EditedModel;
+  double Ratio = 1;
+};
+
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What people do with notes in a window: see WindowLook.h.
+#include "filters/store/StoreNotes.h"
+#include "viewer/desktop/MeshStore.h"
+#include "viewer/desktop/OpenSource.h"
+#include "viewer/desktop/window/WindowLook.h"
+#include "viewer/session/ViewLink.h"
+
+#include <filesystem>
+
+namespace kdstream
+{
+namespace
+{
+
+// Beside the store, where the source is one or a folder of them; else here, for whoever has the
+// store.
+std::filesystem::path NotesFile(const std::string& source, const std::string& model)
+{
+  const std::filesystem::path here = model + ".notes.json";
+  std::error_code failure;
+  if (NamesServer(source))
+  {
+    return here;
+  }
+  if (std::filesystem::is_directory(source, failure))
+  {
+    return source / here;
+  }
+  return IsStore(source) ? NotesFileOf(source) : here;
+}
+
+}
+
+void WindowLook::Fulfil(const NotesWishes& wishes)
+{
+  NotesBook& book = this->Session.Notes();
+  if (wishes.show)
+  {
+    this->ShowNote(*wishes.show);
+  }
+  if (wishes.list)
+  {
+    book.ShowList();
+  }
+  if (wishes.keep)
+  {
+    const auto& [index, title, text] = *wishes.keep;
+    const Status kept = book.Keep(index, title, text, this->Link());
+    this->Tell(kept ? "Save the notes, so that they stay." : kept.GetError().message);
+    if (kept)
+    {
+      this->Words.notes.EndEdit();
+    }
+  }
+  if (wishes.move)
+  {
+    book.Move(wishes.move->first, wishes.move->second);
+  }
+  if (wishes.remove)
+  {
+    book.Remove(*wishes.remove);
+  }
+  if (wishes.save)
+  {
+    this->SaveNotes();
+  }
+  const bool changed = wishes.list || wishes.move || wishes.remove;
+  this->FramesLeft = changed ? 2 : this->FramesLeft;
+}
+
+// Its view, as a link would.
+void WindowLook::ShowNote(std::size_t index)
+{
+  const std::string text = this->Session.Notes().Show(index);
+  const auto link = ParseViewLink(text);
+  if (!link)
+  {
+    this->Tell("The view of this note cannot be understood: " + link.GetError().message);
+    return;
+  }
+  this->Session.Do({ SessionStep::Kind::Link, {}, text });
+  ViewSettings settings = this->Settings;
+  settings.scene.coloring = SurfaceColoring::Own;
+  Perform({ SessionStep::Kind::Colors, {}, link->colors }, settings.scene);
+  this->Apply(settings);
+  this->FramesLeft = 2;
+}
+
+void WindowLook::SaveNotes()
+{
+  NotesBook& book = this->Session.Notes();
+  const std::filesystem::path file = NotesFile(this->Options.source, book.Model());
+  const Status written = WriteNotes(file, book.Notes());
+  if (!written)
+  {
+    this->Tell(file.string() + ": " + written.GetError().message);
+    return;
+  }
+  book.Saved();
+  this->Tell("Wrote " + file.string() +
+             (NamesServer(this->Options.source)
+                 ? ": put it beside " + book.Model() + ".kds on the server"
+                 : ""));
+}
+
+// Not what was written and would be lost, the first time.
+void WindowLook::End()
+{
+  const bool asks = this->Session.Notes().HasUnsaved() && !this->AskedToSave;
+  this->AskedToSave = true;
+  if (asks)
+  {
+    this->Tell("There are notes that are not saved. Once more ends all the same.");
+    return;
+  }
+  this->Ended = true;
+}
+
+}
