@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, fingers, and
-// waiting for what the page says of itself (window.kdstream.status, see viewer/mobile/web/page.js).
-//
-// Nothing here waits for a time: every wait is for a condition, and `longest` only ends a run that hangs.
+// What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, and fingers; what the
+// page says and waiting for it is in visit.mjs.
 //
 // Where things are is told by the environment; ctest sets it:
 //   KDSTREAM_PROGRAMS  folder of kdstream-build and kdstream-serve
@@ -10,31 +8,21 @@
 //   KDSTREAM_DRAGON    dragon.ply
 //   KDSTREAM_PICTURES  folder that gets a screenshot of each stage
 //   KDSTREAM_CHROMIUM  the browser (/usr/bin/chromium)
+//   KDSTREAM_FIREFOX   the other one, for its own test (/usr/bin/firefox-esr)
 //   KDSTREAM_NGINX     nginx, for the test of what is exported (nginx)
 //   KDSTREAM_LONGEST_WAIT  seconds until a wait is given up (180)
 
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { chromium } from "playwright-core";
+import { PageVisit, longest, place, rememberMessages } from "./visit.mjs";
 
-export const longest = 1000 * Number(process.env.KDSTREAM_LONGEST_WAIT ?? 180); // ms, of a single wait
-
-function place(name) {
-  const value = process.env[name];
-  assert.ok(value, `${name} is not set: see Testing/Browser/harness.mjs`);
-  return value;
-}
-
-const pictures = () => {
-  const folder = place("KDSTREAM_PICTURES");
-  mkdirSync(folder, { recursive: true });
-  return folder;
-};
+export { longest } from "./visit.mjs";
 
 process.setMaxListeners(100); // one for each folder and server
 
@@ -203,12 +191,9 @@ export function launchBrowser(...options) {
 }
 
 // A page as a phone shows it, or as a desktop does.
-export class Visit {
-  page;
+export class Visit extends PageVisit {
   #session;
   #clock = 0; // s: the time of the last touch
-  requests = []; // addresses of all requests and streams
-  errors = []; // what a developer would see in red
 
   // Nothing moves by itself, so that the same gestures give the same picture.
   static async phone(browser, viewport = portrait, options = {}) {
@@ -234,105 +219,8 @@ export class Visit {
     return visit;
   }
 
-  async open(url) {
-    await this.page.goto(url);
-  }
-
   async close() {
     await this.page.context().close();
-  }
-
-  // Nothing was asked of any other server, and nothing went wrong that a developer would see.
-  assertClean(url) {
-    const { host } = new URL(url);
-    const elsewhere = this.requests.filter((address) => {
-      const { protocol, host: asked } = new URL(address);
-      return protocol !== "data:" && protocol !== "blob:" && asked !== host;
-    });
-    assert.deepEqual(elsewhere, [], "requests to other hosts");
-    assert.ok(this.requests.length > 5, "requests are recorded");
-    assert.deepEqual(this.errors, [], "errors on the console");
-  }
-
-  // ---- what the page says
-
-  status() {
-    return this.page.evaluate(() => window.kdstream.status());
-  }
-
-  // Asks the page again and again, once a frame of it, until `good` holds of the answer; returns that. (Playwright's own
-  // waitForFunction needs eval, which the page's policy forbids.)
-  async #askUntil(what, ask, good) {
-    const end = Date.now() + longest;
-    for (;;) {
-      const answer = await this.page.evaluate(ask);
-      if (good(answer)) {
-        return answer;
-      }
-      if (Date.now() > end) {
-        throw new Error(`never came: ${what}; instead ${JSON.stringify(answer)}`);
-      }
-    }
-  }
-
-  // Waits until `condition` is true of the status; returns that status.
-  until(what, condition) {
-    return this.#askUntil(what, () => new Promise((resolve) => {
-      requestAnimationFrame(() => resolve({ ...window.kdstream?.status(), said: window.said }));
-    }), (status) => status.mode && condition(status));
-  }
-
-  // Counts from now on the frames in whose status a member is true; gives what tells how many.
-  async countFrames(member) {
-    await this.page.evaluate((name) => {
-      window.framesCounted = 0;
-      const look = () => {
-        window.framesCounted += window.kdstream.status()[name];
-        requestAnimationFrame(look);
-      };
-      look();
-    }, member);
-    return () => this.page.evaluate(() => window.framesCounted);
-  }
-
-  // All that is wanted is there and drawn.
-  untilIdle() {
-    return this.until("idle", (status) => status.idle && status.shownLevel !== null);
-  }
-
-  // All that #message has said so far.
-  messages() {
-    return this.page.evaluate(() => window.said);
-  }
-
-  // Waits until #message has said what the pattern finds, since the page was opened.
-  untilSaid(pattern) {
-    return this.#askUntil(`a message like ${pattern}`, () => new Promise((resolve) => {
-      requestAnimationFrame(() => resolve({ said: window.said, page: document.body.innerText }));
-    }), ({ said }) => said.some((text) => pattern.test(text)));
-  }
-
-  // Waits until no message is on the screen.
-  untilQuiet() {
-    return this.#askUntil("no message", () => new Promise((resolve) => {
-      requestAnimationFrame(() => resolve(document.getElementById("message").checkVisibility()
-        && document.getElementById("message-text").textContent));
-    }), (text) => !text);
-  }
-
-  // The message that is on the screen now, or "".
-  messageShown() {
-    return this.page.evaluate(() => {
-      const message = document.getElementById("message");
-      return message?.checkVisibility({ visibilityProperty: true }) ? document.getElementById("message-text").textContent : "";
-    });
-  }
-
-  // Taps the model's entry in the list until its preview is there.
-  async choose(model) {
-    await this.page.locator(`[data-model="${model}"]`).click();
-    return this.until(`the preview of ${model}`,
-      (status) => status.model === model && status.idle && status.shownLevel !== null);
   }
 
   // As by the menu, wherever the page stands, once it works.
@@ -352,29 +240,7 @@ export class Visit {
     await this.page.locator("#menu-button").click();
   }
 
-  async back() {
-    await this.page.locator("#back").click();
-    return this.until("back to the list", (status) => status.mode === "browsing");
-  }
-
-  // ---- pictures
-
-  // The screen as it is, also kept as NAME.png for people to look at.
-  async picture(name) {
-    return this.page.screenshot({ path: join(pictures(), `${name}.png`) });
-  }
-
-  // The part of the screen around a point, as PNG.
-  async around({ x, y }, size = 160) {
-    return this.page.screenshot({ clip: { x: x - size / 2, y: y - size / 2, width: size, height: size } });
-  }
-
   // ---- fingers; places in points of the window
-
-  async centre() {
-    const box = await this.page.locator("#view").boundingBox();
-    return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
-  }
 
   // One frame of touches at `seconds` after the one before, whatever time it really takes to get there: whether two taps
   // are a double tap must not depend on how busy the machine is.
@@ -421,19 +287,6 @@ export class Visit {
     }
     await this.#touch("touchEnd", [], 0.016);
   }
-}
-
-// In the page, before its own scripts: window.said gets every text that #message shows.
-function rememberMessages() {
-  window.said = [];
-  const remember = () => {
-    const message = document.getElementById("message");
-    const text = document.getElementById("message-text")?.textContent.replace(/\s+/g, " ").trim();
-    if (message && !message.hidden && !message.classList.contains("starting") && window.said.at(-1) !== text) {
-      window.said.push(text);
-    }
-  };
-  new MutationObserver(remember).observe(document, { subtree: true, childList: true, characterData: true, attributes: true });
 }
 
 // ---- pictures' pixels

@@ -34,22 +34,6 @@ async function turnPanel(visit) {
 
 const press = (visit, name) => visit.page.getByRole("button", { name, exact: true }).click();
 
-// What the page copies, by its own way where there is no clipboard.
-async function copied(visit, id) {
-  await visit.page.evaluate(() => {
-    window.copied = "";
-    document.addEventListener("copy", () => {
-      window.copied = document.activeElement.value ?? "";
-    });
-    navigator.clipboard.writeText = (text) => {
-      window.copied = text;
-      return Promise.resolve();
-    };
-  });
-  await visit.page.locator(id).click();
-  return visit.page.evaluate(() => window.copied);
-}
-
 test("the tools come only when they are used", async () => {
   const visit = await Visit.phone(browser);
   await openPebble(visit);
@@ -97,7 +81,7 @@ test("a section is put through, moved by a slider and a finger, filled, and draw
   await visit.drag(where, 0, -60);
   const after = (await visit.untilIdle()).depth;
   assert.ok(Math.abs(after - before) > 0.02, `${before} ${after}`);
-  const link = await (await turnPanel(visit), copied(visit, "#copy-link"));
+  const link = await (await turnPanel(visit), visit.copied("#copy-link"));
   assert.match(link, /&section=[\w-]{19}/);
   await press(visit, "None");
   await visit.until("it is whole", (status) => status.depth === null);
@@ -173,7 +157,7 @@ test("two taps measure, on the original", async () => {
   await visit.page.locator("#measurements input").fill("the width");
   await visit.page.locator("#measurements input").press("Tab");
   await visit.picture("tools-2-distance");
-  assert.equal(await copied(visit, "#copy-measurements"), `the width: ${told}`);
+  assert.equal(await visit.copied("#copy-measurements"), `the width: ${told}`);
   await press(visit, "Remove");
   await visit.page.locator("#measurements li").waitFor({ state: "detached" });
   assert.equal(await visit.page.locator("#overlay line").count(), 0);
@@ -193,7 +177,7 @@ test("a link shows the same elsewhere", async () => {
   await mine.untilIdle();
   const seen = await mine.around(middle, 380);
   await turnPanel(mine);
-  const link = await copied(mine, "#copy-link");
+  const link = await mine.copied("#copy-link");
   assert.match(link, /^http:\/\/127\.0\.0\.1:\d+\/#model=pebble&digest=[0-9a-f]{8}&view=[\w-]{47}&colours=partition$/);
   await mine.close();
 

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The second engine: Debian's Firefox, by Puppeteer and WebDriver BiDi, on an X server of its own. It has WebGL 2 there by
+// llvmpipe; without a screen (headless) it has none.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { createInterface } from "node:readline";
+import puppeteer from "puppeteer-core";
+import { temporaryFolder } from "./harness.mjs";
+import { PageVisit, longest, rememberMessages } from "./visit.mjs";
+
+const screen = { width: 1280, height: 960 }; // a window's frame and bars included
+const desktop = { width: 1100, height: 760 };
+
+// An X server on a display that is free; gives the display's name and the process.
+async function startScreen() {
+  const server = spawn("Xvfb", ["-displayfd", "3", "-screen", "0", `${screen.width}x${screen.height}x24`, "-nolisten", "tcp"],
+    { stdio: ["ignore", "ignore", "inherit", "pipe"] });
+  process.on("exit", () => server.kill("SIGKILL"));
+  const failed = once(server, "error").then(([error]) => [error.message]);
+  const ended = once(server, "exit").then(([code]) => [`it ended with ${code}`]);
+  const [display] = await Promise.race([once(createInterface({ input: server.stdio[3] }), "line"), failed, ended]);
+  assert.match(display, /^\d+$/, "Xvfb did not start");
+  return { display: `:${display}`, server };
+}
+
+// Firefox, and the screen that it is on.
+export class Firefox {
+  #browser;
+  #screen;
+  downloads = temporaryFolder(); // where what is saved goes
+
+  static async start() {
+    const firefox = new Firefox();
+    firefox.#screen = await startScreen();
+    firefox.#browser = await puppeteer.launch({
+      browser: "firefox",
+      executablePath: process.env.KDSTREAM_FIREFOX ?? "/usr/bin/firefox-esr",
+      headless: false,
+      protocolTimeout: longest,
+      args: [`--width=${screen.width}`, `--height=${screen.height}`],
+      env: { ...process.env, DISPLAY: firefox.#screen.display, MOZ_ENABLE_WAYLAND: "0", LIBGL_ALWAYS_SOFTWARE: "1" },
+      extraPrefsFirefox: {
+        "ui.prefersReducedMotion": 1, // nothing moves by itself, so that the same gestures give the same picture
+        "browser.download.folderList": 2,
+        "browser.download.dir": firefox.downloads,
+        "browser.download.always_ask_before_handling_new_types": false,
+        "browser.download.alwaysOpenPanel": false,
+      },
+    });
+    return firefox;
+  }
+
+  async stop() {
+    await this.#browser?.close();
+    const ended = once(this.#screen.server, "exit");
+    this.#screen.server.kill("SIGTERM");
+    await ended;
+  }
+
+  // For Pixels.
+  newPage() {
+    return this.#browser.newPage();
+  }
+
+  // A page with storage of its own.
+  async visit() {
+    const context = await this.#browser.createBrowserContext();
+    return FirefoxVisit.make(await context.newPage());
+  }
+}
+
+class FirefoxVisit extends PageVisit {
+  static async make(page) {
+    const visit = new FirefoxVisit();
+    visit.page = page;
+    await page.setViewport(desktop);
+    page.on("request", (request) => visit.requests.push(request.url()));
+    page.on("console", (message) => message.type() === "error" && visit.errors.push(message.text()));
+    page.on("pageerror", (error) => visit.errors.push(String(error)));
+    await page.evaluateOnNewDocument(rememberMessages);
+    await page.bringToFront(); // else it draws once a second
+    return visit;
+  }
+
+  async close() {
+    await this.page.browserContext().close();
+  }
+
+  // The button of that name, among those that are seen.
+  async press(name) {
+    const button = await this.page.evaluateHandle((wanted) => [...document.querySelectorAll("button")].find(
+      (one) => one.checkVisibility() && (one.ariaLabel ?? one.textContent.trim()) === wanted), name);
+    assert.ok(button.asElement(), `no button ${name}`);
+    await button.asElement().click();
+  }
+
+  // One turn of the wheel over a place: towards the model, or away from it.
+  async wheel({ x, y }, deltaY) {
+    await this.page.mouse.move(x, y);
+    await this.page.mouse.wheel({ deltaY });
+  }
+
+  async drag({ x, y }, dx, dy) {
+    await this.page.mouse.move(x, y);
+    await this.page.mouse.down();
+    await this.page.mouse.move(x + dx, y + dy, { steps: 4 });
+    await this.page.mouse.up();
+  }
+}
