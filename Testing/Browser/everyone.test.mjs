@@ -219,6 +219,25 @@ test("no frame around the picture for who points, whatever is pressed", async ()
   await visit.close();
 });
 
+test("no frame around the picture for who opens a link", async () => {
+  const visit = await Visit.desktop(browser);
+  const { page } = visit;
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await page.evaluate(() => {
+    location.hash = "model=shell";
+  });
+  await fullScreen(visit);
+  for (const key of ["Shift", "ArrowLeft"]) {
+    assert.deepEqual([await focused(page), await outline(page)], ["view", "none"]);
+    await page.keyboard.press(key);
+  }
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Shift+Tab");
+  assert.deepEqual([await focused(page), await outline(page)], ["view", "solid"], "who goes by keyboard sees it");
+  await visit.close();
+});
+
 test("in the browser's language, or the address's", async () => {
   const german = await Visit.phone(browser, undefined, { locale: "de-AT" });
   await german.open(server.url);

@@ -126,6 +126,17 @@ test("sides, a distance, a section, light", async () => {
   await visit.close();
 });
 
+// Where the focus is, and the frame around it.
+const focus = ({ page }) => page.evaluate(() => [document.activeElement.id, getComputedStyle(document.activeElement).outlineStyle]);
+
+async function tab({ page }, way) {
+  if (way === "back") {
+    await page.keyboard.down("Shift");
+  }
+  await page.keyboard.press("Tab");
+  await page.keyboard.up("Shift");
+}
+
 test("a link shows the same", async () => {
   const mine = await firefox.visit();
   await openPebble(mine);
@@ -144,6 +155,20 @@ test("a link shows the same", async () => {
   await fullScreen(theirs);
   await theirs.picture("firefox-8-link");
   assert.ok(await pixels.difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
+
+  // Another link in the same tab: the focus goes to the picture, without a frame until somebody goes by keyboard.
+  await theirs.open(server.url);
+  await theirs.untilIdle();
+  await theirs.page.evaluate(() => {
+    location.hash = "model=shell";
+  });
+  await fullScreen(theirs);
+  assert.deepEqual(await focus(theirs), ["view", "none"]);
+  await theirs.page.keyboard.press("ArrowLeft");
+  assert.deepEqual(await focus(theirs), ["view", "none"]);
+  await tab(theirs);
+  await tab(theirs, "back");
+  assert.deepEqual(await focus(theirs), ["view", "solid"]);
   theirs.assertClean(server.url);
   await theirs.close();
 });

@@ -670,7 +670,8 @@ function listenToButtons() {
 }
 
 function listenToKeys() {
-  // Where the keys of a keyboard go is told to whoever goes from place to place by them, not to who presses one.
+  // Where the keys of a keyboard go is told to whoever goes from place to place by them, not to who presses one, nor
+  // to who has only opened a link.
   const isBy = (way) => (document.body.dataset.by = way);
   addEventListener("pointerdown", () => isBy("pointer"), true);
   addEventListener("keydown", ({ key }) => key === "Tab" && isBy("keys"), true);
