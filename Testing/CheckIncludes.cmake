@@ -98,7 +98,7 @@ check(viewer/sources VTK viewer/client viewer/session viewer/session/look server
   filters/codec ${core})
 check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section ${core})
-check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model ${core})
+check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model filters/codec ${core})
 check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look
   server/protocol filters/program filters/model ${core})
 check(viewer/desktop/window VTK viewer/desktop viewer/rendering viewer/client viewer/session viewer/session/look

@@ -115,6 +115,57 @@ test("what was seen opens without the server, and the rest says that it is not t
   await visit.untilQuiet();
 });
 
+test("what is kept is not fetched again while the server is there, but what is kept damaged is", async () => {
+  await visit.page.addInitScript(() => Object.defineProperty(Navigator.prototype, "connection", { get: () => ({ saveData: true }) }));
+  let frames = [];
+  visit.page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => frames.push(payload)));
+  const blobs = () => frames.filter((payload) => typeof payload !== "string").length;
+  const look = async () => {
+    await visit.open(`${server.url}#model=pebble`);
+    await visit.until("full screen", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
+    await visit.doubleTap(await visit.centre());
+    await visit.until("the region", ({ region, idle }) => idle && region?.partitions > 0 && region.shown === region.partitions);
+    return visit.around(await visit.centre(), 300);
+  };
+  const first = await look();
+  const came = blobs();
+  assert.ok(came > 3, `${came} blobs`);
+  await untilStored();
+
+  frames = [];
+  await visit.page.goto("about:blank");
+  const again = await look();
+  assert.equal((await visit.status()).connection, "streaming");
+  assert.equal(blobs(), 0, "all of it was here");
+  assert.ok(await pixels.difference(first, again, 0) < 0.001, "the same picture");
+
+  await visit.page.evaluate(() => new Promise((resolve) => {
+    const request = indexedDB.open("kdstream", 1);
+    request.onsuccess = () => {
+      const transaction = request.result.transaction("blobs", "readwrite");
+      const store = transaction.objectStore("blobs");
+      store.openCursor(IDBKeyRange.lowerBound("/api/")).onsuccess = ({ target }) => {
+        if (target.result) {
+          const bytes = new Uint8Array(target.result.value);
+          bytes[bytes.length >> 1] ^= 1;
+          target.result.update(bytes.buffer);
+          target.result.continue();
+        }
+      };
+      transaction.oncomplete = () => {
+        request.result.close();
+        resolve();
+      };
+    };
+  }));
+  frames = [];
+  await visit.page.goto("about:blank");
+  const mended = await look();
+  assert.equal(blobs(), came, "each was fetched");
+  assert.ok(await pixels.difference(first, mended, 0) < 0.001, "the same picture");
+  assert.deepEqual(await visit.messages(), []);
+});
+
 test("it opens in its language without the server, too", async () => {
   const german = await launchBrowser("--lang=de", "--accept-lang=de-CH,de"); // Playwright's locale is not that of workers
   const before_ = visit;

@@ -134,17 +134,16 @@ void CachedSource::AskForNotes(const std::string& model)
 // What is here is answered at once, the rest is the server's.
 void CachedSource::SendBlobs(const SessionRequest& request)
 {
-  SessionRequest rest = request;
-  rest.blobs.clear();
+  std::vector<protocol::BlobId> here;
   for (const protocol::BlobId& blob : request.blobs)
   {
     const auto begin = std::chrono::steady_clock::now();
     auto bytes = this->Cache->Find(this->KeyOf(this->Digest, protocol::BlobName(blob)));
     if (!bytes && this->Server)
     {
-      rest.blobs.push_back(blob);
       continue;
     }
+    here.push_back(blob);
     ClientEvent event;
     event.request = request.id;
     event.blob = blob;
@@ -155,12 +154,9 @@ void CachedSource::SendBlobs(const SessionRequest& request)
     event.bytes = bytes ? std::move(*bytes) : std::vector<std::uint8_t>();
     event.transmissionSeconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (bytes && blob.kind == protocol::BlobKind::Partition)
-    {
-      rest.except.push_back(blob.number); // for a request that names a region, not its blobs
-    }
     this->Found.push_back(std::move(event));
   }
+  const SessionRequest rest = LeftOf(request, here);
   if (!rest.blobs.empty())
   {
     this->Asked[rest.id] = this->Digest;

@@ -104,6 +104,14 @@ Picture PartOf(const Picture& picture, int left, int top, int width, int height)
   return part;
 }
 
+Picture Stacked(const Picture& upper, const Picture& lower)
+{
+  Picture both = upper;
+  both.height += lower.height;
+  both.rgb.insert(both.rgb.end(), lower.rgb.begin(), lower.rgb.end());
+  return both;
+}
+
 Status WritePng(const Picture& picture, const std::string& file)
 {
   const vtkNew<vtkImageData> image;

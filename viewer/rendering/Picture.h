@@ -27,6 +27,8 @@ Result<Picture> Pixels(vtkRenderWindow& window);
 
 // A part of it: its upper left corner and size, within the picture.
 Picture PartOf(const Picture& picture, int left, int top, int width, int height);
+// One above the other. REQUIRES: they have the same width.
+Picture Stacked(const Picture& upper, const Picture& lower);
 
 // Writes a PNG file, whole or not at all.
 // Errors: InputOutput, with the operating system's reason, if the file cannot be written.

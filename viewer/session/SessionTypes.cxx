@@ -71,6 +71,19 @@ const char* NameOf(ViewerMode mode)
   return "no model";
 }
 
+SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here)
+{
+  for (const protocol::BlobId& blob : here)
+  {
+    std::erase(request.blobs, blob);
+    if (blob.kind == protocol::BlobKind::Partition)
+    {
+      request.except.push_back(blob.number);
+    }
+  }
+  return request;
+}
+
 std::string StatisticsJson(const std::deque<BlobStatistics>& statistics)
 {
   std::string text = "[";

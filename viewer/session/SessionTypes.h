@@ -54,6 +54,9 @@ struct SessionRequest
   bool operator==(const SessionRequest&) const = default;
 };
 const char* NameOf(SessionRequest::Kind kind);
+// What is left to ask for where these of the request's blobs are here already; `except` names the
+// partitions among them, for a server that finds those of a region itself.
+SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
 // As a line of JSON, for traces.
 std::string FormatRequest(const SessionRequest& request);
 

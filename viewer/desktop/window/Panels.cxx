@@ -478,6 +478,13 @@ void Panels::DrawDetails(const PanelFacts& facts)
     Place(std::min<double>(this->DetailsWidth, most), 0), Place(FLT_MAX, FLT_MAX));
   if (ImGui::Begin("Details", &this->detailsOpen, panel))
   {
+    if (facts.model && !facts.model->description.empty())
+    {
+      ImGui::PushTextWrapPos(0);
+      Text(facts.model->description);
+      ImGui::PopTextWrapPos();
+      ImGui::Separator();
+    }
     this->DetailsWidth = std::max(this->DetailsWidth, DrawFacts(facts));
     this->DetailsWidth = std::max(this->DetailsWidth, DrawBlobTable(*facts.blobs, facts.ratio));
   }

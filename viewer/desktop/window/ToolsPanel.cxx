@@ -266,4 +266,29 @@ void DrawDistances(const PanelFacts& facts)
   }
 }
 
+int DrawCaption(const PanelFacts& facts, int width)
+{
+  if (!facts.model)
+  {
+    return 0;
+  }
+  const ModelDescription& model = *facts.model;
+  std::string text;
+  for (const std::string& each : { model.title.empty() ? model.id : model.title, model.credit,
+         model.license })
+  {
+    text += (text.empty() || each.empty() ? "" : " · ") + each;
+  }
+  const auto gap = static_cast<float>(8 * facts.ratio);
+  const float room = static_cast<float>(width) - 2 * gap;
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, room);
+  const int height = static_cast<int>(std::ceil(size.y + 2 * gap));
+  ImDrawList& paint = *ImGui::GetBackgroundDrawList();
+  paint.AddRectFilled({ 0, 0 }, { static_cast<float>(width), static_cast<float>(height) },
+    IM_COL32(26, 28, 32, 255));
+  paint.AddText(ImGui::GetFont(), ImGui::GetFontSize(), { gap, gap },
+    IM_COL32(240, 236, 228, 255), text.c_str(), nullptr, room);
+  return height;
+}
+
 }

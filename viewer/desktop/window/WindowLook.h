@@ -15,12 +15,14 @@
 #include "viewer/desktop/window/ScreenClipboard.h"
 #include "viewer/desktop/window/WindowInput.h"
 #include "viewer/desktop/window/WindowSession.h"
+#include "viewer/rendering/Picture.h"
 #include "viewer/session/look/OcclusionClock.h"
 
 #include <vtkNew.h>
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -90,6 +92,8 @@ private:
   void AskForPicture();
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
+  Status WriteToldPicture(const std::string& file);
+  Result<Picture> PictureOf(const std::function<void()>& draw);
   void Tell(const std::string& note);
   std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
   void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }

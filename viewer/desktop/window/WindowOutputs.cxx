@@ -4,7 +4,6 @@
 #include "viewer/desktop/OpenSource.h"
 #include "viewer/desktop/window/ToolsPanel.h"
 #include "viewer/desktop/window/WindowLook.h"
-#include "viewer/rendering/Picture.h"
 
 #include <vtkRenderWindow.h>
 
@@ -92,23 +91,55 @@ void WindowLook::TakePicture()
     return;
   }
   const std::string file = NewName(model, ".png");
-  const Status written = this->WriteModelPicture(file);
+  const Status written =
+    this->Session.IsRecording() ? this->WriteModelPicture(file) : this->WriteToldPicture(file);
   this->Session.Do({ SessionStep::Kind::Screenshot, {}, file });
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
-// The model alone. It is drawn, but not shown: the window keeps its words and buttons.
-Status WindowLook::WriteModelPicture(const std::string& file)
+// The window, with what `draw` draws in place of its words and buttons; without any where it is
+// none. It is drawn, but not shown.
+Result<Picture> WindowLook::PictureOf(const std::function<void()>& draw)
 {
   vtkRenderWindow& window = this->Display->Window();
-  this->Interface.SetVisible(false);
+  if (draw)
+  {
+    this->Interface.Begin(this->Display->Width(), this->Display->Height(), 0);
+    draw();
+    this->Interface.End();
+  }
+  this->Interface.SetVisible(draw != nullptr);
   this->Scene.SetStyle({ this->Settings.scene.coloring, false, this->Settings.scene.occlusion });
   window.SwapBuffersOff();
-  const auto picture = Pixels(window);
+  auto picture = Pixels(window);
   window.SwapBuffersOn();
   this->Interface.SetVisible(true);
+  return picture;
+}
+
+// The model alone, as a recording that is played writes it.
+Status WindowLook::WriteModelPicture(const std::string& file)
+{
+  const auto picture = this->PictureOf(nullptr);
   KDSTREAM_TRY(picture);
   return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
+}
+
+// The model with its distances, and below it what it is, by whom, and what one may do with it.
+Status WindowLook::WriteToldPicture(const std::string& file)
+{
+  const PanelFacts facts = this->Facts();
+  const auto picture = this->PictureOf([&] { DrawDistances(facts); });
+  KDSTREAM_TRY(picture);
+  int height = 0;
+  const auto caption =
+    this->PictureOf([&] { height = DrawCaption(facts, this->View.width); });
+  KDSTREAM_TRY(caption);
+  height = std::min(height, this->Display->Height());
+  this->FramesLeft = 2;
+  return WritePng(Stacked(PartOf(*picture, 0, 0, this->View.width, this->View.height),
+                    PartOf(*caption, 0, 0, this->View.width, height)),
+    file);
 }
 
 Status WindowLook::Finish()

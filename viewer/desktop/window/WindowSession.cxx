@@ -73,7 +73,7 @@ bool WindowSession::Follow()
 void WindowSession::TakeModel(const ModelDescription& model)
 {
   this->Opened = model;
-  this->Texts += model.title + model.credit + model.license;
+  this->Texts += model.title + model.description + model.credit + model.license;
   this->Book.Open(model.id, {});
   const auto& models = this->Source->Models();
   const auto found = std::find_if(models.begin(), models.end(),

@@ -2,6 +2,7 @@
 // A session and its line to the server, as a page drives them: see PageSession.h.
 #include "viewer/mobile/web/PageSession.h"
 
+#include "filters/codec/Seal.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
@@ -144,34 +145,81 @@ void PageSession::Send(double now)
 {
   for (const SessionRequest& request : this->Viewer.TakeRequests())
   {
-    if (!this->AnswerHanded(request))
-    {
-      this->Talk.Send(request, now);
-    }
+    this->Send(request, now);
   }
 }
 
-void PageSession::Hand(std::string path, std::vector<std::uint8_t> bytes)
+void PageSession::Send(const SessionRequest& request, double now)
 {
-  this->Handed = { std::move(path), std::move(bytes) };
+  Searched* const cancelled =
+    request.kind == SessionRequest::Kind::Cancel ? this->FindSearch(request.id) : nullptr;
+  if (cancelled)
+  {
+    this->Searches.erase(this->Searches.begin() + (cancelled - this->Searches.data()));
+  }
+  else if (this->Keeps && !request.blobs.empty())
+  {
+    this->Searches.push_back({ request, false, {} });
+  }
+  else
+  {
+    this->Talk.Send(request, now);
+  }
 }
 
-// Whether the request is for what the page has handed over, which is its answer then.
-bool PageSession::AnswerHanded(const SessionRequest& request)
+PageSession::Searched* PageSession::FindSearch(std::uint32_t id)
 {
-  if (request.kind != SessionRequest::Kind::Preview || request.blobs.size() != 1 ||
-      this->Handed.path != protocol::BlobPath(this->Open.id, this->Open.digest, request.blobs[0]))
+  const auto found = std::find_if(this->Searches.begin(), this->Searches.end(),
+    [id](const Searched& each) { return each.request.id == id; });
+  return found == this->Searches.end() ? nullptr : &*found;
+}
+
+std::string PageSession::TakeSearch()
+{
+  for (Searched& search : this->Searches)
   {
-    return false;
+    if (!std::exchange(search.isTold, true))
+    {
+      std::string text = std::to_string(search.request.id);
+      for (const protocol::BlobId& blob : search.request.blobs)
+      {
+        text += "\n" + protocol::BlobPath(this->Open.id, this->Open.digest, blob);
+      }
+      return text;
+    }
+  }
+  return {};
+}
+
+void PageSession::Found(
+  std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes)
+{
+  Searched* const searched = this->FindSearch(search);
+  if (!searched || index >= searched->request.blobs.size() || !IsSealed(bytes))
+  {
+    return;
   }
   ClientEvent event;
   event.kind = ClientEvent::Kind::Blob;
-  event.request = request.id;
-  event.blob = request.blobs[0];
-  event.bytes = std::exchange(this->Handed, {}).bytes;
+  event.request = search;
+  event.blob = searched->request.blobs[index];
+  event.bytes = std::move(bytes);
   event.fromCache = true;
-  this->Take(event);
-  return true;
+  searched->found.push_back(event.blob);
+  Deliver(event, this->Viewer);
+}
+
+void PageSession::EndSearch(std::uint32_t search, double now)
+{
+  if (Searched* const searched = this->FindSearch(search))
+  {
+    const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
+    this->Searches.erase(this->Searches.begin() + (searched - this->Searches.data()));
+    if (!left.blobs.empty())
+    {
+      this->Talk.Send(left, now);
+    }
+  }
 }
 
 // What the list says of the model that is open: "" (all is well), "removed" or "replaced".

@@ -47,13 +47,17 @@ public:
     std::string path;
     std::vector<std::uint8_t> bytes;
   };
-  // A preview that the page has from elsewhere, and its path at the server: where it is asked for
-  // next, the server is not. The last one counts.
-  void Hand(std::string path, std::vector<std::uint8_t> bytes);
-  // Whether they are gathered; not at first.
+  // Whether arrivals are gathered and searches made; not at first.
   void SetKeeps(bool keeps) { this->Keeps = keeps; }
   // The next one since the last call, or none.
   std::optional<Arrival> TakeArrival();
+  // The next search for blobs that the page may have kept, or "": its number and their paths at the
+  // server, a line each. The server is asked for those that are not found.
+  std::string TakeSearch();
+  // The blob `index` of the search; one that is damaged counts as not found. Of a search that has
+  // ended, or that nobody wants any more, nothing is taken.
+  void Found(std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes);
+  void EndSearch(std::uint32_t search, double now);
 
   // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]: the distances
   // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
@@ -64,8 +68,15 @@ public:
   void Describe(JsonWriter& json, bool isOnItsWay) const;
 
 private:
+  struct Searched
+  {
+    SessionRequest request;
+    bool isTold = false;
+    std::vector<protocol::BlobId> found;
+  };
   void Send(double now);
-  bool AnswerHanded(const SessionRequest& request);
+  void Send(const SessionRequest& request, double now);
+  Searched* FindSearch(std::uint32_t id);
   void Take(const ClientEvent& event);
   std::string Staleness() const;
 
@@ -77,7 +88,7 @@ private:
   std::uint32_t OpenRequest = 0; // all later ones are for that model
   bool Keeps = false;
   std::deque<Arrival> Arrivals;
-  Arrival Handed;
+  std::vector<Searched> Searches; // that have not ended
 };
 
 }

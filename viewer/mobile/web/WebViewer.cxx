@@ -514,13 +514,21 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE void ViewerExchange(WebViewer* viewer, double now)
   {
     viewer->page.Exchange(now);
-    viewer->actions = viewer->page.Line().TakeActions();
-    std::reverse(viewer->actions.begin(), viewer->actions.end());
+    auto actions = viewer->page.Line().TakeActions();
+    std::reverse(actions.begin(), actions.end());
+    actions.insert(actions.end(), viewer->actions.begin(), viewer->actions.end());
+    viewer->actions.swap(actions);
   }
   // The next thing to do for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
-  // path in the text.
+  // path in the text, 5 search what is kept for the paths in the text, which come after the
+  // search's number, one a line.
   EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
   {
+    if (std::string search = viewer->page.TakeSearch(); !search.empty())
+    {
+      viewer->outbox = std::move(search);
+      return 5;
+    }
     if (viewer->actions.empty())
     {
       return 0;
@@ -549,14 +557,14 @@ extern "C"
   {
     return viewer->mostBytes;
   }
-  // A preview that the page has already: its path, then its bytes.
-  EMSCRIPTEN_KEEPALIVE void ViewerHandPath(WebViewer* viewer)
+  // A blob of a search that is kept: its bytes are in the inbox.
+  EMSCRIPTEN_KEEPALIVE void ViewerFound(WebViewer* viewer, std::uint32_t search, std::size_t index)
   {
-    viewer->outbox = viewer->inbox;
+    viewer->page.Found(search, index, { viewer->inbox.begin(), viewer->inbox.end() });
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerHand(WebViewer* viewer)
+  EMSCRIPTEN_KEEPALIVE void ViewerEndSearch(WebViewer* viewer, std::uint32_t search, double now)
   {
-    viewer->page.Hand(viewer->outbox, { viewer->inbox.begin(), viewer->inbox.end() });
+    viewer->page.EndSearch(search, now);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerSetKeeps(WebViewer* viewer, bool keeps)
   {

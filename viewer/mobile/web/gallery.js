@@ -3,10 +3,10 @@
 //
 // A picture is made when its entry is first seen: of the model's preview, by a second viewer of the same WebAssembly on a
 // small canvas of its own that nobody sees, one at a time, and only while the page itself has nothing to do. It is kept by
-// the model's digest. What was fetched for it, the view gets when the model is chosen, and the other way round (`previews`
+// the model's digest. What was fetched for it, the view finds when the model is chosen, and the other way round (`previews`
 // in line.js). Whoever saves data gets the pictures that are kept, and no others.
 
-import { Line, anotherViewer, entryOf, findBlob, mayKeep, nameOf, previewOf, storeBlobs, t } from "./page.js"; // the page that is there already
+import { Line, anotherViewer, entryOf, findBlob, mayKeep, nameOf, storeBlobs, t } from "./page.js"; // the page that is there already
 
 const side = 192; // pixels
 const pause = 300; // ms, until it is looked again whether the page is at rest
@@ -83,7 +83,7 @@ export class Gallery {
   #works = false;
   #search = document.getElementById("search");
 
-  // page: { viewer, status(), savesData() }
+  // page: { status(), savesData() }
   constructor(page) {
     this.#page = page;
     this.#search.addEventListener("input", () => this.#filter());
@@ -96,12 +96,6 @@ export class Gallery {
     this.#wanted.clear();
     models.forEach(({ id }) => this.#seen.observe(entryOf(id)));
     this.#filter();
-  }
-
-  // Before the model is shown: what was fetched for its picture.
-  handOver(id) {
-    const preview = previewOf(`/api/models/${id}/${this.#models.get(id)?.digest}/`);
-    preview && this.#page.viewer.hand(...preview);
   }
 
   #see(entries) {

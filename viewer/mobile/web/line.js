@@ -3,7 +3,7 @@
 // the README's picture.
 
 import { refusalOf } from "./refusal.js";
-import { findBlob, findText, storeBlobs, storeText } from "./storage.js";
+import { findBlob, findText, storeBlobs, storeText, storedPathsOf } from "./storage.js";
 import { Action } from "./viewer.js";
 import { t } from "./words.js";
 
@@ -11,6 +11,7 @@ const longestSilence = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 const listPath = "/api/models.json";
+const beginOf = (path) => blobPath.exec(path)[0];
 const keepPause = 300; // ms, for which blobs are gathered before they are kept
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
@@ -183,19 +184,11 @@ function keepPreview({ path, bytes }) {
   }
 }
 
-// Of the model whose blobs have paths that begin so.
-export const previewOf = (begin) => [...previews].findLast(([path]) => path.startsWith(begin));
+// What is kept of the models that were looked at: sets of paths, by how these begin.
+const kept = new Map();
 
-// As `get`, but what is kept is not fetched, and is all there is where the server cannot be reached.
+// As `get`, but what is kept of texts is all there is where the server cannot be reached.
 export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
-  const mayFind = cache === "default" && blobPath.test(path);
-  if (mayFind && previews.has(path)) {
-    return { status: 200, bytes: new Uint8Array(previews.get(path)), retryAfter: 0 };
-  }
-  const kept = mayFind && mayKeep() ? await findBlob(path) : null;
-  if (kept) {
-    return { status: 200, bytes: new Uint8Array(kept), retryAfter: 0, kept: true };
-  }
   try {
     const answer = await get(path, mostBytes, cache);
     if (keeps && mayKeep() && answer.status === 200 && textPath.test(path)) {
@@ -217,7 +210,6 @@ export class Line {
   #socket = null;
   #fetched = new Set(); // paths
   #arrived = []; // blobs that are to be kept
-  #found = new Set(); // paths that were
   #described = new Set(); // models whose descriptions are
   #distrusted = new Set(); // those of them whose copy in the browser's cache may be damaged
 
@@ -248,6 +240,9 @@ export class Line {
         case Action.fetch:
           this.#fetch(action.text, action.mostBytes);
           break;
+        case Action.search:
+          this.#search(action.text);
+          break;
         default:
           this.#keepArrivals();
           return;
@@ -256,14 +251,14 @@ export class Line {
   }
 
   #keepArrivals() {
-    const idle = this.#arrived.length === 0;
     for (let arrival; (arrival = this.#viewer.nextArrival());) {
       keepPreview(arrival);
-      if (!this.#found.delete(arrival.path) && this.#streams && mayKeep()) {
-        this.#arrived.push(arrival);
-      }
+      this.#keep(arrival);
     }
-    if (idle && this.#arrived.length) {
+  }
+
+  #keep(arrival) {
+    if (this.#streams && mayKeep() && this.#arrived.push(arrival) === 1) {
       setTimeout(() => this.#store(), keepPause);
     }
   }
@@ -271,7 +266,7 @@ export class Line {
   #store() {
     const arrived = this.#arrived;
     this.#arrived = [];
-    storeBlobs(arrived);
+    storeBlobs(arrived).then((stored) => stored && arrived.forEach(({ path }) => kept.get(beginOf(path))?.add(path)));
     for (const id of new Set(arrived.map(({ path }) => blobPath.exec(path)[1]))) {
       if (!this.#described.has(id)) {
         this.#described.add(id);
@@ -358,14 +353,34 @@ export class Line {
     }
   }
 
+  // Gives what is kept; at once, where that is nothing.
+  async #search(text) {
+    const [search, ...paths] = text.split("\n");
+    const begin = beginOf(paths[0]);
+    if (mayKeep() && !kept.has(begin)) {
+      kept.set(begin, await storedPathsOf(begin));
+    }
+    const stored = (path) => mayKeep() && kept.get(begin).has(path);
+    const give = (index, bytes) => bytes && this.#viewer.found(search, index, bytes);
+    const reads = [];
+    for (const [index, path] of paths.entries()) {
+      if (stored(path)) {
+        reads.push(findBlob(path).then((bytes) => give(index, bytes)));
+      } else if (previews.has(path)) {
+        give(index, previews.get(path));
+        this.#keep({ path, bytes: previews.get(path) });
+      }
+    }
+    reads.length && await Promise.all(reads);
+    this.#viewer.endSearch(search, now());
+    this.#told();
+  }
+
   async #fetch(path, mostBytes) {
     const cache = this.#distrusted.delete(path) ? "reload" : "default";
     this.#fetched.add(path);
     try {
-      const { status, bytes, retryAfter, kept } = await getOrFind(path, mostBytes, cache, this.#streams);
-      if (kept) {
-        this.#found.add(path);
-      }
+      const { status, bytes, retryAfter } = await getOrFind(path, mostBytes, cache, this.#streams);
       this.#viewer.fetched(status, bytes, now(), retryAfter);
     } catch {
       this.#viewer.fetchFailed("the server does not answer", now());

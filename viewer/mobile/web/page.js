@@ -39,7 +39,7 @@ import { loadViewer } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
-export { Line, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, previewOf, rememberToken, remembersToken } from "./line.js";
+export { Line, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, rememberToken, remembersToken } from "./line.js";
 export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
@@ -179,7 +179,7 @@ function showModels(list) {
 async function openGallery() {
   const { Gallery } = await import("./gallery.js");
   if (!gallery) {
-    gallery = new Gallery({ viewer, status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0" });
+    gallery = new Gallery({ status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0" });
     gallery.show(models);
   }
 }
@@ -224,7 +224,6 @@ function followLink(link) {
 
 // The first time its preview, then the whole screen.
 function choose(model) {
-  gallery?.handOver(model);
   if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
     viewer.select(model);
   }

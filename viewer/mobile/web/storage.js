@@ -177,6 +177,10 @@ export function pinBlob(path) {
 export const findText = (path) => within("readonly", async ({ texts }) => await done(texts.get(path)) ?? null, null);
 export const storeText = (path, bytes) => within("readwrite", ({ texts }) => done(texts.put(bytes, path)));
 
+// The paths of blobs that begin so.
+export const storedPathsOf = (begin) => within("readonly",
+  async ({ entries }) => new Set(await done(entries.getAllKeys(IDBKeyRange.bound(begin, `${begin}\uffff`)))), new Set());
+
 // The paths of all descriptions and blobs. For marks in the list.
 export const storedPaths = () => within("readonly",
   async ({ entries, texts }) => new Set((await Promise.all([done(entries.getAllKeys()), done(texts.getAllKeys())])).flat()),

@@ -6,7 +6,7 @@ import { bytesAt, gainCanvas, imports, useContext, useMemory } from "./gl.js";
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
 
-export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4 };
+export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4, search: 5 };
 
 // came: called whenever some of it has come, with the bytes so far.
 export async function loadViewer(came) {
@@ -302,20 +302,23 @@ class Viewer {
 
   nextAction() {
     const kind = this.#call("NextAction");
-    const texts = kind === Action.send || kind === Action.fetch;
+    const texts = [Action.send, Action.fetch, Action.search].includes(kind);
     return { kind, text: texts ? this.#text() : "", mostBytes: this.#call("MostBytes") };
   }
 
-  // A preview that the page has already: its path at the server, and an ArrayBuffer.
-  hand(path, bytes) {
-    this.#putText(path);
-    this.#call("HandPath");
+  // An ArrayBuffer that is kept of what a search is for, by its place there.
+  found(search, index, bytes) {
     if (this.#put(new Uint8Array(bytes))) {
-      this.#call("Hand");
+      this.#call("Found", search, index);
     }
   }
 
-  // Whether what comes is told by nextArrival.
+  // The rest of it is not kept.
+  endSearch(search, now) {
+    this.#call("EndSearch", search, now);
+  }
+
+  // Whether what comes is told by nextArrival, and what is kept is searched first.
   setKeeps(keeps) {
     this.#call("SetKeeps", keeps ? 1 : 0);
   }
