@@ -3,6 +3,7 @@
 #include "viewer/mobile/GlesChunk.h"
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -11,8 +12,9 @@ namespace
 {
 
 template <class T>
-GLuint MakeBuffer(GLenum target, const std::vector<T>& content)
+GLuint MakeBuffer(GlesChunk& chunk, GLenum target, const std::vector<T>& content)
 {
+  chunk.bytes += content.size() * sizeof(T);
   GLuint buffer = 0;
   glGenBuffers(1, &buffer);
   glBindBuffer(target, buffer);
@@ -28,7 +30,7 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
   GlesChunk chunk;
   glGenVertexArrays(1, &chunk.vertexArray);
   glBindVertexArray(chunk.vertexArray);
-  chunk.buffers[0] = MakeBuffer(GL_ARRAY_BUFFER, content.vertices);
+  chunk.buffers[0] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.vertices);
   glVertexAttribPointer(
     AttributePlace::position, 3, GL_FLOAT, GL_FALSE, sizeof(ChunkVertex), nullptr);
   // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
@@ -39,20 +41,21 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
   glEnableVertexAttribArray(AttributePlace::normal);
   if (!content.colors.empty())
   {
-    chunk.buffers[1] = MakeBuffer(GL_ARRAY_BUFFER, content.colors);
+    chunk.buffers[1] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.colors);
     glVertexAttribPointer(AttributePlace::color, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
     glEnableVertexAttribArray(AttributePlace::color);
   }
   chunk.count = static_cast<GLsizei>(content.vertices.size());
   if (!content.radii.empty())
   {
-    chunk.buffers[2] = MakeBuffer(GL_ARRAY_BUFFER, content.radii);
+    chunk.buffers[2] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.radii);
     glVertexAttribPointer(AttributePlace::radius, 1, GL_FLOAT, GL_FALSE, 0, nullptr);
     glEnableVertexAttribArray(AttributePlace::radius);
   }
   if (!content.glides.empty())
   {
-    chunk.buffers[3] = MakeBuffer(GL_ARRAY_BUFFER, content.glides);
+    chunk.buffers[3] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.glides);
+    chunk.gliding = content.glides.size() * sizeof(GlideVertex);
     glVertexAttribPointer(
       AttributePlace::away, 3, GL_FLOAT, GL_FALSE, sizeof(GlideVertex), nullptr);
     // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
@@ -64,7 +67,7 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
   }
   if (!content.indices.empty())
   {
-    chunk.buffers[2] = MakeBuffer(GL_ELEMENT_ARRAY_BUFFER, content.indices);
+    chunk.buffers[2] = MakeBuffer(chunk, GL_ELEMENT_ARRAY_BUFFER, content.indices);
     chunk.count = static_cast<GLsizei>(content.indices.size());
   }
   glBindVertexArray(0);
@@ -86,6 +89,7 @@ void StopGlidingOf(GlesChunk& chunk)
     glDisableVertexAttribArray(AttributePlace::formerNormal);
     glDeleteBuffers(1, &chunk.buffers[3]);
     chunk.buffers[3] = 0;
+    chunk.bytes -= std::exchange(chunk.gliding, 0);
   }
 }
 

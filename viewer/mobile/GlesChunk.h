@@ -7,6 +7,7 @@
 #include <GLES3/gl3.h>
 
 #include <array>
+#include <cstddef>
 
 namespace kdstream
 {
@@ -26,7 +27,9 @@ struct GlesChunk
   GLuint vertexArray = 0;
   // Of vertices, colours (0 without), indices or radii of a cloud, and glides (0 without).
   std::array<GLuint, 4> buffers{};
-  GLsizei count = 0; // of indices, or points of a cloud
+  GLsizei count = 0;       // of indices, or points of a cloud
+  std::size_t bytes = 0;   // of all buffers, and
+  std::size_t gliding = 0; // of that of glides
 };
 
 // Whether there was room for it glGetError tells.

@@ -31,6 +31,13 @@ public:
   // The context was lost: nothing is deleted.
   void Forget();
 
+  // Of its textures: 3 bytes of depth that take 4, and one each of the other two, a pixel.
+  std::size_t Bytes() const
+  {
+    return std::size_t{ 6 } * static_cast<std::size_t>(this->Width) *
+           static_cast<std::size_t>(this->Height);
+  }
+
   // Binds a framebuffer of half the picture's sides for the depths of the model, and clears it;
   // draw it there. False where there is no memory for it: then the picture goes without.
   bool BeginDepths(const Viewport& picture);

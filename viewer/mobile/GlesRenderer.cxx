@@ -148,6 +148,18 @@ void GlesRenderer::Forget()
   this->LongestWay.reset();
 }
 
+std::size_t GlesRenderer::GraphicsBytes() const
+{
+  std::size_t bytes = this->Occlusion ? this->Occlusion->Bytes() : 0;
+  const auto add = [&bytes](const GlesChunk& chunk) { bytes += chunk.bytes; };
+  for (const Part& part : this->Parts)
+  {
+    std::for_each(part.chunks.begin(), part.chunks.end(), add);
+  }
+  std::for_each(this->Cap.begin(), this->Cap.end(), add);
+  return bytes;
+}
+
 void GlesRenderer::SetColoring(SurfaceColoring coloring)
 {
   this->Coloring = coloring;

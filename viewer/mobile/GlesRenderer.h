@@ -11,6 +11,7 @@
 #include "viewer/session/look/Palette.h"
 #include "viewer/session/look/SceneRules.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -62,6 +63,9 @@ public:
   // does not suffice: the background alone is drawn. An error about the surface is said again at
   // each Draw until there is another one. Those of Make after Forget.
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
+
+  // Of all buffers and textures that it holds now. O(parts).
+  std::size_t GraphicsBytes() const;
 
 private:
   struct Part;

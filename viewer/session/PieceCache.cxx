@@ -77,6 +77,12 @@ void PieceCache::Pin(std::set<PieceId> pieces)
   this->Evict();
 }
 
+void PieceCache::SetLimit(std::size_t limit)
+{
+  this->Limit = limit;
+  this->Evict();
+}
+
 void PieceCache::Clear()
 {
   ++this->Changes;

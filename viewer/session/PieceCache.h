@@ -33,6 +33,7 @@ public:
   const Piece* Peek(PieceId id) const;
   // These pieces are shown or about to be; all others may be evicted.
   void Pin(std::set<PieceId> pieces);
+  void SetLimit(std::size_t limit);
   void Clear();
 
   std::size_t Bytes() const { return this->Sum; }

@@ -5,6 +5,7 @@
 
 #include "filters/core/tree/Region.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -111,9 +112,9 @@ bool ViewerSession::SetRegion(NodeId cell)
     return false;
   }
   region.partitions = std::move(*found);
-  if (region.partitions.size() > this->Options.mostRegionPartitions)
+  if (region.partitions.size() > this->MostOfRegion())
   {
-    region.partitions.resize(this->Options.mostRegionPartitions);
+    region.partitions.resize(this->MostOfRegion());
     region.whole = false;
   }
   for (const std::uint32_t partition : region.partitions)
@@ -127,6 +128,35 @@ bool ViewerSession::SetRegion(NodeId cell)
   }
   this->Region = std::move(region);
   return true;
+}
+
+// On average; of a cloud, points.
+std::uint64_t ViewerSession::TrianglesOfPartition() const
+{
+  const ModelDescription& model = this->Current->description;
+  return std::max<std::uint64_t>(
+    std::max(model.triangles, model.vertices) / std::max<std::uint64_t>(model.partitions, 1), 1);
+}
+
+// Partitions.
+std::size_t ViewerSession::MostOfRegion() const
+{
+  const auto most =
+    std::max<std::uint64_t>(this->Options.mostRegionTriangles / this->TrianglesOfPartition(), 1);
+  return static_cast<std::size_t>(
+    std::min<std::uint64_t>(most, this->Options.mostRegionPartitions));
+}
+
+// Where less may be held than when it was picked.
+void ViewerSession::CutRegion()
+{
+  if (this->Region && this->Region->partitions.size() > this->MostOfRegion())
+  {
+    this->Region->partitions.resize(this->MostOfRegion());
+    this->Region->boxes.resize(this->MostOfRegion());
+    this->Region->whole = false;
+    this->EarlierTaps.clear();
+  }
 }
 
 std::vector<Box> ViewerSession::RegionBoxes() const

@@ -128,11 +128,8 @@ void ViewerSession::AddToRegion(const PickedRegion& last)
 {
   this->EarlierTaps.insert(
     this->EarlierTaps.begin(), last.partitions.begin(), last.partitions.end());
-  const ModelDescription& model = this->Current->description;
-  const std::uint64_t trianglesOfOne =
-    std::max<std::uint64_t>(model.triangles / std::max<std::uint64_t>(model.partitions, 1), 1);
-  const auto most = std::min<std::uint64_t>(
-    this->Options.mostRegionPartitions, this->Options.refinement.triangles / 2 / trianglesOfOne);
+  const auto most = std::min<std::uint64_t>(this->Options.mostRegionPartitions,
+    this->Options.refinement.triangles / 2 / this->TrianglesOfPartition());
   std::set<std::uint32_t> once;
   std::erase_if(this->EarlierTaps,
     [&](std::uint32_t partition) { return once.size() >= most || !once.insert(partition).second; });

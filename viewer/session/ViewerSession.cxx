@@ -188,6 +188,15 @@ void ViewerSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
   this->Trace("budgets");
 }
 
+void ViewerSession::SetMemory(const MemoryShares& shares)
+{
+  this->Options.treeBytes = shares.treeBytes;
+  this->Options.mostRegionTriangles = shares.regionTriangles;
+  this->Pieces.SetLimit(shares.cacheBytes);
+  this->CutRegion();
+  this->SetBudgets(shares.triangles, shares.viewBytes);
+}
+
 void ViewerSession::SetAhead(std::size_t bytes)
 {
   this->Options.aheadBytes = bytes;

@@ -13,6 +13,7 @@
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/LineMeter.h"
 #include "viewer/session/Measurement.h"
+#include "viewer/session/MemoryBudget.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/RequestBook.h"
@@ -25,6 +26,7 @@
 
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -60,6 +62,8 @@ struct SessionOptions
   double fingerPoints = 24;
   // A region takes at most so many partitions, nearest first.
   std::size_t mostRegionPartitions = 512;
+  // And about as many as have so many triangles, but at least the one that was picked.
+  std::uint64_t mostRegionTriangles = std::numeric_limits<std::uint64_t>::max();
   // A region that has shrunk to fewer points than this on the screen is let go.
   double smallestRegionPoints = 32;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
@@ -184,6 +188,10 @@ public:
   void SetDetail(DetailMode detail);
   // From now on at most about so many triangles are shown, and so many bytes taken.
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
+  // The same and more, for all that is held: what is shown becomes coarser, and a region smaller,
+  // where they exceed it. Of the tree it counts for models that are opened from now on. No session
+  // file tells of it.
+  void SetMemory(const MemoryShares& shares);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);
   // Whether the parts of the next surfaces tell where they glide from (DrawnSurface::Part); at
@@ -233,6 +241,8 @@ public:
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;
+  // Bytes of all pieces that it holds.
+  std::size_t PieceBytes() const { return this->Pieces.Bytes(); }
   // The pieces that the shown surface is drawn from.
   const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.
@@ -344,6 +354,9 @@ private:
   bool IsGivenUp(const End& end) const;
   void FollowPick();
   bool SetRegion(NodeId cell);
+  std::uint64_t TrianglesOfPartition() const;
+  std::size_t MostOfRegion() const;
+  void CutRegion();
   void GiveWayToTap();
   bool IsPicking() const { return this->WaitingPick || this->WaitingCell; }
   void DropPick();

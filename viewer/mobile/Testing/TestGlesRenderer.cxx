@@ -112,6 +112,7 @@ TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
   ASSERT_TRUE(scene.surface->HasGlides());
   const Image first = show(0), middle = show(0.5);
   const int gliding = CountBuffers();
+  const std::size_t glidingBytes = easel.renderer->GraphicsBytes();
   const Image last = show(1);
   const int arrived = CountBuffers();
   EXPECT_GT(Compare(last, before).mean, 20 * Compare(first, before).mean);
@@ -121,6 +122,30 @@ TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
   EXPECT_EQ(Compare(fresh.Draw(scene), last).pixels, 0u);
   EXPECT_GT(gliding, arrived);
   EXPECT_EQ(CountBuffers(), arrived);
+  EXPECT_GT(glidingBytes, easel.renderer->GraphicsBytes());
+  EXPECT_EQ(easel.renderer->GraphicsBytes(), fresh.renderer->GraphicsBytes());
+}
+
+// As Draw promises it: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
+// the hollows, of half the picture's sides.
+TEST(GlesRenderer, TellsHowMuchItHolds)
+{
+  const Surface sphere = BumpySphere(24);
+  const std::size_t points = sphere.points.size(), triangles = sphere.triangles.size();
+  Easel easel(side, side);
+  EXPECT_EQ(easel.renderer->GraphicsBytes(), 0u);
+  ViewerScene scene = SceneOf(sphere, 1);
+  easel.Draw(scene);
+  EXPECT_EQ(easel.renderer->GraphicsBytes(), 16 * points + 6 * triangles);
+  easel.renderer->SetColoring(SurfaceColoring::Resolution);
+  easel.Draw(scene);
+  EXPECT_EQ(easel.renderer->GraphicsBytes(), 20 * points + 6 * triangles);
+  easel.renderer->SetColoring(SurfaceColoring::Own);
+  easel.renderer->SetOcclusion(true);
+  easel.Draw(scene);
+  EXPECT_EQ(easel.renderer->GraphicsBytes(), 16 * points + 6 * triangles + 6 * side * side / 4);
+  easel.renderer->Forget();
+  EXPECT_EQ(easel.renderer->GraphicsBytes(), 0u);
 }
 
 // Cut after cut, of which only what differs goes to the graphics memory: the picture is that of a

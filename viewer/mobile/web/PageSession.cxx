@@ -16,24 +16,12 @@ namespace kdstream
 namespace
 {
 
-// What a phone bears. A browser gives a page a few hundred megabytes before it ends it, and all of
-// this is held beside the drawn surface (about 120 bytes a triangle while it is drawn anew):
-// - decoded pieces: 64 MiB where what is shown takes no more, so a few views to go back to;
-// - 300,000 triangles of what is seen, which fill 3 million points of a screen where ten are a
-// triangle,
-//   and 150 MB for them in all;
-// - levels of at most 600,000 triangles: more than a phone's screen has points, and drawn anew
-//   within a second;
-// - regions of at most 192 partitions, about as many triangles again;
-// - no statistics of blobs, which the page does not show.
+// What a phone bears: see MemoryBudget; regions of at most 192 partitions; no statistics of blobs,
+// which the page does not show.
 SessionOptions PhoneOptions(std::function<double()> clock)
 {
   SessionOptions options;
-  options.cacheBytes = std::size_t{ 64 } << 20;
-  options.refinement.triangles = 300'000;
   options.refinement.smallModel = 60'000;
-  options.refinement.bytes = 150'000'000;
-  options.policy.triangleBudget = 600'000;
   options.mostRegionPartitions = 192;
   options.mostStatistics = 0;
   options.clock = std::move(clock);
@@ -74,6 +62,21 @@ PageSession::PageSession(std::function<double()> clock)
   : Viewer(PhoneOptions(std::move(clock)))
   , Talk(PatientLine())
 {
+  this->Viewer.SetMemory(this->Memory.Shares());
+}
+
+void PageSession::SetMemory(std::size_t bytes)
+{
+  this->Memory = MemoryBudget(bytes);
+  this->Viewer.SetMemory(this->Memory.Shares());
+}
+
+void PageSession::FollowMemory(std::size_t taken)
+{
+  if (this->Memory.Follow(taken))
+  {
+    this->Viewer.SetMemory(this->Memory.Shares());
+  }
 }
 
 Status PageSession::SetModels(std::string_view json)

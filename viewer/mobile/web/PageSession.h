@@ -7,6 +7,7 @@
 
 #include "filters/model/JsonWriter.h"
 #include "viewer/client/ServerLine.h"
+#include "viewer/session/MemoryBudget.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <cstdint>
@@ -37,6 +38,11 @@ public:
   void SelectModel(const std::string& model);
   // Shows what a link to a view tells (ViewLink.h); what is wrong with it is told in the status.
   void Follow(const std::string& link);
+  // Takes at most about so many bytes of all memory (MemoryBudget); at first its standard.
+  void SetMemory(std::size_t bytes);
+  // So many are taken now.
+  void FollowMemory(std::size_t taken);
+  std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
   // Carries between session and line what either has for the other. Call after every input.
   void Exchange(double now);
 
@@ -80,6 +86,7 @@ private:
   void Take(const ClientEvent& event);
   std::string Staleness() const;
 
+  MemoryBudget Memory;
   ViewerSession Viewer;
   ServerLine Talk;
   std::string Refusal; // of the last selection

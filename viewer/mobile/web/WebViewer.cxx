@@ -14,6 +14,7 @@
 #include "viewer/session/look/OcclusionClock.h"
 #include "viewer/session/look/Palette.h"
 
+#include <emscripten/emmalloc.h>
 #include <emscripten/emscripten.h>
 #include <emscripten/html5.h>
 
@@ -25,6 +26,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -86,6 +88,17 @@ namespace
 
 // More than any answer that a phone could show.
 constexpr std::size_t mostInbox = std::size_t{ 32 } << 20;
+
+// Of the WebAssembly, which never becomes less.
+std::size_t HeapBytes()
+{
+  return __builtin_wasm_memory_size(0) * 65536;
+}
+
+std::size_t GraphicsBytes(const WebViewer& viewer)
+{
+  return viewer.renderer ? viewer.renderer->GraphicsBytes() : 0;
+}
 
 void MakeRenderer(WebViewer& viewer)
 {
@@ -166,6 +179,7 @@ bool Draw(WebViewer& viewer)
 {
   const double begin = Now();
   ViewerSession& session = viewer.page.Session();
+  viewer.page.FollowMemory(HeapBytes() + GraphicsBytes(viewer));
   session.Advance(begin);
   session.FollowView();
   double glided = viewer.glide.Share(begin);
@@ -384,6 +398,24 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE void ViewerRemoveMeasurement(WebViewer* viewer, std::size_t index)
   {
     viewer->page.Session().RemoveMeasurement(index);
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerSetMemory(WebViewer* viewer, double bytes)
+  {
+    viewer->page.SetMemory(bytes > 4e9 ? 0xffffffff : static_cast<std::size_t>(bytes));
+  }
+  // What of it is taken, as the text: bytes.
+  EMSCRIPTEN_KEEPALIVE void ViewerMemory(WebViewer* viewer)
+  {
+    const auto top = reinterpret_cast<std::size_t>(sbrk(0));
+    kdstream::JsonWriter json;
+    json.BeginObject()
+      .Member("budget", viewer->page.MemoryBytes())
+      .Member("heap", kdstream::HeapBytes())
+      .Member("used", top - emmalloc_free_dynamic_memory())
+      .Member("pieces", viewer->page.Session().PieceBytes())
+      .Member("graphics", kdstream::GraphicsBytes(*viewer))
+      .EndObject();
+    viewer->outbox = json.Text();
   }
   // 0 upright, 1 free.
   EMSCRIPTEN_KEEPALIVE void ViewerSetTurning(WebViewer* viewer, unsigned turning)

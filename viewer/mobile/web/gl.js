@@ -3,19 +3,30 @@
 //
 // Objects of WebGL are numbers over there; 0 is none.
 
-const things = new Map(); // by number
-const places = new Map(); // of uniforms: their numbers, by the number of the program and their name
+const objects = new WeakMap(); // by context: its objects by number, which go with it, and places
+let things; // of the context that is used, and
+let places; // of its uniforms: their numbers, by the number of the program and their name
 let lastThing = 0;
 
 let gl = null;
 let memory = null;
 
 // The canvas's WebGL 2, or null.
-export const gainCanvas = (canvas) => canvas.getContext("webgl2", { alpha: false });
+export function gainCanvas(canvas) {
+  const context = canvas.getContext("webgl2", { alpha: false });
+  context && forgetObjects(context);
+  return context;
+}
+
+// The context was lost, and they with it.
+export function forgetObjects(context) {
+  objects.set(context, [new Map(), new Map()]);
+}
 
 // What is drawn from now on appears there.
 export function useContext(context) {
   gl = context;
+  [things, places] = objects.get(context) ?? [];
 }
 
 // The memory of the viewer, which it exports.

@@ -29,6 +29,8 @@
 //     gliding       whether new vertices are on the way to their places
 //     plain         whether hollows are still to become darker, once a slow device's view rests
 //     frames        pictures drawn so far; drawingError: why the last one could not be
+//     memory        { budget, heap, used, pieces, graphics } in bytes: of the WebAssembly, what of it is allocated, and of
+//                   that by decoded pieces; and of buffers and textures
 
 import { Fingers } from "./fingers.js";
 import { Line, getList, hasToken, isOffline, takeToken } from "./line.js";
@@ -620,6 +622,14 @@ function moveIfLiked() {
   follow();
 }
 
+// ?memory=MEGABYTES
+function setMemory() {
+  const megabytes = Number(new URLSearchParams(location.search).get("memory"));
+  if (megabytes > 0) {
+    viewer.setMemory(1e6 * megabytes);
+  }
+}
+
 // Whoever has told the browser to save data gets nothing ahead.
 function saveDataIfAsked() {
   const menu = find("menu").elements;
@@ -765,6 +775,7 @@ async function start() {
   takeToken();
   linked = linkInAddress();
   viewer.setKeeps(true);
+  setMemory();
   if (!viewer.gainCanvas(canvas)) {
     hideLoading();
     showEnd(t("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off."));
@@ -772,7 +783,7 @@ async function start() {
   }
   line = new Line(viewer, wake);
   fingers = new Fingers(canvas, viewer, wake);
-  window.kdstream = { status: () => (viewer.failure ? lastStatus : viewer.status()) };
+  window.kdstream = { status: () => (viewer.failure ? lastStatus : { ...viewer.status(), memory: viewer.memory() }) };
   watchSize();
   listenToButtons();
   moveIfLiked();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
-import { bytesAt, gainCanvas, imports, useContext, useMemory } from "./gl.js";
+import { bytesAt, forgetObjects, gainCanvas, imports, useContext, useMemory } from "./gl.js";
 
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
@@ -211,6 +211,11 @@ class Viewer {
     this.#call("SetColoring", coloring);
   }
 
+  // Of WebAssembly and graphics together, at most; what is shown follows.
+  setMemory(bytes) {
+    this.#call("SetMemory", bytes);
+  }
+
   // ---- the canvas
 
   // False where the browser has no WebGL 2.
@@ -230,6 +235,7 @@ class Viewer {
 
   contextLost() {
     this.#call("ContextLost");
+    forgetObjects(this.#context);
   }
 
   contextRestored() {
@@ -333,6 +339,12 @@ class Viewer {
   legend() {
     this.#call("Legend");
     return JSON.parse(this.#text() || "[]");
+  }
+
+  // { budget, heap, used, pieces, graphics } in bytes.
+  memory() {
+    this.#call("Memory");
+    return JSON.parse(this.#text() || "{}");
   }
 
   // What to tell the person: page.js says what is in it.

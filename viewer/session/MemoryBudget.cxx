@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a viewer may take of memory: see MemoryBudget.h.
+#include "viewer/session/MemoryBudget.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// Of the standard budget:
+// - 300,000 triangles of what is seen, which fill 3 million points of a screen where ten are a
+//   triangle; 500,000 in one level, which is there beside the level before it;
+// - regions of 200,000 triangles, which are there beside all that.
+constexpr double bytesOfSeenTriangle = 500;
+constexpr double bytesOfLevelTriangle = 300;
+constexpr double bytesOfRegionTriangle = 750;
+
+constexpr double smallestPart = 0.2;
+constexpr double smaller = 0.8; // at each growth
+
+}
+
+MemoryBudget::MemoryBudget(std::size_t bytes)
+  : Budget(std::clamp(bytes, least, most))
+  , Reached(Budget / 8 * 7)
+{
+}
+
+MemoryShares MemoryBudget::Shares() const
+{
+  const double left = this->Part * static_cast<double>(this->Budget);
+  const auto bytes = [left](double part) { return static_cast<std::size_t>(part * left); };
+  const auto triangles = [left](double each) { return static_cast<std::uint64_t>(left / each); };
+  return { bytes(0.4), bytes(0.06), bytes(0.4), triangles(bytesOfSeenTriangle),
+    triangles(bytesOfLevelTriangle), triangles(bytesOfRegionTriangle) };
+}
+
+bool MemoryBudget::Follow(std::size_t taken)
+{
+  if (taken <= this->Reached)
+  {
+    return false;
+  }
+  this->Reached = taken + this->Budget / 64;
+  const double before = this->Part;
+  this->Part = std::max(this->Part * smaller, smallestPart);
+  return this->Part < before;
+}
+
+}
