@@ -62,6 +62,7 @@ endforeach()
 
 check(filters/codec ${core})
 check(filters/meshio filters/core)
+check(filters/texture filters/meshio filters/core)
 check(filters/model filters/codec ${core})
 check(filters/store filters/model filters/codec ${core})
 
@@ -79,7 +80,7 @@ check(filters/app server/protocol filters/Parallel filters/build filters/convert
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
 check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/convert VTK filters/adapter filters/meshio ${core})
+check(filters/convert VTK filters/texture filters/adapter filters/meshio ${core})
 check(filters/Partitioning VTK filters/adapter ${core})
 check(filters/Simplification VTK filters/adapter ${core})
 check(filters/PointCloud VTK filters/adapter ${core})
