@@ -76,7 +76,7 @@ endforeach()
 check(filters/program filters/core)
 check(filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/Parallel VTK filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/app server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program
+check(filters/app server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
 check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <numeric>
 #include <optional>
@@ -23,10 +24,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t fewestCuts = 3;  // of a side
-constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
-constexpr double partsOfTriangle = 64; // on top of that
-constexpr double mostCuts = 1 << 15;   // of a side; before the limit for all
+constexpr std::size_t fewestCuts = 3;    // of a side
+constexpr double partsOfTexel = 8;       // of the picture, for all triangles together
+constexpr double partsOfTriangle = 64;   // on top of that
+constexpr double mostCuts = 1 << 15;     // of a side; before the limit for all
+constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
 // Triangles without area count so much, and none more than the most: sums stay numbers.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
 
@@ -119,6 +121,11 @@ public:
         this->BakePicture(this->Textured.pictures[i], ofPicture[i]);
       }
     }
+    if (this->Unread > mostWarnings)
+    {
+      this->Report.warnings.push_back(
+        std::to_string(this->Unread - mostWarnings) + " further pictures cannot be read");
+    }
     this->Finish();
     return std::move(this->Report);
   }
@@ -133,7 +140,7 @@ private:
   {
     const auto& corners = this->Textured.corners[triangle];
     return std::all_of(corners.begin(), corners.end(),
-      [](const TextureCoordinate& c) { return std::isfinite(c[0]) && std::isfinite(c[1]); });
+      [](const PictureCoordinate& c) { return std::isfinite(c[0]) && std::isfinite(c[1]); });
   }
 
   // The triangles that each picture paints. The others are painted at once.
@@ -238,9 +245,12 @@ private:
     if (!picture)
     {
       const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
-      this->Report.warnings.push_back(source.name + ": " +
-                                      (missing ? "is not there" : picture.GetError().message) +
-                                      ": the material's colour is taken");
+      if (++this->Unread <= mostWarnings)
+      {
+        this->Report.warnings.push_back(
+          source.name + (missing ? " is not there" : ": " + picture.GetError().message) +
+          ": the material's colour is taken");
+      }
       return std::nullopt;
     }
     const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
@@ -406,9 +416,20 @@ private:
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
   double Squares = 0;
+  std::size_t Unread = 0; // pictures
   BakeReport Report;
 };
 
+}
+
+std::string BakeReport::Tell() const
+{
+  char text[200];
+  std::snprintf(text, sizeof text,
+    "textures are baked to the colours of vertices: about %.3g texels a vertex; the pictures are "
+    "%.1f of 255 grey values off (RMS)",
+    this->texelsPerVertex, this->loss);
+  return text;
 }
 
 Result<BakeReport> BakeTextures(

@@ -14,6 +14,12 @@
 namespace kdstream
 {
 
+struct TextureOptions
+{
+  bool bake = true;                             // false: pictures are left out
+  std::uint64_t mostPixels = mostPicturePixels; // of one
+};
+
 struct BakeReport
 {
   std::uint64_t pictures = 0; // that were read
@@ -24,6 +30,9 @@ struct BakeReport
   // the root of the mean square over the area, in steps of 8 bits of a channel.
   double loss = 0;
   std::vector<std::string> warnings; // a sentence each, that names the picture or the element
+
+  // For users: how many texels a vertex has, and what is lost.
+  std::string Tell() const;
 };
 
 // Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 with `alpha` where a vertex is not opaque)

@@ -26,8 +26,8 @@ enum class TextureWrap
 
 // u to the right, v down from the picture's upper edge, as glTF has them: 0-1 is the picture. Any
 // numbers; NaN where a corner has none.
-using TextureCoordinate = std::array<float, 2>;
-inline constexpr TextureCoordinate noTextureCoordinate{ std::numeric_limits<float>::quiet_NaN(),
+using PictureCoordinate = std::array<float, 2>;
+inline constexpr PictureCoordinate noPictureCoordinate{ std::numeric_limits<float>::quiet_NaN(),
   std::numeric_limits<float>::quiet_NaN() };
 
 // From the coordinates of corners to those in the picture: u' = u[0] u + u[1] v + u[2], v' alike.
@@ -63,7 +63,7 @@ struct TexturedMaterial
 struct TexturedMesh
 {
   Mesh mesh; // vertices need not be split where charts meet
-  std::vector<std::array<TextureCoordinate, 3>> corners; // of each triangle
+  std::vector<std::array<PictureCoordinate, 3>> corners; // of each triangle
   std::vector<std::uint32_t> materialOf;                 // of each triangle
   std::vector<TexturedMaterial> materials;
   std::vector<PictureSource> pictures;

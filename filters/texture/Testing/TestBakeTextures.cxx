@@ -69,7 +69,7 @@ TexturedMesh Soup(unsigned seed, const std::vector<Picture>& pictures)
   for (int i = 0; i < 100; ++i)
   {
     const auto vertex = [&]() { return static_cast<VertexId>(random() % 40); };
-    const auto at = [&]() { return TextureCoordinate{ float(9 * number()), float(9 * number()) }; };
+    const auto at = [&]() { return PictureCoordinate{ float(9 * number()), float(9 * number()) }; };
     textured.mesh.triangles.push_back({ vertex(), vertex(), vertex() });
     textured.corners.push_back({ at(), at(), at() });
     textured.materialOf.push_back(static_cast<std::uint32_t>(random() % pictures.size()));
@@ -181,8 +181,8 @@ TEST(BakeTextures, BeyondTheEdgeIsWhatTheWrapSays)
   {
     TexturedMesh textured =
       Square(across ? Grey(2, 1, { 10, 200 }) : Grey(1, 2, { 10, 200 })); // low: 10
-    const TextureCoordinate c =
-      across ? TextureCoordinate{ place, 0.5F } : TextureCoordinate{ 0.5F, place };
+    const PictureCoordinate c =
+      across ? PictureCoordinate{ place, 0.5F } : PictureCoordinate{ 0.5F, place };
     textured.corners = { { c, c, c }, { c, c, c } };
     (across ? textured.materials[0].wrapU : textured.materials[0].wrapV) = wrap;
     EXPECT_TRUE(BakeTextures(textured));
@@ -252,7 +252,7 @@ TEST(BakeTextures, VerticesInOnePlaceHaveOneColourUnlessTheirNormalsDiffer)
   textured.mesh.points = { { 0, 0, 0 }, { 0, 1, 0 }, { -1, 0, 0 }, { 0, 0, 0 }, { 0, 1, 0 },
     { 1, 0, 0 } };
   textured.mesh.triangles = { { 0, 1, 2 }, { 3, 5, 4 } };
-  const TextureCoordinate left{ 0.25F, 0.5F }, right{ 0.75F, 0.5F };
+  const PictureCoordinate left{ 0.25F, 0.5F }, right{ 0.75F, 0.5F };
   textured.corners = { { left, left, left }, { right, right, right } };
   textured.materialOf = { 0, 0 };
   textured.materials.resize(1);
@@ -308,7 +308,7 @@ TEST(BakeTextures, HugeCoordinatesAndPlacesDoNoHarm)
 TEST(BakeTextures, TrianglesWithoutAreaCountWhereThereAreNoOthers)
 {
   TexturedMesh textured = Square(Grey(2, 1, { 0, 255 }));
-  const TextureCoordinate right{ 0.75F, 0.5F };
+  const PictureCoordinate right{ 0.75F, 0.5F };
   textured.mesh.points = { { 0, 0, 0 }, { 0, 0, 0.5 }, { 0, 0, 1 }, { 1, 1, 0 } };
   textured.mesh.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
   textured.corners = { { right, right, right }, { { { 0, 0 }, { 0, 0 }, { 0, 0 } } } };
