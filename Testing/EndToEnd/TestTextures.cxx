@@ -303,6 +303,62 @@ TEST_F(TestTextures, ErrorsOfAnObjNameFaceAndLine)
   }
 }
 
+TEST_F(TestTextures, PlyIsPaintedByItsTextureFiles)
+{
+  this->WritePicture("a b.png", Row({ red, blue }), PictureType::Png);
+  this->WritePicture("c.jpg", Row({ green }), PictureType::Png);
+  const std::string points = "element vertex 9\nproperty float x\nproperty float y\nproperty float "
+                             "z\nelement face 3\nproperty list uchar int vertex_indices\n";
+  const std::string head =
+    "ply\nformat ascii 1.0\ncomment TextureFile a b.png\ncomment TextureFile "
+    "/x/c.jpg\n" +
+    points;
+  std::string places;
+  for (int i = 0; i < 3; ++i)
+  {
+    const std::string x = std::to_string(i);
+    places += x + " 0 0\n" + x + " 1 0\n" + x + " 0 1\n";
+  }
+  const auto list = [](const std::string& at)
+  { return " 6 " + at + " 0.5 " + at + " 0.5 " + at + " 0.5"; };
+  this->WriteText(
+    "m.ply", head + "property list uchar float texcoord\nproperty int texnumber\nend_header\n" +
+               places + "3 0 1 2" + list("0.25") + " 0\n3 3 4 5" + list("0.75") + " 0\n3 6 7 8" +
+               list("0.5") + " 1\n");
+  EXPECT_EQ(
+    WarningsOf("m.ply"), "the picture 'c.jpg' (TextureFile): is named as JPEG, but is a PNG\n");
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, green }));
+  const std::array<std::uint8_t, 3> white{ 255, 255, 255 };
+  this->WriteText(
+    "m.ply", head + "property list uchar float texcoord\nproperty int texnumber\nend_header\n" +
+               places + "3 0 1 2 4 0.25 0.5 0.25 0.5 0\n3 3 4 5" + list("0.75") + " 0\n3 6 7 8" +
+               list("nan") + " 2\n");
+  EXPECT_EQ(WarningsOf("m.ply"),
+    "1 faces have a texcoord of another length than their corners (the first is face 0): they "
+    "count as white\n"
+    "1 faces have a texnumber that no TextureFile has (the first is face 2): they count as "
+    "white\n");
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ white, blue, white }));
+  this->WriteText("m.ply", head + "property list uchar float texcoord\nend_header\n" + places +
+                             "3 0 1 2" + list("0.25") + "\n3 3 4 5" + list("0.75") +
+                             "\n3 6 7 8 6 0.25 x 0 0 0 0\n");
+  this->ExpectError("m.ply", "face 2");
+  // Of vertices.
+  std::string own = head;
+  own.replace(own.find("element face"), 0,
+    "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty "
+    "float t\n");
+  std::string painted;
+  std::istringstream lines(places);
+  for (std::string line; std::getline(lines, line);)
+  {
+    painted += line + " 9 9 9 " + (line[0] == '0' ? "0.25" : "0.75") + " 0\n";
+  }
+  this->WriteText("m.ply", own + "end_header\n" + painted + "3 0 1 2\n3 3 4 5\n3 6 7 8\n");
+  EXPECT_EQ(WarningsOf("m.ply"), "colours of vertices are left out: pictures paint instead\n");
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, blue }));
+}
+
 TEST_F(TestTextures, NeitherThreadsNorMemoryChangeTheStore)
 {
   Picture picture{ 64, 64, 3, std::vector<std::uint8_t>(64 * 64 * 3) };

@@ -85,7 +85,7 @@ Result<ForeignMesh> ReadOwn(
     }
     return read;
   }
-  Result<TexturedFile> read = ReadTexturedObj(file, execution);
+  Result<TexturedFile> read = ReadTextured(file, execution);
   KDSTREAM_TRY(read);
   return Bake(std::move(*read), textures, execution);
 }

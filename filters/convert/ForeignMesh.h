@@ -36,7 +36,7 @@ struct ForeignMesh
 //   .pcd          PCL's clouds: ascii, binary, compressed; points that are not finite are dropped
 //   .xyz          see ReadXyz
 //   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
-// Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj.
+// Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj and .ply.
 // Peak memory: some three times the mesh. Errors: InvalidInput saying what is wrong, and where if
 // the format's library tells; a file without any point; Unsupported for other endings, and for what
 // this installation lacks; InputOutput; NotFound; Cancelled.

@@ -5,6 +5,7 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/texture/ObjMaterials.h"
+#include "filters/texture/TexturedPly.h"
 
 #include <algorithm>
 
@@ -71,7 +72,21 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
 
 Result<FoundTextures> FindTextures(const std::filesystem::path& file)
 {
-  return FileEnding(file) == ".obj" ? FindInObj(file) : FoundTextures{};
+  const std::string ending = FileEnding(file);
+  if (ending == ".ply")
+  {
+    Result<ByteSource> source = ByteSource::Open(file);
+    KDSTREAM_TRY(source);
+    const Result<PlyHeader> header = ReadPlyHeader(*source);
+    return FoundTextures{ header && HasPictures(*header), {} };
+  }
+  return ending == ".obj" ? FindInObj(file) : FoundTextures{};
+}
+
+Result<TexturedFile> ReadTextured(const std::filesystem::path& file, const Execution& execution)
+{
+  return FileEnding(file) == ".ply" ? ReadTexturedPly(file, execution)
+                                    : ReadTexturedObj(file, execution);
 }
 
 }

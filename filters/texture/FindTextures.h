@@ -3,6 +3,7 @@
 // way then.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/texture/TexturedObj.h"
 
@@ -20,9 +21,13 @@ struct FoundTextures
   std::vector<std::string> warnings;
 };
 
-// Of an .obj, whose materials are read; other files have none. Goes through the
-// text once for the names of libraries, and again if there are any. Errors: NotFound, InputOutput;
-// what is wrong in the mesh is left to its reader.
+// Of an .obj, whose materials are read, and a .ply (HasPictures); other files have none. Goes
+// through an .obj's text once for the names of libraries, and again if there are any. Errors:
+// NotFound, InputOutput; what is wrong in the mesh is left to its reader.
 Result<FoundTextures> FindTextures(const std::filesystem::path& file);
+
+// A file that has some: TexturedObj.h, TexturedPly.h.
+Result<TexturedFile> ReadTextured(
+  const std::filesystem::path& file, const Execution& execution = {});
 
 }
