@@ -62,6 +62,7 @@ endforeach()
 
 check(filters/codec ${core})
 check(filters/meshio filters/core)
+check(filters/texture filters/meshio filters/core)
 check(filters/model filters/codec ${core})
 check(filters/store filters/model filters/codec ${core})
 
@@ -75,11 +76,11 @@ endforeach()
 check(filters/program filters/core)
 check(filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/Parallel VTK filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/app server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program
+check(filters/app server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
 check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/convert VTK filters/adapter filters/meshio ${core})
+check(filters/convert VTK filters/texture filters/adapter filters/meshio ${core})
 check(filters/Partitioning VTK filters/adapter ${core})
 check(filters/Simplification VTK filters/adapter ${core})
 check(filters/PointCloud VTK filters/adapter ${core})

@@ -260,6 +260,8 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
     "vt 0.25 0.75\nvt 1 1\nvn 0 0 2\nvn 0 1 0\nusemtl m\nf 1/1/1 2/2/1 \\\n3/1/1\n"
     "f -4/-1/-1 -3/2/1 -2/1/1\nl 1 2\n");
   const Mesh read = this->Converted("in.obj",
+    "kdstream-convert: warning: in.obj: line 2: the materials 'none.mtl' are not there: they "
+    "count as white\n"
     "kdstream-convert: warning: in.obj: not carried: materials and their textures\n"
     "kdstream-convert: warning: in.obj: not carried: 1 lines and free-form curves or surfaces\n");
   // The second face's first corner is another combination of the first vertex.

@@ -98,7 +98,9 @@ TEST_F(TestForeignInput, WarningsArePassedOn)
   const Outcome built = this->Build({ "in.obj", "-o", "m.kds", "--quiet" });
   EXPECT_EQ(built.exitCode, 0);
   EXPECT_EQ(built.err,
-    "kdstream-build: warning: in.obj: not carried by this version: materials and their textures\n");
+    "kdstream-build: warning: in.obj: line 1: the materials 'a.mtl' are not there: they count as "
+    "white\nkdstream-build: warning: in.obj: not carried by this version: materials and their "
+    "textures\n");
   this->WriteText("in.xyz", "0 0 0\n1 0 0\nnan 1 0\n");
   EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds", "--quiet" }).err,
     "kdstream-build: warning: in.xyz: 1 points are not finite and were dropped\n");

@@ -21,7 +21,9 @@ constexpr const char* description = "Cuts a mesh into uniform k-d partitions and
                                     "store that kdstream-serve streams from.";
 
 constexpr const char* footer =
-  "INPUT is a .ply, .stl or .obj file, read in chunks, so that it may be larger than memory; or a "
+  "INPUT is a .ply, .stl or .obj file, read in chunks, so that it may be larger than memory (but "
+  "whole by kdstream-convert where "
+  "pictures paint it, unless --textures off); or a "
   ".vtp, "
   ".vtk, .wrl, .glb, .gltf, .pcd or .xyz file, which kdstream-convert reads whole, in memory of "
   "its own "
@@ -33,7 +35,7 @@ constexpr const char* footer =
 Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& store,
   const Execution& execution, std::vector<std::string>& warnings)
 {
-  if (line.reconstruct.empty() && !NeedsConversion(line.input))
+  if (!line.converts)
   {
     return BuildStore(std::filesystem::path(line.input), store, line.build, execution);
   }
@@ -42,6 +44,14 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     arguments = { "--reconstruct", line.reconstruct };
   }
+  if (line.textures == "off")
+  {
+    arguments.push_back("--textures=off");
+  }
+  if (line.texturePixels != mostPicturePixels)
+  {
+    arguments.push_back("--texture-pixels=" + std::to_string(line.texturePixels));
+  }
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
   const Result<ConvertedInput> converted =
@@ -49,6 +59,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   KDSTREAM_TRY(converted);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   warnings = converted->Warnings();
+  line.baked = converted->Baked();
   line.build.inputName = std::filesystem::path(line.input).filename().string();
   line.build.convertedFrom = line.input;
   for (const std::string& argument : arguments)
@@ -102,7 +113,7 @@ int Build(const CLI::App& app, BuildCommand& line)
   WarnOfEnding(program, line);
   CatchInterrupts();
   const auto begin = std::chrono::steady_clock::now();
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = ChooseReader(line);
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet, SharesOfSteps(line));

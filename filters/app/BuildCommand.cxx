@@ -3,9 +3,11 @@
 
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/DirectionText.h"
+#include "filters/app/TextureOptions.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
+#include "filters/texture/FindTextures.h"
 
 #include <sys/resource.h>
 
@@ -154,6 +156,7 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
       "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }))
     ->group("Input");
+  AddTextureOptions(app, line.textures, line.texturePixels);
   app
     .add_option("--weld", line.weld,
       "join vertices that agree in place and attributes to the bit; those of .stl always are")
@@ -294,7 +297,18 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
   {
     json.Member(step, time);
   }
-  json.EndObject().EndObject();
+  json.EndObject();
+  if (line.baked)
+  {
+    json.Key("textures")
+      .BeginObject()
+      .Member("pictures", line.baked->pictures)
+      .Member("texels", line.baked->texels)
+      .Member("texels_per_vertex", line.baked->texelsPerVertex)
+      .Member("loss", line.baked->loss)
+      .EndObject();
+  }
+  json.EndObject();
   return json.Text();
 }
 
@@ -342,7 +356,7 @@ void TellAmounts(BuildCommand& line, ProgressReporter& progress)
 {
   std::error_code failed;
   const std::uintmax_t bytes = std::filesystem::file_size(line.input, failed);
-  if (!failed && !NeedsConversion(line.input))
+  if (!failed && !line.converts)
   {
     progress.SetAmount("read", { double(bytes), "B" });
   }
@@ -351,6 +365,23 @@ void TellAmounts(BuildCommand& line, ProgressReporter& progress)
     progress.SetAmount("", triangles > 0 ? StepAmount{ double(triangles), "triangles" }
                                          : StepAmount{ double(vertices), "vertices" });
   };
+}
+
+std::vector<std::string> ChooseReader(BuildCommand& line)
+{
+  line.converts = !line.reconstruct.empty() || NeedsConversion(line.input);
+  if (line.converts || line.textures == "off")
+  {
+    return {};
+  }
+  // An input that cannot be read is an error of the build.
+  Result<FoundTextures> found = FindTextures(line.input);
+  if (found && found->any && !CanConvert())
+  {
+    return { "its pictures are left out: kdstream-convert, which bakes them, is not there" };
+  }
+  line.converts = found && found->any;
+  return found ? std::move(found->warnings) : std::vector<std::string>{};
 }
 
 Status CheckStoreName(const std::filesystem::path& store)

@@ -4,10 +4,13 @@
 
 #include "filters/build/Builder.h"
 #include "filters/program/Program.h"
+#include "filters/texture/BakeTextures.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -22,6 +25,12 @@ struct BuildCommand
   std::string precision = "20", median = "auto";
   unsigned threads = 0;
   bool quiet = false;
+  std::string textures = "on";
+  std::uint64_t texturePixels = mostPicturePixels;
+
+  // Whether kdstream-convert reads the input: set by ChooseReader.
+  bool converts = false;
+  std::optional<BakeReport> baked{}; // what became of its pictures
 };
 
 // All options; `line` takes what is given. Keeps a reference to it.
@@ -29,6 +38,10 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line);
 
 // Fills in line.build from what was parsed. Errors: InvalidArgument.
 Status Interpret(const CLI::App& app, BuildCommand& line);
+
+// Sets line.converts: for foreign formats, for surfaces of point clouds, and for meshes that
+// pictures paint, unless --textures is off. Returns warnings of pictures, a sentence each.
+std::vector<std::string> ChooseReader(BuildCommand& line);
 
 // The parts of a build's time that its steps take, for the time left; none where they are not
 // known.

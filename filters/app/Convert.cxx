@@ -4,6 +4,7 @@
 // on hostile input.
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/OutputFolders.h"
+#include "filters/app/TextureOptions.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
 #include "filters/meshio/FileEnding.h"
@@ -48,7 +49,8 @@ constexpr const char* footer =
 
 struct CommandLine
 {
-  std::string input, output, reconstruct;
+  std::string input, output, reconstruct, textures = "on";
+  std::uint64_t texturePixels = mostPicturePixels;
   bool quiet = false, progressLines = false;
 };
 
@@ -150,7 +152,8 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   try
   {
     LimitMemory(MostMemory(line.input));
-    Result<ForeignMesh> read = ReadForeignMesh(line.input, execution);
+    Result<ForeignMesh> read =
+      ReadForeignMesh(line.input, { line.textures == "on", line.texturePixels }, execution);
     if (read && !line.reconstruct.empty())
     {
       LimitMemory(std::numeric_limits<std::uint64_t>::max());
@@ -201,6 +204,11 @@ int Convert(const std::string& program, const CommandLine& line)
   {
     return PrintError(program, line.input, read.GetError());
   }
+  if (line.progressLines && read->baked)
+  {
+    std::cerr << convertTexturesMark << read->baked->pictures << " " << read->baked->texels << " "
+              << read->baked->texelsPerVertex << " " << read->baked->loss << "\n";
+  }
   for (const std::string& warning : read->warnings)
   {
     std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
@@ -239,6 +247,7 @@ int main(int argc, char** argv)
     .add_option("--reconstruct", line.reconstruct,
       "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }));
+  AddTextureOptions(app, line.textures, line.texturePixels);
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
   return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });

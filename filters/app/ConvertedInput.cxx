@@ -15,6 +15,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <optional>
+#include <sstream>
 
 namespace kdstream
 {
@@ -69,6 +70,7 @@ public:
   std::string step = "convert";
   double fraction = 0;
   std::vector<std::string> warnings;
+  std::optional<BakeReport> baked;
   std::optional<Error> error;
 
 private:
@@ -96,6 +98,13 @@ private:
     else if (this->Line.rfind(convertProgressMark, 0) == 0)
     {
       this->UnderstandProgress(this->Line.substr(convertProgressMark.size()));
+    }
+    else if (this->Line.rfind(convertTexturesMark, 0) == 0)
+    {
+      BakeReport told;
+      std::istringstream(this->Line.substr(convertTexturesMark.size())) >> told.pictures >>
+        told.texels >> told.texelsPerVertex >> told.loss;
+      this->baked = told;
     }
   }
 
@@ -144,6 +153,11 @@ Status EndOf(int status, const Messages& messages)
 
 }
 
+bool CanConvert()
+{
+  return ::access(ChildProgram::Beside(programName).c_str(), X_OK) == 0;
+}
+
 bool NeedsConversion(const std::filesystem::path& input)
 {
   static constexpr std::array<const char*, 7> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
@@ -177,6 +191,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
   KDSTREAM_TRY(EndOf(ended, messages));
   converted.WarningTexts = std::move(messages.warnings);
+  converted.BakedTextures = messages.baked;
   return converted;
 }
 
@@ -190,6 +205,7 @@ ConvertedInput::ConvertedInput(ConvertedInput&& other) noexcept
   : Folder(std::exchange(other.Folder, {}))
   , Input(std::move(other.Input))
   , WarningTexts(std::move(other.WarningTexts))
+  , BakedTextures(std::move(other.BakedTextures))
 {
 }
 

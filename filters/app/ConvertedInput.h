@@ -5,8 +5,10 @@
 
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
+#include "filters/texture/BakeTextures.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +19,15 @@ namespace kdstream
 // the step's name follow: "progress 0.25 surface".
 inline const std::string convertProgressMark = "progress ";
 
+// With this begins its line of what became of pictures: "textures PICTURES TEXELS TEXELS_PER_VERTEX
+// LOSS".
+inline const std::string convertTexturesMark = "textures ";
+
 // Whether the file's ending is one of those.
 bool NeedsConversion(const std::filesystem::path& input);
+
+// Whether kdstream-convert lies beside this program.
+bool CanConvert();
 
 // The PLY; it goes with the object.
 class ConvertedInput
@@ -45,6 +54,8 @@ public:
   Error Blame(Error error) const;
   // What kdstream-convert warned of, without the names of program and file.
   const std::vector<std::string>& Warnings() const { return this->WarningTexts; }
+  // What became of its pictures, if there were any; its warnings are among the others.
+  const std::optional<BakeReport>& Baked() const { return this->BakedTextures; }
 
 private:
   ConvertedInput(std::filesystem::path folder, std::string input);
@@ -52,6 +63,7 @@ private:
   std::filesystem::path Folder; // empty once moved from
   std::string Input;
   std::vector<std::string> WarningTexts;
+  std::optional<BakeReport> BakedTextures;
 };
 
 }

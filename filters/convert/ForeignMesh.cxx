@@ -7,6 +7,7 @@
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/texture/FindTextures.h"
 
 #include <algorithm>
 
@@ -52,6 +53,43 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
   return result;
 }
 
+// A mesh that pictures paint, baked.
+Result<ForeignMesh> Bake(
+  TexturedFile read, const TextureOptions& textures, const Execution& execution)
+{
+  Result<BakeReport> report = BakeTextures(read.textured, textures.mostPixels, execution);
+  KDSTREAM_TRY(report);
+  ForeignMesh result{ std::move(read.textured.mesh), std::move(read.warnings) };
+  result.warnings.insert(result.warnings.end(), report->warnings.begin(), report->warnings.end());
+  if (report->pictures > 0)
+  {
+    result.warnings.push_back(report->Tell());
+  }
+  result.baked = std::move(*report);
+  return result;
+}
+
+// What kdstream-build reads itself, unless it has pictures.
+Result<ForeignMesh> ReadOwn(
+  const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
+{
+  const Result<FoundTextures> found =
+    textures.bake ? FindTextures(file) : Result<FoundTextures>(FoundTextures{});
+  KDSTREAM_TRY(found);
+  if (!found->any)
+  {
+    Result<ForeignMesh> read = ReadInChunks(file, execution);
+    if (read)
+    {
+      read->warnings.insert(read->warnings.begin(), found->warnings.begin(), found->warnings.end());
+    }
+    return read;
+  }
+  Result<TexturedFile> read = ReadTextured(file, execution);
+  KDSTREAM_TRY(read);
+  return Bake(std::move(*read), textures, execution);
+}
+
 #ifndef KDSTREAM_HAS_PCL
 Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execution&)
 {
@@ -68,9 +106,8 @@ ReadFormat FormatOf(const std::string& ending)
   {
     const char* ending;
     ReadFormat read;
-  } formats[] = { { ".stl", ReadInChunks }, { ".obj", ReadInChunks }, { ".vtp", ReadVtp },
-    { ".vtk", ReadVtk }, { ".wrl", ReadVrml }, { ".glb", ReadGltf }, { ".gltf", ReadGltf },
-    { ".xyz", ReadXyz }, { ".ply", ReadInChunks },
+  } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
+    { ".wrl", ReadVrml }, { ".glb", ReadGltf }, { ".gltf", ReadGltf }, { ".xyz", ReadXyz },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else
@@ -107,11 +144,13 @@ void DropUnfitAttributes(ForeignMesh& result)
 
 }
 
-Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file, const Execution& execution)
+Result<ForeignMesh> ReadForeignMesh(
+  const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
 {
   const std::string ending = FileEnding(file);
+  const bool own = ending == ".ply" || ending == ".obj";
   const ReadFormat read = FormatOf(ending);
-  if (!read)
+  if (!read && !own)
   {
     return Error{ ErrorCode::Unsupported,
       "the ending '" + ending + "' names no known mesh format" };
@@ -124,7 +163,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file, const Exe
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
-  Result<ForeignMesh> result = read(file, execution);
+  Result<ForeignMesh> result = own ? ReadOwn(file, textures, execution) : read(file, execution);
   if (!result)
   {
     const std::string hint = begin ? OtherFormatHint(*begin, ending) : std::string();

@@ -8,8 +8,10 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/texture/BakeTextures.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,7 @@ struct ForeignMesh
 {
   Mesh mesh;
   std::vector<std::string> warnings; // a sentence each, without the file's name
+  std::optional<BakeReport> baked{}; // of a file with textures, if they were
 };
 
 // Reads a file by its ending. Polygons become fans and strips triangles as kdstream-build reads
@@ -33,11 +36,12 @@ struct ForeignMesh
 //   .pcd          PCL's clouds: ascii, binary, compressed; points that are not finite are dropped
 //   .xyz          see ReadXyz
 //   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
+// Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj and .ply.
 // Peak memory: some three times the mesh. Errors: InvalidInput saying what is wrong, and where if
 // the format's library tells; a file without any point; Unsupported for other endings, and for what
 // this installation lacks; InputOutput; NotFound; Cancelled.
-Result<ForeignMesh> ReadForeignMesh(
-  const std::filesystem::path& file, const Execution& execution = {});
+Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
+  const TextureOptions& textures = {}, const Execution& execution = {});
 
 // One function a format; the errors are those above.
 

@@ -311,7 +311,7 @@ private:
     {
       return;
     }
-    std::vector<TextureCoordinate> coordinates(mesh.points.size());
+    std::vector<PlaceOnTexture> coordinates(mesh.points.size());
     for (std::size_t i = 0; i < coordinates.size(); ++i)
     {
       const auto point = static_cast<vtkIdType>(i);

@@ -20,7 +20,7 @@ constexpr double partsOfTexel = 8;     // of the picture, for all triangles toge
 constexpr double partsOfTriangle = 64; // on top of that
 constexpr double mostCuts = 1 << 15;   // of a side; before the limit for all
 
-bool IsNumber(const TextureCoordinate& c)
+bool IsNumber(const PlaceOnTexture& c)
 {
   return std::isfinite(c[0]) && std::isfinite(c[1]);
 }
@@ -39,7 +39,7 @@ public:
   }
 
   // The one that is nearest.
-  Color At(const TextureCoordinate& c) const
+  Color At(const PlaceOnTexture& c) const
   {
     const TexturePicture& p = this->Picture;
     const std::size_t column = Cell(c[0], p.width, p.wrapU);
@@ -74,7 +74,7 @@ private:
 class Baker
 {
 public:
-  Baker(const TexturePicture& picture, std::span<const TextureCoordinate> coordinates,
+  Baker(const TexturePicture& picture, std::span<const PlaceOnTexture> coordinates,
     std::span<const Vec3> points, std::span<const Triangle> triangles)
     : Picture(picture)
     , Source(picture)
@@ -119,7 +119,7 @@ private:
   // Where a coordinate is in the picture, in texels.
   Vec3 PlaceOf(VertexId v) const
   {
-    const TextureCoordinate& c = this->Coordinates[v];
+    const PlaceOnTexture& c = this->Coordinates[v];
     return { c[0] * double(this->Picture.width), c[1] * double(this->Picture.height), 0 };
   }
 
@@ -192,9 +192,9 @@ private:
   template <class Visit>
   void VisitPart(const Triangle& t, const Vec3& shares, double area, const Visit& visit) const
   {
-    const TextureCoordinate &a = this->Coordinates[t[0]], &b = this->Coordinates[t[1]],
+    const PlaceOnTexture &a = this->Coordinates[t[0]], &b = this->Coordinates[t[1]],
                             &c = this->Coordinates[t[2]];
-    const TextureCoordinate at{ shares[0] * a[0] + shares[1] * b[0] + shares[2] * c[0],
+    const PlaceOnTexture at{ shares[0] * a[0] + shares[1] * b[0] + shares[2] * c[0],
       shares[0] * a[1] + shares[1] * b[1] + shares[2] * c[1] };
     if (IsNumber(at)) // the sum of huge numbers may be none
     {
@@ -227,7 +227,7 @@ private:
 
   const TexturePicture& Picture;
   const Texels Source;
-  std::span<const TextureCoordinate> Coordinates;
+  std::span<const PlaceOnTexture> Coordinates;
   std::span<const Vec3> Points;
   std::span<const Triangle> Triangles;
   double Thinning = 1;
@@ -236,18 +236,8 @@ private:
 
 }
 
-double ToLinear(double value)
-{
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
-
-double FromLinear(double value)
-{
-  return value <= 0.0031308 ? value * 12.92 : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
-}
-
 BakedTexture BakeTexture(const TexturePicture& picture,
-  std::span<const TextureCoordinate> coordinates, std::span<const Vec3> points,
+  std::span<const PlaceOnTexture> coordinates, std::span<const Vec3> points,
   std::span<const Triangle> triangles)
 {
   return Baker(picture, coordinates, points, triangles).Bake();

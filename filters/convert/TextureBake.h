@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/texture/TexturedMesh.h"
 
 #include <array>
 #include <cstddef>
@@ -12,21 +13,6 @@
 
 namespace kdstream
 {
-
-using Color = std::array<double, 4>; // red, green, blue, alpha: 0-1
-
-// sRGB, as pictures and our vertex colours are, to linear light, in which colours are added up, and
-// back.
-double ToLinear(double value);
-double FromLinear(double value);
-
-// What is beyond the picture's edge.
-enum class TextureWrap
-{
-  Repeat,
-  Mirror,
-  Clamp
-};
 
 // Bytes, `components` a texel: grey, grey and alpha, RGB, RGBA; rows from the lowest up.
 struct TexturePicture
@@ -38,7 +24,7 @@ struct TexturePicture
 };
 
 // Coordinates: u to the right, v down from the picture's upper edge, as glTF has them. Any numbers.
-using TextureCoordinate = std::array<double, 2>;
+using PlaceOnTexture = std::array<double, 2>;
 
 struct BakedTexture
 {
@@ -59,7 +45,7 @@ struct BakedTexture
 // eight for each texel of the picture and 64 for each triangle: so coordinates that repeat a
 // picture a million times take no longer. Time: O(parts). Source: what is usual; ours is the limit.
 BakedTexture BakeTexture(const TexturePicture& picture,
-  std::span<const TextureCoordinate> coordinates, std::span<const Vec3> points,
+  std::span<const PlaceOnTexture> coordinates, std::span<const Vec3> points,
   std::span<const Triangle> triangles);
 
 }

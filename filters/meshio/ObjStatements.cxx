@@ -116,6 +116,7 @@ void ObjStatements::Understand()
 {
   this->Text = this->Text.substr(0, this->Text.find('#'));
   const std::string_view word = TakeObjWord(this->Text);
+  this->Written = word;
   const auto isOneOf = [word](std::initializer_list<std::string_view> words)
   { return std::find(words.begin(), words.end(), word) != words.end(); };
   if (word == "v")

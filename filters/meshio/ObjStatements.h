@@ -39,6 +39,8 @@ public:
   // next one, comments do not. Errors: InputOutput; a statement longer than 1 MiB.
   Result<bool> Next();
   ObjKeyword Keyword() const { return this->Word; }
+  // The keyword as it is written. Valid until the next call of Next.
+  std::string_view Name() const { return this->Written; }
   // What follows the keyword. Valid until the next call of Next.
   std::string_view Rest() const { return this->Text; }
   const TextLines& GetLines() const { return this->Lines; }
@@ -49,7 +51,7 @@ private:
   void Understand();
 
   TextLines Lines;
-  std::string_view Text;
+  std::string_view Text, Written;
   std::string Joined;
   ObjKeyword Word = ObjKeyword::Other;
 };

@@ -111,6 +111,8 @@ public:
     if (words.size() > 2 && words[0] == "comment" && words[1] == "TextureFile")
     {
       this->Header.textures.push_back(QuotedText(words[2]));
+      const char* const end = words.back().data() + words.back().size();
+      this->Header.textureFiles.emplace_back(words[2].data(), end);
     }
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info")
     {

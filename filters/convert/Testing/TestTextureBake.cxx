@@ -14,7 +14,7 @@ namespace
 // A square of two triangles that a picture covers just so.
 const std::vector<Vec3> square{ { 0, 0, 0 }, { 1, 0, 0 }, { 1, 1, 0 }, { 0, 1, 0 } };
 const std::vector<Triangle> halves{ { 0, 1, 2 }, { 0, 2, 3 } };
-const std::vector<TextureCoordinate> corners{ { 0, 1 }, { 1, 1 }, { 1, 0 }, { 0, 0 } };
+const std::vector<PlaceOnTexture> corners{ { 0, 1 }, { 1, 1 }, { 1, 0 }, { 0, 0 } };
 
 TexturePicture Grey(std::size_t width, std::size_t height, const std::vector<std::uint8_t>& texels)
 {
@@ -71,7 +71,7 @@ TEST(TextureBake, TheUpperHalfIsThatOfSmallV)
 TEST(TextureBake, BeyondTheEdgeIsWhatTheWrapSays)
 {
   const std::vector<std::uint8_t> texels{ 0, 255 }; // dark to the left
-  const std::vector<TextureCoordinate> beyond(3, { 1.25, 0.5 });
+  const std::vector<PlaceOnTexture> beyond(3, { 1.25, 0.5 });
   const std::vector<Triangle> one{ { 0, 1, 2 } };
   TexturePicture picture = Grey(2, 1, texels);
   const auto at = [&](TextureWrap wrap)
@@ -90,7 +90,7 @@ TEST(TextureBake, CoordinatesOfAnyKindDoNoHarm)
   const double none = std::numeric_limits<double>::quiet_NaN();
   for (const double odd : { none, 1e300, -1e300, 1e9 })
   {
-    std::vector<TextureCoordinate> coordinates = corners;
+    std::vector<PlaceOnTexture> coordinates = corners;
     coordinates[2] = { odd, odd };
     const BakedTexture baked = BakeTexture(Grey(2, 1, texels), coordinates, square, halves);
     ASSERT_EQ(baked.colors.size(), 4U);
@@ -100,7 +100,7 @@ TEST(TextureBake, CoordinatesOfAnyKindDoNoHarm)
     }
     EXPECT_TRUE(std::isfinite(baked.loss) && std::isfinite(baked.texels)) << odd;
   }
-  std::vector<TextureCoordinate> coordinates(4, { none, none });
+  std::vector<PlaceOnTexture> coordinates(4, { none, none });
   EXPECT_EQ(
     BakeTexture(Grey(2, 1, texels), coordinates, square, halves).colors[1], (Color{ 1, 1, 1, 1 }));
 }

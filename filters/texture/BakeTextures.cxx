@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures as colours of vertices: see BakeTextures.h.
+//   1. Which vertices are one place.
+//   2. Triangles without a picture, or without coordinates: their material's colour.
+//   3. Picture by picture: decode it; how finely its triangles are looked at; the sums of their
+//      texels, for their corners.
+//   4. The means, as bytes; what is lost, from sums that were made along the way.
+#include "filters/texture/BakeTextures.h"
+
+#include "filters/core/VectorMath.h"
+#include "filters/core/Weld.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/texture/PictureTexels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <numeric>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t fewestCuts = 3;    // of a side
+constexpr double partsOfTexel = 8;       // of the picture, for all triangles together
+constexpr double partsOfTriangle = 64;   // on top of that
+constexpr double mostCuts = 1 << 15;     // of a side; before the limit for all
+constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
+// Triangles without area count so much, and none more than the most: sums stay numbers.
+constexpr double leastArea = 1e-250, mostArea = 1e250;
+
+// The place of each vertex: the number of the lowest one with its coordinates and its normal.
+std::vector<VertexId> PlacesOf(const Mesh& mesh, const Execution& execution)
+{
+  std::vector<VertexId> places = FirstCoincident(mesh.points, Coincidence::BitEqual, execution);
+  const auto normals = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+    [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Normals; });
+  if (normals == mesh.attributes.end())
+  {
+    return places;
+  }
+  const std::size_t size = normals->TupleSize();
+  const auto compare = [&](VertexId a, VertexId b)
+  { return std::memcmp(&normals->values[a * size], &normals->values[b * size], size); };
+  std::vector<VertexId> order(places.size());
+  std::iota(order.begin(), order.end(), VertexId{ 0 });
+  std::sort(order.begin(), order.end(),
+    [&](VertexId a, VertexId b)
+    {
+      const int normal = places[a] == places[b] ? compare(a, b) : 0;
+      return places[a] != places[b] ? places[a] < places[b] : normal != 0 ? normal < 0 : a < b;
+    });
+  std::vector<VertexId> refined(places.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    const bool same =
+      i > 0 && places[order[i]] == places[order[i - 1]] && compare(order[i], order[i - 1]) == 0;
+    refined[order[i]] = same ? refined[order[i - 1]] : order[i];
+  }
+  return refined;
+}
+
+// What texels add up to at a place.
+struct PlaceSum
+{
+  Color light{}; // × weight
+  double weight = 0;
+  std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
+};
+
+Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
+{
+  if (source.file.empty())
+  {
+    return source.bytes;
+  }
+  Result<ByteSource> file = ByteSource::Open(source.file);
+  KDSTREAM_TRY(file);
+  const std::uint64_t offset = std::min(source.offset, file->Size());
+  const std::uint64_t size = std::min(source.size, file->Size() - offset);
+  file->Seek(offset);
+  std::vector<std::uint8_t> bytes;
+  while (bytes.size() < size)
+  {
+    const Result<std::string_view> block = file->Peek(1);
+    KDSTREAM_TRY(block);
+    const auto take =
+      static_cast<std::size_t>(std::min<std::uint64_t>(block->size(), size - bytes.size()));
+    if (take == 0)
+    {
+      break;
+    }
+    bytes.insert(bytes.end(), block->begin(), block->begin() + static_cast<std::ptrdiff_t>(take));
+    file->Consume(take);
+  }
+  return bytes;
+}
+
+class Baker
+{
+public:
+  Baker(TexturedMesh& textured, std::uint64_t mostPixels)
+    : Textured(textured)
+    , MostPixels(mostPixels)
+  {
+  }
+
+  Result<BakeReport> Bake(const Execution& execution)
+  {
+    this->Places = PlacesOf(this->Textured.mesh, execution);
+    this->Sums.resize(this->Places.size());
+    const std::vector<std::vector<std::uint32_t>> ofPicture = this->SortTriangles();
+    for (std::size_t i = 0; i < ofPicture.size(); ++i)
+    {
+      KDSTREAM_TRY(execution.Report("textures", double(i) / double(ofPicture.size())));
+      if (!ofPicture[i].empty())
+      {
+        this->BakePicture(this->Textured.pictures[i], ofPicture[i]);
+      }
+    }
+    if (this->Unread > mostWarnings)
+    {
+      this->Report.warnings.push_back(
+        std::to_string(this->Unread - mostWarnings) + " further pictures cannot be read");
+    }
+    this->Finish();
+    return std::move(this->Report);
+  }
+
+private:
+  const TexturedMaterial& MaterialOf(std::size_t triangle) const
+  {
+    return this->Textured.materials[this->Textured.materialOf[triangle]];
+  }
+
+  bool HasCoordinates(std::size_t triangle) const
+  {
+    const auto& corners = this->Textured.corners[triangle];
+    return std::all_of(corners.begin(), corners.end(),
+      [](const PictureCoordinate& c) { return std::isfinite(c[0]) && std::isfinite(c[1]); });
+  }
+
+  // The triangles that each picture paints. The others are painted at once.
+  std::vector<std::vector<std::uint32_t>> SortTriangles()
+  {
+    std::vector<std::vector<std::uint32_t>> ofPicture(this->Textured.pictures.size());
+    std::size_t bare = 0, firstBare = 0;
+    for (std::size_t i = 0; i < this->Textured.mesh.triangles.size(); ++i)
+    {
+      const std::uint32_t picture = this->MaterialOf(i).picture;
+      const bool painted = picture != noPicture && this->HasCoordinates(i);
+      if (painted)
+      {
+        ofPicture[picture].push_back(static_cast<std::uint32_t>(i));
+        continue;
+      }
+      this->Paint(i, this->MaterialOf(i).color);
+      firstBare = picture != noPicture && bare == 0 ? i : firstBare;
+      bare += picture != noPicture ? 1 : 0;
+    }
+    if (bare > 0)
+    {
+      this->Report.warnings.push_back(
+        std::to_string(bare) + (bare == 1 ? " triangle has" : " triangles have") +
+        " no texture coordinates, or such that are no numbers (the "
+        "first is triangle " +
+        std::to_string(firstBare) + "): the material's colour is taken");
+    }
+    return ofPicture;
+  }
+
+  double AreaOf(const Triangle& t) const
+  {
+    const std::vector<Vec3>& points = this->Textured.mesh.points;
+    const Vec3 normal = Cross(Minus(points[t[1]], points[t[0]]), Minus(points[t[2]], points[t[0]]));
+    const double area = Length(normal) / 2;
+    return area >= leastArea ? std::min(area, mostArea) : leastArea; // NaN: the least
+  }
+
+  // weight: of a part at one of its triangle's corners.
+  void Add(VertexId corner, double weight, const Color& light, const std::array<double, 3>& shown)
+  {
+    PlaceSum& sum = this->Sums[this->Places[corner]];
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      sum.light[k] += weight * light[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      sum.shown[k] += weight * shown[k];
+    }
+    sum.weight += weight;
+  }
+
+  void AddSquares(double area, const std::array<double, 3>& shown)
+  {
+    this->Squares += area * (shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2]);
+  }
+
+  // The whole triangle in one colour.
+  void Paint(std::size_t triangle, const Color& light)
+  {
+    const Triangle& t = this->Textured.mesh.triangles[triangle];
+    const double area = this->AreaOf(t);
+    const std::array<double, 3> shown{ 255 * FromLinear(light[0]), 255 * FromLinear(light[1]),
+      255 * FromLinear(light[2]) };
+    for (const VertexId corner : t)
+    {
+      this->Add(corner, area / 3, light, shown);
+    }
+    this->AddSquares(area, shown);
+    this->Cuts.resize(this->Textured.mesh.triangles.size());
+    this->Cuts[triangle] = 0;
+  }
+
+  void BakePicture(const PictureSource& source, const std::vector<std::uint32_t>& triangles)
+  {
+    const std::optional<Picture> picture = this->ReadPicture(source);
+    this->Cuts.resize(this->Textured.mesh.triangles.size());
+    if (!picture)
+    {
+      for (const std::uint32_t triangle : triangles)
+      {
+        this->Paint(triangle, this->MaterialOf(triangle).color);
+      }
+      return;
+    }
+    ++this->Report.pictures;
+    const PictureTexels texels(*picture);
+    const double thinning = this->FindThinning(texels, triangles);
+    for (const std::uint32_t triangle : triangles)
+    {
+      this->BakeTriangle(triangle, texels, thinning);
+    }
+  }
+
+  std::optional<Picture> ReadPicture(const PictureSource& source)
+  {
+    const Result<std::vector<std::uint8_t>> bytes = BytesOf(source);
+    Result<Picture> picture =
+      bytes ? DecodePicture(*bytes, this->MostPixels) : Result<Picture>(bytes.GetError());
+    if (!picture)
+    {
+      const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
+      if (++this->Unread <= mostWarnings)
+      {
+        this->Report.warnings.push_back(
+          source.name + (missing ? " is not there" : ": " + picture.GetError().message) +
+          ": the material's colour is taken");
+      }
+      return std::nullopt;
+    }
+    const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
+    if (named != PictureType::Unknown && named != is)
+    {
+      this->Report.warnings.push_back(
+        source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(is));
+    }
+    return std::move(*picture);
+  }
+
+  // The corners' places in the picture, in pictures.
+  std::array<PlaceInPicture, 3> CornersOf(std::size_t triangle) const
+  {
+    std::array<PlaceInPicture, 3> places{};
+    const TextureTransform& m = this->MaterialOf(triangle).transform;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double u = this->Textured.corners[triangle][k][0];
+      const double v = this->Textured.corners[triangle][k][1];
+      places[k] = { m.u[0] * u + m.u[1] * v + m.u[2], m.v[0] * u + m.v[1] * v + m.v[2] };
+    }
+    return places;
+  }
+
+  // How much fewer cuts there must be than would be right, and how many texels are covered.
+  double FindThinning(const PictureTexels& texels, const std::vector<std::uint32_t>& triangles)
+  {
+    double parts = 0;
+    for (const std::uint32_t triangle : triangles)
+    {
+      const std::array<PlaceInPicture, 3> at = this->CornersOf(triangle);
+      const double cuts = this->CutsOf(texels, at);
+      parts += cuts * cuts;
+      this->Report.texels += texels.Covered(at);
+    }
+    const double most = partsOfTexel * texels.Count() + partsOfTriangle * double(triangles.size());
+    return parts > most ? std::sqrt(most / parts) : 1;
+  }
+
+  static double CutsOf(const PictureTexels& texels, const std::array<PlaceInPicture, 3>& at)
+  {
+    return std::clamp(std::ceil(texels.LongestSide(at)), double(fewestCuts), mostCuts);
+  }
+
+  void BakeTriangle(std::size_t triangle, const PictureTexels& texels, double thinning)
+  {
+    const std::array<PlaceInPicture, 3> at = this->CornersOf(triangle);
+    const TexturedMaterial& material = this->MaterialOf(triangle);
+    const Triangle& t = this->Textured.mesh.triangles[triangle];
+    const auto cuts =
+      std::max(fewestCuts, static_cast<std::size_t>(std::floor(CutsOf(texels, at) * thinning)));
+    this->Cuts[triangle] = static_cast<std::uint16_t>(cuts);
+    const double area = this->AreaOf(t) / double(cuts * cuts);
+    const bool plain = material.factor == Color{ 1, 1, 1, 1 };
+    // Rows of small triangles, upright and upside down by turns: their middles.
+    for (std::size_t row = 0; row < cuts; ++row)
+    {
+      for (std::size_t i = 0; i < 2 * (cuts - row) - 1; ++i)
+      {
+        const double third = i % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
+        const double second = (double(i / 2) + third) / double(cuts);
+        const double last = (double(row) + third) / double(cuts);
+        const Vec3 shares{ 1 - second - last, second, last };
+        const Texel texel =
+          texels.At({ shares[0] * at[0][0] + shares[1] * at[1][0] + shares[2] * at[2][0],
+                      shares[0] * at[0][1] + shares[1] * at[1][1] + shares[2] * at[2][1] },
+            material.wrapU, material.wrapV);
+        Color light = texels.LightOf(texel);
+        std::array<double, 3> shown = texels.ShownOf(texel);
+        if (!plain)
+        {
+          for (std::size_t k = 0; k < 4; ++k)
+          {
+            light[k] *= material.factor[k];
+          }
+          std::transform(light.begin(), light.begin() + 3, shown.begin(),
+            [](double value) { return 255 * FromLinear(value); });
+        }
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          this->Add(t[k], shares[k] * area, light, shown);
+        }
+        this->AddSquares(area, shown);
+      }
+    }
+  }
+
+  void Finish()
+  {
+    Mesh& mesh = this->Textured.mesh;
+    std::erase_if(mesh.attributes, [](const Attribute& attribute)
+      { return attribute.name == "RGB" || attribute.name == "RGBA"; });
+    std::vector<std::array<std::uint8_t, 4>> colors(this->Sums.size());
+    bool opaque = true;
+    std::size_t places = 0;
+    for (std::size_t v = 0; v < colors.size(); ++v)
+    {
+      const PlaceSum& sum = this->Sums[this->Places[v]];
+      const bool any = sum.weight > 0;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        colors[v][k] = any ? ByteOfLinear(sum.light[k] / sum.weight) : 255;
+      }
+      const double alpha = any ? sum.light[3] / sum.weight : 1;
+      colors[v][3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(alpha, 0.0, 1.0)));
+      opaque = opaque && colors[v][3] == 255;
+      places += this->Places[v] == v ? 1 : 0;
+    }
+    const bool alpha = this->Textured.alpha && !opaque;
+    Attribute attribute{ { alpha ? "RGBA" : "RGB", AttributeType::UInt8,
+                           AttributeAssociation::Point, std::uint8_t(alpha ? 4 : 3) },
+      {} };
+    for (const std::array<std::uint8_t, 4>& color : colors)
+    {
+      attribute.values.insert(
+        attribute.values.end(), color.begin(), color.begin() + (alpha ? 4 : 3));
+    }
+    this->Report.texelsPerVertex = places > 0 ? this->Report.texels / double(places) : 0;
+    this->MeasureLoss(colors);
+    mesh.attributes.push_back(std::move(attribute));
+  }
+
+  // Σ area (texel - Σ share × colour)², multiplied out: the texels' squares and their products with
+  // the shares were added up on the way, and the products of the shares follow from the cuts.
+  void MeasureLoss(const std::vector<std::array<std::uint8_t, 4>>& colors)
+  {
+    double sum = this->Squares, all = 0;
+    for (std::size_t v = 0; v < colors.size(); ++v)
+    {
+      for (std::size_t k = 0; k < 3 && this->Places[v] == v; ++k)
+      {
+        sum -= 2 * colors[v][k] * this->Sums[v].shown[k];
+      }
+    }
+    this->Cuts.resize(this->Textured.mesh.triangles.size());
+    for (std::size_t i = 0; i < this->Textured.mesh.triangles.size(); ++i)
+    {
+      const Triangle& t = this->Textured.mesh.triangles[i];
+      const double area = this->AreaOf(t), cuts = this->Cuts[i];
+      const double within = cuts > 0 ? 1 / (cuts * cuts) : 0; // of the spread of shares in a part
+      all += area;
+      for (std::size_t a = 0; a < 3; ++a)
+      {
+        for (std::size_t b = 0; b < 3; ++b)
+        {
+          const double whole = (a == b ? 2.0 : 1.0) / 12;
+          const double products = whole - (whole - 1.0 / 9) * within;
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            sum += area * products * colors[t[a]][k] * colors[t[b]][k];
+          }
+        }
+      }
+    }
+    const double mean = sum / all / 3;
+    this->Report.loss = all > 0 && std::isfinite(mean) ? std::sqrt(std::max(0.0, mean)) : 0;
+  }
+
+  TexturedMesh& Textured;
+  std::uint64_t MostPixels;
+  std::vector<VertexId> Places;
+  std::vector<PlaceSum> Sums;      // of each place, at its number
+  std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
+  double Squares = 0;
+  std::size_t Unread = 0; // pictures
+  BakeReport Report;
+};
+
+}
+
+std::string BakeReport::Tell() const
+{
+  char text[200];
+  std::snprintf(text, sizeof text,
+    "textures are baked to the colours of vertices: about %.3g texels a vertex; the pictures are "
+    "%.1f of 255 grey values off (RMS)",
+    this->texelsPerVertex, this->loss);
+  return text;
+}
+
+Result<BakeReport> BakeTextures(
+  TexturedMesh& textured, std::uint64_t mostPixels, const Execution& execution)
+{
+  return Baker(textured, mostPixels).Bake(execution);
+}
+
+}

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures as colours of vertices. Part of step "read" of the README's picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/texture/Picture.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct TextureOptions
+{
+  bool bake = true;                             // false: pictures are left out
+  std::uint64_t mostPixels = mostPicturePixels; // of one
+};
+
+struct BakeReport
+{
+  std::uint64_t pictures = 0; // that were read
+  // That triangles cover, those that several cover as often. Of a picture that is missing: none.
+  double texels = 0;
+  double texelsPerVertex = 0; // over all places
+  // How far the texels are from what the vertices' colours are between them, as viewers draw them:
+  // the root of the mean square over the area, in steps of 8 bits of a channel.
+  double loss = 0;
+  std::vector<std::string> warnings; // a sentence each, that names the picture or the element
+
+  // For users: how many texels a vertex has, and what is lost.
+  std::string Tell() const;
+};
+
+// Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 with `alpha` where a vertex is not opaque)
+// to textured.mesh, in place of any of these names. REQUIRES: a tuple of corners and a material
+// that is there for each triangle; pictures that are there or noPicture.
+//
+// The colour of a vertex is the mean of the texels that its triangles cover, in linear light,
+// weighted by their area on the surface, and the more the nearer they are to the vertex: as much as
+// the vertex's colour counts there when triangles are drawn. Vertices in one place (bit-equal
+// coordinates) with equal normals have one colour: vertices that are split along the seams of
+// charts become one again when the mesh is welded. Triangles whose corners have no coordinates, or
+// whose picture cannot be read, count with their material's colour; vertices of no triangle are
+// white. Triangles without area count only at vertices that have no others.
+//
+// Each triangle is looked at in equal parts, about two for each texel, nine at least, but of a
+// picture no more than eight for each of its texels and 64 for each triangle: coordinates that
+// repeat a picture a million times take no longer. Pictures are decoded one after the other, in
+// their order, and one at a time is in memory. Time: O(parts); memory: 64 bytes a vertex, one
+// picture and its file. The result depends on nothing but the input. Errors: Cancelled. Source:
+// usual; the limits are ours.
+Result<BakeReport> BakeTextures(TexturedMesh& textured,
+  std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
+
+}

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// JPEG by libjpeg-turbo. Steps: 1. the header: how large, which colours  2. memory  3. rows.
+#include "filters/texture/Picture.h"
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+
+#include <jerror.h>
+#include <jpeglib.h>
+
+namespace kdstream
+{
+namespace
+{
+
+// What libjpeg calls on an error, and must not return from.
+struct Escape
+{
+  jpeg_error_mgr manager{};
+  std::jmp_buf place{};
+  std::array<char, JMSG_LENGTH_MAX> message{};
+};
+
+void OnJpegError(j_common_ptr codec)
+{
+  auto* const escape = reinterpret_cast<Escape*>(codec->err);
+  codec->err->format_message(codec, escape->message.data());
+  std::longjmp(escape->place, 1);
+}
+
+// Warnings of damaged data, where libjpeg would go on with grey. Of odd headers and bytes between
+// the parts there are many in good pictures.
+void OnJpegMessage(j_common_ptr codec, int level)
+{
+  const int code = codec->err->msg_code;
+  if (level < 0 && (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE))
+  {
+    OnJpegError(codec);
+  }
+}
+
+// Nothing with a destructor may live in the functions below, where longjmp can leave them.
+
+bool ReadJpegHeader(
+  jpeg_decompress_struct& codec, Escape& escape, std::span<const std::uint8_t> bytes)
+{
+  if (setjmp(escape.place) != 0)
+  {
+    return false;
+  }
+  jpeg_create_decompress(&codec);
+  jpeg_mem_src(&codec, bytes.data(), static_cast<unsigned long>(bytes.size()));
+  return jpeg_read_header(&codec, TRUE) == JPEG_HEADER_OK;
+}
+
+bool ReadJpegRows(
+  jpeg_decompress_struct& codec, Escape& escape, std::uint8_t* texels, std::size_t row)
+{
+  if (setjmp(escape.place) != 0)
+  {
+    return false;
+  }
+  jpeg_start_decompress(&codec);
+  while (codec.output_scanline < codec.output_height)
+  {
+    JSAMPROW at = texels + codec.output_scanline * row;
+    jpeg_read_scanlines(&codec, &at, 1);
+  }
+  jpeg_finish_decompress(&codec);
+  return true;
+}
+
+class JpegDecoder
+{
+public:
+  JpegDecoder()
+  {
+    this->Codec.err = jpeg_std_error(&this->Leave.manager);
+    this->Leave.manager.error_exit = &OnJpegError;
+    this->Leave.manager.emit_message = &OnJpegMessage;
+  }
+  ~JpegDecoder() { jpeg_destroy_decompress(&this->Codec); }
+  JpegDecoder(const JpegDecoder&) = delete;
+  JpegDecoder& operator=(const JpegDecoder&) = delete;
+
+  Result<Picture> Decode(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+  {
+    if (!ReadJpegHeader(this->Codec, this->Leave, bytes))
+    {
+      return this->Failed();
+    }
+    KDSTREAM_TRY(CheckPictureSize(this->Codec.image_width, this->Codec.image_height, mostPixels));
+    if (this->Codec.jpeg_color_space == JCS_CMYK || this->Codec.jpeg_color_space == JCS_YCCK)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "it is a JPEG in CMYK, which is for print: save it in RGB" };
+    }
+    const bool grey = this->Codec.jpeg_color_space == JCS_GRAYSCALE;
+    this->Codec.out_color_space = grey ? JCS_GRAYSCALE : JCS_RGB;
+    Picture picture{ this->Codec.image_width, this->Codec.image_height, grey ? 1U : 3U, {} };
+    const std::size_t row = picture.width * picture.components;
+    picture.texels.resize(row * picture.height);
+    if (!ReadJpegRows(this->Codec, this->Leave, picture.texels.data(), row))
+    {
+      return this->Failed();
+    }
+    return picture;
+  }
+
+private:
+  Error Failed() const
+  {
+    return { ErrorCode::InvalidInput,
+      "it is a damaged or truncated JPEG (" + std::string(this->Leave.message.data()) + ")" };
+  }
+
+  jpeg_decompress_struct Codec{};
+  Escape Leave;
+};
+
+}
+
+Result<Picture> DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+{
+  return JpegDecoder().Decode(bytes, mostPixels);
+}
+
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// PNG by libpng. Steps: 1. the header: how large  2. memory  3. rows, of whatever kind, as bytes.
+#include "filters/texture/Picture.h"
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstring>
+
+#include <png.h>
+
+namespace kdstream
+{
+namespace
+{
+
+// What is left to read, and what went wrong.
+struct PngInput
+{
+  std::span<const std::uint8_t> bytes;
+  char message[100] = "";
+};
+
+void ReadPng(png_structp codec, png_bytep to, std::size_t size)
+{
+  auto* const input = static_cast<PngInput*>(png_get_io_ptr(codec));
+  if (size > input->bytes.size())
+  {
+    png_error(codec, "it ends too early");
+  }
+  std::memcpy(to, input->bytes.data(), size);
+  input->bytes = input->bytes.subspan(size);
+}
+
+void OnPngError(png_structp codec, png_const_charp message)
+{
+  auto* const input = static_cast<PngInput*>(png_get_error_ptr(codec));
+  std::strncpy(input->message, message, sizeof input->message - 1);
+  png_longjmp(codec, 1);
+}
+
+void OnPngWarning(png_structp, png_const_charp) {}
+
+// Nothing with a destructor may live in the functions below, where longjmp can leave them.
+
+bool ReadPngHeader(png_structp codec, png_infop info)
+{
+  if (setjmp(png_jmpbuf(codec)) != 0)
+  {
+    return false;
+  }
+  png_set_user_limits(codec, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // ours counts
+  png_set_chunk_malloc_max(codec, 1 << 24);                     // profiles and texts
+  png_read_info(codec, info);
+  return true;
+}
+
+// Takes memory for rows.
+bool AskForBytes(png_structp codec, png_infop info)
+{
+  if (setjmp(png_jmpbuf(codec)) != 0)
+  {
+    return false;
+  }
+  png_set_expand(codec); // palettes, fewer bits, transparent colours
+  png_set_scale_16(codec);
+  png_read_update_info(codec, info);
+  return true;
+}
+
+bool ReadPngRows(
+  png_structp codec, png_bytep texels, std::size_t row, std::size_t height, int passes)
+{
+  if (setjmp(png_jmpbuf(codec)) != 0)
+  {
+    return false;
+  }
+  for (int pass = 0; pass < passes; ++pass)
+  {
+    for (std::size_t y = 0; y < height; ++y)
+    {
+      png_read_row(codec, texels + y * row, nullptr);
+    }
+  }
+  png_read_end(codec, nullptr);
+  return true;
+}
+
+class PngDecoder
+{
+public:
+  explicit PngDecoder(std::span<const std::uint8_t> bytes)
+    : Source{ bytes }
+    , Codec(
+        png_create_read_struct(PNG_LIBPNG_VER_STRING, &this->Source, &OnPngError, &OnPngWarning))
+    , Info(this->Codec ? png_create_info_struct(this->Codec) : nullptr)
+  {
+  }
+  ~PngDecoder() { png_destroy_read_struct(&this->Codec, &this->Info, nullptr); }
+  PngDecoder(const PngDecoder&) = delete;
+  PngDecoder& operator=(const PngDecoder&) = delete;
+
+  Result<Picture> Decode(std::uint64_t mostPixels)
+  {
+    if (!this->Codec || !this->Info)
+    {
+      return Error{ ErrorCode::LimitExceeded, "there is no memory for its decoder" };
+    }
+    png_set_read_fn(this->Codec, &this->Source, &ReadPng);
+    if (!ReadPngHeader(this->Codec, this->Info))
+    {
+      return this->Failed();
+    }
+    Picture picture{ png_get_image_width(this->Codec, this->Info),
+      png_get_image_height(this->Codec, this->Info), 0, {} };
+    KDSTREAM_TRY(CheckPictureSize(picture.width, picture.height, mostPixels));
+    if (!AskForBytes(this->Codec, this->Info))
+    {
+      return this->Failed();
+    }
+    picture.components = png_get_channels(this->Codec, this->Info);
+    const std::size_t row = png_get_rowbytes(this->Codec, this->Info);
+    if (row != picture.width * picture.components)
+    {
+      return Error{ ErrorCode::InvalidInput, "it is a PNG of an unknown kind" };
+    }
+    picture.texels.resize(row * picture.height);
+    const bool interlaced = png_get_interlace_type(this->Codec, this->Info) == PNG_INTERLACE_ADAM7;
+    constexpr int passesOfAdam7 = 7;
+    if (!ReadPngRows(
+          this->Codec, picture.texels.data(), row, picture.height, interlaced ? passesOfAdam7 : 1))
+    {
+      return this->Failed();
+    }
+    return picture;
+  }
+
+private:
+  Error Failed() const
+  {
+    return { ErrorCode::InvalidInput,
+      "it is a damaged or truncated PNG (" + std::string(this->Source.message) + ")" };
+  }
+
+  PngInput Source;
+  png_structp Codec = nullptr;
+  png_infop Info = nullptr;
+};
+
+}
+
+Result<Picture> DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+{
+  return PngDecoder(bytes).Decode(mostPixels);
+}
+
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// WebP by libwebp. Of an animation there is no picture.
+#include "filters/texture/Picture.h"
+
+#include <webp/decode.h>
+
+namespace kdstream
+{
+
+Result<Picture> DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+{
+  const Error damaged{ ErrorCode::InvalidInput, "it is a damaged or truncated WebP" };
+  WebPBitstreamFeatures features;
+  if (WebPGetFeatures(bytes.data(), bytes.size(), &features) != VP8_STATUS_OK ||
+      features.width <= 0 || features.height <= 0)
+  {
+    return damaged;
+  }
+  if (features.has_animation)
+  {
+    return Error{ ErrorCode::InvalidInput, "it is a WebP of several pictures" };
+  }
+  const auto width = static_cast<std::size_t>(features.width);
+  const auto height = static_cast<std::size_t>(features.height);
+  KDSTREAM_TRY(CheckPictureSize(width, height, mostPixels));
+  const bool alpha = features.has_alpha != 0;
+  Picture picture{ width, height, alpha ? 4U : 3U, {} };
+  picture.texels.resize(width * height * picture.components);
+  const auto decode = alpha ? &WebPDecodeRGBAInto : &WebPDecodeRGBInto;
+  // Its sides have 14 bits: a row fits an int.
+  if (!decode(bytes.data(), bytes.size(), picture.texels.data(), picture.texels.size(),
+        static_cast<int>(width * picture.components)))
+  {
+    return damaged;
+  }
+  return picture;
+}
+
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether a mesh's file is painted by pictures: step "read" of the README's picture goes another
+// way then.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/texture/TexturedObj.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct FoundTextures
+{
+  bool any = false;
+  // What the user should know where there are none: materials that are not there.
+  std::vector<std::string> warnings;
+};
+
+// Of an .obj, whose materials are read, and a .ply (HasPictures); other files have none. Goes
+// through an .obj's text once for the names of libraries, and again if there are any. Errors:
+// NotFound, InputOutput; what is wrong in the mesh is left to its reader.
+Result<FoundTextures> FindTextures(const std::filesystem::path& file);
+
+// A file that has some: TexturedObj.h, TexturedPly.h.
+Result<TexturedFile> ReadTextured(
+  const std::filesystem::path& file, const Execution& execution = {});
+
+}

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/texture/ObjMaterials.h"
+
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/QuotedText.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+namespace kdstream
+{
+namespace
+{
+
+std::string_view Trimmed(std::string_view text)
+{
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && blank(text.front()))
+  {
+    text.remove_prefix(1);
+  }
+  while (!text.empty() && blank(text.back()))
+  {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
+bool IsFile(const std::filesystem::path& file)
+{
+  std::error_code failed;
+  return std::filesystem::is_regular_file(file, failed);
+}
+
+// A map_… statement: options, then a name that may have blanks.
+class MapStatement
+{
+public:
+  explicit MapStatement(std::string_view text)
+    : Rest(text)
+  {
+  }
+
+  // False for numbers that are none.
+  bool Understand(ObjMaterial& material)
+  {
+    for (std::string_view option; !(option = this->PeekWord()).empty() && option[0] == '-';)
+    {
+      this->Take();
+      if (option == "-o" || option == "-s" || option == "-t")
+      {
+        std::array<double, 3> values{ option == "-s" ? 1.0 : 0.0, option == "-s" ? 1.0 : 0.0, 0 };
+        if (!this->TakeNumbers(values))
+        {
+          return false;
+        }
+        std::array<double, 2>& kept = option == "-o" ? material.offset : material.scale;
+        kept = option == "-t" ? kept : std::array<double, 2>{ values[0], values[1] };
+      }
+      else
+      {
+        const bool on = this->PeekWord() == "on";
+        material.clamp = option == "-clamp" ? on : material.clamp;
+        this->Take();
+        if (option == "-mm")
+        {
+          this->Take();
+        }
+      }
+    }
+    material.picture = Trimmed(this->Rest);
+    return true;
+  }
+
+private:
+  std::string_view PeekWord() const
+  {
+    std::string_view rest = this->Rest;
+    return TakeObjWord(rest);
+  }
+  void Take() { TakeObjWord(this->Rest); }
+
+  // One to three, as long as words are numbers and another word follows.
+  bool TakeNumbers(std::array<double, 3>& values)
+  {
+    std::size_t count = 0;
+    for (; count < values.size(); ++count)
+    {
+      std::string_view after = this->Rest;
+      double value = 0;
+      const std::string_view word = TakeObjWord(after);
+      if (ParseNumber(word, value) != NumberTextError::None || Trimmed(after).empty())
+      {
+        break;
+      }
+      if (!std::isfinite(value))
+      {
+        return false;
+      }
+      values[count] = value;
+      this->Rest = after;
+    }
+    return count > 0;
+  }
+
+  std::string_view Rest;
+};
+
+// "r [g b]", sRGB.
+bool ReadKd(std::string_view text, ObjMaterial& material)
+{
+  std::array<double, 3> values{};
+  std::size_t count = 0;
+  for (std::string_view word = TakeObjWord(text); !word.empty() && count < 3;
+       word = TakeObjWord(text))
+  {
+    if (ParseNumber(word, values[count++]) != NumberTextError::None ||
+        !std::isfinite(values[count - 1]))
+    {
+      return false;
+    }
+  }
+  if (count == 1)
+  {
+    values[1] = values[2] = values[0];
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    material.color[k] = ToLinear(std::clamp(values[k], 0.0, 1.0));
+  }
+  material.colored = true;
+  return count == 1 || count == 3;
+}
+
+bool IsOtherMap(std::string_view name)
+{
+  static constexpr std::array<std::string_view, 5> others{ "bump", "norm", "disp", "decal",
+    "refl" };
+  return name.starts_with("map_") || std::find(others.begin(), others.end(), name) != others.end();
+}
+
+}
+
+std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written)
+{
+  std::string name(written);
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const bool drive = name.size() > 1 && name[1] == ':';
+  std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+  if (drive || relative.is_absolute() || (!relative.empty() && *relative.begin() == ".."))
+  {
+    relative = relative.filename();
+  }
+  return base.parent_path() / relative;
+}
+
+void ObjLibraries::Add(std::string_view names, std::uint64_t line)
+{
+  const std::string_view whole = Trimmed(names);
+  std::vector<std::string_view> words;
+  for (std::string_view word = TakeObjWord(names); !word.empty(); word = TakeObjWord(names))
+  {
+    words.push_back(word);
+  }
+  const bool several =
+    !IsFile(FileBeside(this->Mesh, whole)) &&
+    std::any_of(words.begin(), words.end(),
+      [&](std::string_view word) { return IsFile(FileBeside(this->Mesh, word)); });
+  if (!several)
+  {
+    words = { whole };
+  }
+  for (const std::string_view word : words)
+  {
+    this->Read(FileBeside(this->Mesh, word), line);
+  }
+}
+
+void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
+{
+  const std::string named =
+    "line " + std::to_string(line) + ": the materials " + QuotedText(file.filename().string());
+  if (std::find(this->Seen.begin(), this->Seen.end(), file) != this->Seen.end())
+  {
+    return;
+  }
+  if (this->Seen.size() == mostObjLibraries)
+  {
+    if (!this->TooMany)
+    {
+      this->Found.warnings.push_back(named + " and what follows are left out: more than " +
+                                     std::to_string(mostObjLibraries) + " libraries");
+    }
+    this->TooMany = true;
+    return;
+  }
+  this->Seen.push_back(file);
+  Result<ByteSource> source = ByteSource::Open(file);
+  if (!source || source->Size() > mostObjLibraryBytes)
+  {
+    const std::string why = source ? "are more than 64 MiB"
+                            : source.GetError().code == ErrorCode::NotFound
+                              ? "are not there"
+                              : source.GetError().message;
+    this->Found.warnings.push_back(named + " " + why + ": they count as white");
+    return;
+  }
+  ObjStatements statements(std::move(*source));
+  ObjMaterial* material = nullptr;
+  const std::string library = file.filename().string();
+  std::size_t wrong = 0;
+  for (;;)
+  {
+    const Result<bool> more = statements.Next();
+    const std::string place = library + ", line " + std::to_string(statements.GetLines().Number());
+    if (!more)
+    {
+      this->Found.warnings.push_back(library + ": " + more.GetError().message);
+      return;
+    }
+    if (!*more)
+    {
+      return;
+    }
+    const std::string_view name = statements.Name(), rest = statements.Rest();
+    bool understood = true;
+    if (name == "newmtl")
+    {
+      std::vector<ObjMaterial>& all = this->Found.materials;
+      if (all.size() == mostObjMaterials)
+      {
+        this->Found.warnings.push_back(place + ": more than " + std::to_string(mostObjMaterials) +
+                                       " materials: the rest is left out");
+        return;
+      }
+      all.push_back({});
+      material = &all.back();
+      material->name = Trimmed(rest);
+    }
+    else if (material && name == "Kd")
+    {
+      understood = ReadKd(rest, *material);
+    }
+    else if (material && name == "map_Kd")
+    {
+      ObjMaterial changed = *material;
+      changed.place = place;
+      understood = MapStatement(rest).Understand(changed) && !changed.picture.empty();
+      *material = understood ? changed : *material;
+    }
+    else if (IsOtherMap(name) && this->OtherMaps.size() < 20 &&
+             std::find(this->OtherMaps.begin(), this->OtherMaps.end(), name) ==
+               this->OtherMaps.end())
+    {
+      this->OtherMaps.emplace_back(name.substr(0, 40));
+    }
+    if (!understood && ++wrong <= 3)
+    {
+      this->Found.warnings.push_back(
+        place + ": cannot be understood: " + QuotedText(std::string(name) + std::string(rest)));
+    }
+  }
+}
+
+ObjMaterials ObjLibraries::Take()
+{
+  if (!this->OtherMaps.empty())
+  {
+    std::string names;
+    for (const std::string& name : this->OtherMaps)
+    {
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    this->Found.warnings.push_back("pictures of materials that are not carried: " + names);
+  }
+  // Of one name the first.
+  std::vector<ObjMaterial>& all = this->Found.materials;
+  std::stable_sort(all.begin(), all.end(),
+    [](const ObjMaterial& a, const ObjMaterial& b) { return a.name < b.name; });
+  all.erase(std::unique(all.begin(), all.end(),
+              [](const ObjMaterial& a, const ObjMaterial& b) { return a.name == b.name; }),
+    all.end());
+  return std::move(this->Found);
+}
+
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Materials of Wavefront OBJ files: their libraries, .mtl. Part of step "read" of the README's
+// picture.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// A material of a library, as far as it paints.
+struct ObjMaterial
+{
+  std::string name;
+  Color color{ 1, 1, 1, 1 }; // Kd, taken as sRGB; in linear light
+  bool colored = false;      // whether there is a Kd
+  std::string picture;       // of map_Kd, as it is written; empty: none
+  std::string place;         // of the map_Kd, for messages: "statue.mtl, line 4"
+  bool clamp = false;
+  std::array<double, 2> offset{}, scale{ 1, 1 }; // u, v up
+};
+
+struct ObjMaterials
+{
+  std::vector<ObjMaterial> materials; // of one name the first
+  std::vector<std::string> warnings;  // a sentence each, without the OBJ's name
+};
+
+// The most libraries of a file, materials of all of them, and bytes of one: what is beyond is left
+// out, with a warning.
+inline constexpr std::size_t mostObjLibraries = 256, mostObjMaterials = 1 << 16;
+inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
+
+// The libraries that a statement "mtllib" of the mesh's file names, one after the other. line: of
+// the statement. A name with blanks is taken whole if there is such a file, else as several names.
+// Each file is read once, however often it is named. Read are newmtl, Kd, and map_Kd with the
+// options -o -s -clamp; others are passed over, other pictures named in one warning. A library that
+// is missing, or a line that cannot be understood, becomes a warning. Memory: the materials.
+class ObjLibraries
+{
+public:
+  explicit ObjLibraries(std::filesystem::path mesh)
+    : Mesh(std::move(mesh))
+  {
+  }
+
+  void Add(std::string_view names, std::uint64_t line);
+  // What was found. Ends the use.
+  ObjMaterials Take();
+
+private:
+  void Read(const std::filesystem::path& file, std::uint64_t line);
+
+  std::filesystem::path Mesh;
+  std::vector<std::filesystem::path> Seen;
+  ObjMaterials Found;
+  std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
+  bool TooMany = false;
+};
+
+// Where a file that `base` names is: relative to base's folder. What is written absolute, or leads
+// out of that folder, as other machines write it (C:\scans\a.png, ../../a.png), is looked for by
+// its last part, in the folder itself. So a mesh reads no file outside its folder, but through
+// links that lie in it. Backslashes are slashes.
+std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
+
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures as bytes of texels: JPEG, PNG and WebP. Part of step "read" of the README's picture.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Bytes, `components` a texel: grey; grey and alpha; RGB; RGBA. Rows from the top down. sRGB.
+struct Picture
+{
+  std::size_t width = 0, height = 0; // at least 1
+  std::size_t components = 3;        // 1-4
+  std::vector<std::uint8_t> texels;
+};
+
+enum class PictureType
+{
+  Unknown,
+  Jpeg,
+  Png,
+  Webp
+};
+
+// By its first bytes, whatever its name.
+PictureType TypeOfPicture(std::span<const std::uint8_t> bytes);
+// "a JPEG", "a PNG", "a WebP", "no JPEG, PNG or WebP".
+std::string NameOf(PictureType type);
+// By the ending of its name, in any case; Unknown for others.
+PictureType TypeOfName(const std::string& name);
+
+inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
+
+// Decodes the picture by what it is. 16-bit channels become bytes, palettes RGB or RGBA. Colours
+// are taken as sRGB whatever profile is embedded. mostPixels: no memory is taken for a picture that
+// claims more. Peak memory: the texels, and what the library needs: rows, of a progressive JPEG
+// twice the texels again.
+// Errors, without the file's name: LimitExceeded with the size that is claimed; InvalidInput for
+// what is none of the three, truncated, damaged, or a JPEG in CMYK.
+Result<Picture> DecodePicture(
+  std::span<const std::uint8_t> bytes, std::uint64_t mostPixels = mostPicturePixels);
+
+// One format each, for DecodePicture.
+
+Result<Picture> DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
+Result<Picture> DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
+Result<Picture> DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
+
+// Whether so many pixels may be decoded. Errors: LimitExceeded with the size; InvalidInput for
+// none.
+Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t mostPixels);
+
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The texels of a picture at texture coordinates. Part of step "read" of the README's picture.
+#pragma once
+
+#include "filters/texture/Picture.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kdstream
+{
+
+using PlaceInPicture = std::array<double, 2>; // 0-1 from the left and from above; any number
+using Texel = std::array<std::uint8_t, 4>;    // RGBA, sRGB
+
+// Nearest texels: nothing is mixed but by who asks. The picture must outlive it.
+class PictureTexels
+{
+public:
+  explicit PictureTexels(const Picture& picture)
+    : Source(picture)
+    , Linear(LinearOfBytes())
+  {
+  }
+
+  double Count() const { return double(this->Source.width) * double(this->Source.height); }
+
+  Texel At(const PlaceInPicture& place, TextureWrap wrapU, TextureWrap wrapV) const
+  {
+    const Picture& p = this->Source;
+    const std::size_t column = Cell(place[0], p.width, wrapU);
+    const std::size_t row = Cell(place[1], p.height, wrapV);
+    const std::uint8_t* const texel = &p.texels[(row * p.width + column) * p.components];
+    const bool grey = p.components < 3;
+    const std::uint8_t alpha = p.components % 2 == 0 ? texel[p.components - 1] : 255;
+    return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2], alpha };
+  }
+
+  Color LightOf(const Texel& texel) const
+  {
+    return { this->Linear[texel[0]], this->Linear[texel[1]], this->Linear[texel[2]],
+      texel[3] / 255.0 };
+  }
+  // 0-255.
+  static std::array<double, 3> ShownOf(const Texel& texel)
+  {
+    return { double(texel[0]), double(texel[1]), double(texel[2]) };
+  }
+
+  // In texels, of a triangle between these places.
+  double LongestSide(const std::array<PlaceInPicture, 3>& at) const
+  {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double x = (at[k][0] - at[(k + 1) % 3][0]) * double(this->Source.width);
+      const double y = (at[k][1] - at[(k + 1) % 3][1]) * double(this->Source.height);
+      longest = std::max(longest, x * x + y * y);
+    }
+    return std::sqrt(longest);
+  }
+  // How many texels it covers.
+  double Covered(const std::array<PlaceInPicture, 3>& at) const
+  {
+    const double cross =
+      (at[1][0] - at[0][0]) * (at[2][1] - at[0][1]) - (at[1][1] - at[0][1]) * (at[2][0] - at[0][0]);
+    const double covered = std::abs(cross) / 2 * this->Count();
+    return std::isfinite(covered) ? covered : 0;
+  }
+
+private:
+  static std::size_t Cell(double t, std::size_t size, TextureWrap wrap)
+  {
+    double inside = t;
+    if (wrap == TextureWrap::Repeat)
+    {
+      inside = t - std::floor(t);
+    }
+    else if (wrap == TextureWrap::Mirror)
+    {
+      const double twice = t / 2 - std::floor(t / 2);
+      inside = 1 - std::abs(1 - 2 * twice);
+    }
+    // What is no number (a transform of huge ones) is the first.
+    return inside > 0 ? static_cast<std::size_t>(std::min(inside * double(size), double(size - 1)))
+                      : 0;
+  }
+
+  const Picture& Source;
+  const std::array<double, 256>& Linear;
+};
+
+}

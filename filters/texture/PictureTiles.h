@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures in tiles: names with <UDIM>. Part of step "read" of the README's picture.
+#pragma once
+
+#include "filters/texture/TexturedMesh.h"
+
+namespace kdstream
+{
+
+// Gives each triangle whose picture's name has "<UDIM>" (in any case) the picture of its tile, the
+// one that its corners' mean lies in: 1001 + u + 10 v, u from the left and v from below, where 0 <=
+// u < 10 and 0 <= v < 100; outside of these it has no picture. Tiles are clamped at their edges.
+// Materials are of formats whose v goes up (upsideDown).
+void SplitTiles(TexturedMesh& textured);
+
+}

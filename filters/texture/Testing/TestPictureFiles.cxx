@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures of all kinds, and what is none or claims too much.
+#include "filters/texture/Picture.h"
+#include "filters/texture/WritePicture.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+
+#include <jpeglib.h>
+#include <png.h>
+
+using namespace kdstream;
+
+namespace
+{
+
+using Bytes = std::vector<std::uint8_t>;
+
+Picture Noise(std::size_t width, std::size_t height, std::size_t components, unsigned seed)
+{
+  std::mt19937 random(seed);
+  Picture picture{ width, height, components, Bytes(width * height * components) };
+  for (std::uint8_t& value : picture.texels)
+  {
+    value = static_cast<std::uint8_t>(random() & 255U);
+  }
+  return picture;
+}
+
+std::string ErrorOf(const Bytes& bytes, std::uint64_t most = mostPicturePixels)
+{
+  const Result<Picture> picture = DecodePicture(bytes, most);
+  return picture ? "none" : picture.GetError().message;
+}
+
+// A PNG of any depth and colour type, its rows as libpng packs them.
+Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes rows, std::size_t row)
+{
+  Bytes bytes;
+  png_structp codec = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(codec);
+  png_set_write_fn(
+    codec, &bytes,
+    [](png_structp writer, png_bytep data, std::size_t size)
+    {
+      auto* const to = static_cast<Bytes*>(png_get_io_ptr(writer));
+      to->insert(to->end(), data, data + size);
+    },
+    nullptr);
+  png_set_IHDR(codec, info, width, height, depth, type, PNG_INTERLACE_NONE,
+    PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  const std::array<png_color, 4> palette{ { { 1, 2, 3 }, { 255, 0, 0 }, { 0, 255, 0 },
+    { 9, 8, 7 } } };
+  if (type == PNG_COLOR_TYPE_PALETTE)
+  {
+    png_set_PLTE(codec, info, palette.data(), int(palette.size()));
+  }
+  png_write_info(codec, info);
+  for (unsigned y = 0; y < height; ++y)
+  {
+    png_write_row(codec, &rows[y * row]);
+  }
+  png_write_end(codec, info);
+  png_destroy_write_struct(&codec, &info);
+  return bytes;
+}
+
+Bytes CmykJpeg()
+{
+  jpeg_compress_struct codec{};
+  jpeg_error_mgr errors{};
+  codec.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&codec);
+  unsigned char* begin = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&codec, &begin, &size);
+  codec.image_width = codec.image_height = 8;
+  codec.input_components = 4;
+  codec.in_color_space = JCS_CMYK;
+  jpeg_set_defaults(&codec);
+  jpeg_start_compress(&codec, TRUE);
+  Bytes row(32, 100);
+  JSAMPROW at = row.data();
+  while (codec.next_scanline < codec.image_height)
+  {
+    jpeg_write_scanlines(&codec, &at, 1);
+  }
+  jpeg_finish_compress(&codec);
+  jpeg_destroy_compress(&codec);
+  Bytes bytes(begin, begin + size);
+  std::free(begin);
+  return bytes;
+}
+
+}
+
+TEST(Picture, LosslessOnesComeBackToTheBit)
+{
+  for (std::size_t components = 1; components <= 4; ++components)
+  {
+    const Picture made = Noise(13, 7, components, unsigned(components));
+    const Result<Picture> png = DecodePicture(EncodePicture(made, PictureType::Png));
+    ASSERT_TRUE(png) << png.GetError().message;
+    EXPECT_EQ(png->components, components);
+    EXPECT_EQ(png->width, 13U);
+    EXPECT_EQ(png->height, 7U);
+    EXPECT_EQ(png->texels, made.texels);
+  }
+  const Picture opaque = Noise(17, 5, 3, 9);
+  const Result<Picture> webp = DecodePicture(EncodePicture(opaque, PictureType::Webp));
+  ASSERT_TRUE(webp) << webp.GetError().message;
+  EXPECT_EQ(webp->texels, opaque.texels);
+  Picture clear = Noise(17, 5, 4, 10);
+  for (std::size_t i = 3; i < clear.texels.size(); i += 4)
+  {
+    clear.texels[i] |= 1; // what cannot be seen has no colour in WebP
+  }
+  const Result<Picture> seen = DecodePicture(EncodePicture(clear, PictureType::Webp));
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(seen->texels, clear.texels);
+}
+
+TEST(Picture, JpegComesBackNearly)
+{
+  for (const std::size_t components : { 1U, 3U })
+  {
+    Picture made{ 32, 16, components, Bytes(32 * 16 * components, 100) };
+    const Result<Picture> read = DecodePicture(EncodePicture(made, PictureType::Jpeg));
+    ASSERT_TRUE(read) << read.GetError().message;
+    EXPECT_EQ(read->components, components);
+    EXPECT_EQ(read->height, 16U);
+    ASSERT_EQ(read->texels.size(), made.texels.size());
+    for (const std::uint8_t value : read->texels)
+    {
+      EXPECT_NEAR(value, 100, 2);
+    }
+  }
+}
+
+TEST(Picture, PngOfOddKindsBecomesBytes)
+{
+  // 16 bits, big-endian.
+  const Bytes deep = RawPng(2, 1, 16, PNG_COLOR_TYPE_GRAY, { 0x80, 0x80, 0xFF, 0xFF }, 4);
+  ASSERT_TRUE(DecodePicture(deep)) << ErrorOf(deep);
+  EXPECT_EQ(DecodePicture(deep)->texels, (Bytes{ 128, 255 }));
+  const Bytes palette = RawPng(4, 1, 2, PNG_COLOR_TYPE_PALETTE, { 0x1B }, 1); // 0 1 2 3
+  ASSERT_TRUE(DecodePicture(palette)) << ErrorOf(palette);
+  EXPECT_EQ(DecodePicture(palette)->texels, (Bytes{ 1, 2, 3, 255, 0, 0, 0, 255, 0, 9, 8, 7 }));
+  const Bytes bits = RawPng(8, 1, 1, PNG_COLOR_TYPE_GRAY, { 0xF0 }, 1);
+  ASSERT_TRUE(DecodePicture(bits)) << ErrorOf(bits);
+  EXPECT_EQ(DecodePicture(bits)->texels, (Bytes{ 255, 255, 255, 255, 0, 0, 0, 0 }));
+  const Bytes alpha = RawPng(1, 1, 16, PNG_COLOR_TYPE_GRAY_ALPHA, { 0x40, 0x40, 0x20, 0x20 }, 4);
+  ASSERT_TRUE(DecodePicture(alpha)) << ErrorOf(alpha);
+  EXPECT_EQ(DecodePicture(alpha)->components, 2U);
+  EXPECT_EQ(DecodePicture(alpha)->texels, (Bytes{ 0x40, 0x20 }));
+}
+
+TEST(Picture, CmykIsRefused)
+{
+  EXPECT_EQ(ErrorOf(CmykJpeg()), "it is a JPEG in CMYK, which is for print: save it in RGB");
+}
+
+TEST(Picture, WhatClaimsTooMuchTakesNoMemory)
+{
+  // A header alone, with its checksum right: 60000 x 60000, 16 bits RGBA.
+  Bytes huge = RawPng(1, 1, 16, PNG_COLOR_TYPE_RGBA, Bytes(8), 8);
+  const Bytes size{ 0, 0, 0xEA, 0x60, 0, 0, 0xEA, 0x60 };
+  std::copy(size.begin(), size.end(), huge.begin() + 16);
+  std::uint32_t crc = 0xFFFFFFFFU; // of PNG chunks
+  for (std::size_t i = 12; i < 29; ++i)
+  {
+    crc ^= huge[i];
+    for (int bit = 0; bit < 8; ++bit)
+    {
+      crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+    }
+  }
+  crc = ~crc;
+  for (std::size_t k = 0; k < 4; ++k)
+  {
+    huge[29 + k] = static_cast<std::uint8_t>(crc >> (24 - 8 * k));
+  }
+  EXPECT_EQ(ErrorOf(huge), "it claims 60000 x 60000 pixels, more than the limit of 1073741824");
+  const Picture small = Noise(20, 10, 3, 1);
+  for (const PictureType type : { PictureType::Jpeg, PictureType::Png, PictureType::Webp })
+  {
+    const Bytes bytes = EncodePicture(small, type);
+    EXPECT_EQ(ErrorOf(bytes, 199), "it claims 20 x 10 pixels, more than the limit of 199");
+    EXPECT_EQ(ErrorOf(bytes, 200), "none");
+  }
+}
+
+TEST(Picture, CutOnesAreErrorsThatSayWhat)
+{
+  const Picture made = Noise(40, 30, 3, 3);
+  for (const PictureType type : { PictureType::Jpeg, PictureType::Png, PictureType::Webp })
+  {
+    const Bytes whole = EncodePicture(made, type);
+    ASSERT_EQ(ErrorOf(whole), "none");
+    for (std::size_t percent = 2; percent < 98; percent += 5)
+    {
+      const Bytes cut(
+        whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * percent / 100));
+      EXPECT_NE(ErrorOf(cut).find("it is a damaged or truncated " + NameOf(type).substr(2)),
+        std::string::npos)
+        << percent << ": " << ErrorOf(cut);
+    }
+  }
+  EXPECT_EQ(ErrorOf({}), "it is empty");
+  EXPECT_EQ(ErrorOf({ 'G', 'I', 'F', '8' }), "it is no JPEG, PNG or WebP");
+}
+
+TEST(Picture, DamagedBytesNeverCrash)
+{
+  std::mt19937 random(7);
+  const Picture made = Noise(24, 24, 3, 5);
+  for (const PictureType type : { PictureType::Jpeg, PictureType::Png, PictureType::Webp })
+  {
+    const Bytes whole = EncodePicture(made, type);
+    for (int round = 0; round < 300; ++round)
+    {
+      Bytes bytes = whole;
+      for (unsigned count = 1 + random() % 4; count > 0; --count)
+      {
+        bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random() & 255U);
+      }
+      const Result<Picture> read = DecodePicture(bytes, 1 << 20);
+      if (read)
+      {
+        EXPECT_EQ(read->texels.size(), read->width * read->height * read->components);
+      }
+    }
+  }
+}

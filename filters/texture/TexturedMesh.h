@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A mesh whose triangles are painted by pictures, as the readers of textured formats give it,
+// before it is baked to colours of vertices. Part of step "read" of the README's picture.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/texture/Light.h"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// What is beyond the picture's edge.
+enum class TextureWrap
+{
+  Repeat,
+  Mirror,
+  Clamp
+};
+
+// u to the right, v down from the picture's upper edge, as glTF has them: 0-1 is the picture. Any
+// numbers; NaN where a corner has none.
+using PictureCoordinate = std::array<float, 2>;
+inline constexpr PictureCoordinate noPictureCoordinate{ std::numeric_limits<float>::quiet_NaN(),
+  std::numeric_limits<float>::quiet_NaN() };
+
+// From the coordinates of corners to those in the picture: u' = u[0] u + u[1] v + u[2], v' alike.
+struct TextureTransform
+{
+  std::array<double, 3> u{ 1, 0, 0 }, v{ 0, 1, 0 };
+};
+// Of formats whose v goes up from the lower edge.
+inline constexpr TextureTransform upsideDown{ { 1, 0, 0 }, { 0, -1, 1 } };
+
+// Where a picture's bytes are: in `bytes`, or else in a file, or a part of it.
+struct PictureSource
+{
+  std::string name; // for messages, with the line that names it where there is one
+  std::filesystem::path file;
+  std::uint64_t offset = 0;
+  std::uint64_t size = std::numeric_limits<std::uint64_t>::max(); // to the end
+  std::vector<std::uint8_t> bytes{};
+};
+
+inline constexpr std::uint32_t noPicture = std::numeric_limits<std::uint32_t>::max();
+
+struct TexturedMaterial
+{
+  std::string name;
+  Color color{ 1, 1, 1, 1 };  // in linear light; where no picture paints
+  Color factor{ 1, 1, 1, 1 }; // of the picture's light
+  std::uint32_t picture = noPicture;
+  TextureWrap wrapU = TextureWrap::Repeat, wrapV = TextureWrap::Repeat;
+  TextureTransform transform{};
+};
+
+struct TexturedMesh
+{
+  Mesh mesh; // vertices need not be split where charts meet
+  std::vector<std::array<PictureCoordinate, 3>> corners; // of each triangle
+  std::vector<std::uint32_t> materialOf;                 // of each triangle
+  std::vector<TexturedMaterial> materials;
+  std::vector<PictureSource> pictures;
+  bool alpha = false; // whether colours have it
+};
+
+}

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads OBJ files with their materials: see TexturedObj.h. Steps: 1. all statements: how many of
+// what, whether floats suffice, the libraries  2. places, texture coordinates, normals; faces,
+// whose corners may name what comes later  3. vertices: of each place with each of its normals  4.
+// tiles.
+#include "filters/texture/TexturedObj.h"
+
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/texture/ObjMaterials.h"
+#include "filters/texture/PictureTiles.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t statementsPerReport = 1 << 17;
+constexpr std::size_t mostUnknown = 20; // materials that are warned of
+
+class TexturedObjReader
+{
+public:
+  TexturedObjReader(std::filesystem::path file, ByteSource source)
+    : File(file)
+    , Statements(std::move(source))
+    , Libraries(std::move(file))
+  {
+  }
+
+  Result<TexturedFile> Read(const Execution& execution)
+  {
+    KDSTREAM_TRY(this->ForEachStatement(execution, 0, [this]() { return this->LookAt(); }));
+    this->AsFloats = this->Precision.FloatsSuffice();
+    this->Out.textured.mesh.scalarType = this->AsFloats ? ScalarType::Float32 : ScalarType::Float64;
+    this->TakeMaterials();
+    KDSTREAM_TRY(this->ForEachStatement(execution, 0.5, [this]() { return this->Keep(); }));
+    if (this->Colored)
+    {
+      this->Out.warnings.push_back("colours of vertices are left out: pictures paint instead");
+    }
+    this->MakeNormals();
+    if (this->Unknown > mostUnknown)
+    {
+      this->Out.warnings.push_back(std::to_string(this->Unknown - mostUnknown) +
+                                   " further materials are in no library: they count as white");
+    }
+    SplitTiles(this->Out.textured);
+    return std::move(this->Out);
+  }
+
+private:
+  template <class Visit>
+  Status ForEachStatement(const Execution& execution, double before, const Visit& visit)
+  {
+    this->Statements.Restart();
+    this->SoFar = {};
+    for (std::uint64_t number = 0;; ++number)
+    {
+      const Result<bool> more = this->Statements.Next();
+      KDSTREAM_TRY(more);
+      if (!*more)
+      {
+        return {};
+      }
+      KDSTREAM_TRY(visit());
+      const auto kind = static_cast<std::size_t>(this->Statements.Keyword());
+      if (kind < this->SoFar.size() && ++this->SoFar[kind] >= noVertex)
+      {
+        return Error{ ErrorCode::LimitExceeded,
+          "more than 4294967294 " + std::string(objPartNames[kind]) + "s" };
+      }
+      if (number % statementsPerReport == 0)
+      {
+        KDSTREAM_TRY(execution.Report("read", before + this->Statements.GetLines().Fraction() / 2));
+      }
+    }
+  }
+
+  std::uint64_t Line() const { return this->Statements.GetLines().Number(); }
+
+  Status LookAt()
+  {
+    std::string_view text = this->Statements.Rest();
+    const auto kind = static_cast<std::size_t>(this->Statements.Keyword());
+    if (kind < this->All.size())
+    {
+      ++this->All[kind];
+    }
+    if (this->Statements.Keyword() == ObjKeyword::Place)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        this->Precision.Add(TakeObjWord(text));
+      }
+    }
+    else if (this->Statements.Name() == "mtllib")
+    {
+      this->Libraries.Add(text, this->Line());
+    }
+    return {};
+  }
+
+  void TakeMaterials()
+  {
+    ObjMaterials found = this->Libraries.Take();
+    this->Out.warnings = std::move(found.warnings);
+    TexturedMesh& textured = this->Out.textured;
+    textured.materials.push_back({}); // of faces without one
+    std::map<std::filesystem::path, std::uint32_t> pictures;
+    for (ObjMaterial& read : found.materials)
+    {
+      TexturedMaterial material;
+      material.name = read.name;
+      material.color = read.color;
+      material.wrapU = material.wrapV = read.clamp ? TextureWrap::Clamp : TextureWrap::Repeat;
+      material.transform = { { read.scale[0], 0, read.offset[0] },
+        { 0, -read.scale[1], 1 - read.offset[1] } };
+      if (!read.picture.empty())
+      {
+        const std::filesystem::path file = FileBeside(this->File, read.picture);
+        const auto [at, added] =
+          pictures.try_emplace(file, static_cast<std::uint32_t>(textured.pictures.size()));
+        if (added)
+        {
+          textured.pictures.push_back(
+            { "the picture " + QuotedText(file.filename().string()) + " (" + read.place + ")",
+              file });
+        }
+        material.picture = at->second;
+      }
+      this->MaterialNumbers.emplace(
+        material.name, static_cast<std::uint32_t>(textured.materials.size()));
+      textured.materials.push_back(std::move(material));
+    }
+  }
+
+  Status Keep()
+  {
+    const std::string_view text = this->Statements.Rest();
+    switch (this->Statements.Keyword())
+    {
+      case ObjKeyword::Place:
+        return this->KeepPlace(text);
+      case ObjKeyword::TextureCoordinate:
+        return this->KeepTextureCoordinate(text);
+      case ObjKeyword::Normal:
+      {
+        std::array<float, 3> values{};
+        Status parsed = ParseObjNumbers(text, 3, values);
+        this->NormalsRead.push_back(values);
+        return parsed ? parsed : Status(this->At("normal", this->SoFar[2], parsed.GetError()));
+      }
+      case ObjKeyword::Face:
+        return this->KeepFace(text);
+      default:
+        break;
+    }
+    if (this->Statements.Name() == "usemtl")
+    {
+      this->Use(text);
+    }
+    return {};
+  }
+
+  Status KeepPlace(std::string_view text)
+  {
+    ObjPlace place;
+    if (Status parsed = ParseObjPlace(text, this->AsFloats, place); !parsed)
+    {
+      return this->At("vertex", this->SoFar[0], parsed.GetError());
+    }
+    this->Colored = this->Colored || place.colored;
+    this->Out.textured.mesh.points.push_back(place.point);
+    return {};
+  }
+
+  Status KeepTextureCoordinate(std::string_view text)
+  {
+    PictureCoordinate values{};
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      const std::string_view word = TakeObjWord(text);
+      const NumberTextError error =
+        word.empty() && k > 0 ? NumberTextError::None : ParseNumber(word, values[k]);
+      if (error == NumberTextError::NotANumber)
+      {
+        return this->At("texture coordinate", this->SoFar[1],
+          { ErrorCode::InvalidInput, QuotedText(word) + " is not a number" });
+      }
+      values[k] = error == NumberTextError::None ? values[k] : noPictureCoordinate[0];
+    }
+    this->Coordinates.push_back(values);
+    return {};
+  }
+
+  void Use(std::string_view text)
+  {
+    const std::string name(text.substr(std::min(text.find_first_not_of(" \t"), text.size()),
+      text.find_last_not_of(" \t\r") + 1 - std::min(text.find_first_not_of(" \t"), text.size())));
+    const auto [found, added] = this->MaterialNumbers.emplace(name, 0);
+    this->Material = found->second;
+    if (added && this->MaterialNumbers.size() > mostObjMaterials * 2)
+    {
+      this->MaterialNumbers.erase(found); // names without end are not kept
+    }
+    if (added && ++this->Unknown <= mostUnknown)
+    {
+      this->Out.warnings.push_back("line " + std::to_string(this->Line()) + ": the material " +
+                                   QuotedText(name) + " is in no library: it counts as white");
+    }
+  }
+
+  Status KeepFace(std::string_view text)
+  {
+    TexturedMesh& textured = this->Out.textured;
+    std::array<std::array<std::uint32_t, 3>, 3> corners{}; // first, last, this
+    std::size_t count = 0;
+    for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+    {
+      KDSTREAM_TRY(this->ReadCorner(word, corners[std::min<std::size_t>(count, 2)]));
+      if (++count < 3)
+      {
+        continue;
+      }
+      textured.mesh.triangles.push_back(
+        { corners[0][0] - 1, corners[1][0] - 1, corners[2][0] - 1 });
+      this->CornerNormals.push_back({ corners[0][2], corners[1][2], corners[2][2] });
+      this->CornerCoordinates.push_back({ corners[0][1], corners[1][1], corners[2][1] });
+      textured.materialOf.push_back(this->Material);
+      corners[1] = corners[2];
+    }
+    const std::uint64_t face = this->Faces++;
+    return count >= 3
+             ? Status()
+             : Status(this->AtFace(face,
+                 { ErrorCode::InvalidInput, "a face of " + std::to_string(count) + " corners" }));
+  }
+
+  Status ReadCorner(std::string_view word, std::array<std::uint32_t, 3>& corner) const
+  {
+    ObjCorner written{};
+    if (Status parsed = ParseObjCorner(word, written); !parsed)
+    {
+      return this->AtFace(this->Faces, parsed.GetError());
+    }
+    for (std::size_t part = 0; part < 3; ++part)
+    {
+      const std::int64_t number = written[part];
+      const auto before = static_cast<std::int64_t>(this->SoFar[part]);
+      const auto all = static_cast<std::int64_t>(this->All[part]);
+      if (number > all || number < -before)
+      {
+        return this->AtFace(
+          this->Faces, { ErrorCode::InvalidInput, "names " + std::string(objPartNames[part]) + " " +
+                                                    std::to_string(number) + ", but there are " +
+                                                    std::to_string(number > 0 ? all : before) +
+                                                    (number > 0 ? "" : " before it") });
+      }
+      corner[part] = static_cast<std::uint32_t>(number >= 0 ? number : before + number + 1);
+    }
+    return {};
+  }
+
+  // A vertex for each normal that corners name at a place: the place itself for the first of them.
+  void MakeNormals()
+  {
+    TexturedMesh& textured = this->Out.textured;
+    for (const std::array<std::uint32_t, 3>& named : this->CornerCoordinates)
+    {
+      std::array<PictureCoordinate, 3>& corners = textured.corners.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        corners[k] = named[k] == 0 ? noPictureCoordinate : this->Coordinates[named[k] - 1];
+      }
+    }
+    const bool named = std::any_of(this->CornerNormals.begin(), this->CornerNormals.end(),
+      [](const std::array<std::uint32_t, 3>& n) { return n[0] + n[1] + n[2] > 0; });
+    if (!named)
+    {
+      return;
+    }
+    std::vector<Vec3>& points = textured.mesh.points;
+    constexpr std::uint32_t unset = noVertex;
+    std::vector<std::uint32_t> normalOf(points.size(), unset); // of each vertex
+    std::unordered_map<std::uint64_t, VertexId> others;        // place and normal: the vertex
+    for (std::size_t t = 0; t < textured.mesh.triangles.size(); ++t)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        VertexId& vertex = textured.mesh.triangles[t][k];
+        const std::uint32_t normal = this->CornerNormals[t][k];
+        if (normalOf[vertex] == unset)
+        {
+          normalOf[vertex] = normal;
+        }
+        if (normalOf[vertex] == normal)
+        {
+          continue;
+        }
+        const auto [at, added] = others.try_emplace(
+          (std::uint64_t{ vertex } << 32U) | normal, static_cast<VertexId>(points.size()));
+        if (added)
+        {
+          points.push_back(Vec3(points[vertex]));
+          normalOf.push_back(normal);
+        }
+        vertex = at->second;
+      }
+    }
+    Attribute normals{ { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 }, {} };
+    for (const std::uint32_t normal : normalOf)
+    {
+      const std::array<float, 3> values =
+        normal == unset || normal == 0 ? std::array<float, 3>{} : this->NormalsRead[normal - 1];
+      const auto* const bytes = reinterpret_cast<const std::uint8_t*>(values.data());
+      normals.values.insert(normals.values.end(), bytes, bytes + sizeof values);
+    }
+    textured.mesh.attributes.push_back(std::move(normals));
+  }
+
+  Error At(const char* element, std::uint64_t index, const Error& error) const
+  {
+    return { error.code, std::string(element) + " " + std::to_string(index) + " (line " +
+                           std::to_string(this->Line()) + "): " + error.message };
+  }
+  Error AtFace(std::uint64_t face, const Error& error) const
+  {
+    return this->At("face", face, error);
+  }
+
+  std::filesystem::path File;
+  ObjStatements Statements;
+  ObjLibraries Libraries;
+  DecimalPrecision Precision;
+  bool AsFloats = true, Colored = false;
+  std::array<std::uint64_t, 3> All{}, SoFar{}; // places, texture coordinates, normals
+  std::uint64_t Faces = 0;
+  std::map<std::string, std::uint32_t> MaterialNumbers;
+  std::uint32_t Material = 0;
+  std::size_t Unknown = 0;
+  std::vector<PictureCoordinate> Coordinates;
+  std::vector<std::array<float, 3>> NormalsRead;
+  std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
+  TexturedFile Out;
+};
+
+}
+
+Result<TexturedFile> ReadTexturedObj(const std::filesystem::path& file, const Execution& execution)
+{
+  Result<ByteSource> source = ByteSource::Open(file);
+  KDSTREAM_TRY(source);
+  return TexturedObjReader(file, std::move(*source)).Read(execution);
+}
+
+}

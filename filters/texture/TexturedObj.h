@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Wavefront OBJ files with the pictures of their materials, read whole. Part of step "read" of the
+// README's picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct TexturedFile
+{
+  TexturedMesh textured;
+  std::vector<std::string> warnings; // a sentence each, without the file's name
+};
+
+// As ObjReader.h reads it, but: a vertex for each combination of place and normal, whatever texture
+// coordinates its corners have; "Normals" are carried, colours of vertices are not where pictures
+// paint (a warning says so); texture coordinates that are no number count as none. Materials as
+// ObjMaterials.h tells: a picture replaces Kd, v goes up, -clamp on clamps, else pictures repeat.
+// <UDIM> in a picture's name is the number of the tile, 1001 + u + 10 v, for tiles of u < 10 and
+// v < 100. A material that no library has is white, with a warning that names the line.
+//
+// The text is gone through twice. Memory: the mesh, 12 bytes a texture coordinate, and 60 a
+// triangle. Errors, with the number of the line and of the vertex or face: those of ObjReader.h;
+// LimitExceeded for more than 2^32 - 2 of anything.
+Result<TexturedFile> ReadTexturedObj(
+  const std::filesystem::path& file, const Execution& execution = {});
+
+}

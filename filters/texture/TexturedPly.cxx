@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads PLY files with pictures: see TexturedPly.h. Steps: 1. the mesh, by the reader of all PLY
+// files, which checks everything but  2. the coordinates of its faces' corners, for which the faces
+// are gone through again.
+#include "filters/texture/TexturedPly.h"
+
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/PlyBinaryRecord.h"
+#include "filters/meshio/PlyBody.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
+#include "filters/texture/ObjMaterials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
+
+const PlyElement* FindElement(const PlyHeader& header, std::string_view name)
+{
+  const auto found = std::find_if(header.elements.begin(), header.elements.end(),
+    [&](const PlyElement& element) { return element.name == name; });
+  return found == header.elements.end() ? nullptr : &*found;
+}
+
+// The property's number, if it is a list, or not, as wanted.
+std::optional<std::size_t> FindProperty(
+  const PlyElement& element, std::string_view name, bool isList)
+{
+  const std::size_t at = element.Find(name);
+  return at < element.properties.size() && element.properties[at].isList == isList
+           ? std::optional(at)
+           : std::nullopt;
+}
+
+bool HasCoordinatesOfVertices(const PlyHeader& header)
+{
+  static constexpr std::array<std::array<const char*, 2>, 3> names{ { { "u", "v" }, { "s", "t" },
+    { "texture_u", "texture_v" } } };
+  const PlyElement* const vertices = FindElement(header, "vertex");
+  return vertices && std::any_of(names.begin(), names.end(),
+                       [&](const auto& pair) {
+                         return FindProperty(*vertices, pair[0], false) &&
+                                FindProperty(*vertices, pair[1], false);
+                       });
+}
+
+bool HasCoordinatesOfFaces(const PlyHeader& header)
+{
+  const PlyElement* const faces = FindElement(header, "face");
+  return faces && FindProperty(*faces, "texcoord", true);
+}
+
+// The values of a body's records, one after the other. What is there was checked when the mesh was
+// read.
+class PlyValues
+{
+public:
+  PlyValues(ByteSource& source, PlyEncoding encoding)
+    : Source(source)
+    , Words(source)
+    , Encoding(encoding)
+  {
+  }
+
+  Result<double> Next(PlyType type)
+  {
+    return WithPlyType(type, [this]<class T>() { return this->Next<T>(); });
+  }
+
+private:
+  template <class T>
+  Result<double> Next()
+  {
+    const Error cut{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    T value{};
+    if (this->Encoding == PlyEncoding::Ascii)
+    {
+      const Result<std::string_view> word = this->Words.Next();
+      KDSTREAM_TRY(word);
+      if (ParseNumber(*word, value) != NumberTextError::None)
+      {
+        return word->empty() ? cut
+                             : Error{ ErrorCode::InvalidInput,
+                                 QuotedText(*word) + " is not a number of its type" };
+      }
+      return double(value);
+    }
+    const Result<std::string_view> bytes = this->Source.Peek(sizeof(T));
+    KDSTREAM_TRY(bytes);
+    if (bytes->size() < sizeof(T))
+    {
+      return cut;
+    }
+    value = this->Encoding == PlyEncoding::BinaryBigEndian ? Load<T, true>(bytes->data())
+                                                           : Load<T, false>(bytes->data());
+    this->Source.Consume(sizeof(T));
+    return double(value);
+  }
+
+  ByteSource& Source;
+  TextWords Words;
+  PlyEncoding Encoding;
+};
+
+class TexturedPlyReader
+{
+public:
+  explicit TexturedPlyReader(std::filesystem::path file)
+    : File(std::move(file))
+  {
+  }
+
+  Result<TexturedFile> Read(const Execution& execution)
+  {
+    Result<ByteSource> source = ByteSource::Open(this->File);
+    KDSTREAM_TRY(source);
+    const Result<PlyHeader> header = ReadPlyHeader(*source);
+    KDSTREAM_TRY(header);
+    if (FindElement(*header, "tristrips"))
+    {
+      return Error{ ErrorCode::Unsupported,
+        "triangle strips with pictures are not read; --textures off reads them without" };
+    }
+    KDSTREAM_TRY(this->ReadMesh(execution));
+    this->MakeMaterials(*header);
+    if (HasCoordinatesOfFaces(*header))
+    {
+      KDSTREAM_TRY(this->ReadCorners(*source, *header));
+    }
+    else
+    {
+      this->TakeCornersOfVertices();
+    }
+    this->DropPaint();
+    return std::move(this->Out);
+  }
+
+private:
+  Mesh& TheMesh() { return this->Out.textured.mesh; }
+
+  Status ReadMesh(const Execution& execution)
+  {
+    Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(this->File, execution);
+    KDSTREAM_TRY(opened);
+    MeshReader& reader = **opened;
+    this->TheMesh().scalarType = reader.Info().scalarType;
+    for (const bool triangles : { false, true })
+    {
+      for (std::size_t count = 1; count > 0;)
+      {
+        const Result<std::size_t> read = triangles
+                                           ? reader.ReadTriangles(this->TheMesh(), readChunk)
+                                           : reader.ReadVertices(this->TheMesh(), readChunk);
+        KDSTREAM_TRY(read);
+        count = *read;
+        const double size = std::max(1.0, double(reader.FileSize()));
+        KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));
+      }
+    }
+    for (const std::string& name : reader.Info().ignoredAttributes)
+    {
+      if (name != "face.texcoord" && !name.starts_with("texture "))
+      {
+        this->Out.warnings.push_back("not carried: " + name);
+      }
+    }
+    return {};
+  }
+
+  // One for each picture, and a last one, white, for faces without.
+  void MakeMaterials(const PlyHeader& header)
+  {
+    TexturedMesh& textured = this->Out.textured;
+    for (const std::string& name : header.textureFiles)
+    {
+      TexturedMaterial material;
+      material.picture = static_cast<std::uint32_t>(textured.pictures.size());
+      material.transform = upsideDown;
+      const std::filesystem::path file = FileBeside(this->File, name);
+      textured.pictures.push_back(
+        { "the picture " + QuotedText(file.filename().string()) + " (TextureFile)", file });
+      textured.materials.push_back(material);
+    }
+    textured.materials.push_back({});
+  }
+
+  // The corners of each face, for each triangle of its fan.
+  Status ReadCorners(ByteSource& source, const PlyHeader& header)
+  {
+    const std::unique_ptr<PlyBody> body = PlyBody::Make(header.encoding, source);
+    for (const PlyElement& element : header.elements)
+    {
+      if (element.name != "face")
+      {
+        KDSTREAM_TRY(body->SkipRecords(element, 0, element.count));
+        continue;
+      }
+      PlyValues values(source, header.encoding);
+      for (std::uint64_t face = 0; face < element.count; ++face)
+      {
+        if (Status read = this->ReadFace(values, element, face); !read)
+        {
+          return Error{ read.GetError().code,
+            "face " + std::to_string(face) + ": " + read.GetError().message };
+        }
+      }
+      break; // what comes behind is none of ours, and words may be read ahead
+    }
+    if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
+    {
+      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    }
+    this->Warn(this->Odd, this->FirstOdd, "have a texcoord of another length than their corners");
+    this->Warn(this->Strange, this->FirstStrange, "have a texnumber that no TextureFile has");
+    return {};
+  }
+
+  void Warn(std::uint64_t count, std::uint64_t first, const std::string& what)
+  {
+    if (count > 0)
+    {
+      this->Out.warnings.push_back(std::to_string(count) + " faces " + what +
+                                   " (the first is face " + std::to_string(first) +
+                                   "): they count as white");
+    }
+  }
+
+  Status ReadFace(PlyValues& values, const PlyElement& element, std::uint64_t face)
+  {
+    std::size_t corners = 0;
+    double number = 0;
+    this->Coordinates.clear();
+    for (const PlyProperty& property : element.properties)
+    {
+      const Result<double> count = property.isList ? values.Next(property.countType) : 1.0;
+      KDSTREAM_TRY(count);
+      const bool isCorners = property.name == "vertex_indices" || property.name == "vertex_index";
+      corners = isCorners ? static_cast<std::size_t>(*count) : corners;
+      for (double i = 0; i < *count; ++i)
+      {
+        const Result<double> value = values.Next(property.type);
+        KDSTREAM_TRY(value);
+        if (property.isList && property.name == "texcoord")
+        {
+          this->Coordinates.push_back(static_cast<float>(*value));
+        }
+        number = !property.isList && property.name == "texnumber" ? *value : number;
+      }
+    }
+    this->AddFace(corners, number, face);
+    return {};
+  }
+
+  void AddFace(std::size_t corners, double number, std::uint64_t face)
+  {
+    TexturedMesh& textured = this->Out.textured;
+    const auto pictures = static_cast<double>(textured.pictures.size());
+    const bool has = this->Coordinates.size() == 2 * corners;
+    if (!has && this->Odd++ == 0)
+    {
+      this->FirstOdd = face;
+    }
+    const bool known = number >= 0 && number < pictures;
+    if (!known && this->Strange++ == 0)
+    {
+      this->FirstStrange = face;
+    }
+    const auto none = static_cast<std::uint32_t>(textured.pictures.size());
+    const auto at = [&](std::size_t corner) {
+      return PictureCoordinate{ this->Coordinates[2 * corner], this->Coordinates[2 * corner + 1] };
+    };
+    for (std::size_t k = 2; k < corners; ++k)
+    {
+      const auto no = noPictureCoordinate;
+      textured.corners.push_back(
+        has ? std::array{ at(0), at(k - 1), at(k) } : std::array{ no, no, no });
+      textured.materialOf.push_back(has && known ? static_cast<std::uint32_t>(number) : none);
+    }
+  }
+
+  void TakeCornersOfVertices()
+  {
+    TexturedMesh& textured = this->Out.textured;
+    const std::vector<Attribute>& arrays = this->TheMesh().attributes;
+    const auto found = std::find_if(arrays.begin(), arrays.end(),
+      [](const Attribute& attribute)
+      { return RoleOf(attribute) == AttributeRole::TextureCoordinates; });
+    const auto numbers = std::find_if(arrays.begin(), arrays.end(),
+      [](const Attribute& attribute) {
+        return attribute.name == "texnumber" && attribute.association == AttributeAssociation::Cell;
+      });
+    const auto none = static_cast<std::uint32_t>(textured.pictures.size());
+    for (const Triangle& t : this->TheMesh().triangles)
+    {
+      std::array<PictureCoordinate, 3>& corners = textured.corners.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        corners[k] = found == arrays.end() ? noPictureCoordinate
+                                           : PictureCoordinate{ float(found->Get(t[k], 0)),
+                                               float(found->Get(t[k], 1)) };
+      }
+      const std::size_t triangle = textured.materialOf.size();
+      const double number = numbers == arrays.end() ? 0 : numbers->Get(triangle, 0);
+      const bool known = number >= 0 && number < double(none);
+      textured.materialOf.push_back(known ? static_cast<std::uint32_t>(number) : none);
+    }
+  }
+
+  // What pictures stand for.
+  void DropPaint()
+  {
+    std::vector<Attribute>& arrays = this->TheMesh().attributes;
+    if (std::any_of(arrays.begin(), arrays.end(),
+          [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Colors; }))
+    {
+      this->Out.warnings.push_back("colours of vertices are left out: pictures paint instead");
+    }
+    std::erase_if(arrays,
+      [](const Attribute& attribute)
+      {
+        const AttributeRole role = RoleOf(attribute);
+        return role == AttributeRole::Colors || role == AttributeRole::TextureCoordinates ||
+               attribute.name == "texnumber";
+      });
+  }
+
+  std::filesystem::path File;
+  TexturedFile Out;
+  std::vector<float> Coordinates; // of a face
+  std::uint64_t Odd = 0, FirstOdd = 0, Strange = 0, FirstStrange = 0;
+};
+
+}
+
+bool HasPictures(const PlyHeader& header)
+{
+  return !header.textureFiles.empty() &&
+         (HasCoordinatesOfFaces(header) || HasCoordinatesOfVertices(header));
+}
+
+Result<TexturedFile> ReadTexturedPly(const std::filesystem::path& file, const Execution& execution)
+{
+  return TexturedPlyReader(file).Read(execution);
+}
+
+}
