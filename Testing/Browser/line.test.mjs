@@ -84,3 +84,29 @@ test("without a stream the same comes by GET", async (t) => {
   assert.equal(got.gets, got.shown.region.partitions, "each partition once");
   assert.deepEqual(got.shown, streamed.shown);
 });
+
+test("without a stream too, a server that goes away is taken up again by the page itself", async () => {
+  const visit = await Visit.phone(browser);
+  await visit.page.addInitScript(() => {
+    window.WebSocket = class {
+      constructor() {
+        throw new Error("there is none");
+      }
+    };
+    const now = performance.now.bind(performance);
+    window.skipped = 0; // ms
+    performance.now = () => now() + window.skipped;
+  });
+  await openFullScreen(visit, server.url);
+  await visit.until("getting", ({ connection }) => connection === "getting");
+  const { port } = server;
+  await server.stop();
+  await visit.page.evaluate(() => (window.skipped += 300_000)); // it asks for a stream again, and finds nobody
+  await visit.untilSaid(/server cannot be reached/);
+  server = await Server.start(models, { port });
+  await visit.untilQuiet();
+  await visit.doubleTap(await visit.centre());
+  const { connection } = await visit.until("the whole region", whole);
+  assert.equal(connection, "getting");
+  await visit.close();
+});

@@ -119,11 +119,12 @@ const longestRetry = 8;
 const offlineRetry = 8;
 const emptyRetry = 5; // for a server that has no models yet
 
-let listTimer = 0;
+let listTimer = 0; // 0: the list is not asked for, nor going to be
 let listRetry = firstRetry;
 
 async function refreshList() {
   clearTimeout(listTimer);
+  listTimer = -1; // it is asked for now
   const wasOffline = isOffline();
   try {
     const bytes = await getList();
@@ -147,6 +148,7 @@ async function refreshList() {
     refreshListIn(Math.max(listRetry, error.retryAfter ?? 0) * (1 + Math.random()));
     listRetry = Math.min(2 * listRetry, longestRetry);
   }
+  listTimer = Math.max(listTimer, 0);
   wake();
 }
 
@@ -738,6 +740,9 @@ function listenToBrowser() {
   });
   setInterval(() => {
     line.tick();
+    if (isOffline() && listTimer === 0) { // the line has found that out
+      refreshListIn(offlineRetry * (1 + Math.random()));
+    }
     const { connection, idle } = viewer.status();
     if (connection !== lastStatus.connection || !idle) {
       wake();
