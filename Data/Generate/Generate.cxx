@@ -2,6 +2,7 @@
 // kdstream-generate: models of any size, made up.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Relief.h"
+#include "Data/Generate/Statue.h"
 #include "Data/Generate/Vase.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/program/Program.h"
@@ -18,21 +19,39 @@ struct CommandLine
 {
   std::string kind, file;
   std::uint64_t vertices = 300000;
+  std::size_t pictureSide = 2048;
   generate::ReliefOptions relief;
   unsigned threads = 0;
   bool quiet = false;
 };
 
-Status MakeVaseFile(const CommandLine& line, const std::filesystem::path& file)
+// Of kinds that are no relief.
+Status CheckPlain(const CommandLine& line)
 {
   if (line.relief.shuffledTriangles || line.relief.shuffledPoints)
   {
-    return Error{ ErrorCode::InvalidArgument, "a vase is not shuffled: only a relief is" };
+    return Error{ ErrorCode::InvalidArgument,
+      "a " + line.kind + " is not shuffled: only a relief is" };
   }
   if (line.relief.detail > 0)
   {
-    return Error{ ErrorCode::InvalidArgument, "a vase has no --detail: only a relief has" };
+    return Error{ ErrorCode::InvalidArgument,
+      "a " + line.kind + " has no --detail: only a relief has" };
   }
+  return {};
+}
+
+Status MakeStatueFile(
+  const CommandLine& line, const std::filesystem::path& file, const Execution& execution)
+{
+  KDSTREAM_TRY(CheckPlain(line));
+  return generate::WriteStatue(
+    { line.vertices, line.pictureSide, line.relief.seed }, file, execution);
+}
+
+Status MakeVaseFile(const CommandLine& line, const std::filesystem::path& file)
+{
+  KDSTREAM_TRY(CheckPlain(line));
   const auto grid = generate::ClosedGrid::Of(line.vertices, generate::vaseColumnsPerRing);
   return grid ? generate::WritePly(*grid, generate::MakeVase(line.relief.seed), file)
               : Status{ grid.GetError() };
@@ -48,10 +67,13 @@ Status MakeReliefFile(
 
 int Generate(const std::string& program, const CommandLine& line)
 {
-  if (FileEnding(line.file) != ".ply")
+  const std::string ending = line.kind == "statue" ? ".obj" : ".ply";
+  if (FileEnding(line.file) != ending)
   {
     return PrintError(program, line.file,
-      { ErrorCode::InvalidArgument, "only .ply files are written: give it a name that ends so" });
+      { ErrorCode::InvalidArgument, (line.kind == "statue" ? "a statue is written as " : "only ") +
+                                      ending + (line.kind == "statue" ? "" : " files are written") +
+                                      ": give it a name that ends so" });
   }
   const Result<std::filesystem::path> file = CheckOutput(line.file, OutputKind::File, {});
   if (!file)
@@ -67,8 +89,9 @@ int Generate(const std::string& program, const CommandLine& line)
     progress.SetAmount("triangles", { 2 * double(line.vertices), "triangles" });
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
-    written =
-      line.kind == "vase" ? MakeVaseFile(line, *file) : MakeReliefFile(line, *file, execution);
+    written = line.kind == "statue" ? MakeStatueFile(line, *file, execution)
+              : line.kind == "vase" ? MakeVaseFile(line, *file)
+                                    : MakeReliefFile(line, *file, execution);
   }
   ReleaseInterrupts();
   if (!written)
@@ -95,16 +118,24 @@ int main(int argc, char** argv)
   app.footer(
     "Kinds:\n"
     "  vase    a hollow vase with fine relief, painted\n"
+    "  statue  a bust that four photographs paint: .obj, .mtl, .jpg and .png files\n"
     "  relief  a ball with relief from half its size down to a few edges, and grain; up to "
     "2^32 vertices\n\n"
     "Example:\n"
     "  kdstream-generate relief relief.ply --vertices 14030000 --shuffled");
-  app.add_option("KIND", line.kind, "what to make: vase or relief")
+  app.add_option("KIND", line.kind, "what to make: vase, statue or relief")
     ->required()
-    ->check(CLI::IsMember({ "vase", "relief" }));
-  app.add_option("FILE", line.file, "the file to write: NAME.ply")->required();
+    ->check(CLI::IsMember({ "vase", "statue", "relief" }));
+  app.add_option("FILE", line.file, "the file to write: NAME.ply; of a statue NAME.obj")
+    ->required();
   const char* const model = "Model";
   app.add_option("--vertices", line.vertices, "about how many vertices it has")
+    ->capture_default_str()
+    ->group(model);
+  app
+    .add_option("--picture-side", line.pictureSide,
+      "statue: texels of a side of its photographs; they lie beside it")
+    ->check(CLI::Range(std::size_t{ 64 }, std::size_t{ 1 } << 14))
     ->capture_default_str()
     ->group(model);
   app.add_option("--seed", line.relief.seed, "another number makes another grain, and order")

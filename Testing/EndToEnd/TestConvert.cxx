@@ -381,7 +381,7 @@ TEST_F(TestConvert, TexturesAreBakedToVertices)
   const Mesh read = this->Converted("in.glb",
     "kdstream-convert: warning: in.glb: textures are baked to the colours of vertices: about "
     "0.00667 "
-    "texels a vertex; the picture is 0.0 grey values of 255 off on average\n");
+    "texels a vertex; the pictures are 0.0 of 255 grey values off (RMS)\n");
   std::vector<double> expected;
   for (const std::vector<double>& color :
     { std::vector<double>{ 255, 0, 0 }, { 0, 255, 0 }, { 0, 0, 255 }, { 255, 255, 255 } })

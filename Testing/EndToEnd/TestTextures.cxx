@@ -359,6 +359,249 @@ TEST_F(TestTextures, PlyIsPaintedByItsTextureFiles)
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, blue }));
 }
 
+namespace
+{
+
+// A scene of one mesh with that material's members; more: further members of the document.
+std::string Scene(GltfBuffer& buffer, const std::vector<std::array<float, 2>>& at,
+  const std::string& material, const std::string& more, bool glb = true)
+{
+  std::vector<float> points, coordinates;
+  for (std::size_t i = 0; i < at.size(); ++i)
+  {
+    const auto x = float(i);
+    points.insert(points.end(), { x, 0, 0, x, 1, 0, x, 0, 1 });
+    for (int k = 0; k < 3; ++k)
+    {
+      coordinates.insert(coordinates.end(), at[i].begin(), at[i].end());
+    }
+  }
+  const int position = buffer.Add(points, "VEC3", gltfFloat, ",\"min\":[0,0,0],\"max\":[9,1,1]");
+  const int texture = buffer.Add(coordinates, "VEC2", gltfFloat);
+  const std::string rest =
+    "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"materials\":[" + material +
+    "],\"meshes\":[{\"primitives\":[{\"material\":0,\"attributes\":{\"POSITION\":" +
+    std::to_string(position) + ",\"TEXCOORD_0\":" + std::to_string(texture) + "}}]}]," + more;
+  return glb ? buffer.Glb(rest) : buffer.Json(rest, "b.bin");
+}
+
+std::string Textured(const std::string& more = "")
+{
+  return "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0" + more + "}}}";
+}
+
+}
+
+TEST_F(TestTextures, GltfIsPaintedByPicturesInItAndBeside)
+{
+  const std::string beside = "\"images\":[{\"uri\":\"a%20b.png\"}],\"textures\":[{\"source\":0}]";
+  this->WritePicture("a b.png", Row({ red, blue }), PictureType::Png);
+  const auto colors = [&](const std::string& material, const std::string& more)
+  {
+    GltfBuffer buffer;
+    this->WriteText("m.glb", Scene(buffer, leftAndRight, material, more));
+    EXPECT_EQ(WarningsOf("m.glb"), "") << material;
+    return ColorsOf(this->Read("out.ply"));
+  };
+  const std::vector plain{ red, blue }, swapped{ blue, red };
+  EXPECT_EQ(colors(Textured(), beside), plain);
+  EXPECT_EQ(Find(this->Read("out.ply"), "TCoords"), nullptr);
+  // In the file's own buffer, as WebP, and as text.
+  GltfBuffer own;
+  const std::vector<std::uint8_t> webp = EncodePicture(Row({ red, blue }), PictureType::Webp);
+  const int view = own.AddView(webp.data(), webp.size());
+  const std::string inside =
+    "\"images\":[{\"mimeType\":\"image/webp\",\"bufferView\":" + std::to_string(view) +
+    "}],\"textures\":[{\"extensions\":{\"EXT_texture_webp\":{\"source\":0}}}]";
+  GltfBuffer apart = own;
+  this->WriteText("m.glb", Scene(own, leftAndRight, Textured(), inside));
+  EXPECT_EQ(WarningsOf("m.glb"), "");
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), plain);
+  this->WriteText("m.gltf", Scene(apart, leftAndRight, Textured(), inside, false));
+  this->WriteText("b.bin", apart.Bytes);
+  EXPECT_EQ(WarningsOf("m.gltf"), "");
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), plain);
+  // Two texels, red and blue, as a data URI.
+  const std::vector<std::uint8_t> png = EncodePicture(Row({ red, blue }), PictureType::Png);
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < png.size(); i += 3)
+  {
+    const auto at = [&](std::size_t k) { return i + k < png.size() ? unsigned(png[i + k]) : 0U; };
+    const unsigned bits = at(0) << 16U | at(1) << 8U | at(2);
+    for (const unsigned shift : { 18U, 12U, 6U, 0U })
+    {
+      text += digits[(bits >> shift) & 63U];
+    }
+  }
+  EXPECT_EQ(colors(Textured(), "\"images\":[{\"uri\":\"data:image/png;base64," + text +
+                                 "\"}],\"textures\":[{\"source\":0}]"),
+    plain);
+  // Transforms, wrap modes and factors.
+  const auto transform = [&](const std::string& members)
+  { return Textured(",\"extensions\":{\"KHR_texture_transform\":{" + members + "}}"); };
+  EXPECT_EQ(colors(transform("\"offset\":[0.5,0]"), beside), swapped);
+  EXPECT_EQ(colors(transform("\"scale\":[3,1]"), beside), swapped);
+  EXPECT_EQ(colors(transform("\"rotation\":3.14159265"), beside), swapped);
+  // A quarter turn: u' = v, which is 0.5 at both.
+  EXPECT_EQ(colors(transform("\"rotation\":1.5707963,\"offset\":[-0.25,0]"), beside),
+    (std::vector{ red, red }));
+  EXPECT_EQ(colors(transform("\"rotation\":-1.5707963,\"offset\":[1.25,0]"), beside),
+    (std::vector{ blue, blue }));
+  const std::string far = transform("\"offset\":[1,0]");
+  const auto sampler = [&](const std::string& wrap)
+  {
+    return "\"images\":[{\"uri\":\"a%20b.png\"}],\"textures\":[{\"source\":0,\"sampler\":0}],"
+           "\"samplers\":[{\"wrapS\":" +
+           wrap + "}]";
+  };
+  EXPECT_EQ(colors(far, sampler("10497")), plain);
+  EXPECT_EQ(colors(far, sampler("33648")), swapped);
+  EXPECT_EQ(colors(far, sampler("33071")), (std::vector{ blue, blue }));
+  EXPECT_EQ(colors("{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,0,1],\"baseColorTexture\":{"
+                   "\"index\":0}}}",
+              beside),
+    (std::vector{ red, { 0, 0, 0 } }));
+}
+
+TEST_F(TestTextures, WhatAGltfLosesIsNamed)
+{
+  this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
+  const std::string factor = "\"baseColorFactor\":[0,1,0,1],";
+  GltfBuffer buffer;
+  this->WriteText(
+    "m.glb", Scene(buffer, leftAndRight,
+               "{\"normalTexture\":{\"index\":0},\"emissiveTexture\":{\"index\":0},"
+               "\"pbrMetallicRoughness\":{" +
+                 factor +
+                 "\"metallicRoughnessTexture\":{\"index\":0},"
+                 "\"baseColorTexture\":{\"index\":0}}}",
+               "\"images\":[{\"uri\":\"../gone.png\"}],\"textures\":[{\"source\":0}]"));
+  EXPECT_EQ(WarningsOf("m.glb"),
+    "pictures of materials that are not carried: normalTexture, emissiveTexture, "
+    "metallicRoughnessTexture\n"
+    "image 0 'gone.png' is not there: the material's colour is taken\n");
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ green, green }));
+  const Outcome off = this->Convert("m.glb", { "--textures", "off" });
+  EXPECT_NE(off.err.find("pictures are left out\n"), std::string::npos) << off.err;
+  EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ green, green }));
+  for (const std::string nodes : { "{\"children\":[0]}", "{\"children\":[1]},{\"children\":[0]}" })
+  {
+    GltfBuffer cyclic;
+    const std::string json =
+      cyclic.Json("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" + nodes + "]", "b.bin");
+    this->WriteText("b.bin", "");
+    this->WriteText("c.gltf", json);
+    this->ExpectError("c.gltf", "node 0 is its own descendant");
+  }
+}
+
+TEST_F(TestTextures, ObjPlyAndGlbOfOneMeshGiveOneStore)
+{
+  // A strip that is cut along a chart's edge: a place with two coordinates.
+  Picture picture{ 32, 32, 3, std::vector<std::uint8_t>(32 * 32 * 3) };
+  for (std::size_t i = 0; i < picture.texels.size(); ++i)
+  {
+    picture.texels[i] = static_cast<std::uint8_t>(i * 7919 >> 4);
+  }
+  this->WritePicture("a.png", picture, PictureType::Png);
+  constexpr int side = 12;
+  std::vector<float> points, coordinates; // split along the middle
+  std::vector<std::uint16_t> triangles;
+  std::string obj = "mtllib m.mtl\nusemtl a\n", vt, faces, ply;
+  const auto place = [](int column) { return column <= side ? column : column - 1; };
+  for (int column = 0; column <= 2 * side + 1; ++column)
+  {
+    for (int row = 0; row <= side; ++row)
+    {
+      const float x = float(place(column)) / 8, y = float(row) / 8,
+                  z = float((row * row + place(column)) % 5) / 16;
+      // Eighths and sixteenths, exact in all formats; the second chart is upside down.
+      const float u = float(place(column)) / 32,
+                  v = column <= side ? float(row) / 16 : 1 - float(row) / 16;
+      points.insert(points.end(), { x, y, z });
+      coordinates.insert(coordinates.end(), { u, v });
+    }
+  }
+  const auto number = [](int column, int row) { return column * (side + 1) + row; };
+  for (int column = 0; column < 2 * side + 1; ++column)
+  {
+    for (int row = 0; row < side && column != side; ++row)
+    {
+      const int a = number(column, row), b = number(column + 1, row),
+                c = number(column + 1, row + 1), d = number(column, row + 1);
+      for (const int corner : { a, b, c, a, c, d })
+      {
+        triangles.push_back(static_cast<std::uint16_t>(corner));
+      }
+    }
+  }
+  // OBJ and PLY have each place once.
+  const auto once = [&](int vertex)
+  {
+    const int column = vertex / (side + 1);
+    return number(place(column), vertex % (side + 1));
+  };
+  std::string plyPoints;
+  char line[300];
+  for (int v = 0; v < number(2 * side + 1, 0); ++v)
+  {
+    const int split = v / (side + 1) <= side ? v : v + side + 1;
+    std::snprintf(line, sizeof line, "%g %g %g\n", double(points[std::size_t(3 * split)]),
+      double(points[std::size_t(3 * split + 1)]), double(points[std::size_t(3 * split + 2)]));
+    obj += std::string("v ") + line;
+    plyPoints += line;
+  }
+  for (std::size_t v = 0; v < coordinates.size(); v += 2)
+  {
+    std::snprintf(
+      line, sizeof line, "vt %g %g\n", double(coordinates[v]), 1 - double(coordinates[v + 1]));
+    obj += line;
+  }
+  for (std::size_t t = 0; t < triangles.size(); t += 3)
+  {
+    std::string corners, list;
+    obj += "f";
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const int v = triangles[t + k];
+      obj += " " + std::to_string(once(v) + 1) + "/" + std::to_string(v + 1);
+      corners += " " + std::to_string(once(v));
+      std::snprintf(line, sizeof line, " %g %g", double(coordinates[std::size_t(2 * v)]),
+        1 - double(coordinates[std::size_t(2 * v + 1)]));
+      list += line;
+    }
+    obj += "\n";
+    ply += "3" + corners + " 6" + list + "\n";
+  }
+  this->WriteText("m.obj", obj);
+  this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
+  this->WriteText("m.ply",
+    "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex " +
+      std::to_string(number(2 * side + 1, 0)) +
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      std::to_string(triangles.size() / 3) +
+      "\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n" +
+      plyPoints + ply);
+  GltfBuffer buffer;
+  const int position = buffer.Add(points, "VEC3", gltfFloat, ",\"min\":[0,0,0],\"max\":[9,9,9]");
+  const int texture = buffer.Add(coordinates, "VEC2", gltfFloat);
+  const int index = buffer.Add(triangles, "SCALAR", gltfUnsignedShort);
+  this->WriteText("m.glb",
+    buffer.Glb("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"materials\":[" +
+               Textured() +
+               "],\"images\":[{\"uri\":\"a.png\"}],\"textures\":[{\"source\":0}],\"meshes\":[{"
+               "\"primitives\":[{"
+               "\"material\":0,\"indices\":" +
+               std::to_string(index) + ",\"attributes\":{\"POSITION\":" + std::to_string(position) +
+               ",\"TEXCOORD_0\":" + std::to_string(texture) + "}}]}]"));
+  const std::string digest = this->Digest("m.obj");
+  EXPECT_EQ(Json::parse(ReadWhole(this->Folder / "s.json"))["vertices"], number(2 * side + 1, 0));
+  EXPECT_EQ(this->Digest("m.ply"), digest);
+  EXPECT_EQ(this->Digest("m.glb"), digest);
+  EXPECT_EQ(Json::parse(ReadWhole(this->Folder / "s.json"))["textures"]["pictures"], 1);
+}
+
 TEST_F(TestTextures, NeitherThreadsNorMemoryChangeTheStore)
 {
   Picture picture{ 64, 64, 3, std::vector<std::uint8_t>(64 * 64 * 3) };

@@ -107,7 +107,7 @@ ReadFormat FormatOf(const std::string& ending)
     const char* ending;
     ReadFormat read;
   } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
-    { ".wrl", ReadVrml }, { ".glb", ReadGltf }, { ".gltf", ReadGltf }, { ".xyz", ReadXyz },
+    { ".wrl", ReadVrml }, { ".xyz", ReadXyz },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else
@@ -149,8 +149,9 @@ Result<ForeignMesh> ReadForeignMesh(
 {
   const std::string ending = FileEnding(file);
   const bool own = ending == ".ply" || ending == ".obj";
+  const bool gltf = ending == ".glb" || ending == ".gltf";
   const ReadFormat read = FormatOf(ending);
-  if (!read && !own)
+  if (!read && !own && !gltf)
   {
     return Error{ ErrorCode::Unsupported,
       "the ending '" + ending + "' names no known mesh format" };
@@ -163,7 +164,9 @@ Result<ForeignMesh> ReadForeignMesh(
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
-  Result<ForeignMesh> result = own ? ReadOwn(file, textures, execution) : read(file, execution);
+  Result<ForeignMesh> result = own    ? ReadOwn(file, textures, execution)
+                               : gltf ? ReadGltf(file, textures, execution)
+                                      : read(file, execution);
   if (!result)
   {
     const std::string hint = begin ? OtherFormatHint(*begin, ending) : std::string();

@@ -36,7 +36,8 @@ struct ForeignMesh
 //   .pcd          PCL's clouds: ascii, binary, compressed; points that are not finite are dropped
 //   .xyz          see ReadXyz
 //   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
-// Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj and .ply.
+// Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj, .ply,
+// .glb and .gltf.
 // Peak memory: some three times the mesh. Errors: InvalidInput saying what is wrong, and where if
 // the format's library tells; a file without any point; Unsupported for other endings, and for what
 // this installation lacks; InputOutput; NotFound; Cancelled.
@@ -48,7 +49,8 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
 Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution);
-Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution& execution);
+Result<ForeignMesh> ReadGltf(
+  const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution);
 
 // Text, a point a line, its numbers apart by blanks, commas or semicolons. Columns: x y z, then
 // nothing; an intensity; r g b or nx ny nz; intensity r g b; or r g b nx ny nz. Three further

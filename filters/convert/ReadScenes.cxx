@@ -3,19 +3,19 @@
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/GltfBuffers.h"
+#include "filters/convert/GltfMaterials.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/PolyDataParts.h"
-#include "filters/convert/TextureBake.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
+#include "filters/texture/BakeTextures.h"
 
 #include <vtkActor.h>
 #include <vtkActorCollection.h>
 #include <vtkCompositeDataIterator.h>
 #include <vtkFieldData.h>
 #include <vtkGLTFReader.h>
-#include <vtkImageData.h>
 #include <vtkLookupTable.h>
 #include <vtkMapper.h>
 #include <vtkMatrix4x4.h>
@@ -34,7 +34,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <optional>
 #include <sstream>
@@ -178,183 +177,177 @@ vtkDataArray* FieldArray(vtkPolyData& part, const char* name, int components)
            : nullptr;
 }
 
-TextureWrap WrapOf(unsigned short value)
-{
-  constexpr unsigned short clampToEdge = 33071, mirroredRepeat = 33648; // as glTF names them
-  return value == clampToEdge      ? TextureWrap::Clamp
-         : value == mirroredRepeat ? TextureWrap::Mirror
-                                   : TextureWrap::Repeat;
-}
-
-// Nothing where the picture cannot be read. The texels stay VTK's.
-std::optional<TexturePicture> PictureOf(const vtkGLTFReader::GLTFTexture& texture)
-{
-  int size[3]{};
-  if (texture.Image)
-  {
-    texture.Image->GetDimensions(size);
-  }
-  auto* const texels = size[0] > 0 && size[1] > 0 ? vtkUnsignedCharArray::SafeDownCast(
-                                                      texture.Image->GetPointData()->GetScalars())
-                                                  : nullptr;
-  if (!texels || texels->GetNumberOfTuples() < vtkIdType{ size[0] } * size[1] ||
-      texels->GetNumberOfComponents() > 4)
-  {
-    return std::nullopt;
-  }
-  const auto values = static_cast<std::size_t>(texels->GetNumberOfValues());
-  return TexturePicture{ static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]),
-    static_cast<std::size_t>(texels->GetNumberOfComponents()),
-    std::span<const std::uint8_t>(texels->GetPointer(0), values), WrapOf(texture.WrapSValue),
-    WrapOf(texture.WrapTValue) };
-}
-
-// What textures had, and what is left of it.
-struct BakedTotal
-{
-  double texels = 0, vertices = 0, triangles = 0;
-  double loss = 0; // × triangles
-
-  std::string Tell() const
-  {
-    char text[200];
-    std::snprintf(text, sizeof text,
-      "textures are baked to the colours of vertices: about %.3g texels a vertex; the picture is "
-      "%.1f grey values of 255 off on average",
-      this->texels / this->vertices, this->loss / this->triangles);
-    return text;
-  }
-};
-
-// What colours a part, baked to its vertices: base colour factor, base colour texture, and the
-// vertices' own. Nothing if all of them are white.
-class MaterialBaker
+// A part's paint: its material's, and its vertices' own, which multiply it.
+class PartPaint
 {
 public:
-  MaterialBaker(
-    vtkPolyData& part, vtkGLTFReader& reader, std::vector<std::string>& warnings, BakedTotal& total)
+  explicit PartPaint(vtkPolyData& part)
     : Part(part)
-    , Reader(reader)
-    , Warnings(warnings)
-    , Total(total)
   {
-  }
-
-  void Bake(Mesh& mesh)
-  {
-    if (vtkDataArray* const factor = FieldArray(this->Part, "BaseColorMultiplier", 3))
+    if (vtkDataArray* const factor = FieldArray(part, "BaseColorMultiplier", 3))
     {
       for (int k = 0; k < std::min(4, factor->GetNumberOfComponents()); ++k)
       {
         this->Factor[std::size_t(k)] = factor->GetComponent(0, k);
       }
+      this->HasMaterial = true;
     }
-    if (FieldArray(this->Part, "ForceOpaque", 1))
+    this->Opaque = FieldArray(part, "ForceOpaque", 1) != nullptr;
+    vtkPointData* const data = part.GetPointData();
+    this->Own = data->GetArray("COLOR_0");
+    this->Own = this->Own ? this->Own : data->GetScalars();
+    if (this->Own &&
+        (this->Own->GetNumberOfComponents() < 3 || this->Own->GetNumberOfComponents() > 4))
     {
-      this->Opaque = true;
+      this->Own = nullptr;
     }
-    this->FindTexture();
-    vtkPointData* const data = this->Part.GetPointData();
-    vtkDataArray* own = data->GetArray("COLOR_0");
-    own = own ? own : data->GetScalars();
-    if (own && (own->GetNumberOfComponents() < 3 || own->GetNumberOfComponents() > 4))
+  }
+
+  bool HasOwn() const { return this->Own != nullptr; }
+
+  // In a scene whose materials have their number as red (GltfScene): which that is.
+  std::size_t MaterialNumber(std::size_t count) const
+  {
+    const double number = this->HasMaterial ? this->Factor[0] : double(count);
+    return number >= 0 && number < double(count) ? static_cast<std::size_t>(std::lround(number))
+                                                 : count;
+  }
+
+  // The colour of the material that the part names by its number.
+  void Use(const std::vector<GltfMaterial>& materials)
+  {
+    const std::size_t number = this->MaterialNumber(materials.size());
+    const TexturedMaterial paint =
+      number < materials.size() ? materials[number].paint : TexturedMaterial{};
+    this->Factor = paint.factor;
+    this->Opaque = paint.opaque;
+  }
+
+  // In linear light; white where there are none.
+  Color OwnColor(std::size_t point) const
+  {
+    const double scale = !this->Own                                       ? 1
+                         : this->Own->GetDataType() == VTK_UNSIGNED_CHAR  ? 255
+                         : this->Own->GetDataType() == VTK_UNSIGNED_SHORT ? 65535
+                                                                          : 1;
+    Color color{ 1, 1, 1, 1 };
+    for (int k = 0; this->Own && k < this->Own->GetNumberOfComponents(); ++k)
     {
-      own = nullptr;
+      color[std::size_t(k)] = this->Own->GetComponent(static_cast<vtkIdType>(point), k) / scale;
     }
-    const bool white = this->Factor == Color{ 1, 1, 1, 1 };
-    if (!own && white && !this->Picture)
+    return color;
+  }
+
+  // Where nothing has a picture: factor and own colours. Nothing if all of them are white.
+  void Paint(Mesh& mesh) const
+  {
+    if (!this->Own && this->Factor == Color{ 1, 1, 1, 1 })
     {
       return;
     }
-    this->BakePicture(mesh);
-    std::vector<Color> colors(mesh.points.size(), this->Factor);
+    std::vector<Color> colors(mesh.points.size());
     for (std::size_t i = 0; i < colors.size(); ++i)
     {
-      colors[i] = this->ColorOf(static_cast<vtkIdType>(i), own);
+      const Color own = this->OwnColor(i);
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        const double light = own[k] * this->Factor[k];
+        colors[i][k] = std::clamp(k < 3 ? FromLinear(light) : light, 0.0, 1.0);
+      }
+      colors[i][3] = this->Opaque ? 1 : colors[i][3];
     }
     AddColors(mesh, colors);
   }
 
 private:
-  void FindTexture()
+  vtkPolyData& Part;
+  Color Factor{ 1, 1, 1, 1 };
+  bool HasMaterial = false, Opaque = false;
+  vtkDataArray* Own = nullptr;
+};
+
+// The parts of a scene with pictures, as one mesh that they paint.
+class PaintedScene
+{
+public:
+  explicit PaintedScene(GltfScene& scene)
+    : Count(scene.materials.size())
   {
-    vtkDataArray* const index = FieldArray(this->Part, "BaseColorTextureIndex", 1);
-    if (!index)
+    for (GltfMaterial& material : scene.materials)
     {
-      return;
+      this->Textured.materials.push_back(material.paint);
+      this->Sets.push_back(material.coordinates);
     }
-    vtkDataArray* const set = FieldArray(this->Part, "BaseColorTexCoordIndex", 1);
-    const std::string name =
-      "TEXCOORD_" + std::to_string(set ? static_cast<int>(set->GetComponent(0, 0)) : 0);
-    vtkPointData* const data = this->Part.GetPointData();
-    this->Coordinates = data->GetArray(name.c_str());
-    this->Coordinates = this->Coordinates ? this->Coordinates : data->GetTCoords();
-    const auto number = static_cast<vtkIdType>(index->GetComponent(0, 0));
-    if (number >= 0 && number < this->Reader.GetNumberOfTextures())
+    this->Textured.materials.push_back({}); // of parts without one
+    this->Sets.push_back(0);
+    this->Textured.pictures = std::move(scene.pictures);
+  }
+
+  // In the order in which parts are joined.
+  void Add(vtkPolyData& part, const Mesh& mesh)
+  {
+    const PartPaint paint(part);
+    const std::size_t material = paint.MaterialNumber(this->Count);
+    vtkPointData* const data = part.GetPointData();
+    const std::string name = "TEXCOORD_" + std::to_string(this->Sets[material]);
+    vtkDataArray* coordinates = data->GetArray(name.c_str());
+    coordinates = coordinates || this->Sets[material] > 0 ? coordinates : data->GetTCoords();
+    const bool has = coordinates && coordinates->GetNumberOfComponents() >= 2;
+    for (const Triangle& t : mesh.triangles)
     {
-      this->Held = this->Reader.GetGLTFTexture(number);
-      const std::optional<TexturePicture> picture = PictureOf(this->Held);
-      if (picture && this->Coordinates && this->Coordinates->GetNumberOfComponents() >= 2)
+      std::array<PictureCoordinate, 3>& corners = this->Textured.corners.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
       {
-        this->Picture = picture;
+        const auto point = static_cast<vtkIdType>(t[k]);
+        corners[k] = has ? PictureCoordinate{ float(coordinates->GetComponent(point, 0)),
+          float(coordinates->GetComponent(point, 1)) }
+                         : noPictureCoordinate;
+      }
+      this->Textured.materialOf.push_back(static_cast<std::uint32_t>(material));
+    }
+    this->AnyOwn = this->AnyOwn || paint.HasOwn();
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    {
+      this->Own.push_back(paint.OwnColor(i));
+    }
+  }
+
+  Status Bake(ForeignMesh& joined, const TextureOptions& options, const Execution& execution)
+  {
+    this->Textured.mesh = std::move(joined.mesh);
+    Result<BakeReport> report = BakeTextures(this->Textured, options.mostPixels, execution);
+    KDSTREAM_TRY(report);
+    joined.mesh = std::move(this->Textured.mesh);
+    this->MultiplyByOwn(joined.mesh.attributes.back());
+    joined.warnings.insert(joined.warnings.end(), report->warnings.begin(), report->warnings.end());
+    if (report->pictures > 0)
+    {
+      joined.warnings.push_back(report->Tell());
+    }
+    joined.baked = std::move(*report);
+    return {};
+  }
+
+private:
+  void MultiplyByOwn(Attribute& colors) const
+  {
+    for (std::size_t i = 0; this->AnyOwn && i < this->Own.size(); ++i)
+    {
+      for (std::size_t k = 0; k < colors.components; ++k)
+      {
+        const auto byte = static_cast<std::size_t>(colors.Get(i, k));
+        colors.Set(i, k,
+          k < 3 ? ByteOfLinear(LinearOfBytes()[byte] * this->Own[i][k])
+                : double(byte) * std::clamp(this->Own[i][k], 0.0, 1.0));
       }
     }
-    if (!this->Picture)
-    {
-      this->Warnings.push_back("a texture is dropped: its picture or coordinates cannot be read");
-    }
   }
 
-  void BakePicture(const Mesh& mesh)
-  {
-    if (!this->Picture)
-    {
-      return;
-    }
-    std::vector<PlaceOnTexture> coordinates(mesh.points.size());
-    for (std::size_t i = 0; i < coordinates.size(); ++i)
-    {
-      const auto point = static_cast<vtkIdType>(i);
-      coordinates[i] = { this->Coordinates->GetComponent(point, 0),
-        this->Coordinates->GetComponent(point, 1) };
-    }
-    BakedTexture baked = BakeTexture(*this->Picture, coordinates, mesh.points, mesh.triangles);
-    this->Total.texels += baked.texels;
-    this->Total.vertices += double(mesh.points.size());
-    this->Total.triangles += double(mesh.triangles.size());
-    this->Total.loss += baked.loss * double(mesh.triangles.size());
-    this->Texels = std::move(baked.colors);
-  }
-
-  Color ColorOf(vtkIdType point, vtkDataArray* own) const
-  {
-    const Color texel =
-      this->Texels.empty() ? Color{ 1, 1, 1, 1 } : this->Texels[static_cast<std::size_t>(point)];
-    const double scale = own && own->GetDataType() == VTK_UNSIGNED_CHAR    ? 255
-                         : own && own->GetDataType() == VTK_UNSIGNED_SHORT ? 65535
-                                                                           : 1;
-    Color color{};
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-      const bool has = own && static_cast<int>(k) < own->GetNumberOfComponents();
-      const double vertex = has ? own->GetComponent(point, static_cast<int>(k)) / scale : 1;
-      const double light = texel[k] * this->Factor[k] * vertex;
-      color[k] = std::clamp(k < 3 ? FromLinear(light) : light, 0.0, 1.0);
-    }
-    color[3] = this->Opaque ? 1 : color[3];
-    return color;
-  }
-
-  vtkPolyData& Part;
-  vtkGLTFReader& Reader;
-  std::vector<std::string>& Warnings;
-  Color Factor{ 1, 1, 1, 1 };
-  bool Opaque = false;
-  BakedTotal& Total;
-  vtkGLTFReader::GLTFTexture Held{}; // whose picture this is
-  std::optional<TexturePicture> Picture;
-  std::vector<Color> Texels; // of each point, in linear light; empty without a picture
-  vtkDataArray* Coordinates = nullptr;
+  TexturedMesh Textured;
+  std::size_t Count;
+  std::vector<int> Sets; // of texture coordinates, of each material
+  std::vector<Color> Own;
+  bool AnyOwn = false;
 };
 
 Result<ForeignMesh> Join(std::vector<ForeignMesh>& parts, VtkMessages& messages)
@@ -417,21 +410,32 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
   return joined;
 }
 
-Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution& execution)
+Result<ForeignMesh> ReadGltf(
+  const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
 {
   if (FileEnding(file) == ".gltf")
   {
     KDSTREAM_TRY(CheckGltfBuffers(file));
   }
+  Result<GltfScene> scene = GltfScene::Open(file);
+  KDSTREAM_TRY(scene);
+  const bool painted = scene->HasPictures() && textures.bake;
   VtkMessages messages;
   vtkNew<vtkGLTFReader> reader;
-  reader->SetFileName(file.c_str());
+  reader->SetFileName(scene->Readable().c_str());
   reader->ApplyDeformationsToGeometryOn();
   KDSTREAM_TRY(execution.Report("read", 0));
+  reader->UpdateInformation();
+  scene->HasRead();
+  KDSTREAM_TRY(messages.FirstError());
   reader->Update();
   KDSTREAM_TRY(messages.FirstError());
   std::vector<ForeignMesh> parts;
-  BakedTotal total;
+  std::optional<PaintedScene> scenePaint;
+  if (painted)
+  {
+    scenePaint.emplace(*scene);
+  }
   const auto blocks = vtk::TakeSmartPointer(reader->GetOutput()->NewIterator());
   for (blocks->InitTraversal(); !blocks->IsDoneWithTraversal(); blocks->GoToNextItem())
   {
@@ -442,18 +446,36 @@ Result<ForeignMesh> ReadGltf(const std::filesystem::path& file, const Execution&
     }
     Result<ForeignMesh> part = ReadPolyData(*block, execution);
     KDSTREAM_TRY(part);
-    std::vector<std::string> warnings;
     RemoveAttributes(part->mesh, { "COLOR_0", "RGB", "RGBA" });
-    MaterialBaker(*block, *reader, warnings, total).Bake(part->mesh);
+    if (painted)
+    {
+      scenePaint->Add(*block, part->mesh);
+      RemoveAttributes(part->mesh, { "TCoords", "TEXCOORD_0", "TEXCOORD_1" });
+    }
+    else
+    {
+      PartPaint paint(*block);
+      if (scene->HasPictures())
+      {
+        paint.Use(scene->materials);
+      }
+      paint.Paint(part->mesh);
+    }
     RemoveAttributes(part->mesh, { "JOINTS_0", "WEIGHTS_0", "tangents", "TANGENT" });
-    part->warnings.insert(part->warnings.end(), warnings.begin(), warnings.end());
     parts.push_back(std::move(*part));
   }
-  if (total.triangles > 0)
+  Result<ForeignMesh> joined = Join(parts, messages);
+  KDSTREAM_TRY(joined);
+  joined->warnings.insert(joined->warnings.end(), scene->warnings.begin(), scene->warnings.end());
+  if (painted && !joined->mesh.points.empty())
   {
-    parts.front().warnings.push_back(total.Tell());
+    KDSTREAM_TRY(scenePaint->Bake(*joined, textures, execution));
   }
-  return Join(parts, messages);
+  else if (scene->HasPictures())
+  {
+    joined->warnings.push_back("pictures are left out");
+  }
+  return joined;
 }
 
 }

@@ -136,6 +136,15 @@ private:
     return this->Textured.materials[this->Textured.materialOf[triangle]];
   }
 
+  // Of one without a picture.
+  Color ColorOf(std::size_t triangle) const
+  {
+    const TexturedMaterial& material = this->MaterialOf(triangle);
+    Color color = material.color;
+    color[3] = material.opaque ? 1 : color[3];
+    return color;
+  }
+
   bool HasCoordinates(std::size_t triangle) const
   {
     const auto& corners = this->Textured.corners[triangle];
@@ -157,7 +166,7 @@ private:
         ofPicture[picture].push_back(static_cast<std::uint32_t>(i));
         continue;
       }
-      this->Paint(i, this->MaterialOf(i).color);
+      this->Paint(i, this->ColorOf(i));
       firstBare = picture != noPicture && bare == 0 ? i : firstBare;
       bare += picture != noPicture ? 1 : 0;
     }
@@ -224,7 +233,7 @@ private:
     {
       for (const std::uint32_t triangle : triangles)
       {
-        this->Paint(triangle, this->MaterialOf(triangle).color);
+        this->Paint(triangle, this->ColorOf(triangle));
       }
       return;
     }
@@ -320,12 +329,13 @@ private:
                       shares[0] * at[0][1] + shares[1] * at[1][1] + shares[2] * at[2][1] },
             material.wrapU, material.wrapV);
         Color light = texels.LightOf(texel);
+        light[3] = material.opaque ? 1 : light[3];
         std::array<double, 3> shown = texels.ShownOf(texel);
         if (!plain)
         {
           for (std::size_t k = 0; k < 4; ++k)
           {
-            light[k] *= material.factor[k];
+            light[k] *= k < 3 || !material.opaque ? material.factor[k] : 1;
           }
           std::transform(light.begin(), light.begin() + 3, shown.begin(),
             [](double value) { return 255 * FromLinear(value); });
@@ -360,7 +370,7 @@ private:
       opaque = opaque && colors[v][3] == 255;
       places += this->Places[v] == v ? 1 : 0;
     }
-    const bool alpha = this->Textured.alpha && !opaque;
+    const bool alpha = !opaque;
     Attribute attribute{ { alpha ? "RGBA" : "RGB", AttributeType::UInt8,
                            AttributeAssociation::Point, std::uint8_t(alpha ? 4 : 3) },
       {} };

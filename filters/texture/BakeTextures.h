@@ -35,7 +35,7 @@ struct BakeReport
   std::string Tell() const;
 };
 
-// Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 with `alpha` where a vertex is not opaque)
+// Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 where a vertex is not opaque)
 // to textured.mesh, in place of any of these names. REQUIRES: a tuple of corners and a material
 // that is there for each triangle; pictures that are there or noPicture.
 //

@@ -58,6 +58,7 @@ struct TexturedMaterial
   std::uint32_t picture = noPicture;
   TextureWrap wrapU = TextureWrap::Repeat, wrapV = TextureWrap::Repeat;
   TextureTransform transform{};
+  bool opaque = true; // whether alpha counts as 1
 };
 
 struct TexturedMesh
@@ -67,7 +68,6 @@ struct TexturedMesh
   std::vector<std::uint32_t> materialOf;                 // of each triangle
   std::vector<TexturedMaterial> materials;
   std::vector<PictureSource> pictures;
-  bool alpha = false; // whether colours have it
 };
 
 }

@@ -281,7 +281,7 @@ TEST(BakeTextures, AlphaIsAMeanOfItsOwn)
 {
   TexturedMesh textured = Square(Picture{ 2, 1, 2, { 50, 255, 50, 0 } });
   TexturedMesh opaque = textured;
-  textured.alpha = true;
+  textured.materials[0].opaque = false;
   ASSERT_TRUE(BakeTextures(textured));
   ASSERT_EQ(ColorsOf(textured).components, 4);
   EXPECT_EQ(ColorsOf(textured).Get(0, 0), 50);

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A statue that photographs paint: the textured model of demos, tests and benchmarks.
+#pragma once
+
+#include "Data/Generate/ClosedGrid.h"
+#include "filters/core/Execution.h"
+
+#include <cstdint>
+#include <filesystem>
+
+namespace kdstream::generate
+{
+
+struct StatueOptions
+{
+  std::uint64_t vertices = 300000; // about
+  std::size_t pictureSide = 2048;  // texels, at least 64
+  std::uint64_t seed = 1;
+};
+
+// A bust of stone, about 1.8 high, standing on y = 0; closed. Its colour is that of the stone:
+// bands, veins, grain, an inscription around its foot, and dirt. The colour is a picture's, not a
+// vertex': finer than any vertices.
+PaintedSurface MakeStatue(std::uint64_t seed);
+
+// Writes NAME.obj, NAME.mtl and NAME-0.jpg, NAME-1.png, NAME-2.jpg, NAME-3.png beside it. Each
+// picture has a quarter of the way around, in four charts side by side with a gutter, two of them
+// upside down; each was exposed a little differently. Vertices are those of places: charts meet in
+// seams. The same files for the same options, but for other versions of the pictures' libraries.
+// Memory: a picture. Errors: those of ClosedGrid::Of; InputOutput; Cancelled.
+Status WriteStatue(
+  const StatueOptions& options, const std::filesystem::path& obj, const Execution& execution = {});
+
+}
