@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -42,17 +43,38 @@ public:
 
   double* GetBounds() override { return nullptr; }
 
+  InterfaceLayer::Part Part = InterfaceLayer::Part::Shown;
+
   int RenderOverlay(vtkViewport* /*viewport*/) override
   {
-    if (ImDrawData* drawing = ImGui::GetDrawData())
+    const ImDrawData* drawing = ImGui::GetDrawData();
+    if (!drawing)
     {
-      ImGui_ImplOpenGL3_RenderDrawData(drawing);
+      return 1;
     }
+    std::vector<ImDrawList*> lists;
+    std::copy_if(drawing->CmdLists, drawing->CmdLists + drawing->CmdListsCount,
+      std::back_inserter(lists), [this](const ImDrawList* list) { return this->Has(list); });
+    ImDrawData drawn = *drawing;
+    drawn.CmdLists = lists.data();
+    drawn.CmdListsCount = static_cast<int>(lists.size());
+    ImGui_ImplOpenGL3_RenderDrawData(&drawn);
     return 1;
   }
 
 protected:
   InterfaceProp() = default;
+
+private:
+  bool Has(const ImDrawList* list) const
+  {
+    using P = InterfaceLayer::Part;
+    const bool isFront = list == ImGui::GetForegroundDrawList();
+    const bool isBack = list == ImGui::GetBackgroundDrawList();
+    return this->Part == P::Shown        ? !isFront
+           : this->Part == P::Foreground ? isFront
+                                         : this->Part == P::Background && isBack;
+  }
 };
 vtkStandardNewMacro(InterfaceProp);
 
@@ -164,6 +186,12 @@ bool InterfaceLayer::IsOver(double x, double y) const
              (window->Flags & ImGuiWindowFlags_NoMouseInputs) == 0 &&
              window->Rect().Contains(place);
     });
+}
+
+bool InterfaceLayer::KnowsMouse() const
+{
+  return std::all_of(this->Events.begin(), this->Events.end(),
+    [](const WindowEvent& event) { return event.kind == WindowEvent::Kind::Key; });
 }
 
 bool InterfaceLayer::TakesKeys() const
@@ -283,9 +311,9 @@ bool InterfaceLayer::End()
   return settles || !this->Events.empty() || this->KeyIsDown;
 }
 
-void InterfaceLayer::SetVisible(bool visible)
+void InterfaceLayer::Draw(Part part)
 {
-  this->Prop->SetVisibility(visible);
+  static_cast<InterfaceProp*>(this->Prop.GetPointer())->Part = part;
 }
 
 }

@@ -46,7 +46,19 @@ public:
   void Begin(int width, int height, double seconds);
   bool End();
 
-  void SetVisible(bool visible);
+  // Whether nothing of the mouse is left to be told to the widgets.
+  bool KnowsMouse() const;
+
+  // What is drawn of what was described. Pictures of the model have what lies behind the widgets
+  // (ImGui's background), and what was drawn in front of them (its foreground), which is not shown.
+  enum class Part
+  {
+    Shown, // all but the foreground
+    Background,
+    Foreground,
+    None
+  };
+  void Draw(Part part);
 
 private:
   // Of a window of widgets.

@@ -283,7 +283,7 @@ int DrawCaption(const PanelFacts& facts, int width)
   const float room = static_cast<float>(width) - 2 * gap;
   const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, room);
   const int height = static_cast<int>(std::ceil(size.y + 2 * gap));
-  ImDrawList& paint = *ImGui::GetBackgroundDrawList();
+  ImDrawList& paint = *ImGui::GetForegroundDrawList();
   paint.AddRectFilled({ 0, 0 }, { static_cast<float>(width), static_cast<float>(height) },
     IM_COL32(26, 28, 32, 255));
   paint.AddText(ImGui::GetFont(), ImGui::GetFontSize(), { gap, gap },

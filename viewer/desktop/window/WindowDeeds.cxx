@@ -10,14 +10,29 @@ namespace kdstream
 
 void WindowLook::TakeEvents()
 {
-  for (const WindowEvent& event : this->Display->TakeEvents())
+  for (WindowEvent& event : this->Display->TakeEvents())
   {
-    this->Handle(event);
+    this->Events.push_back(std::move(event));
+  }
+  // However slow frames are: a key means what it does after the clicks before it, and a click what is
+  // seen after the key before it.
+  bool wasCommand = false;
+  while (!this->Events.empty() && !wasCommand)
+  {
+    const bool isKey = this->Events.front().kind == WindowEvent::Kind::Key;
+    if (isKey && !this->Interface.KnowsMouse())
+    {
+      break;
+    }
+    wasCommand = this->Handle(this->Events.front());
+    this->Events.pop_front();
     this->FramesLeft = 2;
   }
+  this->WakeIf(!this->Events.empty());
 }
 
-void WindowLook::Handle(const WindowEvent& event)
+// Whether it was a key that means something to the window.
+bool WindowLook::Handle(const WindowEvent& event)
 {
   using Kind = WindowEvent::Kind;
   const bool begins = event.kind == Kind::Press || event.kind == Kind::TouchBegin;
@@ -26,11 +41,11 @@ void WindowLook::Handle(const WindowEvent& event)
   if (event.kind == Kind::Key && this->Interface.TakesKeys() && !isEnd)
   {
     this->Interface.Handle(event);
-    return;
+    return false;
   }
   if (event.kind == Kind::Key && this->HandleKey(event))
   {
-    return;
+    return true;
   }
   if (begins && !this->Input.Touching())
   {
@@ -47,12 +62,13 @@ void WindowLook::Handle(const WindowEvent& event)
   const bool isOfWords = isZoom ? isOverWords : this->PressIsOfWords;
   if (!this->Session.IsOpen() || (isOfWords && event.kind != Kind::Key))
   {
-    return;
+    return false;
   }
   for (const SessionStep& step : this->Input.Handle(event))
   {
     this->Session.Do(step);
   }
+  return false;
 }
 
 // Keys that do something to the window; false for the model's.

@@ -22,7 +22,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <functional>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -66,7 +66,7 @@ public:
 private:
   double Wait();
   void TakeEvents();
-  void Handle(const WindowEvent& event);
+  bool Handle(const WindowEvent& event);
   bool HandleKey(const WindowEvent& event);
   bool HandleToolKey(const std::string& key);
   void TakeTool(Tool tool);
@@ -93,7 +93,7 @@ private:
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
   Status WriteToldPicture(const std::string& file);
-  Result<Picture> PictureOf(const std::function<void()>& draw);
+  Result<Picture> PictureWith(InterfaceLayer::Part part);
   void Tell(const std::string& note);
   std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
   void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }
@@ -133,6 +133,8 @@ private:
   bool Ended = false;
   bool AskedToSave = false; // notes, before the end
   bool OwesPicture = false;
+  int CaptionHeight = 0; // of the picture that is owed, pixels
+  std::deque<WindowEvent> Events; // that have not been handled yet
   // After each change: panels take their size in the second.
   int FramesLeft = 2;
   double LastFrame = SteadySeconds(), LastTurn = SteadySeconds(), FrameSeconds = 0;

@@ -97,30 +97,23 @@ void WindowLook::TakePicture()
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
-// The window, with what `draw` draws in place of its words and buttons; without any where it is
-// none. It is drawn, but not shown.
-Result<Picture> WindowLook::PictureOf(const std::function<void()>& draw)
+// The window with a part of its words and buttons. It is drawn, but not shown.
+Result<Picture> WindowLook::PictureWith(InterfaceLayer::Part part)
 {
   vtkRenderWindow& window = this->Display->Window();
-  if (draw)
-  {
-    this->Interface.Begin(this->Display->Width(), this->Display->Height(), 0);
-    draw();
-    this->Interface.End();
-  }
-  this->Interface.SetVisible(draw != nullptr);
+  this->Interface.Draw(part);
   this->Scene.SetStyle({ this->Settings.scene.coloring, false, this->Settings.scene.occlusion });
   window.SwapBuffersOff();
   auto picture = Pixels(window);
   window.SwapBuffersOn();
-  this->Interface.SetVisible(true);
+  this->Interface.Draw(InterfaceLayer::Part::Shown);
   return picture;
 }
 
 // The model alone, as a recording that is played writes it.
 Status WindowLook::WriteModelPicture(const std::string& file)
 {
-  const auto picture = this->PictureOf(nullptr);
+  const auto picture = this->PictureWith(InterfaceLayer::Part::None);
   KDSTREAM_TRY(picture);
   return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
 }
@@ -128,15 +121,11 @@ Status WindowLook::WriteModelPicture(const std::string& file)
 // The model with its distances, and below it what it is, by whom, and what one may do with it.
 Status WindowLook::WriteToldPicture(const std::string& file)
 {
-  const PanelFacts facts = this->Facts();
-  const auto picture = this->PictureOf([&] { DrawDistances(facts); });
+  const auto picture = this->PictureWith(InterfaceLayer::Part::Background);
   KDSTREAM_TRY(picture);
-  int height = 0;
-  const auto caption =
-    this->PictureOf([&] { height = DrawCaption(facts, this->View.width); });
+  const auto caption = this->PictureWith(InterfaceLayer::Part::Foreground);
   KDSTREAM_TRY(caption);
-  height = std::min(height, this->Display->Height());
-  this->FramesLeft = 2;
+  const int height = std::min(this->CaptionHeight, this->Display->Height());
   return WritePng(Stacked(PartOf(*picture, 0, 0, this->View.width, this->View.height),
                     PartOf(*caption, 0, 0, this->View.width, height)),
     file);

@@ -3,6 +3,7 @@
 // 3. the session's choice and surface  4. words and buttons  5. the picture.
 #include "viewer/desktop/window/WindowView.h"
 
+#include "viewer/desktop/window/ToolsPanel.h"
 #include "viewer/desktop/window/WindowLook.h"
 #include "viewer/session/look/SceneLook.h"
 
@@ -178,7 +179,9 @@ std::vector<PanelWishes> WindowLook::DescribePanels(double seconds, ViewSettings
   {
     this->Interface.Begin(
       this->Display->Width(), this->Display->Height(), wishes.empty() ? seconds : 0);
-    wishes.push_back(this->Words.Draw(this->Facts(), this->Tiles, this->Shelf.get(), settings));
+    const PanelFacts facts = this->Facts();
+    wishes.push_back(this->Words.Draw(facts, this->Tiles, this->Shelf.get(), settings));
+    this->CaptionHeight = this->OwesPicture ? DrawCaption(facts, this->View.width) : 0;
     again = this->Interface.End();
   }
   if (again)
