@@ -185,12 +185,13 @@ async function linkToView() {
 
 // As a browser does with a tab that nobody sees: it says so, and calls for no frame.
 async function hide(hidden) {
-  await visit.page.evaluate((hides) => {
+  await visit.page.evaluate(async (hides) => {
     Object.defineProperty(document, "hidden", { configurable: true, get: () => hides });
     if (hides) {
       window.askForFrame = window.requestAnimationFrame;
       window.framesPutOff = [];
       window.requestAnimationFrame = (draw) => window.framesPutOff.push(draw);
+      await new Promise((drawn) => window.askForFrame(drawn)); // the one that had been asked for
     } else {
       window.requestAnimationFrame = window.askForFrame;
       window.framesPutOff.forEach((draw) => requestAnimationFrame(draw));
@@ -215,8 +216,8 @@ test("a tab in the background: what comes meanwhile is kept, and drawn when it i
   assert.ok(heap + graphics <= small * megabyte);
   assert.equal((await visit.status()).frames, frames, "nothing is drawn");
   await hide(false);
-  const shown = await visit.untilIdle();
-  assert.ok(shown.frames > frames);
+  await visit.pinch(await visit.centre(), 60, 100);
+  const shown = await visit.until("a newer picture", (status) => status.idle && status.frames > frames);
   assert.ok(shown.surface > before_.surface, "what is nearer is finer");
   assert.equal(shown.error, "");
   await assertRightPicture();
