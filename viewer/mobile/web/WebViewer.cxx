@@ -196,6 +196,11 @@ bool Draw(WebViewer& viewer)
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
     viewer.coloring, glided, scene.section, scene.capVersion, scene.lighting };
   state.occluded = ChooseOcclusion(viewer, state, begin);
+  if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
+  {
+    state = PictureState{};
+    state.viewport = viewer.viewport;
+  }
   if (viewer.drawn == state)
   {
     return made; // then there is more to do in the next frame
