@@ -37,9 +37,13 @@ Profile ProfileAt(double along)
   const auto* const next = std::find_if(
     profile.begin() + 1, profile.end() - 1, [along](const Profile& p) { return p.along >= along; });
   const Profile& before = *(next - 1);
-  const double t = Ease((along - before.along) / (next->along - before.along));
+  const double t = (along - before.along) / (next->along - before.along);
+  // Upright at each of them, but for the flat foot; the head is round.
+  const double share = next->radius == 0    ? 1 - std::sqrt(1 - t * t)
+                       : before.radius == 0 ? t
+                                            : Ease(t);
   return { along, before.height + t * (next->height - before.height),
-    before.radius + t * (next->radius - before.radius) };
+    before.radius + share * (next->radius - before.radius) };
 }
 
 // A bump of height 1 about a place of the surface.

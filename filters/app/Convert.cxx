@@ -120,8 +120,11 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // A .gltf's bytes lie in other files.
-  const bool alone = !status && FileEnding(input) != ".gltf" && bytes < (std::uint64_t{ 1 } << 50);
+  // A .gltf's bytes lie in other files; so do pictures, and .obj and .ply are read by us, who take
+  // no claim on trust.
+  const std::string ending = FileEnding(input);
+  const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
+                     bytes < (std::uint64_t{ 1 } << 50);
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
 }
 

@@ -151,7 +151,7 @@ std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_
   std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
   if (drive || relative.is_absolute() || (!relative.empty() && *relative.begin() == ".."))
   {
-    relative = relative.filename();
+    relative = relative.filename() == ".." ? "" : relative.filename();
   }
   return base.parent_path() / relative;
 }

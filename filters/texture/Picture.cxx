@@ -4,6 +4,7 @@
 #include "filters/meshio/FileEnding.h"
 
 #include <algorithm>
+#include <new>
 #include <string_view>
 
 namespace kdstream
@@ -63,7 +64,10 @@ Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t
   return {};
 }
 
-Result<Picture> DecodePicture(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+namespace
+{
+
+Result<Picture> DecodeKnown(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
 {
   switch (TypeOfPicture(bytes))
   {
@@ -78,6 +82,20 @@ Result<Picture> DecodePicture(std::span<const std::uint8_t> bytes, std::uint64_t
   }
   return Error{ ErrorCode::InvalidInput,
     bytes.empty() ? "it is empty" : "it is " + NameOf(PictureType::Unknown) };
+}
+
+}
+
+Result<Picture> DecodePicture(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+{
+  try
+  {
+    return DecodeKnown(bytes, mostPixels);
+  }
+  catch (const std::bad_alloc&)
+  {
+    return Error{ ErrorCode::LimitExceeded, "there is not enough memory for its pixels" };
+  }
 }
 
 }
