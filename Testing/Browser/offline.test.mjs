@@ -80,6 +80,8 @@ test("it can be installed", async () => {
   for (const { src, type } of icons) {
     assert.equal((await fetch(new URL(src, address))).headers.get("content-type"), type);
   }
+  const touched = await visit.page.evaluate(() => document.querySelector("link[rel=apple-touch-icon]").href);
+  assert.equal((await fetch(touched)).headers.get("content-type"), "image/png", "for telephones that take no other");
   await visit.untilIdle();
   await workerIsActive();
   const session = await visit.page.context().newCDPSession(visit.page);

@@ -53,11 +53,11 @@ execute_process(COMMAND "${ESBUILD}" "${SOURCE}/embed.js" --minify --target=es20
   "--outfile=${PAGE}/embed.js" --log-level=warning COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND "${ZOPFLI}" "${PAGE}/embed.js" COMMAND_ERROR_IS_FATAL ANY)
 
-file(COPY "${SOURCE}/icon.svg" "${SOURCE}/manifest.webmanifest" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
+file(COPY "${SOURCE}/icon.svg" "${SOURCE}/icon.png" "${SOURCE}/manifest.webmanifest" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
 
 # The service worker knows all the others by their digests, and so is another one whenever any of them is.
 set(first index.html style.css page.js kdstream.wasm)
-set(files ${first} ${later} tools.css notes.css icon.svg manifest.webmanifest)
+set(files ${first} ${later} tools.css notes.css icon.svg icon.png manifest.webmanifest)
 set(digests)
 foreach(name IN LISTS files)
   file(SHA256 "${PAGE}/${name}" digest)
