@@ -334,9 +334,9 @@ TEST_F(TestTextures, PlyIsPaintedByItsTextureFiles)
                places + "3 0 1 2 4 0.25 0.5 0.25 0.5 0\n3 3 4 5" + list("0.75") + " 0\n3 6 7 8" +
                list("nan") + " 2\n");
   EXPECT_EQ(WarningsOf("m.ply"),
-    "1 faces have a texcoord of another length than their corners (the first is face 0): they "
+    "1 face has a texcoord of another length than its corners (the first is face 0): they "
     "count as white\n"
-    "1 faces have a texnumber that no TextureFile has (the first is face 2): they count as "
+    "1 face has a texnumber that no TextureFile has (the first is face 2): they count as "
     "white\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ white, blue, white }));
   this->WriteText("m.ply", head + "property list uchar float texcoord\nend_header\n" + places +

@@ -218,8 +218,8 @@ private:
     {
       return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
     }
-    this->Warn(this->Odd, this->FirstOdd, "have a texcoord of another length than their corners");
-    this->Warn(this->Strange, this->FirstStrange, "have a texnumber that no TextureFile has");
+    this->Warn(this->Odd, this->FirstOdd, "a texcoord of another length than its corners");
+    this->Warn(this->Strange, this->FirstStrange, "a texnumber that no TextureFile has");
     return {};
   }
 
@@ -227,9 +227,9 @@ private:
   {
     if (count > 0)
     {
-      this->Out.warnings.push_back(std::to_string(count) + " faces " + what +
-                                   " (the first is face " + std::to_string(first) +
-                                   "): they count as white");
+      this->Out.warnings.push_back(
+        std::to_string(count) + (count == 1 ? " face has " : " faces have ") + what +
+        " (the first is face " + std::to_string(first) + "): they count as white");
     }
   }
 
