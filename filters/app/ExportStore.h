@@ -15,9 +15,9 @@ namespace kdstream
 
 struct ExportOptions
 {
-  std::string model;          // IsModelId: what viewers call it
-  std::filesystem::path notes; // the file of notes on it (StoreNotes.h), if it is there; empty: none
-  std::filesystem::path page; // the folder of the page, copied beside; empty: none
+  std::string model;           // IsModelId: what viewers call it
+  std::filesystem::path notes; // those on it (StoreNotes.h), where the file is there; empty: none
+  std::filesystem::path page;  // the folder of the page, copied beside; empty: none
 };
 
 struct ExportReport
@@ -27,11 +27,11 @@ struct ExportReport
 
 // Writes every path of doc/protocol.md#get below `folder`, texts also compressed (".gz"); a
 // list of models that is there is added to, and the same model replaced. The list is written last:
-// so a host that serves the folder never names what is not there. Notes go up with the model, and go
-// where there are none any more. Also rules for caching, for nginx
-// (kdstream.nginx.conf) and Apache (.htaccess). Reports the step "export". Errors: those of the
-// store; InvalidInput for a list or notes that are none; InputOutput; Cancelled. A model, or what a new
-// digest of it has, goes up whole or not at all.
+// so a host that serves the folder never names what is not there. Notes go up with the model, and
+// go where there are none any more. Also rules for caching, for nginx (kdstream.nginx.conf) and
+// Apache (.htaccess). Reports the step "export". Errors: those of the store; InvalidInput for a
+// list or notes that are none; InputOutput; Cancelled. A model, or what a new digest of it has,
+// goes up whole or not at all.
 Result<ExportReport> ExportStore(const Store& store, const std::filesystem::path& folder,
   const ExportOptions& options, const Execution& execution = {});
 

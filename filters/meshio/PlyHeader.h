@@ -94,7 +94,7 @@ struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
   std::vector<PlyElement> elements;
-  std::vector<std::string> textures; // of "comment TextureFile" lines, quoted for messages
+  std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages
   std::vector<std::string> textureFiles; // the same, as they are written, blanks too
 };
 

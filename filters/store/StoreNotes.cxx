@@ -77,9 +77,9 @@ Status WriteNotes(const std::filesystem::path& file, const std::vector<Note>& no
   const std::string text = FormatNotes(notes);
   if (text.size() > maximumNotesBytes)
   {
-    return Error{ ErrorCode::LimitExceeded, "these notes are too long to be served: " +
-                                              std::to_string(text.size()) + " bytes, at most " +
-                                              std::to_string(maximumNotesBytes) };
+    return Error{ ErrorCode::LimitExceeded,
+      "these notes are too long to be served: " + std::to_string(text.size()) + " bytes, at most " +
+        std::to_string(maximumNotesBytes) };
   }
   const std::filesystem::path unfinished = file.string() + ".new";
   errno = 0;

@@ -42,8 +42,8 @@ inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
 // are taken as sRGB whatever profile is embedded. mostPixels: no memory is taken for a picture that
 // claims more. Peak memory: the texels, and what the library needs: rows, of a progressive JPEG
 // twice the texels again.
-// Errors, without the file's name: LimitExceeded with the size that is claimed, or where there is no memory; InvalidInput for
-// what is none of the three, truncated, damaged, or a JPEG in CMYK.
+// Errors, without the file's name: LimitExceeded with the size that is claimed, or where there is
+// no memory; InvalidInput for what is none of the three, truncated, damaged, or a JPEG in CMYK.
 Result<Picture> DecodePicture(
   std::span<const std::uint8_t> bytes, std::uint64_t mostPixels = mostPicturePixels);
 

@@ -114,8 +114,7 @@ public:
     asio::post(this->Context,
       [this, model]
       {
-        this->NotesFetcher =
-          std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls);
+        this->NotesFetcher = std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls);
         this->NotesFetcher->Fetch({ protocol::NotesPath(model), maximumNotesBytes },
           [this, model](const Result<HttpReply>& reply) { this->TakeNotes(model, reply); });
       });

@@ -52,7 +52,7 @@ std::string TextOfKey(const std::string& key)
   const xkb_keysym_t symbol = xkb_keysym_from_name(key.c_str(), XKB_KEYSYM_NO_FLAGS);
   const bool writes = xkb_keysym_to_utf8(symbol, text.data(), text.size()) > 0;
   return writes && static_cast<unsigned char>(text[0]) >= ' ' && text[0] != '\x7f' ? text.data()
-                                                                                  : "";
+                                                                                   : "";
 }
 
 // Of the desktop's settings; 1 where they say nothing.

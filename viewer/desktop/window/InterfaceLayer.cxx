@@ -213,8 +213,8 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
     io.AddInputCharactersUTF8(event.text.c_str());
     return true;
   }
-  const auto key = std::find_if(keys.begin(), keys.end(),
-    [&](const auto& each) { return each.second == event.key; });
+  const auto key = std::find_if(
+    keys.begin(), keys.end(), [&](const auto& each) { return each.second == event.key; });
   if (key == keys.end())
   {
     return true; // no field knows it

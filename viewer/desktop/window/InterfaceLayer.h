@@ -41,8 +41,8 @@ public:
   bool IsOver(double x, double y) const;
 
   // Widgets are described between these two. End returns whether they have to be once more: mouse
-  // and keys have done more than can be told at a time, or windows do not stand where they did before
-  // (a new one is measured first, unseen).
+  // and keys have done more than can be told at a time, or windows do not stand where they did
+  // before (a new one is measured first, unseen).
   void Begin(int width, int height, double seconds);
   bool End();
 
@@ -81,7 +81,7 @@ private:
   bool FontsAreDue = true;
   std::deque<WindowEvent> Events;
   bool KeyIsDown = false, KeyWasDown = false; // in this frame, in the last one
-  std::vector<Shape> Shapes; // when they were described last
+  std::vector<Shape> Shapes;                  // when they were described last
 };
 
 }

@@ -15,8 +15,7 @@ std::string Trimmed(const std::string& text)
 {
   constexpr const char* blanks = " \t\r\n";
   const auto first = text.find_first_not_of(blanks);
-  return first == text.npos ? ""
-                            : text.substr(first, text.find_last_not_of(blanks) - first + 1);
+  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 Status CheckLength(const std::string& what, const std::string& text, std::size_t most)

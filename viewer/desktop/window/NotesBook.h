@@ -40,8 +40,8 @@ public:
   // In place of the note `index`, whose view and language it keeps, or as the last one. Blanks
   // around the title are taken off. Errors: InvalidArgument for a note without a title;
   // LimitExceeded for what Note says, and for more than mostNotes.
-  Status Keep(std::optional<std::size_t> index, std::string title, std::string text,
-    const std::string& link);
+  Status Keep(
+    std::optional<std::size_t> index, std::string title, std::string text, const std::string& link);
   // By one place: step -1 or 1; at the ends nothing.
   void Move(std::size_t index, int step);
   void Remove(std::size_t index);

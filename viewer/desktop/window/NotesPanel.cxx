@@ -146,7 +146,8 @@ void NotesPanel::DrawFields(NotesWishes& wishes)
   ImGui::TextUnformatted("Text");
   const float buttons = 2 * ImGui::GetFrameHeightWithSpacing();
   ImGui::InputTextMultiline("##text", &this->Edited->text,
-    { -1, std::max(ImGui::GetContentRegionAvail().y - buttons, static_cast<float>(60 * this->Ratio)) });
+    { -1,
+      std::max(ImGui::GetContentRegionAvail().y - buttons, static_cast<float>(60 * this->Ratio)) });
   if (ImGui::Button("Keep this note"))
   {
     wishes.keep = { this->Edited->index, this->Edited->title, this->Edited->text };

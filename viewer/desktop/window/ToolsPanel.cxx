@@ -274,8 +274,8 @@ int DrawCaption(const PanelFacts& facts, int width)
   }
   const ModelDescription& model = *facts.model;
   std::string text;
-  for (const std::string& each : { model.title.empty() ? model.id : model.title, model.credit,
-         model.license })
+  for (const std::string& each :
+    { model.title.empty() ? model.id : model.title, model.credit, model.license })
   {
     text += (text.empty() || each.empty() ? "" : " · ") + each;
   }
@@ -284,10 +284,10 @@ int DrawCaption(const PanelFacts& facts, int width)
   const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, room);
   const int height = static_cast<int>(std::ceil(size.y + 2 * gap));
   ImDrawList& paint = *ImGui::GetForegroundDrawList();
-  paint.AddRectFilled({ 0, 0 }, { static_cast<float>(width), static_cast<float>(height) },
-    IM_COL32(26, 28, 32, 255));
-  paint.AddText(ImGui::GetFont(), ImGui::GetFontSize(), { gap, gap },
-    IM_COL32(240, 236, 228, 255), text.c_str(), nullptr, room);
+  paint.AddRectFilled(
+    { 0, 0 }, { static_cast<float>(width), static_cast<float>(height) }, IM_COL32(26, 28, 32, 255));
+  paint.AddText(ImGui::GetFont(), ImGui::GetFontSize(), { gap, gap }, IM_COL32(240, 236, 228, 255),
+    text.c_str(), nullptr, room);
   return height;
 }
 

@@ -16,8 +16,8 @@ struct PanelWishes;
 void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen);
 // The distances as lines over the picture.
 void DrawDistances(const PanelFacts& facts);
-// Title, credit and licence in front of all, at the top, on their own ground. Returns the height that
-// they take, pixels; 0 where there is nothing to say.
+// Title, credit and licence in front of all, at the top, on their own ground. Returns the height
+// that they take, pixels; 0 where there is nothing to say.
 int DrawCaption(const PanelFacts& facts, int width);
 
 // "12.35 ± 0.01 mm, height 3.2 mm, across 11.9 mm": as many digits as the error leaves, six where

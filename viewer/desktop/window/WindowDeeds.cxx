@@ -14,8 +14,8 @@ void WindowLook::TakeEvents()
   {
     this->Events.push_back(std::move(event));
   }
-  // However slow frames are: a key means what it does after the clicks before it, and a click what is
-  // seen after the key before it.
+  // However slow frames are: a key means what it does after the clicks before it, and a click what
+  // is seen after the key before it.
   bool wasCommand = false;
   while (!this->Events.empty() && !wasCommand)
   {

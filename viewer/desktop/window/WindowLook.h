@@ -133,7 +133,7 @@ private:
   bool Ended = false;
   bool AskedToSave = false; // notes, before the end
   bool OwesPicture = false;
-  int CaptionHeight = 0; // of the picture that is owed, pixels
+  int CaptionHeight = 0;          // of the picture that is owed, pixels
   std::deque<WindowEvent> Events; // that have not been handled yet
   // After each change: panels take their size in the second.
   int FramesLeft = 2;

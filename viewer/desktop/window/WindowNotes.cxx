@@ -98,10 +98,10 @@ void WindowLook::SaveNotes()
     return;
   }
   book.Saved();
-  this->Tell("Wrote " + file.string() +
-             (NamesServer(this->Options.source)
-                 ? ": put it beside " + book.Model() + ".kds on the server"
-                 : ""));
+  this->Tell(
+    "Wrote " + file.string() +
+    (NamesServer(this->Options.source) ? ": put it beside " + book.Model() + ".kds on the server"
+                                       : ""));
 }
 
 // Not what was written and would be lost, the first time.

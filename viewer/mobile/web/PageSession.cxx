@@ -194,8 +194,7 @@ std::string PageSession::TakeSearch()
   return {};
 }
 
-void PageSession::Found(
-  std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes)
+void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes)
 {
   Searched* const searched = this->FindSearch(search);
   if (!searched || index >= searched->request.blobs.size() || !IsSealed(bytes))

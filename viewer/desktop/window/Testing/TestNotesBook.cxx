@@ -65,8 +65,8 @@ TEST(TestNotesBook, WhatNotesMayNotBeIsNotKept)
     longest += "é";
   }
   EXPECT_EQ(wrong(longest + "é", "", ""), "a title may have 200 characters");
-  EXPECT_EQ(wrong("a", std::string(Note::longestText + 1, 'x'), ""),
-    "a note may have 4000 characters");
+  EXPECT_EQ(
+    wrong("a", std::string(Note::longestText + 1, 'x'), ""), "a note may have 4000 characters");
   EXPECT_EQ(wrong("a", "", std::string(Note::longestLink + 1, 'x')),
     "this view has too many distances to be noted: remove some");
   EXPECT_EQ(book.Notes(), two);
