@@ -4,6 +4,7 @@
 
 #include "filters/program/ProgressReporter.h"
 #include "viewer/desktop/window/BlobTable.h"
+#include "viewer/desktop/window/HelpPanel.h"
 #include "viewer/desktop/window/ToolsPanel.h"
 
 #include <imgui.h>
@@ -184,7 +185,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   this->DrawWarnings(facts);
   if (this->helpOpen)
   {
-    this->DrawHelp(facts);
+    DrawHelp(facts, this->helpOpen);
   }
   if (this->bare)
   {
@@ -487,56 +488,6 @@ void Panels::DrawDetails(const PanelFacts& facts)
     }
     this->DetailsWidth = std::max(this->DetailsWidth, DrawFacts(facts));
     this->DetailsWidth = std::max(this->DetailsWidth, DrawBlobTable(*facts.blobs, facts.ratio));
-  }
-  ImGui::End();
-}
-
-void Panels::DrawHelp(const PanelFacts& facts)
-{
-  struct Line
-  {
-    const char *what, *how;
-  };
-  static constexpr std::array<Line, 24> lines{ {
-    { "Drag, one finger, arrow keys", "turn" },
-    { "Right drag, Shift and drag, two fingers", "move" },
-    { "Wheel, pinch, + and -", "nearer and farther" },
-    { "Double click, double tap, Return", "the original there, at once" },
-    { "Double click beside the model, H, Home", "the first view again" },
-    { "U, Backspace", "the view before the last jump" },
-    { "Click on a preview, Page Up, Page Down", "another model" },
-    { "M", "previews of all models" },
-    { "Esc", "back, one thing after the other" },
-    { "S, F12", "write a picture" },
-    { "T", "tools: sides, distances, section, light, links" },
-    { "1 to 6", "from the front, back, left, right, top, bottom" },
-    { "R", "clicks measure, or not" },
-    { "C", "cut it open: the mouse moves the section, or not" },
-    { "I", "the light comes from the mouse, or not" },
-    { "L", "copy a link to this view" },
-    { "N", "notes on the model: read them, write them" },
-    { "D", "what is shown, and what came of it" },
-    { "O", "settings" },
-    { "B", "boxes of the partitions around a double click" },
-    { "Tab", "the model alone, without words" },
-    { "F, F11", "full screen" },
-    { "F1, ?", "this list" },
-    { "Q, Ctrl-Q", "end" },
-  } };
-  ImGui::SetNextWindowPos(
-    Place(facts.width / 2.0, facts.height / 2.0), ImGuiCond_Appearing, { 0.5f, 0.5f });
-  ImGui::Begin(
-    "Mouse, fingers and keys", &this->helpOpen, panel | ImGuiWindowFlags_AlwaysAutoResize);
-  if (ImGui::BeginTable("##help", 2, ImGuiTableFlags_SizingFixedFit))
-  {
-    for (const auto& [what, how] : lines)
-    {
-      ImGui::TableNextColumn();
-      ImGui::TextUnformatted(what);
-      ImGui::TableNextColumn();
-      ImGui::TextUnformatted(how);
-    }
-    ImGui::EndTable();
   }
   ImGui::End();
 }

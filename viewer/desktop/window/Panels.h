@@ -112,7 +112,6 @@ private:
     PanelWishes& wishes);
   void DrawSettings(const PanelFacts& facts, ViewSettings& settings);
   void DrawDetails(const PanelFacts& facts);
-  void DrawHelp(const PanelFacts& facts);
   void DrawOpening(const PanelFacts& facts, PanelWishes& wishes) const;
   void DrawError(const PanelFacts& facts, PanelWishes& wishes);
   void DrawWarnings(const PanelFacts& facts);

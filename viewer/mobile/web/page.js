@@ -37,6 +37,7 @@ import { Line, getList, hasToken, isOffline, takeToken } from "./line.js";
 import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
+import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
 import { loadViewer } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
@@ -234,33 +235,6 @@ function choose(model) {
   showPreview(true);
   line.exchange();
   wake();
-}
-
-// ---- previews beside the list, or in a window over it where they are asked for: until then nothing is fetched and drawn
-
-const previewsKey = "kdstream.previews";
-
-const previewsAreAsked = () => "asked" in document.body.dataset;
-const showsPreview = () => "preview" in document.body.dataset;
-const showPreview = (shown) => document.body.toggleAttribute("data-preview", shown);
-
-function askForPreviews(asked) {
-  document.body.toggleAttribute("data-asked", asked);
-  try {
-    localStorage.setItem(previewsKey, asked ? "asked" : "beside");
-  } catch {
-    // then for this time
-  }
-}
-
-function rememberPreviews() {
-  const menu = find("menu").elements;
-  try {
-    menu.previews.value = localStorage.getItem(previewsKey) === "asked" ? "asked" : "beside";
-  } catch {
-    // then they are beside the list
-  }
-  document.body.toggleAttribute("data-asked", menu.previews.value === "asked" && !isEmbedded);
 }
 
 const canClosePreview = () => lastStatus.mode !== "full screen" && previewsAreAsked() && showsPreview();
@@ -793,7 +767,7 @@ async function start() {
   listenToButtons();
   moveIfLiked();
   saveDataIfAsked();
-  rememberPreviews();
+  find("menu").elements.previews.value = rememberedPreviews(isEmbedded);
   listenToBrowser();
   line.exchange();
   refreshList();

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether previews lie beside the list, or come in a window over it when they are asked for: until then nothing is fetched and
+// drawn (paper section 5.1). Style sheets do the rest, by two attributes of the body.
+
+const key = "kdstream.previews";
+
+export const previewsAreAsked = () => "asked" in document.body.dataset;
+export const showsPreview = () => "preview" in document.body.dataset;
+export const showPreview = (shown) => document.body.toggleAttribute("data-preview", shown);
+
+export function askForPreviews(asked) {
+  document.body.toggleAttribute("data-asked", asked);
+  try {
+    localStorage.setItem(key, asked ? "asked" : "beside");
+  } catch {
+    // then for this time
+  }
+}
+
+// As the person wanted it last: "asked" or "beside". In somebody's page, which has no list, it is always beside.
+export function rememberedPreviews(isEmbedded) {
+  let asked = false;
+  try {
+    asked = localStorage.getItem(key) === "asked" && !isEmbedded;
+  } catch {
+    // then they are beside the list
+  }
+  document.body.toggleAttribute("data-asked", asked);
+  return asked ? "asked" : "beside";
+}
