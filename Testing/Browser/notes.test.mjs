@@ -206,3 +206,41 @@ test("whoever may have any of the model may have its notes, and nobody else", as
   rmSync(file());
   await untilListed(0);
 });
+
+test("what stands in the fields waits for its model, and is not lost without a question", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await visit.page.locator("#tools-button").click();
+  await press(visit, "Write notes");
+  await press(visit, "Add a note here");
+  await visit.page.locator("#note-title").fill("Of the pebble");
+  await visit.page.locator("#note-text").fill("A draft");
+  await visit.page.locator("#tools-button").click();
+  await visit.back();
+  await visit.choose("shell");
+  await visit.page.locator("#open").click();
+  await visit.until("the other model", ({ mode, idle, model }) => mode === "full screen" && idle && model === "shell");
+  await visit.page.locator("#tools-button").click();
+  assert.equal(await visit.page.locator("#note-title").isVisible(), false, "nothing of another model's");
+  await press(visit, "Add a note here");
+  assert.equal(await visit.page.locator("#note-title").inputValue(), "");
+  await visit.page.locator("#tools-button").click();
+  await visit.back();
+  await visit.choose("pebble");
+  await visit.page.locator("#open").click();
+  await visit.until("the first again", ({ mode, idle, model }) => mode === "full screen" && idle && model === "pebble");
+  await visit.page.locator("#tools-button").click();
+  assert.equal(await visit.page.locator("#note-title").inputValue(), "Of the pebble");
+  assert.equal(await visit.page.locator("#note-text").inputValue(), "A draft");
+  let asked = 0;
+  visit.page.on("dialog", (dialog) => {
+    asked += dialog.type() === "beforeunload";
+    return dialog.dismiss();
+  });
+  await visit.page.goto("about:blank").catch(() => {});
+  assert.equal(asked, 1);
+  await press(visit, "Keep this note");
+  assert.deepEqual(await visit.page.locator("#notes-written span").allTextContents(), ["Of the pebble"]);
+  visit.page.removeAllListeners("dialog");
+  await visit.close();
+});

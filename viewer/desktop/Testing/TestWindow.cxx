@@ -415,10 +415,13 @@ TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
   // "Add a note here", its title and text, "Keep this note".
   const std::string add = "sleep 0.5 key n sleep 0.5 mousemove 570 168 click 1 sleep 0.5 ";
   Hands(add + "type 'A quakex'");
-  Hands("key BackSpace sleep 0.2 mousemove 640 220 click 1 sleep 0.2");
+  Hands("key BackSpace");
+  Hands("key Return"); // to the text
   Hands("type 'of 1687'");
   Hands("key Return");
   Hands("type 'q'");
+  Hands("key Escape"); // out of the field, with what is in it
+  Hands("key q");      // asks first
   Hands("sleep 0.5 mousemove 560 370 click 1 sleep 0.5 key n");
   Hands("mousemove 300 400 mousedown 1 mousemove_relative -- 90 0 mousemove_relative -- 90 20 "
         "mouseup 1");

@@ -27,12 +27,12 @@ namespace
 constexpr double textHeight = 15; // points
 
 // What fields know, and what X calls it.
-constexpr std::array<std::pair<ImGuiKey_, std::string_view>, 17> keys{ { { ImGuiKey_Tab, "Tab" },
+constexpr std::array<std::pair<ImGuiKey_, std::string_view>, 16> keys{ { { ImGuiKey_Tab, "Tab" },
   { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" }, { ImGuiKey_UpArrow, "Up" },
   { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" }, { ImGuiKey_End, "End" },
   { ImGuiKey_Delete, "Delete" }, { ImGuiKey_Backspace, "BackSpace" }, { ImGuiKey_Enter, "Return" },
-  { ImGuiKey_KeyPadEnter, "KP_Enter" }, { ImGuiKey_Escape, "Escape" }, { ImGuiKey_A, "a" },
-  { ImGuiKey_C, "c" }, { ImGuiKey_V, "v" }, { ImGuiKey_X, "x" }, { ImGuiKey_Z, "z" } } };
+  { ImGuiKey_KeyPadEnter, "KP_Enter" }, { ImGuiKey_A, "a" }, { ImGuiKey_C, "c" },
+  { ImGuiKey_V, "v" }, { ImGuiKey_X, "x" }, { ImGuiKey_Z, "z" } } };
 
 // Draws what ImGui was told last, when all else of the window is drawn.
 class InterfaceProp : public vtkProp
@@ -211,6 +211,11 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
       return false;
     }
     io.AddInputCharactersUTF8(event.text.c_str());
+    return true;
+  }
+  if (event.key == "Escape") // ImGui would take back what was written
+  {
+    ImGui::ClearActiveID();
     return true;
   }
   const auto key = std::find_if(

@@ -5,6 +5,7 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace kdstream
 {
@@ -34,20 +35,17 @@ NotesWishes NotesPanel::Draw(const NotesBook& book, int width, double ratio)
 {
   NotesWishes wishes;
   this->Ratio = ratio;
-  if (this->EditedModel != book.Model())
-  {
-    this->EndEdit();
-  }
+  const auto draft = this->Drafts.find(book.Model());
   const auto scaled = [&](double points) { return static_cast<float>(points * ratio); };
   ImGui::SetNextWindowPos(
     { static_cast<float>(width) - scaled(10), scaled(64) }, ImGuiCond_Appearing, { 1, 0 });
   ImGui::SetNextWindowSize({ scaled(panelWidth), scaled(360) }, ImGuiCond_Appearing);
   if (ImGui::Begin("Notes", &this->isOpen,
-        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoCollapse))
+        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse)) // Tab goes on
   {
-    if (this->Edited)
+    if (draft != this->Drafts.end())
     {
-      this->DrawFields(wishes);
+      this->DrawFields(draft->second, book.Model(), wishes);
     }
     else if (book.Shown())
     {
@@ -105,8 +103,7 @@ void NotesPanel::DrawList(const NotesBook& book, NotesWishes& wishes)
     Wrapped(std::to_string(i + 1) + ". " + notes[i].title);
     if (ImGui::SmallButton("Edit"))
     {
-      this->Edit(i, notes[i]);
-      this->EditedModel = book.Model();
+      this->Edit(book.Model(), i, notes[i]);
     }
     for (const auto& [label, step] : { std::pair{ "Up", -1 }, { "Down", 1 } })
     {
@@ -126,42 +123,55 @@ void NotesPanel::DrawList(const NotesBook& book, NotesWishes& wishes)
   ImGui::Separator();
   if (ImGui::Button("Add a note here"))
   {
-    this->Edit({}, {});
-    this->EditedModel = book.Model();
+    this->Edit(book.Model(), {}, {});
   }
   ImGui::SameLine();
   wishes.save = ButtonUnless(!book.IsUnsaved(), "Save notes");
 }
 
-void NotesPanel::DrawFields(NotesWishes& wishes)
+void NotesPanel::DrawFields(Fields& fields, const std::string& model, NotesWishes& wishes)
 {
   ImGui::TextUnformatted("Title");
   ImGui::SetNextItemWidth(-1);
-  if (ImGui::IsWindowAppearing() || this->Edited->isNew)
+  if (std::exchange(fields.isNew, false))
   {
     ImGui::SetKeyboardFocusHere();
-    this->Edited->isNew = false;
   }
-  ImGui::InputText("##title", &this->Edited->title);
+  const bool goesOn =
+    ImGui::InputText("##title", &fields.title, ImGuiInputTextFlags_EnterReturnsTrue);
   ImGui::TextUnformatted("Text");
   const float buttons = 2 * ImGui::GetFrameHeightWithSpacing();
-  ImGui::InputTextMultiline("##text", &this->Edited->text,
-    { -1,
-      std::max(ImGui::GetContentRegionAvail().y - buttons, static_cast<float>(60 * this->Ratio)) });
+  const float room = ImGui::GetContentRegionAvail().y - buttons;
+  if (goesOn)
+  {
+    ImGui::SetKeyboardFocusHere();
+  }
+  ImGui::InputTextMultiline(
+    "##text", &fields.text, { -1, std::max(room, static_cast<float>(60 * this->Ratio)) });
   if (ImGui::Button("Keep this note"))
   {
-    wishes.keep = { this->Edited->index, this->Edited->title, this->Edited->text };
+    wishes.keep = { fields.index, fields.title, fields.text };
   }
   ImGui::SameLine();
   if (ImGui::Button("Cancel"))
   {
-    this->EndEdit();
+    this->EndEdit(model);
   }
 }
 
-void NotesPanel::Edit(std::optional<std::size_t> index, const Note& note)
+void NotesPanel::Edit(const std::string& model, std::optional<std::size_t> index, const Note& note)
 {
-  this->Edited = Fields{ index, note.title, note.text };
+  this->Drafts[model] = { index, note.title, note.text, note.title, note.text };
+}
+
+bool NotesPanel::HasDraft() const
+{
+  return std::any_of(this->Drafts.begin(), this->Drafts.end(),
+    [](const auto& draft)
+    {
+      const Fields& fields = draft.second;
+      return fields.title != fields.oldTitle || fields.text != fields.oldText;
+    });
 }
 
 }

@@ -5,6 +5,7 @@
 #include "viewer/desktop/window/NotesBook.h"
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,23 +34,26 @@ public:
 
   // width: of the window, pixels. ratio: pixels a point.
   NotesWishes Draw(const NotesBook& book, int width, double ratio);
-  // What is in the fields is kept, or is not to be.
-  void EndEdit() { this->Edited.reset(); }
+  // What is in the model's fields is kept, or is not to be.
+  void EndEdit(const std::string& model) { this->Drafts.erase(model); }
+  // Whether something is written, on any model, that would be lost.
+  bool HasDraft() const;
 
 private:
   void DrawShown(const NotesBook& book, NotesWishes& wishes) const;
   void DrawList(const NotesBook& book, NotesWishes& wishes);
-  void DrawFields(NotesWishes& wishes);
-  void Edit(std::optional<std::size_t> index, const Note& note);
-
+  // What is written on one model waits while others are looked at.
   struct Fields
   {
     std::optional<std::size_t> index;
     std::string title, text;
+    std::string oldTitle{}, oldText{};
     bool isNew = true; // and has not had the keys yet
   };
-  std::optional<Fields> Edited;
-  std::string EditedModel;
+  void DrawFields(Fields& fields, const std::string& model, NotesWishes& wishes);
+  void Edit(const std::string& model, std::optional<std::size_t> index, const Note& note);
+
+  std::map<std::string, Fields> Drafts; // by model
   double Ratio = 1;
 };
 

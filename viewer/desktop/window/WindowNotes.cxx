@@ -50,7 +50,7 @@ void WindowLook::Fulfil(const NotesWishes& wishes)
     this->Tell(kept ? "Save the notes, so that they stay." : kept.GetError().message);
     if (kept)
     {
-      this->Words.notes.EndEdit();
+      this->Words.notes.EndEdit(book.Model());
     }
   }
   if (wishes.move)
@@ -107,7 +107,8 @@ void WindowLook::SaveNotes()
 // Not what was written and would be lost, the first time.
 void WindowLook::End()
 {
-  const bool asks = this->Session.Notes().HasUnsaved() && !this->AskedToSave;
+  const bool isOwed = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();
+  const bool asks = isOwed && !this->AskedToSave;
   this->AskedToSave = true;
   if (asks)
   {

@@ -7,7 +7,7 @@
   const here = new URL(document.currentScript.src);
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
   const awake = []; // that were seen last, the last one last
-  const look = ":host{display:block;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
+  const look = ":host{display:block;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
     + ":host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}";
 
   class KdStreamViewer extends HTMLElement {

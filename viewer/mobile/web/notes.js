@@ -54,6 +54,7 @@ export class Notes {
   #at = -1; // the note that is shown; -1: the list of them
   #written = new Map(); // what an author has made of them, by model
   #unsaved = new Set(); // models whose notes are lost with the page
+  #drafts = new Map(); // what stands in the fields, by model: { index, title, text }
   #author = null;
 
   constructor(page) {
@@ -77,7 +78,10 @@ export class Notes {
         this.#close();
       }
     }, true);
-    addEventListener("beforeunload", (event) => this.#unsaved.size && event.preventDefault());
+    addEventListener("beforeunload", (event) => {
+      this.#keepDraft();
+      (this.#unsaved.size || this.#drafts.size) && event.preventDefault();
+    });
     this.show();
   }
 
@@ -85,6 +89,7 @@ export class Notes {
   show() {
     const { mode, model } = this.#page.status();
     if (mode !== "full screen") {
+      this.#keepDraft();
       this.box.hidden = this.opener.hidden = true;
       this.#model = null;
     } else if (model !== this.#model) {
@@ -93,7 +98,9 @@ export class Notes {
   }
 
   async #load(model) {
+    this.#keepDraft();
     this.#model = model;
+    this.#showDraft();
     this.#use(this.#written.get(model) ?? []);
     if (this.#written.has(model) || !this.#page.hasNotes()) {
       return;
@@ -190,12 +197,30 @@ export class Notes {
 
   // index: of the note; null: none.
   #edit(index) {
+    this.#drafts.delete(this.#model);
+    this.#fill(index, this.#notes[index]);
+    index !== null && this.title.focus();
+  }
+
+  #fill(index, { title = "", text = "" } = {}) {
     this.edited = index;
     this.editor.hidden = index === null;
-    const { title = "", text = "" } = this.#notes[index] ?? {};
     this.title.value = title;
     this.text.value = text;
-    index !== null && this.title.focus();
+  }
+
+  // What is written on one model waits while others are looked at.
+  #keepDraft() {
+    const open = this.#author && this.#model && !this.editor.hidden;
+    const { title = "", text = "" } = (open && this.#notes[this.edited]) || {};
+    if (open && (this.title.value !== title || this.text.value !== text)) {
+      this.#drafts.set(this.#model, { index: this.edited, title: this.title.value, text: this.text.value });
+    }
+  }
+
+  #showDraft() {
+    const draft = this.#drafts.get(this.#model);
+    this.#author && this.#fill(draft?.index ?? null, draft);
   }
 
   #keep() {

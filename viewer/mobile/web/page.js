@@ -248,7 +248,7 @@ function closePreview() {
 
 let knowsDoubleTap = false;
 
-function showHint({ mode, shownLevel, region, measuring }, wrong) {
+function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
   if (mode !== "full screen") {
     say(find("hint"), "");
     return;
@@ -258,7 +258,7 @@ function showHint({ mode, shownLevel, region, measuring }, wrong) {
     return;
   }
   knowsDoubleTap ||= region !== null;
-  const needed = shownLevel !== null && !knowsDoubleTap && !wrong && sheets.every((id) => find(id).hidden);
+  const needed = shownLevel !== null && !knowsDoubleTap && !tool && !wrong && sheets.every((id) => find(id).hidden);
   const words = t(coarse ? "Double-tap the surface for its original detail" : "Double-click the surface for its original detail");
   say(find("hint"), needed ? words : "");
 }

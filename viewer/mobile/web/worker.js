@@ -38,9 +38,16 @@ async function dropOthers() {
   await Promise.all(names.filter((other) => other.startsWith(ours) && other !== name).map((other) => caches.delete(other)));
 }
 
-// Where one is missing, the browser has cleared them: then all come from the server, until the next version.
+// Where one is missing, the browser has cleared them: then all come from the server, until the next version. A language that
+// the address or the page asks for, and not the browser, is kept when it is first used.
 async function answerWith(file, request) {
-  const kept = await caches.open(name).then((cache) => cache.match(addressOf(file))).catch(() => null);
+  const cache = await caches.open(name).catch(() => null);
+  const kept = await cache?.match(addressOf(file)).catch(() => null);
+  if (!kept && !isKept(file)) {
+    const [address, answer] = await fetchFile([file, pageFiles[file]]).catch(() => []);
+    answer && await cache?.put(address, answer.clone()).catch(() => {});
+    return answer ?? fetch(request);
+  }
   if (!kept) {
     await caches.delete(name).catch(() => false);
   }
@@ -53,7 +60,7 @@ self.addEventListener("message", ({ data }) => data === "take over" && self.skip
 self.addEventListener("fetch", (event) => {
   const [address] = event.request.url.split(/[?#]/);
   const file = address === scope ? "index.html" : address.startsWith(scope) ? address.slice(scope.length) : "";
-  if (event.request.method === "GET" && Object.hasOwn(pageFiles, file) && isKept(file)) {
+  if (event.request.method === "GET" && Object.hasOwn(pageFiles, file)) {
     event.respondWith(answerWith(file, event.request));
   }
 });
