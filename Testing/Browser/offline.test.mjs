@@ -189,6 +189,20 @@ test("it opens in its language without the server, too", async () => {
   visit = before_;
 });
 
+test("a language that the address asks for is there without the server once it was used", async () => {
+  const address = `${server.url}/?lang=de`;
+  await visit.open(address);
+  await visit.untilIdle();
+  await workerIsActive();
+  await visit.open(address);
+  await visit.untilIdle();
+  await untilStored();
+  await server.stop();
+  await visit.open(address);
+  await visit.untilIdle();
+  assert.equal(await visit.page.getAttribute("#open", "aria-label"), "Ganzer Bildschirm");
+});
+
 test("a model that was never seen says so", async () => {
   await visit.open(server.url);
   await visit.untilIdle();

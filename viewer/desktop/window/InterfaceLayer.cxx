@@ -188,10 +188,12 @@ bool InterfaceLayer::IsOver(double x, double y) const
     });
 }
 
-bool InterfaceLayer::KnowsMouse() const
+bool InterfaceLayer::IsSettled() const
 {
-  return std::all_of(this->Events.begin(), this->Events.end(),
-    [](const WindowEvent& event) { return event.kind == WindowEvent::Kind::Key; });
+  const auto writes = [](const WindowEvent& event)
+  { return event.kind == WindowEvent::Kind::Key && !event.control && !event.text.empty(); };
+  return !this->KeyIsDown && !this->KeyWasDown &&
+         std::all_of(this->Events.begin(), this->Events.end(), writes);
 }
 
 bool InterfaceLayer::TakesKeys() const

@@ -46,8 +46,9 @@ public:
   void Begin(int width, int height, double seconds);
   bool End();
 
-  // Whether nothing of the mouse is left to be told to the widgets.
-  bool KnowsMouse() const;
+  // Whether it is settled which field keys belong into: nothing of the mouse is left to be told to
+  // the widgets, and no key but letters, which may have led to another field.
+  bool IsSettled() const;
 
   // What is drawn of what was described. Pictures of the model have what lies behind the widgets
   // (ImGui's background), and what was drawn in front of them (its foreground), which is not shown.

@@ -20,7 +20,7 @@ void WindowLook::TakeEvents()
   while (!this->Events.empty() && !wasCommand)
   {
     const bool isKey = this->Events.front().kind == WindowEvent::Kind::Key;
-    if (isKey && !this->Interface.KnowsMouse())
+    if (isKey && !this->Interface.IsSettled())
     {
       break;
     }
