@@ -217,8 +217,12 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
   }
   if (event.key == "Escape") // ImGui would take back what was written
   {
-    ImGui::ClearActiveID();
-    return true;
+    const bool isWritten = io.InputQueueCharacters.empty();
+    if (isWritten)
+    {
+      ImGui::ClearActiveID();
+    }
+    return isWritten;
   }
   const auto key = std::find_if(
     keys.begin(), keys.end(), [&](const auto& each) { return each.second == event.key; });
