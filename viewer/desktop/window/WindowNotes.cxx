@@ -51,6 +51,7 @@ void WindowLook::Fulfil(const NotesWishes& wishes)
     if (kept)
     {
       this->Words.notes.EndEdit(book.Model());
+      this->AskedToSave = false;
     }
   }
   if (wishes.move)
