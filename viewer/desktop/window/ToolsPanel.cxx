@@ -277,7 +277,7 @@ int DrawCaption(const PanelFacts& facts, int width)
   for (const std::string& each :
     { model.title.empty() ? model.id : model.title, model.credit, model.license })
   {
-    text += (text.empty() || each.empty() ? "" : " · ") + each;
+    text += (text.empty() || each.empty() ? "" : "\n") + each;
   }
   const auto gap = static_cast<float>(8 * facts.ratio);
   const float room = static_cast<float>(width) - 2 * gap;
