@@ -189,6 +189,26 @@ test("it opens in its language without the server, too", async () => {
   visit = before_;
 });
 
+test("no message hides what is in the options for good", async () => {
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await openFullScreen("pebble");
+  await untilStored();
+  await workerIsActive();
+  await server.stop();
+  await visit.page.reload();
+  await visit.untilSaid(/^The server cannot be reached/);
+  await visit.page.locator("#menu-button").click();
+  const last = visit.page.locator("#stored");
+  await last.waitFor();
+  await visit.page.evaluate(() => {
+    const sheet = document.getElementById("menu");
+    sheet.scrollTop = sheet.scrollHeight;
+  });
+  const [message, text] = [await visit.page.locator("#message").boundingBox(), await last.boundingBox()];
+  assert.ok(text.y + text.height <= message.y, `${text.y + text.height} ${message.y}`);
+});
+
 test("a language that the address asks for is there without the server once it was used", async () => {
   const address = `${server.url}/?lang=de`;
   await visit.open(address);

@@ -102,6 +102,8 @@ test("levels without the original: nothing is missing until it is asked for", as
   const near = await visit.until("the finest level", ({ idle, shownLevel, finestLevel }) => idle && shownLevel === finestLevel);
   assert.equal(near.error, "");
   assert.equal(near.original, false);
+  await visit.doubleTap(await visit.centre());
+  await visit.untilSaid(/^The link that you were given is not for the original\.$/);
   await visit.close();
 });
 

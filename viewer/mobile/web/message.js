@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What has to be said, in #message: one thing at a time, the worst first.
 
-import { inPlainWords } from "./refusal.js";
+import { inPlainWords, isRefusal } from "./refusal.js";
 import { t } from "./words.js";
 
 const box = document.getElementById("message");
@@ -21,9 +21,9 @@ const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 // What the session says of a part that could not be had, for people who know no parts.
 function partSentence(error, name) {
   const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
-  return sentence(part
+  return sentence(part && !isRefusal(why)
     ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
-    : inPlainWords(error));
+    : inPlainWords(part ? why : error));
 }
 
 // From a piece of text without capital and full stop.

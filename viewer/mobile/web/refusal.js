@@ -56,6 +56,9 @@ const known = [
   [/^the token is not for the model /, () => t("the link that you were given is not for this model")],
 ];
 
+// Whether a server says that it will not give something, and not that it, or the way to it, is broken.
+export const isRefusal = (text) => known.slice(4).some(([pattern]) => pattern.test(text.replace(known[2][0], "$1")));
+
 // The same in words for everybody, and in their language where its file has it.
 export function inPlainWords(text) {
   for (const [pattern, say] of known) {
