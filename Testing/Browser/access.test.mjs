@@ -96,6 +96,7 @@ test("a link's token can be remembered later; who cancels is asked again", () =>
   await eventually("no dialog", () => visit.page.locator("dialog").count(), (count) => count === 0);
   assert.match(await visit.messageShown(), /asks for a token/);
   await visit.page.click("#message-action");
+  await visit.page.locator("#access-dialog").waitFor();
   await visit.page.keyboard.press("Escape");
   await eventually("no dialog", () => visit.page.locator("dialog").count(), (count) => count === 0);
 }));

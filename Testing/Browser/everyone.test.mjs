@@ -275,6 +275,27 @@ test("in the browser's language, or the address's", async () => {
   }
 });
 
+test("a language that comes late is spoken from then on", async () => {
+  const visit = await Visit.phone(browser);
+  const { page } = visit;
+  let send;
+  const wanted = new Promise((resolve) => (send = resolve));
+  await page.route("**/words/de.js", async (route) => {
+    await wanted;
+    await route.continue();
+  });
+  await visit.open(`${server.url}/?lang=de`);
+  await visit.untilIdle();
+  assert.equal(await page.evaluate(() => document.documentElement.lang), "en", "nobody waits for it for ever");
+  assert.match(await page.locator("#status").textContent(), /triangles/);
+  send();
+  await eventually("German", () => page.locator("#status").textContent(), (text) => /Dreiecke/.test(text));
+  assert.equal(await page.evaluate(() => document.documentElement.lang), "de");
+  assert.equal(await page.locator("#menu-button").getAttribute("aria-label"), "Einstellungen");
+  assert.deepEqual(visit.errors, []);
+  await visit.close();
+});
+
 test("what session and server say is translated too", async () => {
   const visit = await Visit.phone(browser);
   await visit.open(`${server.url}/?lang=de#model=nowhere`);

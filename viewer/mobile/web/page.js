@@ -734,7 +734,7 @@ async function start() {
   }
   find("message").hidden = true; // from here on there is somebody to tell what is wrong
   find("message").className = "";
-  const chosen = chooseLanguage();
+  const chosen = chooseLanguage(() => fingers && wake());
   const heard = watchSilence();
   try {
     viewer = await loadViewer((bytes) => {

@@ -4,7 +4,7 @@
 // language, or the address does (?lang=de). What a file lacks is said in English.
 
 const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
-const longestWait = 3000; // ms, for a language's file
+const longestWait = 3000; // ms, for a language's file: until it comes, English is better than nothing
 const withOne = (one, other) => ({ one: `{n} ${one}`, other: `{n} ${other}` });
 export const manyForms = {
   "{n} triangles": withOne("triangle", "triangles"),
@@ -20,8 +20,9 @@ let plurals = new Intl.PluralRules("en");
 
 export let language = "en"; // for numbers and times, too
 
-// Before anything is shown but what index.html has.
-export async function chooseLanguage() {
+// Before anything is shown but what index.html has. A language that comes late is spoken from then on: `changed` is called
+// whenever one has come.
+export async function chooseLanguage(changed) {
   const asked = [new URLSearchParams(location.search).get("lang") ?? "", ...navigator.languages]
     .map((each) => each.split("-")[0].toLowerCase());
   const chosen = asked.find((each) => each === "en" || Object.hasOwn(directions, each));
@@ -29,10 +30,14 @@ export async function chooseLanguage() {
     return;
   }
   const late = new Promise((resolve) => setTimeout(resolve, longestWait));
-  const file = await Promise.race([import(new URL(`words/${chosen}.js`, import.meta.url).href).catch(() => {}), late]);
-  if (!file) {
-    return; // English is better than nothing
-  }
+  const come = import(new URL(`words/${chosen}.js`, import.meta.url).href).then((file) => {
+    speak(chosen, file);
+    changed();
+  }, () => {});
+  await Promise.race([come, late]);
+}
+
+function speak(chosen, file) {
   texts = file.texts;
   sentences = Object.entries(file.sentences).map(([english, text]) => [patternOf(english), text]);
   plurals = new Intl.PluralRules(chosen);
