@@ -100,7 +100,8 @@ async function lookAHundredTimes(url, model, megabytes) {
   const { error, triangles } = await visit.untilIdle();
   assert.equal(error, "");
   assert.ok(triangles > 10_000, "and there is something to see");
-  assert.equal(heaps.at(-1), heaps[49], "the heap is flat");
+  // What comes meanwhile depends on how quick the machine is.
+  assert.ok(heaps.at(-1) <= 1.1 * heaps[49], `the heap is flat: ${heaps[49]} bytes, then ${heaps.at(-1)}`);
   return { most, cut };
 }
 
