@@ -75,6 +75,13 @@ test("three lines show a model, and a page may ask and tell", async () => {
   const status = await ask(visit, "a", "status");
   assert.equal(status.mode, "full screen");
   assert.equal(status.model, "pebble");
+  const [frame] = visit.page.frames().slice(1);
+  assert.deepEqual(await frame.evaluate(() => {
+    const title = document.getElementById("title");
+    const { left, right, top, bottom } = title.getBoundingClientRect();
+    return [title.textContent, left >= 0 && right <= innerWidth && top >= 0 && bottom <= innerHeight, title.scrollWidth <= title.clientWidth,
+      document.elementsFromPoint((left + right) / 2, (top + bottom) / 2).includes(document.getElementById("stage"))];
+  }), ["A pebble", true, true, true], "what it is called can be read");
   const front = await ask(visit, "a", "link");
   await ask(visit, "a", "lookFrom", "top");
   await eventually("another view", () => ask(visit, "a", "link"), (link) => link !== front);
@@ -87,7 +94,6 @@ test("three lines show a model, and a page may ask and tell", async () => {
   assert.ok(bytes > 2000, `a picture of ${bytes} bytes`);
   await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "shell"));
   await untilTold(visit, "the other model", "viewchange", "a", (link) => link.startsWith("model=shell&"));
-  const [frame] = visit.page.frames().slice(1);
   assert.equal(await frame.locator("#back").isVisible(), false, "there is no list to go back to");
   assert.equal(await frame.locator("#browser").isVisible(), false);
   await frame.locator("#home").click();

@@ -82,10 +82,14 @@ async function lookAHundredTimes(url, model, megabytes) {
   const random = seeded(1);
   const heaps = [];
   let most = 0;
+  let cut = 0; // steps at which the budget leaves much coarser than the finest
   for (let step = 0; step < 100; ++step) {
     await lookAround(random);
     if (step % 3) {
-      await visit.untilIdle();
+      const { errorLeft } = await visit.untilIdle();
+      const words = await visit.page.textContent("#status");
+      assert.equal(words.startsWith("Up to "), errorLeft > 2, `step ${step}: "${words}", ${errorLeft} points`);
+      cut += errorLeft > 2;
     }
     const { budget, heap, graphics } = await memory();
     assert.equal(budget, megabytes * megabyte);
@@ -97,12 +101,13 @@ async function lookAHundredTimes(url, model, megabytes) {
   assert.equal(error, "");
   assert.ok(triangles > 10_000, "and there is something to see");
   assert.equal(heaps.at(-1), heaps[49], "the heap is flat");
-  return most;
+  return { most, cut };
 }
 
 test("a hundred zooms and taps stay within a small budget", async (t) => {
-  const most = await lookAHundredTimes(`${server.url}/?memory=${small}`, "relief", small);
-  t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most`);
+  const { most, cut } = await lookAHundredTimes(`${server.url}/?memory=${small}`, "relief", small);
+  t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most, ${cut} times much coarser than the finest`);
+  assert.ok(cut > 0, "it was small enough");
   await visit.picture("memory-small");
   visit.assertClean(server.url);
 });
@@ -110,7 +115,7 @@ test("a hundred zooms and taps stay within a small budget", async (t) => {
 test("a hundred zooms and taps at a huge model stay within the standard budget", { skip: !bigFolder }, async (t) => {
   const big = await Server.start(bigFolder);
   try {
-    const most = await lookAHundredTimes(big.url, "big", 150);
+    const { most } = await lookAHundredTimes(big.url, "big", 150);
     t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most`);
     await visit.picture("memory-big");
   } finally {

@@ -79,7 +79,8 @@ SessionStep GoStep(const char* where)
   return { SessionStep::Kind::Go, {}, where };
 }
 
-// "Level 14 of 16 · 33 k triangles", "Original · 871 k triangles".
+// "Level 14 of 16 · 33 k triangles", "Up to the original · 871 k triangles" where a budget leaves
+// much of it coarser.
 std::string DescribeSurface(const PanelFacts& facts)
 {
   const ViewerStatus& status = facts.status;
@@ -88,12 +89,15 @@ std::string DescribeSurface(const PanelFacts& facts)
     return "";
   }
   const bool original = status.original || (status.region && status.region->shown > 0);
-  std::string text = "Level " + std::to_string(*status.shownLevel);
+  const bool isCut = status.errorLeft > 2;
+  const std::string level = std::to_string(*status.shownLevel);
+  std::string text =
+    isCut && original ? "Up to the original" : (isCut ? "Up to level " : "Level ") + level;
   if (facts.model && !original)
   {
     text += " of " + std::to_string(facts.model->depths.finest);
   }
-  text += original ? " and original" : "";
+  text += original && !isCut ? " and original" : "";
   return text + " · " +
          (status.triangles > 0 ? CountText(static_cast<double>(status.triangles)) + " triangles"
                                : CountText(static_cast<double>(status.vertices)) + " points");
@@ -194,6 +198,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   this->DrawTiles(facts, tiles, previews, wishes);
   this->DrawTitle(facts);
   this->DrawTools(facts, wishes);
+  this->CloseCovered(facts);
   if (this->settingsOpen)
   {
     this->DrawSettings(facts, settings);
@@ -204,13 +209,35 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   }
   if (this->toolsOpen)
   {
-    DrawToolsPanel(facts, wishes, this->toolsOpen);
+    DrawToolsPanel(facts, wishes, this->toolsOpen, this->BelowTitle);
   }
   if (this->notes.isOpen && facts.model)
   {
     wishes.notes = this->notes.Draw(*facts.notes, facts.width, facts.ratio);
   }
   return wishes;
+}
+
+// Tools and details appear in one place, settings and notes in another, and in a narrow window all
+// of them: what is opened takes the place of what was there.
+void Panels::CloseCovered(const PanelFacts& facts)
+{
+  const std::array<bool*, 4> open{ &this->toolsOpen, &this->detailsOpen, &this->settingsOpen,
+    &this->notes.isOpen };
+  const bool isNarrow = facts.width < narrowWidth * facts.ratio;
+  for (std::size_t i = 0; i < open.size(); ++i)
+  {
+    const bool appears = *open[i] && !this->WasOpen[i];
+    for (std::size_t other = 0; appears && other < open.size(); ++other)
+    {
+      const bool isCovered = isNarrow || other / 2 == i / 2;
+      *open[other] = *open[other] && (other == i || !isCovered);
+    }
+  }
+  for (std::size_t i = 0; i < open.size(); ++i)
+  {
+    this->WasOpen[i] = *open[i];
+  }
 }
 
 void Panels::DrawTools(const PanelFacts& facts, PanelWishes& wishes)
@@ -284,6 +311,7 @@ void Panels::DrawTitle(const PanelFacts& facts)
   const ModelSummary* model = SelectedModel(facts);
   if (!model)
   {
+    this->BelowTitle = Scaled(facts, 64); // as settings are below the tools
     return;
   }
   // Below the tools where there is no room beside them.
@@ -320,6 +348,7 @@ void Panels::DrawTitle(const PanelFacts& facts)
   {
     Text(facts.note);
   }
+  this->BelowTitle = ImGui::GetWindowPos().y + ImGui::GetWindowHeight() + Scaled(facts, gap);
   ImGui::End();
 }
 
@@ -471,7 +500,7 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
 
 void Panels::DrawDetails(const PanelFacts& facts)
 {
-  ImGui::SetNextWindowPos(Place(gap * facts.ratio, 150 * facts.ratio), ImGuiCond_Appearing);
+  ImGui::SetNextWindowPos(Place(gap * facts.ratio, this->BelowTitle), ImGuiCond_Appearing);
   ImGui::SetNextWindowSize(Place(560 * facts.ratio, 420 * facts.ratio), ImGuiCond_Appearing);
   // As wide as its columns, where the window has room.
   const double most = facts.width - 2 * gap * facts.ratio;

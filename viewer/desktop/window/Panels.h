@@ -105,6 +105,7 @@ public:
     const Previews* previews, ViewSettings& settings);
 
 private:
+  void CloseCovered(const PanelFacts& facts);
   void DrawTools(const PanelFacts& facts, PanelWishes& wishes);
   void DrawTitle(const PanelFacts& facts);
   void DrawNotesButton(const PanelFacts& facts);
@@ -116,8 +117,10 @@ private:
   void DrawError(const PanelFacts& facts, PanelWishes& wishes);
   void DrawWarnings(const PanelFacts& facts);
 
-  std::size_t FirstTile = 0; // model
-  float DetailsWidth = 0;    // the most that its columns have taken, pixels
+  std::size_t FirstTile = 0;     // model
+  float DetailsWidth = 0;        // the most that its columns have taken, pixels
+  float BelowTitle = 0;          // pixels
+  std::array<bool, 4> WasOpen{}; // of tools, details, settings, notes: in the last frame
 };
 
 }

@@ -200,10 +200,10 @@ void DrawLight(const PanelFacts& facts, PanelWishes& wishes)
 
 }
 
-void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen)
+void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen, float top)
 {
   const auto scaled = [&](double points) { return static_cast<float>(points * facts.ratio); };
-  ImGui::SetNextWindowPos({ scaled(10), scaled(150) }, ImGuiCond_Appearing);
+  ImGui::SetNextWindowPos({ scaled(10), top }, ImGuiCond_Appearing);
   if (ImGui::Begin("Tools", &isOpen,
         ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoCollapse |
           ImGuiWindowFlags_AlwaysAutoResize))

@@ -12,8 +12,8 @@ namespace kdstream
 struct PanelFacts;
 struct PanelWishes;
 
-// A window of widgets, which closes itself.
-void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen);
+// A window of widgets, which closes itself. top: where it appears, pixels.
+void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen, float top);
 // The distances as lines over the picture.
 void DrawDistances(const PanelFacts& facts);
 // Title, credit and licence in front of all, at the top, on their own ground. Returns the height

@@ -186,6 +186,14 @@ function keepPreview({ path, bytes }) {
 
 // What is kept of the models that were looked at: sets of paths, by how these begin.
 const kept = new Map();
+const keptSoon = new Map(); // promises of them
+
+function learnKept(begin) {
+  if (!keptSoon.has(begin)) {
+    keptSoon.set(begin, storedPathsOf(begin).then((paths) => kept.set(begin, paths)));
+  }
+  return keptSoon.get(begin);
+}
 
 // As `get`, but what is kept of texts is all there is where the server cannot be reached.
 export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
@@ -358,7 +366,7 @@ export class Line {
     const [search, ...paths] = text.split("\n");
     const begin = beginOf(paths[0]);
     if (mayKeep() && !kept.has(begin)) {
-      kept.set(begin, await storedPathsOf(begin));
+      await learnKept(begin);
     }
     const stored = (path) => mayKeep() && kept.get(begin).has(path);
     const give = (index, bytes) => bytes && this.#viewer.found(search, index, bytes);

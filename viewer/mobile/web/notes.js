@@ -199,7 +199,10 @@ export class Notes {
   #edit(index) {
     this.#drafts.delete(this.#model);
     this.#fill(index, this.#notes[index]);
-    index !== null && this.title.focus();
+    if (index !== null) {
+      this.title.focus();
+      this.editor.scrollIntoView({ block: "nearest" }); // with all its fields
+    }
   }
 
   #fill(index, { title = "", text = "" } = {}) {

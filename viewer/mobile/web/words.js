@@ -112,13 +112,15 @@ export function kilobytes(bytes, digits = 1) {
     : figure((bytes / 1e6).toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits }), "MB");
 }
 
-export function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original }) {
+// Where a budget leaves much of it coarser, the finest of it is told as such.
+export function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original, errorLeft }) {
   if (shownLevel === null) {
     return "";
   }
+  const isCut = errorLeft > 2;
   const detail = region?.shown || original
-    ? t("Level {level} and original", { level: shownLevel })
-    : t("Level {level} of {finest}", { level: shownLevel, finest: finestLevel });
+    ? t(isCut ? "Up to the original" : "Level {level} and original", { level: shownLevel })
+    : t(isCut ? "Up to level {level} of {finest}" : "Level {level} of {finest}", { level: shownLevel, finest: finestLevel });
   return `${detail} · ${triangles ? t("{n} triangles", { n: triangles }) : t("{n} points", { n: vertices })}`;
 }
 

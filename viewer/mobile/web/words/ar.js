@@ -27,6 +27,8 @@ export const texts = {
   "Loading “{name}”": "جارٍ تحميل «{name}»",
   "Level {level} of {finest}": "المستوى {level} من {finest}",
   "Level {level} and original": "المستوى {level} والأصل",
+  "Up to the original": "حتى الأصل",
+  "Up to level {level} of {finest}": "حتى المستوى {level} من {finest}",
   "Level\u00a0{n}": "المستوى\u00a0{n}",
   "Original": "الأصل",
   "{n} triangles": { zero: "لا مثلثات", one: "مثلث واحد", two: "مثلثان", few: "{n} مثلثات", many: "{n} مثلثًا", other: "{n} مثلث" },

@@ -27,6 +27,8 @@ export const texts = {
   "Loading “{name}”": "„{name}“ wird geladen",
   "Level {level} of {finest}": "Stufe {level} von {finest}",
   "Level {level} and original": "Stufe {level} und Original",
+  "Up to the original": "Bis zum Original",
+  "Up to level {level} of {finest}": "Bis Stufe {level} von {finest}",
   "Level\u00a0{n}": "Stufe\u00a0{n}",
   "Original": "Original",
   "{n} triangles": { one: "{n} Dreieck", other: "{n} Dreiecke" },
