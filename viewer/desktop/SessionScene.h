@@ -7,6 +7,7 @@
 #include "viewer/session/SessionTypes.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 namespace kdstream
@@ -30,6 +31,7 @@ private:
   SurfaceScene Scene;
   Vec3 Middle{};
   std::optional<std::uint64_t> ShownVersion;
+  std::shared_ptr<const TileMap> ShownTiles;
 };
 
 }

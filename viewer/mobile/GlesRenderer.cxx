@@ -25,15 +25,34 @@ namespace kdstream
 
 struct GlesRenderer::Part
 {
-  DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
-  const Surface* surface = nullptr; // while it is uploaded,
-  std::span<const float> radii;     // and so long of a cloud
-  Box bounds;                       // relative to Center, not scaled
+  DrawnSurface::Part drawn;                  // nothing of a cloud, whose splats depend on all of it
+  const Surface* surface = nullptr;          // while it is uploaded,
+  std::span<const float> radii;              // and so long of a cloud
+  Box bounds;                                // relative to Center, not scaled
+  std::shared_ptr<const TextureTile> tile{}; // that paints it; or null
   std::vector<GlesChunk> chunks;
 };
 
 namespace
 {
+
+GlesRenderer::TileUpload uploadTile = nullptr;
+
+// With one texel of no colour. Charts have a margin that is enough for halves and quarters.
+GLuint MakeTexture()
+{
+  constexpr std::array<std::uint8_t, 4> nothing{};
+  GLuint texture = 0;
+  glGenTextures(1, &texture);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, 1, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE, nothing.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+  return texture;
+}
 
 // Clears errors of other code. A lost context may report its error for ever.
 void ClearErrors()
@@ -119,7 +138,58 @@ void GlesRenderer::Free()
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
   this->Parts.clear();
   this->Tried.reset();
+  this->FreeTiles();
   this->FreeCap();
+}
+
+void GlesRenderer::FreeTiles()
+{
+  for (const auto& [tile, texture] : this->Textures)
+  {
+    glDeleteTextures(1, &texture);
+  }
+  this->Textures.clear();
+}
+
+void GlesRenderer::SetTileUpload(TileUpload upload)
+{
+  uploadTile = upload;
+}
+
+// Textures of the tiles that paint these parts, and of no others.
+void GlesRenderer::FollowTiles(const std::vector<Part>& parts)
+{
+  std::map<std::shared_ptr<const TextureTile>, unsigned> wanted;
+  for (const Part& part : parts)
+  {
+    if (part.tile)
+    {
+      const auto known = this->Textures.extract(part.tile);
+      wanted[part.tile] = known.empty() ? 0 : known.mapped();
+    }
+  }
+  this->FreeTiles();
+  for (auto& [tile, texture] : wanted)
+  {
+    if (texture == 0)
+    {
+      texture = MakeTexture();
+      uploadTile(texture, *tile);
+    }
+  }
+  this->Textures = std::move(wanted);
+}
+
+// What paints a part, or null.
+std::shared_ptr<const TextureTile> GlesRenderer::TileOf(
+  const ViewerScene& scene, const SurfacePart& part) const
+{
+  if (!uploadTile || !scene.tiles || this->Coloring != SurfaceColoring::Own)
+  {
+    return nullptr;
+  }
+  const auto found = scene.tiles->find(part.piece);
+  return found == scene.tiles->end() ? nullptr : found->second;
 }
 
 void GlesRenderer::FreeCap()
@@ -137,6 +207,7 @@ void GlesRenderer::Forget()
   }
   this->Cap.clear();
   this->CapHere = {};
+  this->Textures.clear();
   if (this->Occlusion)
   {
     this->Occlusion->Forget();
@@ -157,6 +228,10 @@ std::size_t GlesRenderer::GraphicsBytes() const
     std::for_each(part.chunks.begin(), part.chunks.end(), add);
   }
   std::for_each(this->Cap.begin(), this->Cap.end(), add);
+  for (const auto& [tile, texture] : this->Textures)
+  {
+    bytes += std::size_t{ 4 } * tile->width * tile->height;
+  }
   return bytes;
 }
 
@@ -198,13 +273,13 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
     const Surface& surface = drawn.part->surface;
     if (isCloud)
     {
-      parts.push_back({ {}, &surface, {}, {}, {} });
+      parts.push_back({ {}, &surface, {}, {}, {}, {} });
       parts.back().radii = std::span(radii).subspan(points, surface.points.size());
       points += surface.points.size();
     }
     else if (!surface.triangles.empty())
     {
-      parts.push_back({ drawn, &surface, {}, {}, {} });
+      parts.push_back({ drawn, &surface, {}, {}, this->TileOf(scene, *drawn.part), {} });
     }
   }
   this->StopGliding();
@@ -212,6 +287,7 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
   this->Parts = std::move(parts);
   ClearErrors();
+  this->FollowTiles(this->Parts);
   std::size_t unchecked = 0; // points
   for (Part& part : this->Parts)
   {
@@ -277,7 +353,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   {
     Part* const before = findBefore(part);
     if (before && before->drawn.LooksLike(part.drawn) && scale == this->Scale &&
-        this->Coloring == this->Colored)
+        this->Coloring == this->Colored && before->tile == part.tile)
     {
       std::swap(part.chunks, before->chunks);
     }
@@ -305,6 +381,10 @@ void GlesRenderer::UploadPart(Part& part)
       longest = std::max(longest, Length(part.drawn.glide->points[i] - part.surface->points[i]));
     }
     this->LongestWay = longest;
+  }
+  if (part.tile)
+  {
+    cutter.SetPaint(part.drawn.part->corners, *part.tile);
   }
   SurfaceChunk content;
   while (cutter.Next(content))
@@ -377,8 +457,20 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
 // Into the bound framebuffer, `height` pixels high.
 void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height)
 {
+  this->DrawChunksBy(0, scene, sight, height);
+  if (!this->Textures.empty())
+  {
+    this->DrawChunksBy(GlesPrograms::paint, scene, sight, height);
+  }
+  this->DrawCap(sight);
+}
+
+// Those that a texture paints, or the others.
+void GlesRenderer::DrawChunksBy(
+  std::size_t paint, const ViewerScene& scene, const Sight& sight, int height)
+{
   const bool isCloud = this->Points > 0;
-  std::size_t kind = isCloud ? GlesPrograms::cloud : 0;
+  std::size_t kind = paint + (isCloud ? GlesPrograms::cloud : 0);
   kind += scene.section ? GlesPrograms::cut : 0;
   kind += scene.lighting.relief > 0 && !isCloud ? GlesPrograms::relief : 0;
   const auto program = this->Compiled->Surface(kind);
@@ -413,10 +505,20 @@ void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int 
   glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);
+  glActiveTexture(GL_TEXTURE0);
   for (const Part& part : this->Parts)
   {
     for (const GlesChunk& chunk : part.chunks)
     {
+      const bool isPainted = chunk.buffers[4] != 0;
+      if (isPainted != (paint != 0))
+      {
+        continue;
+      }
+      if (isPainted)
+      {
+        glBindTexture(GL_TEXTURE_2D, this->Textures.at(part.tile));
+      }
       glBindVertexArray(chunk.vertexArray);
       if (isCloud)
       {
@@ -428,7 +530,6 @@ void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int 
       }
     }
   }
-  this->DrawCap(sight);
 }
 
 // What fills the section, in one colour.
@@ -519,7 +620,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
     KDSTREAM_TRY(compiled);
     this->Compiled = std::move(*compiled);
   }
-  const Content wanted{ scene.surfaceVersion, this->Coloring };
+  const Content wanted{ scene.surfaceVersion, this->Coloring, scene.tiles };
   if (this->Tried != wanted)
   {
     this->Outcome = this->Upload(scene);

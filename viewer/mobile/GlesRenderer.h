@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -52,6 +53,12 @@ public:
   // it.
   void SetGlided(double share);
 
+  // What brings a tile's picture to a texture that is bound as GL_TEXTURE_2D, at once or later: as
+  // RGB, whose alpha is 1. Until then the texture has one texel without colour. Null, as at first:
+  // nothing is painted. One for all renderers.
+  using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
+  static void SetTileUpload(TileUpload upload);
+
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
   // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
   // surfaceVersion is another one than last time, or the coloring is, and then only its parts that
@@ -77,6 +84,8 @@ private:
   void UploadPart(Part& part);
   void Free();
   void FreeCap();
+  void FollowTiles(const std::vector<Part>& parts);
+  void FreeTiles();
   void FollowCap(const ViewerScene& scene);
   void StopGliding();
   Sight SightOf(const SceneCamera& camera, const Viewport& viewport) const;
@@ -84,12 +93,16 @@ private:
   void DrawBackground();
   void Aim(unsigned program, const Sight& sight) const;
   void DrawChunks(const ViewerScene& scene, const Sight& sight, int height);
+  void DrawChunksBy(std::size_t paint, const ViewerScene& scene, const Sight& sight, int height);
+  std::shared_ptr<const TextureTile> TileOf(
+    const ViewerScene& scene, const SurfacePart& part) const;
   void DrawCap(const Sight& sight);
 
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
   std::unique_ptr<GlesPrograms> Compiled;   // null: to be compiled in the context that is current
   std::vector<Part> Parts;
-  std::vector<GlesChunk> Cap; // what fills the section
+  std::map<std::shared_ptr<const TextureTile>, unsigned> Textures; // of tiles that paint parts
+  std::vector<GlesChunk> Cap;                                      // what fills the section
   struct CapPlace
   {
     std::uint64_t version = 0;
@@ -103,6 +116,7 @@ private:
   {
     std::uint64_t version = 0;
     SurfaceColoring coloring = SurfaceColoring::Own;
+    std::shared_ptr<const TileMap> tiles;
     bool operator==(const Content&) const = default;
   };
   std::optional<Content> Tried; // the last that was to be uploaded, and

@@ -4,6 +4,7 @@
 
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
+#include "viewer/session/paint/PaintedCorners.h"
 
 #include <algorithm>
 #include <limits>
@@ -93,6 +94,7 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
   for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
   {
     this->Append(chunk, v);
+    this->AppendGlide(chunk, v);
   }
   chunk.indices.reserve(3 * this->Drawn.triangles.size());
   for (const Triangle& t : this->Drawn.triangles)
@@ -102,25 +104,61 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
       chunk.indices.push_back(static_cast<std::uint16_t>(corner));
     }
   }
-  this->AppendGlides(chunk);
   this->Done = this->Drawn.triangles.size();
   return true;
 }
 
-void ChunkCutter::AppendGlides(SurfaceChunk& chunk) const
+// As NextOfFew, but a vertex for each place of the tile that a point has. False where these are too
+// many: nothing has been done then but what Next clears.
+bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
+{
+  const PaintedCorners painted = PaintedCornersOf(this->Drawn, this->Corners, *this->Tile);
+  if (painted.points.size() > SurfaceChunk::mostVertices)
+  {
+    return false;
+  }
+  for (const VertexId point : painted.points)
+  {
+    this->Append(chunk, point);
+    this->AppendGlide(chunk, point);
+  }
+  for (const Triangle& t : painted.triangles)
+  {
+    for (const VertexId corner : t)
+    {
+      chunk.indices.push_back(static_cast<std::uint16_t>(corner));
+    }
+  }
+  chunk.places = painted.places;
+  this->Done = this->Drawn.triangles.size();
+  return true;
+}
+
+void ChunkCutter::SetGlide(const PartGlide& glide)
+{
+  this->Glide = &glide;
+  this->FormerNormals = UnitNormalsOf(glide.normals);
+}
+
+void ChunkCutter::SetPaint(std::span<const std::uint32_t> corners, const TextureTile& tile)
+{
+  if (CanPaint(this->Drawn, corners, tile))
+  {
+    this->Corners = corners;
+    this->Tile = &tile;
+  }
+}
+
+void ChunkCutter::AppendGlide(SurfaceChunk& chunk, VertexId v) const
 {
   if (!this->Glide)
   {
     return;
   }
-  const UnitNormals normals = UnitNormalsOf(this->Glide->normals);
-  for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
-  {
-    const Vec3 away = (this->Glide->points[v] - this->Drawn.points[v]) * this->Scale;
-    chunk.glides.push_back(
-      { { static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]) },
-        PackNormal(normals[v]) | 1U << 30 });
-  }
+  const Vec3 away = (this->Glide->points[v] - this->Drawn.points[v]) * this->Scale;
+  chunk.glides.push_back(
+    { { static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]) },
+      PackNormal(this->FormerNormals[v]) | 1U << 30 });
 }
 
 // Turned, not mirrored: the orientation stays.
@@ -149,12 +187,17 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   chunk.indices.clear();
   chunk.radii.clear();
   chunk.glides.clear();
+  chunk.places.clear();
   if (this->Drawn.triangles.empty())
   {
     return this->NextOfCloud(chunk);
   }
   if (this->Drawn.points.size() <= SurfaceChunk::mostVertices)
   {
+    if (this->Tile && this->Done == 0 && this->NextOfPainted(chunk))
+    {
+      return true;
+    }
     return this->NextOfFew(chunk);
   }
   std::vector<VertexId> taken;
