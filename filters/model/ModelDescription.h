@@ -54,6 +54,17 @@ struct ModelPose
   bool operator==(const ModelPose&) const = default;
 };
 
+// Of a model whose original carries the pictures that paint it: a tile for each partition
+// (TextureTile.h).
+struct TextureDescription
+{
+  std::string format = "webp"; // of the tiles' images
+  bool lossless = false;       // they keep the input's texels and coordinates bit for bit
+  std::uint64_t bytes = 0;     // of all tiles
+  std::uint64_t texels = 0;    // the same
+  bool operator==(const TextureDescription&) const = default;
+};
+
 // The direction as a pose has it. Nothing where its length is 0 or not finite.
 std::optional<Vec3> DirectionOf(const Vec3& vector);
 
@@ -89,8 +100,9 @@ struct ModelDescription
 
   // UTF-8, shown by viewers; may be empty.
   std::string title, credit, license, unit, description;
-  std::vector<AttributeInfo> attributes; // point arrays first
-  std::optional<ModelPose> pose;         // none: viewers take one as it is by default
+  std::vector<AttributeInfo> attributes;      // point arrays first
+  std::optional<ModelPose> pose;              // none: viewers take one as it is by default
+  std::optional<TextureDescription> textures; // none: there are no tiles
 
   // That the client may have whom a server tells it; servers with tokens.
   ModelDetail detail = ModelDetail::Regions;

@@ -129,6 +129,8 @@ void StreamConversation::QueueLists(std::uint32_t request, const std::vector<Blo
       case BlobKind::Partition:
         this->Queue(request, protocol::PartitionsRequest{ std::move(numbers) });
         break;
+      case BlobKind::Texture: // by their names
+        break;
     }
   }
 }
