@@ -255,16 +255,16 @@ TileCoordinate PlaceOfCorner(
   const ExactTile& exact, std::uint32_t chart, const std::array<float, 2>& corner)
 {
   const TileChart& moved = exact.charts[chart];
+  const double scale = std::ldexp(1.0, -int{ exact.halvings });
   if (moved.source == noTileSource)
   {
-    return { float(moved.x), float(moved.y) };
+    return { float(double(moved.x) * scale), float(double(moved.y) * scale) };
   }
   const TileSource& source = exact.sources[moved.source];
   const auto along = [&](const std::array<double, 3>& row)
   { return row[0] * double(corner[0]) + row[1] * double(corner[1]) + row[2]; };
-  const double scale = std::ldexp(1.0, -int{ exact.halvings });
-  return { float(along(source.u) * source.width * scale + double(moved.x)),
-    float(along(source.v) * source.height * scale + double(moved.y)) };
+  return { float((along(source.u) * source.width + double(moved.x)) * scale),
+    float((along(source.v) * source.height + double(moved.y)) * scale) };
 }
 
 std::vector<std::uint8_t> EncodeTextureTile(

@@ -55,8 +55,8 @@ struct TileSource
 struct TileChart
 {
   std::uint32_t source = noTileSource; // noTileSource: a patch, whose corners are all at (x, y)
-  // In texels of the tile: where the source's upper left corner comes to lie, once the source is
-  // halved. May be far outside the tile.
+  // In texels of the source: where its upper left corner comes to lie, before all is halved. May be
+  // far outside the tile.
   std::int64_t x = 0, y = 0;
   bool operator==(const TileChart&) const = default;
 };

@@ -110,6 +110,18 @@ AttributeRole RoleOf(const AttributeInfo& attribute)
                                                                  : AttributeRole::Other;
 }
 
+bool IsOfCorners(const AttributeInfo& attribute)
+{
+  return attribute == AttributeInfo{ std::string(paintCornersName), AttributeType::Float32,
+    AttributeAssociation::Cell, 6 };
+}
+
+bool IsTexturePaint(const AttributeInfo& attribute)
+{
+  return IsOfCorners(attribute) || attribute == AttributeInfo{ std::string(paintMaterialName),
+    AttributeType::UInt32, AttributeAssociation::Cell, 1 };
+}
+
 bool IsInLevels(const AttributeInfo& attribute)
 {
   const AttributeRole role = RoleOf(attribute);

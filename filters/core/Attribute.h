@@ -62,6 +62,15 @@ AttributeRole RoleOf(const AttributeInfo& attribute);
 // Whether levels carry the array, as means: normals and colours.
 bool IsInLevels(const AttributeInfo& attribute);
 
+// How pictures paint triangles, on their way through a build: the texture coordinates of a
+// triangle's three corners, six floats, and its material, a uint32. No store has them: they become
+// textures of partitions (filters/build/PieceTextures.h).
+inline constexpr std::string_view paintCornersName = "kdstream.corners";
+inline constexpr std::string_view paintMaterialName = "kdstream.material";
+bool IsTexturePaint(const AttributeInfo& attribute);
+// Whether the values of a tuple are of the triangle's corners, in their order: they turn with them.
+bool IsOfCorners(const AttributeInfo& attribute);
+
 // One array, as little-endian values, tuple after tuple.
 struct Attribute : AttributeInfo
 {

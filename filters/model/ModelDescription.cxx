@@ -102,6 +102,7 @@ ModelDescription ToldWith(ModelDescription model, ModelDetail detail)
   if (detail != ModelDetail::Regions)
   {
     model.original = {};
+    model.textures.reset();
   }
   for (std::size_t level = PreviewLevel(model) + std::size_t{ 1 };
        detail == ModelDetail::Preview && level < model.levels.size(); ++level)

@@ -90,6 +90,20 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   }
 }
 
+void ReadTextures(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  const JsonValue* textures = reader.Find(object, "textures", false);
+  if (!textures)
+  {
+    return;
+  }
+  TextureDescription& told = model.textures.emplace();
+  told.format = reader.Text(*textures, "format", 16);
+  told.lossless = reader.Boolean(*textures, "lossless");
+  told.bytes = reader.Integer(*textures, "bytes", 0, mostCount);
+  told.texels = reader.Integer(*textures, "texels", 0, mostCount);
+}
+
 }
 
 std::string_view NameOf(ScalarType type)
@@ -152,6 +166,20 @@ void PutPose(JsonWriter& json, const ModelDescription& model)
   }
 }
 
+void PutTextures(JsonWriter& json, const ModelDescription& model)
+{
+  if (model.textures)
+  {
+    json.Key("textures")
+      .BeginObject()
+      .Member("bytes", model.textures->bytes)
+      .Member("format", model.textures->format)
+      .Member("lossless", model.textures->lossless)
+      .Member("texels", model.textures->texels)
+      .EndObject();
+  }
+}
+
 void PutBits(JsonWriter& json, const CoordinateGrid& grid)
 {
   if (grid.Lossless())
@@ -176,6 +204,7 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
     model.original = ReadResolution(reader, *original);
   }
   ReadPose(reader, object, model);
+  ReadTextures(reader, object, model);
 }
 
 void ReadTexts(

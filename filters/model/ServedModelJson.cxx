@@ -134,6 +134,7 @@ void PutModel(JsonWriter& json, const ModelDescription& model)
   json.EndObject();
   PutTexts(json, model);
   PutPose(json, model);
+  PutTextures(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
   if (model.detail != ModelDetail::Regions)

@@ -165,8 +165,9 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
     .Member("representative", model.representative)
     .Member("sheets", model.sheets)
     .Member("smallest_partition", model.smallestPartition)
-    .Member("stitch_depth", model.depths.stitch)
-    .Member("title", model.title)
+    .Member("stitch_depth", model.depths.stitch);
+  PutTextures(json, model);
+  json.Member("title", model.title)
     .Member("triangles", model.triangles)
     .Member("unit", model.unit)
     .Member("vertices", model.vertices)
@@ -252,6 +253,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
     .Member("weld", model.weld);
   PutTexts(json, model);
   PutPose(json, model);
+  PutTextures(json, model);
   json.Member("store_bytes", storeBytes).Member("digest", model.digest);
 }
 

@@ -54,8 +54,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   database->reset(); // before the file is closed, should there be no memory for the store
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
-  store->Database =
-    std::make_unique<Connection>(std::move(*opened), *state, store->Information.digest);
+  store->Database = std::make_unique<Connection>(std::move(*opened), *state, store->Information);
   return store;
 }
 
@@ -100,6 +99,16 @@ std::string Store::BoxesName(NodeId node)
   return "boxes/" + std::to_string(node);
 }
 
+std::string Store::TextureName(std::uint32_t partition)
+{
+  return "textures/" + std::to_string(partition);
+}
+
+bool Store::HasTexture(std::uint32_t partition) const
+{
+  return this->Information.textures && partition < this->Information.partitions;
+}
+
 Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
 {
   if (!this->Information.HasPiece(id))
@@ -125,6 +134,15 @@ Result<std::vector<std::uint8_t>> Store::ReadBoxesBlob(NodeId node) const
     return Error{ ErrorCode::NotFound, "the model has no such boxes" };
   }
   return this->Database->ReadOfNode(StoreQuery::Boxes, node, BoxesName(node));
+}
+
+Result<std::vector<std::uint8_t>> Store::ReadTextureBlob(std::uint32_t partition) const
+{
+  if (!this->HasTexture(partition))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such texture" };
+  }
+  return this->Database->ReadOfNode(StoreQuery::Texture, partition, TextureName(partition));
 }
 
 Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
@@ -153,6 +171,15 @@ Result<std::uint64_t> Store::BoxesBlobSize(NodeId node) const
     return Error{ ErrorCode::NotFound, "the model has no such boxes" };
   }
   return this->Database->ReadNumber(StoreQuery::BoxesSize, node, BoxesName(node));
+}
+
+Result<std::uint64_t> Store::TextureBlobSize(std::uint32_t partition) const
+{
+  if (!this->HasTexture(partition))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such texture" };
+  }
+  return this->Database->ReadNumber(StoreQuery::TextureSize, partition, TextureName(partition));
 }
 
 Result<Piece> Store::ReadPiece(PieceId id) const

@@ -29,6 +29,11 @@ public:
   // pages, ascending: the order of the digest.
   // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
+  // Of textured models (info.textures), directly after the piece of the partition. texels: of its
+  // picture. Errors: as AddPiece.
+  Status AddTexture(
+    std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels);
+
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
 

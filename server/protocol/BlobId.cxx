@@ -74,7 +74,7 @@ Result<BlobId> ParseBlobName(std::string_view name)
   }
   if (parts.size() == 2 && (parts[0] == "partitions" || parts[0] == "textures"))
   {
-    const BlobKind kind = parts[0] == "partitions" ? BlobKind::Partition : BlobKind::Texture;
+    const BlobKind kind = parts[0] == "textures" ? BlobKind::Texture : BlobKind::Partition;
     const auto partition = ParseDecimal(parts[1], 0, partitionEnd - 1);
     return partition ? Result<BlobId>(BlobId{ kind, 0, *partition })
                      : bad("no partition", parts[1]);

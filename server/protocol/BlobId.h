@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, a partition
-// of the original, or the texture that paints one.
+// Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, a
+// partition of the original, or the texture of one.
 //
 // Blobs are the only data of the protocol: everything else names or describes them. The names below
 // are the same in URLs ("/api/models/dragon/DIGEST/levels/7/1"), error messages and logs.
@@ -33,7 +33,7 @@ struct BlobId
   BlobKind kind = BlobKind::Tree;
   std::uint8_t level = 0;   // of a Level, 0 for the others
   std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece (from 1); number
-                            // of a partition, and of the one that a texture paints (from 0)
+                            // of a partition, also of its texture (from 0)
   auto operator<=>(const BlobId&) const = default;
 
   static constexpr BlobId TreePage(std::uint32_t node) { return { BlobKind::Tree, 0, node }; }
