@@ -98,7 +98,7 @@ void WindowLook::TakePicture()
 }
 
 // The window with a part of its words and buttons. It is drawn, but not shown.
-Result<Picture> WindowLook::PictureWith(InterfaceLayer::Part part)
+Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
 {
   vtkRenderWindow& window = this->Display->Window();
   this->Interface.Draw(part);

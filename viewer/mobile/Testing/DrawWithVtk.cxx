@@ -21,7 +21,7 @@ using namespace kdstream::test;
 
 Status DrawTo(const std::string& file, vtkRenderWindow& window)
 {
-  const Result<Picture> picture = Pixels(window);
+  const Result<WindowPicture> picture = Pixels(window);
   KDSTREAM_TRY(picture);
   WritePngFile(file, picture->rgb, picture->width, picture->height);
   return {};
