@@ -49,7 +49,7 @@ constexpr const char* footer =
 
 struct CommandLine
 {
-  std::string input, output, reconstruct, textures = "on";
+  std::string input, output, reconstruct, paint, textures = "on";
   std::uint64_t texturePixels = mostPicturePixels;
   bool quiet = false, progressLines = false;
 };
@@ -155,8 +155,8 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   try
   {
     LimitMemory(MostMemory(line.input));
-    Result<ForeignMesh> read =
-      ReadForeignMesh(line.input, { line.textures == "on", line.texturePixels }, execution);
+    Result<ForeignMesh> read = ReadForeignMesh(
+      line.input, { line.textures == "on", line.texturePixels, line.paint }, execution);
     if (read && !line.reconstruct.empty())
     {
       LimitMemory(std::numeric_limits<std::uint64_t>::max());
@@ -250,8 +250,11 @@ int main(int argc, char** argv)
     .add_option("--reconstruct", line.reconstruct,
       "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }));
-  AddTextureOptions(app, line.textures, line.texturePixels);
+  AddTextureOptions(app, { "on", "off" },
+    "bake pictures to the colours of vertices, or leave them out", line.textures,
+    line.texturePixels);
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
+  app.add_option("--paint", line.paint)->group("");                // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
 }

@@ -10,6 +10,8 @@
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
+#include "filters/texture/PaintArrays.h"
+#include "filters/texture/PaintFolder.h"
 #include "filters/texture/PictureTexels.h"
 
 #include <algorithm>
@@ -102,9 +104,10 @@ Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
 class Baker
 {
 public:
-  Baker(TexturedMesh& textured, std::uint64_t mostPixels)
+  Baker(TexturedMesh& textured, std::uint64_t mostPixels, const PictureSink& keep)
     : Textured(textured)
     , MostPixels(mostPixels)
+    , Keep(keep)
   {
   }
 
@@ -118,7 +121,7 @@ public:
       KDSTREAM_TRY(execution.Report("textures", double(i) / double(ofPicture.size())));
       if (!ofPicture[i].empty())
       {
-        this->BakePicture(this->Textured.pictures[i], ofPicture[i]);
+        KDSTREAM_TRY(this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i]));
       }
     }
     if (this->Unread > mostWarnings)
@@ -225,9 +228,9 @@ private:
     this->Cuts[triangle] = 0;
   }
 
-  void BakePicture(const PictureSource& source, const std::vector<std::uint32_t>& triangles)
+  Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles)
   {
-    const std::optional<Picture> picture = this->ReadPicture(source);
+    const std::optional<Picture> picture = this->ReadPicture(this->Textured.pictures[number]);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
     if (!picture)
     {
@@ -235,7 +238,7 @@ private:
       {
         this->Paint(triangle, this->ColorOf(triangle));
       }
-      return;
+      return {};
     }
     ++this->Report.pictures;
     const PictureTexels texels(*picture);
@@ -244,6 +247,7 @@ private:
     {
       this->BakeTriangle(triangle, texels, thinning);
     }
+    return this->Keep ? this->Keep(number, *picture) : Status{};
   }
 
   std::optional<Picture> ReadPicture(const PictureSource& source)
@@ -422,6 +426,7 @@ private:
 
   TexturedMesh& Textured;
   std::uint64_t MostPixels;
+  const PictureSink& Keep;
   std::vector<VertexId> Places;
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
@@ -442,10 +447,31 @@ std::string BakeReport::Tell() const
   return text;
 }
 
-Result<BakeReport> BakeTextures(
-  TexturedMesh& textured, std::uint64_t mostPixels, const Execution& execution)
+Result<BakeReport> BakeTextures(TexturedMesh& textured, std::uint64_t mostPixels,
+  const Execution& execution, const PictureSink& keep)
 {
-  return Baker(textured, mostPixels).Bake(execution);
+  return Baker(textured, mostPixels, keep).Bake(execution);
+}
+
+Result<BakeReport> BakeTexturesAndKeepPaint(
+  TexturedMesh& textured, const TextureOptions& options, const Execution& execution)
+{
+  if (options.paintFolder.empty())
+  {
+    return BakeTextures(textured, options.mostPixels, execution);
+  }
+  Result<PaintFolderWriter> folder = PaintFolderWriter::Create(options.paintFolder);
+  KDSTREAM_TRY(folder);
+  Result<BakeReport> report = BakeTextures(textured, options.mostPixels, execution,
+    [&](std::uint32_t number, const Picture& picture)
+    { return folder->AddPicture(number, picture); });
+  KDSTREAM_TRY(report);
+  if (report->pictures > 0)
+  {
+    KDSTREAM_TRY(folder->Finish(textured.materials, textured.pictures.size()));
+    AddPaintArrays(textured);
+  }
+  return report;
 }
 
 }

@@ -8,6 +8,8 @@
 #include "filters/texture/TexturedMesh.h"
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,7 +20,13 @@ struct TextureOptions
 {
   bool bake = true;                             // false: pictures are left out
   std::uint64_t mostPixels = mostPicturePixels; // of one
+  // Where pictures and materials go for tiles (PaintFolder.h), of which the mesh gets the arrays
+  // (PaintArrays.h); empty: no tiles are wanted.
+  std::filesystem::path paintFolder{};
 };
+
+// Who takes each picture that is read, by its number. Errors end the work.
+using PictureSink = std::function<Status(std::uint32_t number, const Picture& picture)>;
 
 struct BakeReport
 {
@@ -52,8 +60,14 @@ struct BakeReport
 // repeat a picture a million times take no longer. Pictures are decoded one after the other, in
 // their order, and one at a time is in memory. Time: O(parts); memory: 64 bytes a vertex, one
 // picture and its file. The result depends on nothing but the input. Errors: Cancelled. Source:
-// usual; the limits are ours.
+// usual; the limits are ours. keep: gets each picture that was decoded.
 Result<BakeReport> BakeTextures(TexturedMesh& textured,
-  std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
+  std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {},
+  const PictureSink& keep = {});
+
+// The same, and what tiles need besides, where options.paintFolder asks for that. Errors: besides,
+// InputOutput of the folder.
+Result<BakeReport> BakeTexturesAndKeepPaint(
+  TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
 
 }

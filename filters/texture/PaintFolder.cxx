@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/texture/PaintFolder.h"
+
+#include "filters/codec/ByteStream.h"
+#include "filters/core/BitCast.h"
+#include "filters/core/SystemReason.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::int64_t squareSide = 64; // of a square
+constexpr std::size_t squareBytes = 4 * squareSide * squareSide;
+constexpr std::uint64_t mostIndexBytes = std::uint64_t{ 1 } << 26;
+constexpr std::uint64_t mostSide = std::uint64_t{ 1 } << 31;
+
+std::int64_t SquaresAlong(std::uint64_t texels)
+{
+  return static_cast<std::int64_t>((texels + squareSide - 1) / squareSide);
+}
+
+std::filesystem::path PictureFile(const std::filesystem::path& folder, std::size_t number)
+{
+  return folder / ("picture-" + std::to_string(number));
+}
+
+Error CannotWrite(const std::filesystem::path& file)
+{
+  return { ErrorCode::InputOutput, "cannot be written: " + SystemReason(errno), file.string() };
+}
+
+void PutDouble(ByteWriter& writer, double value)
+{
+  std::uint64_t bits = BitCast<std::uint64_t>(value);
+  for (int i = 0; i < 8; ++i, bits >>= 8)
+  {
+    writer.Byte(static_cast<std::uint8_t>(bits));
+  }
+}
+
+double TakeDouble(ByteReader& reader)
+{
+  std::uint64_t bits = 0;
+  for (int i = 0; i < 8; ++i)
+  {
+    bits |= std::uint64_t{ reader.Byte() } << (8 * i);
+  }
+  return BitCast<double>(bits);
+}
+
+// The numbers of a material, in the order of the index.
+template <class Visit, class Material>
+void ForEachNumber(Material& material, const Visit& visit)
+{
+  std::for_each(material.color.begin(), material.color.end(), visit);
+  std::for_each(material.factor.begin(), material.factor.end(), visit);
+  std::for_each(material.transform.u.begin(), material.transform.u.end(), visit);
+  std::for_each(material.transform.v.begin(), material.transform.v.end(), visit);
+}
+
+TextureWrap TakeWrap(ByteReader& reader)
+{
+  const std::uint8_t wrap = reader.Byte();
+  if (wrap > static_cast<std::uint8_t>(TextureWrap::Clamp))
+  {
+    reader.Fail("no wrap mode");
+    return TextureWrap::Repeat;
+  }
+  return static_cast<TextureWrap>(wrap);
+}
+
+}
+
+Result<PaintFolderWriter> PaintFolderWriter::Create(const std::filesystem::path& folder)
+{
+  if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+  {
+    return CannotWrite(folder);
+  }
+  return PaintFolderWriter(folder);
+}
+
+Status PaintFolderWriter::AddPicture(std::uint32_t number, const Picture& picture)
+{
+  this->Sizes.resize(std::max<std::size_t>(this->Sizes.size(), number + std::size_t{ 1 }));
+  const std::filesystem::path file = PictureFile(this->Folder, number);
+  std::ofstream stream(file, std::ios::binary);
+  const auto squares = static_cast<std::size_t>(SquaresAlong(picture.width));
+  std::vector<std::uint8_t> row(squares * squareBytes); // of squares
+  for (std::size_t top = 0; top < picture.height; top += squareSide)
+  {
+    std::fill(row.begin(), row.end(), std::uint8_t{ 0 });
+    const std::size_t bottom = std::min<std::size_t>(picture.height, top + squareSide);
+    for (std::size_t y = top; y < bottom; ++y)
+    {
+      const std::uint8_t* texel = &picture.texels[y * picture.width * picture.components];
+      for (std::size_t x = 0; x < picture.width; ++x, texel += picture.components)
+      {
+        const auto rgba = RgbaOf(texel, picture.components);
+        const std::size_t at =
+          x / squareSide * squareBytes + 4 * ((y - top) * squareSide + x % squareSide);
+        std::copy(rgba.begin(), rgba.end(), row.begin() + static_cast<std::ptrdiff_t>(at));
+      }
+    }
+    stream.write(reinterpret_cast<const char*>(row.data()), std::streamsize(row.size()));
+  }
+  stream.close();
+  if (!stream)
+  {
+    return CannotWrite(file);
+  }
+  this->Sizes[number] = { static_cast<std::uint32_t>(picture.width),
+    static_cast<std::uint32_t>(picture.height) };
+  return {};
+}
+
+Status PaintFolderWriter::Finish(
+  const std::vector<TexturedMaterial>& materials, std::size_t pictures)
+{
+  this->Sizes.resize(pictures);
+  ByteWriter writer;
+  writer.Varint(pictures);
+  for (const auto& [width, height] : this->Sizes)
+  {
+    writer.Varint(width);
+    writer.Varint(height);
+  }
+  writer.Varint(materials.size());
+  for (const TexturedMaterial& material : materials)
+  {
+    ForEachNumber(material, [&](double value) { PutDouble(writer, value); });
+    writer.Varint(material.picture);
+    writer.Byte(static_cast<std::uint8_t>(material.wrapU));
+    writer.Byte(static_cast<std::uint8_t>(material.wrapV));
+    writer.Byte(material.opaque ? 1 : 0);
+  }
+  const std::vector<std::uint8_t> bytes = writer.Take();
+  const std::filesystem::path file = this->Folder / "paint";
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  stream.close();
+  return stream ? Status{} : CannotWrite(file);
+}
+
+Result<std::shared_ptr<const PaintFolder>> PaintFolder::Open(const std::filesystem::path& folder)
+{
+  const std::filesystem::path index = folder / "paint";
+  std::error_code failure;
+  const std::uintmax_t size = std::filesystem::file_size(index, failure);
+  if (failure || size > mostIndexBytes)
+  {
+    return Error{ failure ? ErrorCode::NotFound : ErrorCode::LimitExceeded,
+      failure ? "is not there" : "is far too long", index.string() };
+  }
+  std::ifstream stream(index, std::ios::binary);
+  const std::vector<char> content{ std::istreambuf_iterator<char>(stream), {} };
+  ByteReader reader({ reinterpret_cast<const std::uint8_t*>(content.data()), content.size() });
+  std::shared_ptr<PaintFolder> paint(new PaintFolder);
+  const std::size_t pictures = reader.Count(content.size());
+  paint->ThePaint.pictures = pictures;
+  for (std::size_t i = 0; i < pictures && !reader.Failed(); ++i)
+  {
+    const auto width = static_cast<std::uint32_t>(reader.Varint(mostSide));
+    const auto height = static_cast<std::uint32_t>(reader.Varint(mostSide));
+    KDSTREAM_TRY(paint->OpenPicture(PictureFile(folder, i), { width, height }));
+  }
+  const std::size_t materials = reader.Count(content.size());
+  for (std::size_t i = 0; i < materials && !reader.Failed(); ++i)
+  {
+    TexturedMaterial& material = paint->ThePaint.materials.emplace_back();
+    ForEachNumber(material, [&](double& value) { value = TakeDouble(reader); });
+    material.picture = static_cast<std::uint32_t>(reader.Varint(noPicture));
+    material.wrapU = TakeWrap(reader);
+    material.wrapV = TakeWrap(reader);
+    material.opaque = reader.Byte() != 0;
+    if (material.picture != noPicture && material.picture >= pictures)
+    {
+      reader.Fail("a material whose picture is not there");
+    }
+  }
+  if (reader.Failed() || reader.Remaining() > 0)
+  {
+    Error error =
+      reader.Failed() ? reader.Why() : Error{ ErrorCode::InvalidInput, "bytes beyond the end" };
+    return OfFile(index.string(), Status(error)).GetError();
+  }
+  return std::shared_ptr<const PaintFolder>(std::move(paint));
+}
+
+Status PaintFolder::OpenPicture(
+  const std::filesystem::path& file, std::array<std::uint32_t, 2> size)
+{
+  this->Sizes.push_back(size);
+  this->Descriptors.push_back(-1);
+  if (size[0] == 0 || size[1] == 0)
+  {
+    this->Sizes.back() = {};
+    return {};
+  }
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  this->Descriptors.back() = descriptor;
+  struct stat state = {};
+  if (descriptor < 0 || ::fstat(descriptor, &state) != 0)
+  {
+    return Error{ ErrorCode::InputOutput, "cannot be read: " + SystemReason(errno), file.string() };
+  }
+  const auto squares = static_cast<std::uint64_t>(SquaresAlong(size[0]) * SquaresAlong(size[1]));
+  if (static_cast<std::uint64_t>(state.st_size) != squares * squareBytes)
+  {
+    return Error{ ErrorCode::InvalidInput, "is of another size than its picture", file.string() };
+  }
+  return {};
+}
+
+PaintFolder::~PaintFolder()
+{
+  for (const int descriptor : this->Descriptors)
+  {
+    if (descriptor >= 0)
+    {
+      ::close(descriptor);
+    }
+  }
+}
+
+Status PaintFolder::Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const
+{
+  const std::int64_t columns = SquaresAlong(this->Sizes[picture][0]);
+  std::array<std::uint8_t, squareBytes> square;
+  for (std::int64_t row = box.lo[1] / squareSide; row * squareSide < box.hi[1]; ++row)
+  {
+    for (std::int64_t column = box.lo[0] / squareSide; column * squareSide < box.hi[0]; ++column)
+    {
+      const off_t at = (row * columns + column) * std::int64_t{ squareBytes };
+      if (::pread(this->Descriptors[picture], square.data(), square.size(), at) !=
+          static_cast<ssize_t>(square.size()))
+      {
+        return Error{ ErrorCode::InputOutput,
+          "the decoded picture " + std::to_string(picture) + " cannot be read" };
+      }
+      const std::int64_t left = std::max(box.lo[0], column * squareSide);
+      const std::int64_t right = std::min(box.hi[0], (column + 1) * squareSide);
+      for (std::int64_t y = std::max(box.lo[1], row * squareSide);
+           y < std::min(box.hi[1], (row + 1) * squareSide); ++y)
+      {
+        const std::uint8_t* const from =
+          square.data() + 4 * ((y - row * squareSide) * squareSide + left - column * squareSide);
+        std::copy_n(
+          from, 4 * (right - left), rgba + 4 * ((y - box.lo[1]) * box.Width() + left - box.lo[0]));
+      }
+    }
+  }
+  return {};
+}
+
+}
