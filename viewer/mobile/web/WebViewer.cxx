@@ -30,11 +30,23 @@
 #include <utility>
 #include <vector>
 
+// Only declared here: gl.js has the browser decode it.
+// clang-format off
+EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
+  unsigned format, unsigned width, unsigned height), {})
+// clang-format on
+
 namespace kdstream
 {
 
 namespace
 {
+
+void UploadTile(unsigned texture, const TextureTile& tile)
+{
+  kdstream_upload_picture(texture, tile.image.data(), tile.image.size(),
+    static_cast<unsigned>(tile.format), tile.width, tile.height);
+}
 
 double Now()
 {
@@ -55,6 +67,7 @@ struct PictureState
   std::uint64_t capVersion = 0;
   SceneLighting lighting{};
   bool occluded = false;
+  std::shared_ptr<const TileMap> tiles{};
   bool operator==(const PictureState&) const = default;
 };
 
@@ -109,6 +122,7 @@ void MakeRenderer(WebViewer& viewer)
     viewer.drawingError = made.GetError().message;
     return;
   }
+  GlesRenderer::SetTileUpload(UploadTile);
   viewer.renderer = std::move(*made);
   viewer.renderer->SetColoring(viewer.coloring);
   viewer.drawingError.clear();
@@ -195,6 +209,7 @@ bool Draw(WebViewer& viewer)
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
     viewer.coloring, glided, scene.section, scene.capVersion, scene.lighting };
+  state.tiles = scene.tiles;
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
   {
@@ -249,7 +264,6 @@ using kdstream::WebViewer;
 
 extern "C"
 {
-
   // A lack of memory must trap: where operator new cannot throw, it would return null and go on.
   // The linker puts this before the C library's own (--wrap).
   int __real_emscripten_resize_heap(std::size_t bytes);
@@ -323,6 +337,12 @@ extern "C"
   {
     viewer->page.Session().Zoom(factor, x, y);
   }
+  // The next frame draws again.
+  EMSCRIPTEN_KEEPALIVE void ViewerRedraw(WebViewer* viewer)
+  {
+    viewer->drawn.reset();
+  }
+
   EMSCRIPTEN_KEEPALIVE void ViewerGoHome(WebViewer* viewer)
   {
     viewer->page.Session().GoHome();

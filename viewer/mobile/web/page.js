@@ -38,7 +38,7 @@ import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite 
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
-import { loadViewer } from "./viewer.js";
+import { loadViewer, tellOfPictures } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
@@ -760,6 +760,10 @@ async function start() {
     showEnd(t("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off."));
     return;
   }
+  tellOfPictures(() => {
+    viewer.redraw();
+    wake();
+  });
   line = new Line(viewer, wake);
   fingers = new Fingers(canvas, viewer, wake);
   window.kdstream = { status: () => (viewer.failure ? lastStatus : { ...viewer.status(), memory: viewer.memory() }) };

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
-import { bytesAt, forgetObjects, gainCanvas, imports, useContext, useMemory } from "./gl.js";
+import { bytesAt, forgetObjects, gainCanvas, imports, picturesAreWaiting, useContext, useMemory } from "./gl.js";
+
+export { tellOfPictures } from "./gl.js";
 
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
@@ -246,6 +248,11 @@ class Viewer {
     this.#call("Resize", width, height, pixelRatio);
   }
 
+  // The next frame draws, whatever has changed.
+  redraw() {
+    this.#call("Redraw");
+  }
+
   // Draws what has changed; whether anything had.
   frame() {
     return this.#call("Frame") === 1;
@@ -350,6 +357,8 @@ class Viewer {
   // What to tell the person: page.js says what is in it.
   status() {
     this.#call("Status");
-    return JSON.parse(this.#text() || "{}");
+    const status = JSON.parse(this.#text() || "{}");
+    status.idle &&= !picturesAreWaiting();
+    return status;
   }
 }
