@@ -338,10 +338,7 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
       .Member("loss", line.baked->loss);
     if (line.tiled)
     {
-      json.Member("tiles", line.tiled->tiles)
-        .Member("tile_texels", line.tiled->texels)
-        .Member("tile_bytes", report.info.textures ? report.info.textures->bytes : 0)
-        .Member("halved_tiles", line.tiled->halved)
+      json.Member("halved_tiles", line.tiled->halved)
         .Member("repeating_triangles", line.tiled->repeating);
     }
     json.EndObject();

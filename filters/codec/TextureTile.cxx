@@ -78,6 +78,7 @@ void WriteTables(SymbolWriter& symbols, const ExactTile& exact)
     {
       std::for_each(row.begin(), row.end(), [&](double value) { WriteDouble(symbols, value); });
     }
+    symbols.Number(TileContext::table, source.wrap[0] + 3ULL * source.wrap[1]);
   }
   symbols.Number(TileContext::table, exact.charts.size());
   for (const TileChart& chart : exact.charts)
@@ -116,7 +117,10 @@ bool ReadSource(SymbolReader& symbols, TileSource& source)
       value = BitCast<double>(symbols.Number(TileContext::table));
     }
   }
-  return true;
+  std::uint64_t wrap = 0;
+  const bool known = ReadNumber(symbols, TileContext::table, 8, wrap);
+  source.wrap = { static_cast<std::uint8_t>(wrap % 3), static_cast<std::uint8_t>(wrap / 3) };
+  return known;
 }
 
 // Null, or what is wrong.

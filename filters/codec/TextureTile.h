@@ -48,6 +48,7 @@ struct TileSource
   // From the coordinates that the input gives to those of the picture, 0-1 from its upper left:
   // u' = u[0] u + u[1] v + u[2], v' alike.
   std::array<double, 3> u{ 1, 0, 0 }, v{ 0, 1, 0 };
+  std::array<std::uint8_t, 2> wrap{}; // along u' and v': 0 repeats, 1 mirrors, 2 clamps
   bool operator==(const TileSource&) const = default;
 };
 

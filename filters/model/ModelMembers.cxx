@@ -166,11 +166,11 @@ void PutPose(JsonWriter& json, const ModelDescription& model)
   }
 }
 
-void PutTextures(JsonWriter& json, const ModelDescription& model)
+void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key)
 {
   if (model.textures)
   {
-    json.Key("textures")
+    json.Key(key)
       .BeginObject()
       .Member("bytes", model.textures->bytes)
       .Member("format", model.textures->format)

@@ -28,8 +28,8 @@ void PutTexts(JsonWriter& json, const ModelDescription& model);
 void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
 // "pose", if it has one.
 void PutPose(JsonWriter& json, const ModelDescription& model);
-// "textures", if it has some.
-void PutTextures(JsonWriter& json, const ModelDescription& model);
+// Its textures as a member `key`, if it has some.
+void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 

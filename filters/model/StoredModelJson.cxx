@@ -253,7 +253,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
     .Member("weld", model.weld);
   PutTexts(json, model);
   PutPose(json, model);
-  PutTextures(json, model);
+  PutTextures(json, model, "tiles");
   json.Member("store_bytes", storeBytes).Member("digest", model.digest);
 }
 

@@ -300,8 +300,9 @@ private:
     {
       const TexturedMaterial& material = this->ThePaint.materials[number];
       const auto size = this->Source.SizeOf(material.picture);
-      this->Tile.exact.sources.push_back(
-        { material.picture, size[0], size[1], material.transform.u, material.transform.v });
+      this->Tile.exact.sources.push_back({ material.picture, size[0], size[1], material.transform.u,
+        material.transform.v,
+        { static_cast<std::uint8_t>(material.wrapU), static_cast<std::uint8_t>(material.wrapV) } });
     }
     return source->second;
   }

@@ -73,7 +73,7 @@ TextureTile RandomExactTile(std::mt19937& random, const std::vector<Triangle>& t
   TextureTile tile{ 4000, 4000, TileImage::Webp, Bytes(20, 9), {}, true };
   ExactTile& exact = tile.exact;
   exact.halvings = static_cast<std::uint8_t>(random() % 3);
-  exact.sources = { { 3, 2000, 1000 }, { 0, 1000, 2000, { 1, 0, 0 }, { 0, -1, 1 } } };
+  exact.sources = { { 3, 2000, 1000 }, { 0, 1000, 2000, { 1, 0, 0 }, { 0, -1, 1 }, { 2, 1 } } };
   for (int i = 0; i < 5; ++i)
   {
     exact.charts.push_back(
