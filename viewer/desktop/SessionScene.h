@@ -31,7 +31,7 @@ private:
   SurfaceScene Scene;
   Vec3 Middle{};
   std::optional<std::uint64_t> ShownVersion;
-  std::shared_ptr<const TileMap> ShownTiles;
+  std::shared_ptr<const TileList> ShownTiles;
 };
 
 }

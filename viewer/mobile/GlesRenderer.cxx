@@ -30,6 +30,7 @@ struct GlesRenderer::Part
   std::span<const float> radii;              // and so long of a cloud
   Box bounds;                                // relative to Center, not scaled
   std::shared_ptr<const TextureTile> tile{}; // that paints it; or null
+  GLuint texture = 0;                        // of its picture
   std::vector<GlesChunk> chunks;
 };
 
@@ -46,7 +47,7 @@ GLuint MakeTexture()
   glGenTextures(1, &texture);
   glBindTexture(GL_TEXTURE_2D, texture);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, 1, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE, nothing.data());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
@@ -83,6 +84,15 @@ template <class Part>
 void FreeChunks(const Part& part)
 {
   std::for_each(part.chunks.begin(), part.chunks.end(), FreeChunk);
+}
+
+template <class Part>
+void FreeTexture(const Part& part)
+{
+  if (part.texture != 0)
+  {
+    glDeleteTextures(1, &part.texture);
+  }
 }
 
 // The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
@@ -136,19 +146,10 @@ Result<std::unique_ptr<GlesRenderer>> GlesRenderer::Make()
 void GlesRenderer::Free()
 {
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
+  std::for_each(this->Parts.begin(), this->Parts.end(), FreeTexture<Part>);
   this->Parts.clear();
   this->Tried.reset();
-  this->FreeTiles();
   this->FreeCap();
-}
-
-void GlesRenderer::FreeTiles()
-{
-  for (const auto& [tile, texture] : this->Textures)
-  {
-    glDeleteTextures(1, &texture);
-  }
-  this->Textures.clear();
 }
 
 void GlesRenderer::SetTileUpload(TileUpload upload)
@@ -156,28 +157,25 @@ void GlesRenderer::SetTileUpload(TileUpload upload)
   uploadTile = upload;
 }
 
-// Textures of the tiles that paint these parts, and of no others.
-void GlesRenderer::FollowTiles(const std::vector<Part>& parts)
+// Takes over the textures of tiles that paint parts still, lets go of the others, and then has
+// those brought that are new.
+void GlesRenderer::FollowTiles(std::vector<Part>& parts)
 {
-  std::map<std::shared_ptr<const TextureTile>, unsigned> wanted;
-  for (const Part& part : parts)
+  for (Part& part : parts)
   {
-    if (part.tile)
+    const auto before = std::find_if(this->Parts.begin(), this->Parts.end(),
+      [&part](const Part& each) { return part.tile && each.tile == part.tile; });
+    part.texture = before == this->Parts.end() ? 0 : std::exchange(before->texture, 0);
+  }
+  std::for_each(this->Parts.begin(), this->Parts.end(), FreeTexture<Part>);
+  for (Part& part : parts)
+  {
+    if (part.tile && part.texture == 0)
     {
-      const auto known = this->Textures.extract(part.tile);
-      wanted[part.tile] = known.empty() ? 0 : known.mapped();
+      part.texture = MakeTexture();
+      uploadTile(part.texture, *part.tile);
     }
   }
-  this->FreeTiles();
-  for (auto& [tile, texture] : wanted)
-  {
-    if (texture == 0)
-    {
-      texture = MakeTexture();
-      uploadTile(texture, *tile);
-    }
-  }
-  this->Textures = std::move(wanted);
 }
 
 // What paints a part, or null.
@@ -188,8 +186,7 @@ std::shared_ptr<const TextureTile> GlesRenderer::TileOf(
   {
     return nullptr;
   }
-  const auto found = scene.tiles->find(part.piece);
-  return found == scene.tiles->end() ? nullptr : found->second;
+  return FindTile(*scene.tiles, part.piece);
 }
 
 void GlesRenderer::FreeCap()
@@ -207,7 +204,6 @@ void GlesRenderer::Forget()
   }
   this->Cap.clear();
   this->CapHere = {};
-  this->Textures.clear();
   if (this->Occlusion)
   {
     this->Occlusion->Forget();
@@ -228,9 +224,9 @@ std::size_t GlesRenderer::GraphicsBytes() const
     std::for_each(part.chunks.begin(), part.chunks.end(), add);
   }
   std::for_each(this->Cap.begin(), this->Cap.end(), add);
-  for (const auto& [tile, texture] : this->Textures)
+  for (const Part& part : this->Parts)
   {
-    bytes += std::size_t{ 4 } * tile->width * tile->height;
+    bytes += part.texture == 0 ? 0 : std::size_t{ 4 } * part.tile->width * part.tile->height;
   }
   return bytes;
 }
@@ -273,21 +269,21 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
     const Surface& surface = drawn.part->surface;
     if (isCloud)
     {
-      parts.push_back({ {}, &surface, {}, {}, {}, {} });
+      parts.push_back({ {}, &surface, {}, {}, {}, 0, {} });
       parts.back().radii = std::span(radii).subspan(points, surface.points.size());
       points += surface.points.size();
     }
     else if (!surface.triangles.empty())
     {
-      parts.push_back({ drawn, &surface, {}, {}, this->TileOf(scene, *drawn.part), {} });
+      parts.push_back({ drawn, &surface, {}, {}, this->TileOf(scene, *drawn.part), 0, {} });
     }
   }
   this->StopGliding();
   KDSTREAM_TRY(this->Place(scene, parts));
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
+  this->FollowTiles(parts);
   this->Parts = std::move(parts);
   ClearErrors();
-  this->FollowTiles(this->Parts);
   std::size_t unchecked = 0; // points
   for (Part& part : this->Parts)
   {
@@ -454,20 +450,22 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
   glEnable(GL_DEPTH_TEST);
 }
 
-// Into the bound framebuffer, `height` pixels high.
-void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height)
+// Into the bound framebuffer, `height` pixels high. paints: with textures, where there are any.
+void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints)
 {
-  this->DrawChunksBy(0, scene, sight, height);
-  if (!this->Textures.empty())
+  this->DrawChunksBy(0, scene, sight, height, !paints);
+  const bool hasTextures = std::any_of(
+    this->Parts.begin(), this->Parts.end(), [](const Part& part) { return part.texture != 0; });
+  if (paints && hasTextures)
   {
-    this->DrawChunksBy(GlesPrograms::paint, scene, sight, height);
+    this->DrawChunksBy(GlesPrograms::paint, scene, sight, height, false);
   }
   this->DrawCap(sight);
 }
 
-// Those that a texture paints, or the others.
+// Those that a texture paints, or the others, or all of them without.
 void GlesRenderer::DrawChunksBy(
-  std::size_t paint, const ViewerScene& scene, const Sight& sight, int height)
+  std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all)
 {
   const bool isCloud = this->Points > 0;
   std::size_t kind = paint + (isCloud ? GlesPrograms::cloud : 0);
@@ -511,13 +509,13 @@ void GlesRenderer::DrawChunksBy(
     for (const GlesChunk& chunk : part.chunks)
     {
       const bool isPainted = chunk.buffers[4] != 0;
-      if (isPainted != (paint != 0))
+      if (!all && isPainted != (paint != 0))
       {
         continue;
       }
-      if (isPainted)
+      if (paint != 0)
       {
-        glBindTexture(GL_TEXTURE_2D, this->Textures.at(part.tile));
+        glBindTexture(GL_TEXTURE_2D, part.texture);
       }
       glBindVertexArray(chunk.vertexArray);
       if (isCloud)
@@ -598,7 +596,7 @@ bool GlesRenderer::DrawDepths(
   {
     return false;
   }
-  this->DrawChunks(scene, sight, HalfSide(viewport.height));
+  this->DrawChunks(scene, sight, HalfSide(viewport.height), false);
   glBindVertexArray(this->Compiled->EmptyArray());
   this->Occlusion->EndDepths(sight.projection, this->Facet * this->Scale);
   return true;
@@ -651,7 +649,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   this->DrawBackground();
   if (!this->Parts.empty())
   {
-    this->DrawChunks(scene, sight, viewport.height);
+    this->DrawChunks(scene, sight, viewport.height, true);
   }
   if (occludes)
   {

@@ -13,7 +13,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -84,16 +83,16 @@ private:
   void UploadPart(Part& part);
   void Free();
   void FreeCap();
-  void FollowTiles(const std::vector<Part>& parts);
-  void FreeTiles();
+  void FollowTiles(std::vector<Part>& parts);
   void FollowCap(const ViewerScene& scene);
   void StopGliding();
   Sight SightOf(const SceneCamera& camera, const Viewport& viewport) const;
   bool DrawDepths(const ViewerScene& scene, const Sight& sight, const Viewport& viewport);
   void DrawBackground();
   void Aim(unsigned program, const Sight& sight) const;
-  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height);
-  void DrawChunksBy(std::size_t paint, const ViewerScene& scene, const Sight& sight, int height);
+  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints);
+  void DrawChunksBy(
+    std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all);
   std::shared_ptr<const TextureTile> TileOf(
     const ViewerScene& scene, const SurfacePart& part) const;
   void DrawCap(const Sight& sight);
@@ -101,8 +100,7 @@ private:
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
   std::unique_ptr<GlesPrograms> Compiled;   // null: to be compiled in the context that is current
   std::vector<Part> Parts;
-  std::map<std::shared_ptr<const TextureTile>, unsigned> Textures; // of tiles that paint parts
-  std::vector<GlesChunk> Cap;                                      // what fills the section
+  std::vector<GlesChunk> Cap; // what fills the section
   struct CapPlace
   {
     std::uint64_t version = 0;
@@ -116,7 +114,7 @@ private:
   {
     std::uint64_t version = 0;
     SurfaceColoring coloring = SurfaceColoring::Own;
-    std::shared_ptr<const TileMap> tiles;
+    std::shared_ptr<const TileList> tiles;
     bool operator==(const Content&) const = default;
   };
   std::optional<Content> Tried; // the last that was to be uploaded, and

@@ -109,7 +109,7 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
 }
 
 Status SurfaceScene::Update(const DrawnSurface& surface, const TreeDepths& depths,
-  const Vec3& center, const std::shared_ptr<const TileMap>& tiles)
+  const Vec3& center, const std::shared_ptr<const TileList>& tiles)
 {
   const bool isPainted = this->Decoder && tiles && !tiles->empty();
   if (surface.TriangleCount() == 0 || (surface.Parts().size() > mostParts && !isPainted))
@@ -142,8 +142,7 @@ Status SurfaceScene::Update(const DrawnSurface& surface, const TreeDepths& depth
   for (std::size_t i = 0; i < parts.size(); ++i)
   {
     entries[i].drawn = parts[i];
-    const auto tile = isPainted ? tiles->find(parts[i].part->piece) : TileMap::const_iterator();
-    entries[i].tile = isPainted && tile != tiles->end() ? tile->second : nullptr;
+    entries[i].tile = isPainted ? FindTile(*tiles, parts[i].part->piece) : nullptr;
     const auto known = before.find(parts[i].part.get());
     if (known != before.end())
     {

@@ -71,7 +71,7 @@ public:
   // The same, where only parts that differ from the last surface, or are painted by another tile,
   // cost anything: each is an actor. tiles: null, or what paints parts that tell corners.
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
-    const std::shared_ptr<const TileMap>& tiles = nullptr);
+    const std::shared_ptr<const TileList>& tiles = nullptr);
   // Null, as at first: tiles paint nothing.
   void SetTileDecoder(TileDecoder decoder) { this->Decoder = decoder; }
 

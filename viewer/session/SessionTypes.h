@@ -76,7 +76,7 @@ struct ViewerScene
   std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
   std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
   SceneLighting lighting;
-  std::shared_ptr<const TileMap> tiles; // that paint parts of the surface; null: none
+  std::shared_ptr<const TileList> tiles; // that paint parts of the surface; null: none
 };
 
 // What decides which pieces are shown in full screen.

@@ -67,7 +67,7 @@ struct PictureState
   std::uint64_t capVersion = 0;
   SceneLighting lighting{};
   bool occluded = false;
-  std::shared_ptr<const TileMap> tiles{};
+  std::shared_ptr<const TileList> tiles{};
   bool operator==(const PictureState&) const = default;
 };
 
@@ -202,7 +202,11 @@ bool Draw(WebViewer& viewer)
     MakeSurface(viewer, glided, begin); // the first one is drawn at once
     viewer.surfaceSeconds = 0;          // in this frame's
   }
-  const ViewerScene scene = session.Scene();
+  ViewerScene scene = session.Scene();
+  if (viewer.drawn && !MayDrawSurface(viewer, begin))
+  {
+    scene.tiles = viewer.drawn->tiles;
+  }
   const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != scene.surfaceVersion;
   const bool made = !fresh && (IsPutOff(viewer) || MakeSurface(viewer, glided, begin));
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
@@ -224,6 +228,7 @@ bool Draw(WebViewer& viewer)
   viewer.renderer->SetOcclusion(state.occluded);
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
   viewer.drawingError = drawn ? "" : drawn.GetError().message;
+  const bool painted = !viewer.drawn || viewer.drawn->tiles != scene.tiles;
   viewer.drawn = state;
   ++viewer.frames;
   const double end = Now();
@@ -232,7 +237,7 @@ bool Draw(WebViewer& viewer)
   {
     session.EndFrame(seconds); // of the surface that it shows, not of the one to come
   }
-  if (fresh)
+  if (fresh || painted)
   {
     viewer.nextSurface = TimeOfNextSurface(end, seconds);
   }

@@ -76,10 +76,11 @@ const deleteSome = (drop) => (count, begin) => {
 const mimeTypes = ["", "image/jpeg", "image/png", "image/webp"]; // TileImage
 let waitingPictures = 0;
 let told = () => {};
+let nextTelling = 0; // ms
 
 export const picturesAreWaiting = () => waitingPictures > 0;
 
-// came: called whenever one is there.
+// came: called when some are there, and when all of them are.
 export function tellOfPictures(came) {
   told = came;
 }
@@ -87,12 +88,12 @@ export function tellOfPictures(came) {
 // Replaces what the texture has, once it is decoded; where it cannot be, or has another size, or the device takes none so
 // large, the vertices' colours stay.
 async function uploadPicture(number, begin, count, format, width, height) {
-  const [context, texture] = [gl, thingOf(number)];
+  const [context, owners, texture] = [gl, things, thingOf(number)];
   const bytes = new Blob([bytesAt(begin, count).slice()], { type: mimeTypes[format] });
   ++waitingPictures;
   try {
     const picture = await createImageBitmap(bytes, { premultiplyAlpha: "none", colorSpaceConversion: "none" });
-    if (picture.width === width && picture.height === height && context.isTexture(texture)
+    if (picture.width === width && picture.height === height && owners.get(number) === texture
       && Math.max(width, height) <= context.getParameter(context.MAX_TEXTURE_SIZE)) {
       const target = context.TEXTURE_2D;
       context.bindTexture(target, texture);
@@ -105,7 +106,10 @@ async function uploadPicture(number, begin, count, format, width, height) {
     // it is none
   }
   --waitingPictures;
-  told();
+  if (!waitingPictures || performance.now() >= nextTelling) {
+    nextTelling = performance.now() + 500;
+    told();
+  }
 }
 
 const functions = {

@@ -68,13 +68,13 @@ std::size_t CountPaintedParts(const ViewerSession& session)
   for (const DrawnSurface::Part& each : scene.surface->Parts())
   {
     const SurfacePart& part = *each.part;
-    const auto found = scene.tiles->find(part.piece);
-    if (found == scene.tiles->end())
+    const auto found = FindTile(*scene.tiles, part.piece);
+    if (!found)
     {
       continue;
     }
     ++painted;
-    const TextureTile& tile = *found->second;
+    const TextureTile& tile = *found;
     EXPECT_TRUE(CanPaint(part.surface, part.corners, tile));
     const PaintedCorners corners = PaintedCornersOf(part.surface, part.corners, tile);
     EXPECT_EQ(corners.triangles.size(), part.surface.triangles.size());
@@ -115,7 +115,7 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
     const PieceId piece = each.part->piece;
     if (piece.resolution.IsOriginal() && session.GetCamera().MaySee(each.part->Bounds()))
     {
-      EXPECT_EQ(session.Scene().tiles->count(piece), 1u) << "partition of node " << piece.node;
+      EXPECT_TRUE(FindTile(*session.Scene().tiles, piece)) << "partition of node " << piece.node;
     }
   }
   const std::size_t sent = server.sent.size();

@@ -34,9 +34,16 @@ bool IsSoft(const Box& box, const Camera& camera, double spacing)
 
 }
 
+std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece)
+{
+  const auto place = std::partition_point(
+    tiles.begin(), tiles.end(), [piece](const PaintedPiece& each) { return each.piece < piece; });
+  return place != tiles.end() && place->piece == piece ? place->tile : nullptr;
+}
+
 ShownTiles::ShownTiles(std::size_t limit)
   : Limit(limit)
-  , Here(std::make_shared<const TileMap>())
+  , Here(std::make_shared<const TileList>())
 {
 }
 
@@ -65,11 +72,24 @@ void ShownTiles::SetLimit(std::size_t bytes)
 std::size_t ShownTiles::PictureBytes() const
 {
   std::size_t bytes = 0;
-  for (const auto& [piece, tile] : *this->Here)
+  for (const PaintedPiece& each : this->Kept)
   {
-    bytes += PictureBytesOf(*tile);
+    bytes += PictureBytesOf(*each.tile);
   }
   return bytes;
+}
+
+// It goes last. False where it is not kept.
+bool ShownTiles::Touch(PieceId piece)
+{
+  const auto place = std::find_if(this->Kept.begin(), this->Kept.end(),
+    [piece](const PaintedPiece& each) { return each.piece == piece; });
+  if (place == this->Kept.end())
+  {
+    return false;
+  }
+  std::rotate(place, place + 1, this->Kept.end());
+  return true;
 }
 
 void ShownTiles::Follow(
@@ -95,27 +115,19 @@ void ShownTiles::Follow(
     }
   }
   std::sort(wanted.begin(), wanted.end());
-  ++this->Looks;
-  this->Wanted.clear();
   this->Lacking.clear();
   std::size_t room = this->Limit;
   for (const auto& [eccentricity, piece] : wanted)
   {
-    const auto here = this->Here->find(piece);
-    const bool isHere = here != this->Here->end();
-    const std::size_t bytes = isHere ? PictureBytesOf(*here->second) : this->Expected.picture;
+    const auto tile = FindTile(*this->Here, piece);
+    const std::size_t bytes = tile ? PictureBytesOf(*tile) : this->Expected.picture;
     if (bytes > room)
     {
       break;
     }
     room -= bytes;
-    this->Wanted.push_back(piece);
     const auto blob = protocol::BlobId::Texture(BlobOfPiece(piece, this->Depths).number);
-    if (isHere)
-    {
-      this->LastWanted[piece] = this->Looks;
-    }
-    else if (this->Failed.count(blob) == 0)
+    if (!this->Touch(piece) && this->Failed.count(blob) == 0)
     {
       this->Lacking.push_back(blob);
     }
@@ -136,10 +148,11 @@ Status ShownTiles::Add(
     this->Fail(blob); // no error: the colours of the vertices stay
     return {};
   }
-  auto tiles = std::make_shared<TileMap>(*this->Here);
-  (*tiles)[piece->id] = std::make_shared<const TextureTile>(std::move(*tile));
-  this->Here = std::move(tiles);
-  this->LastWanted[piece->id] = this->Looks;
+  if (!this->Touch(piece->id))
+  {
+    this->Kept.push_back({ piece->id, nullptr });
+  }
+  this->Kept.back().tile = std::make_shared<const TextureTile>(std::move(*tile));
   this->Evict();
   return {};
 }
@@ -149,25 +162,21 @@ Status ShownTiles::Add(
 void ShownTiles::Evict()
 {
   std::size_t pictures = this->PictureBytes();
-  if (pictures > this->Limit)
+  auto first = this->Kept.begin();
+  for (; pictures > this->Limit; ++first)
   {
-    auto tiles = std::make_shared<TileMap>(*this->Here);
-    while (pictures > this->Limit)
-    {
-      const auto oldest = std::min_element(this->LastWanted.begin(), this->LastWanted.end(),
-        [](const auto& a, const auto& b) { return a.second < b.second; });
-      const auto tile = tiles->find(oldest->first);
-      pictures -= PictureBytesOf(*tile->second);
-      tiles->erase(tile);
-      this->LastWanted.erase(oldest);
-    }
-    this->Here = std::move(tiles);
+    pictures -= PictureBytesOf(*first->tile);
   }
+  this->Kept.erase(this->Kept.begin(), first);
   this->Held = 0;
-  for (const auto& [piece, tile] : *this->Here)
+  for (const PaintedPiece& each : this->Kept)
   {
-    this->Held += BytesOf(*tile);
+    this->Held += BytesOf(*each.tile);
   }
+  TileList here = this->Kept;
+  std::sort(here.begin(), here.end(),
+    [](const PaintedPiece& a, const PaintedPiece& b) { return a.piece < b.piece; });
+  this->Here = std::make_shared<const TileList>(std::move(here));
 }
 
 }

@@ -13,7 +13,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <set>
 #include <span>
@@ -22,8 +21,15 @@
 namespace kdstream
 {
 
-// By the piece of the original that they paint.
-using TileMap = std::map<PieceId, std::shared_ptr<const TextureTile>>;
+struct PaintedPiece
+{
+  PieceId piece; // of the original
+  std::shared_ptr<const TextureTile> tile;
+};
+using TileList = std::vector<PaintedPiece>; // by piece, ascending
+
+// Null where none paints it. O(log).
+std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece);
 
 // A tile is wanted where a partition is drawn as the original, may be seen, and either was tapped
 // or has its vertices so far apart on the screen that their colours alone look soft. Those of the
@@ -57,13 +63,14 @@ public:
   void Retry() { this->Failed.clear(); }
 
   // Never null; another object whenever other tiles are there.
-  const std::shared_ptr<const TileMap>& Tiles() const { return this->Here; }
+  const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }
   // Of the tiles as they came, and their corners.
   std::size_t Bytes() const { return this->Held; }
   // That decoded pictures take, 4 a texel.
   std::size_t PictureBytes() const;
 
 private:
+  bool Touch(PieceId piece);
   void Evict();
 
   std::size_t Limit;
@@ -73,12 +80,10 @@ private:
   {
     std::size_t bytes = 0, picture = 0; // 4 a texel
   } Expected;                           // of a tile, on average
-  std::shared_ptr<const TileMap> Here;
-  std::vector<PieceId> Wanted; // the most urgent first
+  TileList Kept; // in the order in which they were wanted, the last ones last
+  std::shared_ptr<const TileList> Here;
   std::vector<protocol::BlobId> Lacking;
   std::set<protocol::BlobId> Failed;
-  std::map<PieceId, std::uint64_t> LastWanted; // of those that are here
-  std::uint64_t Looks = 0;
   std::size_t Held = 0;
 };
 
