@@ -2,6 +2,7 @@
 // Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
 #include "Testing/EndToEnd/TexturedFiles.h"
 #include "filters/core/BitCast.h"
+#include "filters/store/Store.h"
 
 #include <algorithm>
 #include <map>
@@ -188,6 +189,27 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
     EXPECT_GT(part.mesh.triangles.size(), 100U);
   }
   EXPECT_TRUE(this->Files().contains("part-partition-2.png"));
+}
+
+TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
+{
+  this->WriteHardObj("hard", 2);
+  this->BuildAndExtract("hard.obj", "all.obj", {});
+  const Outcome exported = this->Store({ "export", "m.kds", "www", "--quiet" });
+  ASSERT_EQ(exported.exitCode, 0) << exported.err;
+  const auto store = kdstream::Store::Open(this->Folder / "m.kds");
+  ASSERT_TRUE(store);
+  const ModelDescription& info = (*store)->Info();
+  for (std::uint32_t p = 0; p < info.partitions; ++p)
+  {
+    const auto blob = (*store)->ReadTextureBlob(p);
+    ASSERT_TRUE(blob);
+    EXPECT_EQ(ReadWhole(this->Folder /
+                        ("www/api/models/m/" + info.digest + "/textures/" + std::to_string(p))),
+      std::string(blob->begin(), blob->end()));
+  }
+  EXPECT_NE(ReadWhole(this->Folder / "www/api/models/m/model.json").find("\"textures\":{\"bytes\""),
+    std::string::npos);
 }
 
 TEST_F(TestTexturedExtract, LevelsAndPlainModelsAreGlbToo)
