@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
 #include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/build/Builder.h"
+#include "filters/codec/TextureTile.h"
 #include "filters/core/BitCast.h"
 #include "filters/store/Store.h"
 
@@ -189,6 +192,45 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
     EXPECT_GT(part.mesh.triangles.size(), 100U);
   }
   EXPECT_TRUE(this->Files().contains("part-partition-2.png"));
+}
+
+// Tiles whose image is none, or of another size: of a right checksum.
+class WrongImages : public PieceTextures
+{
+public:
+  explicit WrongImages(std::vector<std::uint8_t> image)
+    : Image(std::move(image))
+  {
+  }
+  TextureDescription Describe() const override { return {}; }
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    TextureTile tile{ 9, 9, TileImage::Webp, this->Image, {} };
+    tile.corners.resize(piece.triangles.size());
+    return EncodedTexture{ EncodeTextureTile(tile, piece.triangles), 81 };
+  }
+
+private:
+  std::vector<std::uint8_t> Image;
+};
+
+TEST_F(TestTexturedExtract, WrongImagesAreNamed)
+{
+  const std::vector<std::uint8_t> small =
+    EncodePicture({ 2, 2, 1, { 1, 2, 3, 4 } }, PictureType::Png);
+  for (const auto& [image, what] :
+    { std::pair{ small, "its image is of another size than is told" },
+      { std::vector<std::uint8_t>{ 1, 2 }, "it is no JPEG, PNG or WebP" },
+      { std::vector<std::uint8_t>(small.begin(), small.end() - 20),
+        "it is a damaged or truncated PNG (it ends too early)" } })
+  {
+    BuildOptions options;
+    options.textures = std::make_shared<WrongImages>(image);
+    ASSERT_TRUE(BuildStore(DisplacedSphere(3), "s.ply", this->Folder / "m.kds", options));
+    this->ExpectError(this->Store({ "extract", "m.kds", "--all", "-o", "out.glb" }), 1,
+      std::string("kdstream-store: error: m.kds: textures/0: ") + what);
+    EXPECT_FALSE(this->Files().contains("out.glb"));
+  }
 }
 
 TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
