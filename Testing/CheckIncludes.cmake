@@ -62,7 +62,7 @@ endforeach()
 
 check(filters/codec ${core})
 check(filters/meshio filters/core)
-check(filters/texture filters/codec filters/meshio filters/core)
+check(filters/texture filters/codec filters/meshio ${core})
 check(filters/model filters/codec ${core})
 check(filters/store filters/model filters/codec ${core})
 

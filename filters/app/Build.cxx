@@ -68,7 +68,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     line.build.convertedBy += argument + " ";
   }
   std::shared_ptr<const TiledTextures> textures;
-  if (std::error_code none; std::filesystem::exists(converted->Paint(), none))
+  if (std::error_code none; std::filesystem::exists(converted->Paint() / "paint", none))
   {
     const auto paint = PaintFolder::Open(converted->Paint());
     KDSTREAM_TRY(paint);

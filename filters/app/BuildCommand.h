@@ -26,7 +26,7 @@ struct BuildCommand
   std::string precision = "20", median = "auto";
   unsigned threads = 0;
   bool quiet = false;
-  std::string textures = "on", textureQuality = "85";
+  std::string textures = "on", textureQuality = "90";
   std::uint64_t texturePixels = mostPicturePixels;
   TileOptions tiles{}; // by Interpret
 

@@ -282,6 +282,7 @@ private:
       }
       material.color[3] = color[3] / 255.0;
       material.opaque = color[3] == 255;
+      material.transform = upsideDown; // an OBJ has the coordinates as they are
       entry->second = this->AddMaterial(std::move(material));
     }
     return entry->second;

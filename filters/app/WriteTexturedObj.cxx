@@ -176,8 +176,7 @@ void WriteFaces(OutputFile& output, const TexturedMesh& textured, bool normals)
     std::string face = "f";
     for (std::size_t k = 0; k < 3; ++k)
     {
-      const std::size_t line =
-        used.picture == noPicture ? 0 : lines.LineOf(used, textured.corners[t][k]);
+      const std::size_t line = lines.LineOf(used, textured.corners[t][k]);
       const std::string vertex = std::to_string(std::uint64_t{ textured.mesh.triangles[t][k] } + 1);
       face += " " + vertex;
       if (line > 0 || normals)

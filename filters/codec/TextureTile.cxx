@@ -21,6 +21,7 @@ namespace
 constexpr std::string_view tileMagic = "KDX";
 constexpr std::uint8_t exactBit = 0x80; // of the byte that names the format
 constexpr std::uint8_t mostHalvings = 14;
+constexpr std::int64_t mostChartPlace = std::int64_t{ 1 } << 46;
 constexpr std::uint64_t mostSourceSide = std::uint64_t{ 1 } << 31;
 
 void WriteHead(ByteWriter& writer, const TextureTile& tile, std::size_t triangles)
@@ -153,8 +154,14 @@ const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& 
       return "a chart of a source that is not there";
     }
     chart.source = source == 0 ? noTileSource : static_cast<std::uint32_t>(source - 1);
-    chart.x = symbols.Signed(TileContext::chartPlace);
-    chart.y = symbols.Signed(TileContext::chartPlace);
+    for (std::int64_t* const place : { &chart.x, &chart.y })
+    {
+      *place = symbols.Signed(TileContext::chartPlace);
+      if (*place < -mostChartPlace || *place > mostChartPlace)
+      {
+        return "a chart far away";
+      }
+    }
   }
   return nullptr;
 }

@@ -14,7 +14,7 @@ namespace kdstream
 struct TileOptions
 {
   // Of WebP, 1-100; 0: lossless: texels bit for bit, and coordinates as the input has them.
-  unsigned quality = 85;
+  unsigned quality = 90;
   // Texels of a side of a tile: what would be larger is halved until it is not. Lossless tiles may
   // have longestTileSide.
   std::int64_t mostSide = 4096;

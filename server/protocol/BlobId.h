@@ -59,6 +59,12 @@ struct BlobId
 // its server).
 bool IsValid(const BlobId& blob);
 
+// Whether it has some of the original's surface: a partition or its texture.
+constexpr bool IsOfOriginal(const BlobId& blob)
+{
+  return blob.kind == BlobKind::Partition || blob.kind == BlobKind::Texture;
+}
+
 // "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12". REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
