@@ -8,6 +8,7 @@
 #include "viewer/session/look/RakingLight.h"
 #include "viewer/session/section/ShownSection.h"
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -20,9 +21,8 @@ namespace
 
 // A person turns the torus, comes nearer and taps: the region around it is the original, the rest a
 // coarser level.
-ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
+ViewerScene WalkOnTorus(kdstream::testing::MemoryServer server, int width, int height)
 {
-  kdstream::testing::MemoryServer server(torus, 128, 2);
   SessionOptions options;
   options.turning = Turning::Free;
   options.detail = DetailMode::Level;
@@ -57,6 +57,24 @@ ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
     throw std::runtime_error("no tap hit the torus");
   }
   return session.Scene();
+}
+
+ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
+{
+  return WalkOnTorus(kdstream::testing::MemoryServer(torus, 128, 2), width, height);
+}
+
+// The region is painted by textures, whose seams are those of its partitions.
+ViewerScene WalkOnTexturedTorus(const Mesh& torus, int width, int height)
+{
+  kdstream::testing::MemoryServer server(torus, 128, 2);
+  server.AddTiles(128);
+  ViewerScene scene = WalkOnTorus(std::move(server), width, height);
+  if (scene.tiles->empty())
+  {
+    throw std::runtime_error("no textures have come");
+  }
+  return scene;
 }
 
 // What is left of a painted torus: its points.
@@ -153,6 +171,22 @@ ViewerScene LookAtDragon(int width, int height)
 
 }
 
+std::vector<std::uint8_t> PatternOf(const TextureTile& tile)
+{
+  std::vector<std::uint8_t> texels;
+  texels.reserve(std::size_t{ 3 } * tile.width * tile.height);
+  for (std::uint32_t y = 0; y < tile.height; ++y)
+  {
+    for (std::uint32_t x = 0; x < tile.width; ++x)
+    {
+      const auto wave = [](std::uint32_t t, double length)
+      { return static_cast<std::uint8_t>(128 + 100 * std::sin(t / length)); };
+      texels.insert(texels.end(), { wave(x, 2), wave(y, 3), wave(x + y, 5) });
+    }
+  }
+  return texels;
+}
+
 bool HasDragon()
 {
   return std::filesystem::exists(KDSTREAM_DRAGON);
@@ -177,6 +211,7 @@ std::vector<ComparedScene> MakeComparedScenes()
     { "TorusRaked", 450, 300, SurfaceColoring::Stone, Raked(landscape) },
     { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
     { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(painted, 300, 450) },
+    { "Textured", 300, 450, SurfaceColoring::Own, WalkOnTexturedTorus(painted, 300, 450) },
     { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(painted, true), 300, 450) },
     { "CloudCut", 300, 450, SurfaceColoring::Own,
       Cut(WalkOnTorus(AsCloud(painted, true), 300, 450)) },

@@ -20,9 +20,12 @@ struct ComparedScene
 };
 
 // A torus from a session that has walked to a region, in three colourings; the same opened, cut by
-// a section, in raking light, under a wide angle, painted, and as clouds with colours and normals
-// and with neither; the Stanford dragon where its file is there.
+// a section, in raking light, under a wide angle, painted, with textures, and as clouds with
+// colours and normals and with neither; the Stanford dragon where its file is there.
 std::vector<ComparedScene> MakeComparedScenes();
+
+// What stands for the picture of a tile: red, green and blue bytes, rows from the top down.
+std::vector<std::uint8_t> PatternOf(const TextureTile& tile);
 
 // Whether the dragon is there.
 bool HasDragon();
