@@ -7,6 +7,7 @@
 //   4. The means, as bytes; what is lost, from sums that were made along the way.
 #include "filters/texture/BakeTextures.h"
 
+#include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
@@ -101,13 +102,28 @@ Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
   return bytes;
 }
 
+// In memory, or in a file.
+struct ReadablePicture
+{
+  Picture memory;
+  std::optional<MappedPicture> mapped;
+
+  TexelLayout Texels() const
+  {
+    return this->mapped ? this->mapped->Texels()
+                        : TexelLayout{ this->memory.width, this->memory.height,
+                            this->memory.components, this->memory.texels.data() };
+  }
+};
+
 class Baker
 {
 public:
-  Baker(TexturedMesh& textured, std::uint64_t mostPixels, const PictureSink& keep)
+  // folder: where decoded pictures go; null: into memory.
+  Baker(TexturedMesh& textured, std::uint64_t mostPixels, PaintFolderWriter* folder)
     : Textured(textured)
     , MostPixels(mostPixels)
-    , Keep(keep)
+    , Folder(folder)
   {
   }
 
@@ -230,9 +246,10 @@ private:
 
   Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles)
   {
-    const std::optional<Picture> picture = this->ReadPicture(this->Textured.pictures[number]);
+    const Result<std::optional<ReadablePicture>> picture = this->ReadPicture(number);
+    KDSTREAM_TRY(picture);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
-    if (!picture)
+    if (!*picture)
     {
       for (const std::uint32_t triangle : triangles)
       {
@@ -241,20 +258,40 @@ private:
       return {};
     }
     ++this->Report.pictures;
-    const PictureTexels texels(*picture);
+    const PictureTexels texels((*picture)->Texels());
     const double thinning = this->FindThinning(texels, triangles);
     for (const std::uint32_t triangle : triangles)
     {
       this->BakeTriangle(triangle, texels, thinning);
     }
-    return this->Keep ? this->Keep(number, *picture) : Status{};
+    return {};
   }
 
-  std::optional<Picture> ReadPicture(const PictureSource& source)
+  Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const
   {
+    ReadablePicture picture;
+    if (this->Folder)
+    {
+      Result<MappedPicture> mapped = this->Folder->AddPicture(number, bytes, this->MostPixels);
+      KDSTREAM_TRY(mapped);
+      picture.mapped.emplace(std::move(*mapped));
+      return picture;
+    }
+    KDSTREAM_TRY(Take(DecodePicture(bytes, this->MostPixels), picture.memory));
+    return picture;
+  }
+
+  // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
+  Result<std::optional<ReadablePicture>> ReadPicture(std::uint32_t number)
+  {
+    const PictureSource& source = this->Textured.pictures[number];
     const Result<std::vector<std::uint8_t>> bytes = BytesOf(source);
-    Result<Picture> picture =
-      bytes ? DecodePicture(*bytes, this->MostPixels) : Result<Picture>(bytes.GetError());
+    Result<ReadablePicture> picture =
+      bytes ? this->Decode(number, *bytes) : Result<ReadablePicture>(bytes.GetError());
+    if (bytes && !picture && picture.GetError().code == ErrorCode::InputOutput)
+    {
+      return picture.GetError();
+    }
     if (!picture)
     {
       const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
@@ -264,7 +301,7 @@ private:
           source.name + (missing ? " is not there" : ": " + picture.GetError().message) +
           ": the material's colour is taken");
       }
-      return std::nullopt;
+      return std::optional<ReadablePicture>();
     }
     const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
     if (named != PictureType::Unknown && named != is)
@@ -272,7 +309,7 @@ private:
       this->Report.warnings.push_back(
         source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(is));
     }
-    return std::move(*picture);
+    return std::optional(std::move(*picture));
   }
 
   // The corners' places in the picture, in pictures.
@@ -426,7 +463,7 @@ private:
 
   TexturedMesh& Textured;
   std::uint64_t MostPixels;
-  const PictureSink& Keep;
+  PaintFolderWriter* const Folder;
   std::vector<VertexId> Places;
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
@@ -447,10 +484,10 @@ std::string BakeReport::Tell() const
   return text;
 }
 
-Result<BakeReport> BakeTextures(TexturedMesh& textured, std::uint64_t mostPixels,
-  const Execution& execution, const PictureSink& keep)
+Result<BakeReport> BakeTextures(
+  TexturedMesh& textured, std::uint64_t mostPixels, const Execution& execution)
 {
-  return Baker(textured, mostPixels, keep).Bake(execution);
+  return Baker(textured, mostPixels, nullptr).Bake(execution);
 }
 
 Result<BakeReport> BakeTexturesAndKeepPaint(
@@ -462,9 +499,7 @@ Result<BakeReport> BakeTexturesAndKeepPaint(
   }
   Result<PaintFolderWriter> folder = PaintFolderWriter::Create(options.paintFolder);
   KDSTREAM_TRY(folder);
-  Result<BakeReport> report = BakeTextures(textured, options.mostPixels, execution,
-    [&](std::uint32_t number, const Picture& picture)
-    { return folder->AddPicture(number, picture); });
+  Result<BakeReport> report = Baker(textured, options.mostPixels, &*folder).Bake(execution);
   KDSTREAM_TRY(report);
   if (report->pictures > 0)
   {

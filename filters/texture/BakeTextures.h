@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,9 +23,6 @@ struct TextureOptions
   // (PaintArrays.h); empty: no tiles are wanted.
   std::filesystem::path paintFolder{};
 };
-
-// Who takes each picture that is read, by its number. Errors end the work.
-using PictureSink = std::function<Status(std::uint32_t number, const Picture& picture)>;
 
 struct BakeReport
 {
@@ -60,13 +56,12 @@ struct BakeReport
 // repeat a picture a million times take no longer. Pictures are decoded one after the other, in
 // their order, and one at a time is in memory. Time: O(parts); memory: 64 bytes a vertex, one
 // picture and its file. The result depends on nothing but the input. Errors: Cancelled. Source:
-// usual; the limits are ours. keep: gets each picture that was decoded.
+// usual; the limits are ours.
 Result<BakeReport> BakeTextures(TexturedMesh& textured,
-  std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {},
-  const PictureSink& keep = {});
+  std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
 
-// The same, and what tiles need besides, where options.paintFolder asks for that. Errors: besides,
-// InputOutput of the folder.
+// The same, and what tiles need besides, where options.paintFolder asks for that: then no picture
+// is in memory (PaintFolderWriter::AddPicture). Errors: besides, InputOutput of the folder.
 Result<BakeReport> BakeTexturesAndKeepPaint(
   TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
 

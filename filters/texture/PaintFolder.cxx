@@ -6,6 +6,7 @@
 #include "filters/core/SystemReason.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,8 +21,8 @@ namespace kdstream
 namespace
 {
 
-constexpr std::int64_t squareSide = 64; // of a square
-constexpr std::size_t squareBytes = 4 * squareSide * squareSide;
+constexpr auto squareSide = static_cast<std::int64_t>(TexelLayout::squareSide);
+constexpr std::size_t squareBytes = TexelLayout::squareBytes;
 constexpr std::uint64_t mostIndexBytes = std::uint64_t{ 1 } << 26;
 constexpr std::uint64_t mostSide = std::uint64_t{ 1 } << 31;
 
@@ -69,6 +70,76 @@ void ForEachNumber(Material& material, const Visit& visit)
   std::for_each(material.transform.v.begin(), material.transform.v.end(), visit);
 }
 
+// Rows on their way into the file: a row of squares is in memory.
+class SquareRows : public PictureRows
+{
+public:
+  explicit SquareRows(std::filesystem::path file)
+    : File(std::move(file))
+    , Stream(this->File, std::ios::binary)
+  {
+  }
+
+  bool Begin(std::size_t width, std::size_t height, std::size_t components) override
+  {
+    this->PictureWidth = width;
+    this->PictureHeight = height;
+    this->Components = components;
+    this->Squares.assign(static_cast<std::size_t>(SquaresAlong(width)) * squareBytes, 0);
+    return this->Note();
+  }
+
+  bool AddRow(const std::uint8_t* texels) override
+  {
+    const std::size_t side = TexelLayout::squareSide, row = this->Rows % side;
+    for (std::size_t x = 0; x < this->PictureWidth; ++x, texels += this->Components)
+    {
+      const auto rgba = RgbaOf(texels, this->Components);
+      const std::size_t at = x / side * squareBytes + 4 * (row * side + x % side);
+      std::copy(rgba.begin(), rgba.end(), this->Squares.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+    ++this->Rows;
+    return this->Rows % side == 0 || this->Rows == this->PictureHeight ? this->Write()
+                                                                       : this->Note();
+  }
+
+  Status Why() const override { return this->Failure; }
+
+  Status Finish()
+  {
+    this->Stream.close();
+    (void)this->Note();
+    return this->Failure;
+  }
+  std::size_t Width() const { return this->PictureWidth; }
+  std::size_t Height() const { return this->PictureHeight; }
+
+private:
+  bool Write()
+  {
+    this->Stream.write(reinterpret_cast<const char*>(this->Squares.data()),
+      static_cast<std::streamsize>(this->Squares.size()));
+    std::fill(this->Squares.begin(), this->Squares.end(), std::uint8_t{ 0 });
+    return this->Note();
+  }
+
+  // Whether all went well so far.
+  bool Note()
+  {
+    if (!this->Stream && this->Failure)
+    {
+      this->Failure = CannotWrite(this->File);
+    }
+    return bool(this->Failure);
+  }
+
+  const std::filesystem::path File;
+  std::ofstream Stream;
+  std::vector<std::uint8_t> Squares;
+  std::size_t PictureWidth = 0, PictureHeight = 0, Components = 0, Rows = 0;
+  Status Failure;
+};
+
 TextureWrap TakeWrap(ByteReader& reader)
 {
   const std::uint8_t wrap = reader.Byte();
@@ -91,38 +162,51 @@ Result<PaintFolderWriter> PaintFolderWriter::Create(const std::filesystem::path&
   return PaintFolderWriter(folder);
 }
 
-Status PaintFolderWriter::AddPicture(std::uint32_t number, const Picture& picture)
+Result<MappedPicture> PaintFolderWriter::AddPicture(
+  std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
 {
   this->Sizes.resize(std::max<std::size_t>(this->Sizes.size(), number + std::size_t{ 1 }));
   const std::filesystem::path file = PictureFile(this->Folder, number);
-  std::ofstream stream(file, std::ios::binary);
-  const auto squares = static_cast<std::size_t>(SquaresAlong(picture.width));
-  std::vector<std::uint8_t> row(squares * squareBytes); // of squares
-  for (std::size_t top = 0; top < picture.height; top += squareSide)
+  SquareRows rows(file);
+  KDSTREAM_TRY(DecodePictureRows(bytes, mostPixels, rows));
+  KDSTREAM_TRY(rows.Finish());
+  Result<MappedPicture> picture = MappedPicture::Open(file, rows.Width(), rows.Height());
+  KDSTREAM_TRY(picture);
+  this->Sizes[number] = { static_cast<std::uint32_t>(rows.Width()),
+    static_cast<std::uint32_t>(rows.Height()) };
+  return picture;
+}
+
+Result<MappedPicture> MappedPicture::Open(
+  const std::filesystem::path& file, std::size_t width, std::size_t height)
+{
+  MappedPicture picture;
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const auto bytes =
+    static_cast<std::size_t>(SquaresAlong(width) * SquaresAlong(height)) * squareBytes;
+  void* const texels =
+    descriptor < 0 ? MAP_FAILED : ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, descriptor, 0);
+  const int reason = errno;
+  if (descriptor >= 0)
   {
-    std::fill(row.begin(), row.end(), std::uint8_t{ 0 });
-    const std::size_t bottom = std::min<std::size_t>(picture.height, top + squareSide);
-    for (std::size_t y = top; y < bottom; ++y)
-    {
-      const std::uint8_t* texel = &picture.texels[y * picture.width * picture.components];
-      for (std::size_t x = 0; x < picture.width; ++x, texel += picture.components)
-      {
-        const auto rgba = RgbaOf(texel, picture.components);
-        const std::size_t at =
-          x / squareSide * squareBytes + 4 * ((y - top) * squareSide + x % squareSide);
-        std::copy(rgba.begin(), rgba.end(), row.begin() + static_cast<std::ptrdiff_t>(at));
-      }
-    }
-    stream.write(reinterpret_cast<const char*>(row.data()), std::streamsize(row.size()));
+    ::close(descriptor);
   }
-  stream.close();
-  if (!stream)
+  if (texels == MAP_FAILED)
   {
-    return CannotWrite(file);
+    return Error{ ErrorCode::InputOutput, "cannot be read: " + SystemReason(reason),
+      file.string() };
   }
-  this->Sizes[number] = { static_cast<std::uint32_t>(picture.width),
-    static_cast<std::uint32_t>(picture.height) };
-  return {};
+  picture.Layout = { width, height, 4, static_cast<const std::uint8_t*>(texels), true };
+  picture.Bytes = bytes;
+  return picture;
+}
+
+MappedPicture::~MappedPicture()
+{
+  if (this->Bytes > 0)
+  {
+    ::munmap(const_cast<std::uint8_t*>(this->Layout.texels), this->Bytes);
+  }
 }
 
 Status PaintFolderWriter::Finish(

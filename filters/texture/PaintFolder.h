@@ -8,6 +8,7 @@
 // zeros. Both programs are of one version, and the folder goes with the build.
 #pragma once
 
+#include "filters/texture/PictureTexels.h"
 #include "filters/texture/TexelSource.h"
 #include "filters/texture/TileCharts.h"
 
@@ -15,10 +16,38 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace kdstream
 {
+
+// The texels of a picture's file.
+class MappedPicture
+{
+public:
+  // Errors: InputOutput. REQUIRES: a file of that size.
+  static Result<MappedPicture> Open(
+    const std::filesystem::path& file, std::size_t width, std::size_t height);
+  MappedPicture(MappedPicture&& other) noexcept
+    : Layout(std::exchange(other.Layout, {}))
+    , Bytes(std::exchange(other.Bytes, 0))
+  {
+  }
+  MappedPicture(const MappedPicture&) = delete;
+  MappedPicture& operator=(const MappedPicture&) = delete;
+  MappedPicture& operator=(MappedPicture&&) = delete;
+  ~MappedPicture();
+
+  const TexelLayout& Texels() const { return this->Layout; }
+
+private:
+  MappedPicture() = default;
+
+  TexelLayout Layout;
+  std::size_t Bytes = 0;
+};
 
 class PaintFolderWriter
 {
@@ -26,8 +55,12 @@ public:
   // Makes the folder. Errors: InputOutput.
   static Result<PaintFolderWriter> Create(const std::filesystem::path& folder);
 
-  // Memory: 256 bytes for each column of the picture. Errors: InputOutput.
-  Status AddPicture(std::uint32_t number, const Picture& picture);
+  // Decodes a picture into its file, row by row (DecodePictureRows). Memory besides: 256 bytes for
+  // each column of the picture; what is returned refers to the file, which the system keeps in
+  // memory as far as it has some. Errors: InputOutput where the file cannot be written; else those
+  // of decoding, and the picture counts as not added.
+  Result<MappedPicture> AddPicture(
+    std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
   // Pictures that were not added count as those that could not be read. Errors: InputOutput.
   Status Finish(const std::vector<TexturedMaterial>& materials, std::size_t pictures);
 

@@ -2,6 +2,7 @@
 // Decoded pictures in files, and paint as arrays: what goes in comes out.
 #include "filters/texture/PaintArrays.h"
 #include "filters/texture/PaintFolder.h"
+#include "filters/texture/WritePicture.h"
 
 #include <gtest/gtest.h>
 
@@ -46,10 +47,29 @@ protected:
     {
       if (!pictures[i].texels.empty())
       {
-        ASSERT_TRUE(writer->AddPicture(i, pictures[i]));
+        const auto bytes = EncodePicture(pictures[i], PictureType::Png);
+        const auto mapped = writer->AddPicture(i, bytes, mostPicturePixels);
+        ASSERT_TRUE(mapped) << mapped.GetError().message;
+        this->ExpectTexels(pictures[i], mapped->Texels());
       }
     }
     ASSERT_TRUE(writer->Finish(materials, pictures.size()));
+  }
+
+  static void ExpectTexels(const Picture& picture, const TexelLayout& texels)
+  {
+    const PictureTexels memory(picture), mapped(texels);
+    ASSERT_EQ(memory.Count(), mapped.Count());
+    for (std::size_t y = 0; y < picture.height; ++y)
+    {
+      for (std::size_t x = 0; x < picture.width; ++x)
+      {
+        const PlaceInPicture place{ (double(x) + 0.5) / double(picture.width),
+          (double(y) + 0.5) / double(picture.height) };
+        ASSERT_EQ(memory.At(place, TextureWrap::Clamp, TextureWrap::Clamp),
+          mapped.At(place, TextureWrap::Clamp, TextureWrap::Clamp));
+      }
+    }
   }
 
   std::string WhyNot()
@@ -114,6 +134,27 @@ TEST_F(TestPaintFolder, TexelsAndMaterialsComeBack)
       }
     }
   }
+}
+
+TEST_F(TestPaintFolder, PicturesThatCannotBeReadOrWrittenAreErrors)
+{
+  Result<PaintFolderWriter> writer = PaintFolderWriter::Create(this->Folder / "paint");
+  ASSERT_TRUE(writer);
+  std::mt19937 random(1);
+  std::vector<std::uint8_t> bytes = EncodePicture(RandomPicture(random), PictureType::Png);
+  const auto huge = writer->AddPicture(0, bytes, 1);
+  EXPECT_EQ(huge.GetError().code, ErrorCode::LimitExceeded);
+  bytes.resize(bytes.size() / 2);
+  const auto damaged = writer->AddPicture(0, bytes, mostPicturePixels);
+  EXPECT_EQ(damaged.GetError().code, ErrorCode::InvalidInput);
+  fs::create_directory(this->Folder / "paint" / "picture-1");
+  const auto unwritable = writer->AddPicture(
+    1, EncodePicture(RandomPicture(random), PictureType::Png), mostPicturePixels);
+  EXPECT_EQ(unwritable.GetError().code, ErrorCode::InputOutput);
+  ASSERT_TRUE(writer->Finish({}, 2));
+  const auto folder = PaintFolder::Open(this->Folder / "paint");
+  ASSERT_TRUE(folder) << folder.GetError().message;
+  EXPECT_EQ((*folder)->SizeOf(0), (std::array<std::uint32_t, 2>{}));
 }
 
 TEST_F(TestPaintFolder, WrongOnesAreRefused)
