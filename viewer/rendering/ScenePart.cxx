@@ -411,13 +411,13 @@ void ScenePart::SetStyle(const SceneStyle& style)
   const bool own = coloring == SurfaceColoring::Own && this->PointColors && !painted;
   const bool bySource =
     coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
-  // A texture is multiplied by the colour.
-  const Color plain = painted ? Color{ 255, 255, 255 } : stoneColor;
-  vtkProperty* material = this->Drawing->GetProperty();
-  material->SetDiffuseColor(plain[0] / 255.0, plain[1] / 255.0, plain[2] / 255.0);
-  material->SetAmbientColor(material->GetDiffuseColor());
   if (painted != (this->Drawing->GetTexture() != nullptr))
   {
+    // A texture is multiplied by the colour.
+    const Color plain = painted ? Color{ 255, 255, 255 } : stoneColor;
+    vtkProperty* material = this->Drawing->GetProperty();
+    material->SetDiffuseColor(plain[0] / 255.0, plain[1] / 255.0, plain[2] / 255.0);
+    material->SetAmbientColor(material->GetDiffuseColor());
     painted ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
   }
   this->Drawing->SetTexture(painted ? this->Texture.Get() : nullptr);

@@ -151,7 +151,7 @@ TEST(GlesAgainstVtk, PaintsByTextures)
     {
       for (TileCoordinate& corner : corners)
       {
-        corner[0] += 0.5f; // texel
+        corner[0] += 1; // texel
       }
     }
     each.tile = std::make_shared<const TextureTile>(std::move(tile));
