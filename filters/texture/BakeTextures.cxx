@@ -19,6 +19,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <numeric>
 #include <optional>
 
@@ -27,9 +28,10 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t fewestCuts = 3;    // of a side
-constexpr double partsOfTexel = 8;       // of the picture, for all triangles together
-constexpr double partsOfTriangle = 64;   // on top of that
+constexpr std::size_t fewestCuts = 3;  // of a side
+constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
+constexpr double partsOfTriangle = 64; // on top of that
+constexpr std::size_t trianglesAtOnce = 4096;
 constexpr double mostCuts = 1 << 15;     // of a side; before the limit for all
 constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
 // Triangles without area count so much, and none more than the most: sums stay numbers.
@@ -72,7 +74,45 @@ struct PlaceSum
   Color light{}; // × weight
   double weight = 0;
   std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
+
+  void Add(double partWeight, const Color& partLight, const std::array<double, 3>& partShown)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += partWeight * partLight[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += partWeight * partShown[k];
+    }
+    this->weight += partWeight;
+  }
+  void Add(const PlaceSum& other)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += other.light[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += other.shown[k];
+    }
+    this->weight += other.weight;
+  }
 };
+
+// The same of a triangle's parts, for each of its corners.
+struct TriangleSum
+{
+  std::array<PlaceSum, 3> corners{};
+  double squares = 0; // of what is shown, × area
+  std::uint16_t cuts = 0;
+};
+
+double SquareOf(const std::array<double, 3>& shown)
+{
+  return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
+}
 
 Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
 {
@@ -137,7 +177,10 @@ public:
       KDSTREAM_TRY(execution.Report("textures", double(i) / double(ofPicture.size())));
       if (!ofPicture[i].empty())
       {
-        KDSTREAM_TRY(this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i]));
+        const auto done = [&](double part)
+        { return execution.Report("textures", (double(i) + part) / double(ofPicture.size())); };
+        KDSTREAM_TRY(
+          this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i], execution, done));
       }
     }
     if (this->Unread > mostWarnings)
@@ -208,26 +251,6 @@ private:
     return area >= leastArea ? std::min(area, mostArea) : leastArea; // NaN: the least
   }
 
-  // weight: of a part at one of its triangle's corners.
-  void Add(VertexId corner, double weight, const Color& light, const std::array<double, 3>& shown)
-  {
-    PlaceSum& sum = this->Sums[this->Places[corner]];
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-      sum.light[k] += weight * light[k];
-    }
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      sum.shown[k] += weight * shown[k];
-    }
-    sum.weight += weight;
-  }
-
-  void AddSquares(double area, const std::array<double, 3>& shown)
-  {
-    this->Squares += area * (shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2]);
-  }
-
   // The whole triangle in one colour.
   void Paint(std::size_t triangle, const Color& light)
   {
@@ -237,14 +260,15 @@ private:
       255 * FromLinear(light[2]) };
     for (const VertexId corner : t)
     {
-      this->Add(corner, area / 3, light, shown);
+      this->Sums[this->Places[corner]].Add(area / 3, light, shown);
     }
-    this->AddSquares(area, shown);
+    this->Squares += area * SquareOf(shown);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
     this->Cuts[triangle] = 0;
   }
 
-  Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles)
+  Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles,
+    const Execution& execution, const std::function<Status(double part)>& done)
   {
     const Result<std::optional<ReadablePicture>> picture = this->ReadPicture(number);
     KDSTREAM_TRY(picture);
@@ -260,11 +284,36 @@ private:
     ++this->Report.pictures;
     const PictureTexels texels((*picture)->Texels());
     const double thinning = this->FindThinning(texels, triangles);
-    for (const std::uint32_t triangle : triangles)
+    // Each triangle by itself, on any thread; then all in their order: sums depend on no thread.
+    std::vector<TriangleSum> sums(std::min(triangles.size(), trianglesAtOnce));
+    for (std::size_t first = 0; first < triangles.size(); first += trianglesAtOnce)
     {
-      this->BakeTriangle(triangle, texels, thinning);
+      const std::size_t count = std::min(trianglesAtOnce, triangles.size() - first);
+      execution.parallelFor(count, 16,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            sums[i] = this->SumOf(triangles[first + i], texels, thinning);
+          }
+        });
+      for (std::size_t i = 0; i < count; ++i)
+      {
+        this->Add(triangles[first + i], sums[i]);
+      }
+      KDSTREAM_TRY(done(double(first + count) / double(triangles.size())));
     }
     return {};
+  }
+
+  void Add(std::size_t triangle, const TriangleSum& sum)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Sums[this->Places[this->Textured.mesh.triangles[triangle][k]]].Add(sum.corners[k]);
+    }
+    this->Squares += sum.squares;
+    this->Cuts[triangle] = sum.cuts;
   }
 
   Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const
@@ -346,15 +395,15 @@ private:
     return std::clamp(std::ceil(texels.LongestSide(at)), double(fewestCuts), mostCuts);
   }
 
-  void BakeTriangle(std::size_t triangle, const PictureTexels& texels, double thinning)
+  TriangleSum SumOf(std::size_t triangle, const PictureTexels& texels, double thinning) const
   {
     const std::array<PlaceInPicture, 3> at = this->CornersOf(triangle);
     const TexturedMaterial& material = this->MaterialOf(triangle);
-    const Triangle& t = this->Textured.mesh.triangles[triangle];
     const auto cuts =
       std::max(fewestCuts, static_cast<std::size_t>(std::floor(CutsOf(texels, at) * thinning)));
-    this->Cuts[triangle] = static_cast<std::uint16_t>(cuts);
-    const double area = this->AreaOf(t) / double(cuts * cuts);
+    TriangleSum sum;
+    sum.cuts = static_cast<std::uint16_t>(cuts);
+    const double area = this->AreaOf(this->Textured.mesh.triangles[triangle]) / double(cuts * cuts);
     const bool plain = material.factor == Color{ 1, 1, 1, 1 };
     // Rows of small triangles, upright and upside down by turns: their middles.
     for (std::size_t row = 0; row < cuts; ++row)
@@ -383,11 +432,12 @@ private:
         }
         for (std::size_t k = 0; k < 3; ++k)
         {
-          this->Add(t[k], shares[k] * area, light, shown);
+          sum.corners[k].Add(shares[k] * area, light, shown);
         }
-        this->AddSquares(area, shown);
+        sum.squares += area * SquareOf(shown);
       }
     }
+    return sum;
   }
 
   void Finish()
