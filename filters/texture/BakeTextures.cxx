@@ -7,12 +7,11 @@
 //   4. The means, as bytes; what is lost, from sums that were made along the way.
 #include "filters/texture/BakeTextures.h"
 
-#include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/meshio/ByteSource.h"
 #include "filters/texture/PaintArrays.h"
 #include "filters/texture/PaintFolder.h"
+#include "filters/texture/PictureReader.h"
 #include "filters/texture/PictureTexels.h"
 
 #include <algorithm>
@@ -32,8 +31,7 @@ constexpr std::size_t fewestCuts = 3;  // of a side
 constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
 constexpr double partsOfTriangle = 64; // on top of that
 constexpr std::size_t trianglesAtOnce = 4096;
-constexpr double mostCuts = 1 << 15;     // of a side; before the limit for all
-constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
+constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
 // Triangles without area count so much, and none more than the most: sums stay numbers.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
 
@@ -114,56 +112,13 @@ double SquareOf(const std::array<double, 3>& shown)
   return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
 }
 
-Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
-{
-  if (source.file.empty())
-  {
-    return source.bytes;
-  }
-  Result<ByteSource> file = ByteSource::Open(source.file);
-  KDSTREAM_TRY(file);
-  const std::uint64_t offset = std::min(source.offset, file->Size());
-  const std::uint64_t size = std::min(source.size, file->Size() - offset);
-  file->Seek(offset);
-  std::vector<std::uint8_t> bytes;
-  while (bytes.size() < size)
-  {
-    const Result<std::string_view> block = file->Peek(1);
-    KDSTREAM_TRY(block);
-    const auto take =
-      static_cast<std::size_t>(std::min<std::uint64_t>(block->size(), size - bytes.size()));
-    if (take == 0)
-    {
-      break;
-    }
-    bytes.insert(bytes.end(), block->begin(), block->begin() + static_cast<std::ptrdiff_t>(take));
-    file->Consume(take);
-  }
-  return bytes;
-}
-
-// In memory, or in a file.
-struct ReadablePicture
-{
-  Picture memory;
-  std::optional<MappedPicture> mapped;
-
-  TexelLayout Texels() const
-  {
-    return this->mapped ? this->mapped->Texels()
-                        : TexelLayout{ this->memory.width, this->memory.height,
-                            this->memory.components, this->memory.texels.data() };
-  }
-};
-
 class Baker
 {
 public:
   // folder: where decoded pictures go; null: into memory.
   Baker(TexturedMesh& textured, std::uint64_t mostPixels, PaintFolderWriter* folder)
     : Textured(textured)
-    , MostPixels(mostPixels)
-    , Folder(folder)
+    , Reader(textured.pictures, mostPixels, folder)
   {
   }
 
@@ -183,11 +138,8 @@ public:
           this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i], execution, done));
       }
     }
-    if (this->Unread > mostWarnings)
-    {
-      this->Report.warnings.push_back(
-        std::to_string(this->Unread - mostWarnings) + " further pictures cannot be read");
-    }
+    const std::vector<std::string> unread = this->Reader.Warnings();
+    this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());
     this->Finish();
     return std::move(this->Report);
   }
@@ -270,7 +222,7 @@ private:
   Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles,
     const Execution& execution, const std::function<Status(double part)>& done)
   {
-    const Result<std::optional<ReadablePicture>> picture = this->ReadPicture(number);
+    const Result<std::optional<ReadablePicture>> picture = this->Reader.Read(number);
     KDSTREAM_TRY(picture);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
     if (!*picture)
@@ -314,51 +266,6 @@ private:
     }
     this->Squares += sum.squares;
     this->Cuts[triangle] = sum.cuts;
-  }
-
-  Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const
-  {
-    ReadablePicture picture;
-    if (this->Folder)
-    {
-      Result<MappedPicture> mapped = this->Folder->AddPicture(number, bytes, this->MostPixels);
-      KDSTREAM_TRY(mapped);
-      picture.mapped.emplace(std::move(*mapped));
-      return picture;
-    }
-    KDSTREAM_TRY(Take(DecodePicture(bytes, this->MostPixels), picture.memory));
-    return picture;
-  }
-
-  // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
-  Result<std::optional<ReadablePicture>> ReadPicture(std::uint32_t number)
-  {
-    const PictureSource& source = this->Textured.pictures[number];
-    const Result<std::vector<std::uint8_t>> bytes = BytesOf(source);
-    Result<ReadablePicture> picture =
-      bytes ? this->Decode(number, *bytes) : Result<ReadablePicture>(bytes.GetError());
-    if (bytes && !picture && picture.GetError().code == ErrorCode::InputOutput)
-    {
-      return picture.GetError();
-    }
-    if (!picture)
-    {
-      const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
-      if (++this->Unread <= mostWarnings)
-      {
-        this->Report.warnings.push_back(
-          source.name + (missing ? " is not there" : ": " + picture.GetError().message) +
-          ": the material's colour is taken");
-      }
-      return std::optional<ReadablePicture>();
-    }
-    const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
-    if (named != PictureType::Unknown && named != is)
-    {
-      this->Report.warnings.push_back(
-        source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(is));
-    }
-    return std::optional(std::move(*picture));
   }
 
   // The corners' places in the picture, in pictures.
@@ -512,13 +419,11 @@ private:
   }
 
   TexturedMesh& Textured;
-  std::uint64_t MostPixels;
-  PaintFolderWriter* const Folder;
+  PictureReader Reader;
   std::vector<VertexId> Places;
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
   double Squares = 0;
-  std::size_t Unread = 0; // pictures
   BakeReport Report;
 };
 
