@@ -53,10 +53,15 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     arguments.push_back("--texture-pixels=" + std::to_string(line.texturePixels));
   }
+  std::vector<std::string> more = arguments; // what changes nothing
+  if (line.threads > 0)
+  {
+    more.push_back("--threads=" + std::to_string(line.threads));
+  }
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
   const Result<ConvertedInput> converted =
-    ConvertedInput::Make(line.input, folder, arguments, line.WantsTiles(), execution);
+    ConvertedInput::Make(line.input, folder, more, line.WantsTiles(), execution);
   KDSTREAM_TRY(converted);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   warnings = converted->Warnings();
@@ -84,8 +89,8 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   if (textures)
   {
     line.tiled = textures->Counts();
-    const std::vector<std::string> more = textures->Warnings();
-    warnings.insert(warnings.end(), more.begin(), more.end());
+    const std::vector<std::string> told = textures->Warnings();
+    warnings.insert(warnings.end(), told.begin(), told.end());
   }
   report->seconds.emplace_back("convert", seconds.count());
   for (auto& [step, time] : report->seconds)

@@ -10,6 +10,7 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -51,6 +52,7 @@ struct CommandLine
 {
   std::string input, output, reconstruct, paint, textures = "on";
   std::uint64_t texturePixels = mostPicturePixels;
+  unsigned threads = 0;
   bool quiet = false, progressLines = false;
 };
 
@@ -195,7 +197,7 @@ int Convert(const std::string& program, const CommandLine& line)
   Result<ForeignMesh> read = Error{};
   {
     ProgressReporter progress(program, line.quiet || line.progressLines);
-    Execution execution;
+    Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
     if (line.progressLines)
     {
@@ -256,5 +258,6 @@ int main(int argc, char** argv)
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
   app.add_option("--paint", line.paint)->group("");                // the same
+  app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
 }

@@ -3,14 +3,12 @@
 // picture  2. for each picture of a lossless input: its texels from all tiles that have some.
 #include "filters/app/ExtractTextured.h"
 
+#include "filters/app/TilePictures.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/texture/Picture.h"
-#include "filters/texture/TexelSource.h"
-#include "filters/texture/WritePicture.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -21,54 +19,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint8_t emptyTexel = 128;
-
 using Rgba = std::array<std::uint8_t, 4>;
-
-Error OfTexture(std::uint32_t partition, Error error, ErrorCode code)
-{
-  return { code, Store::TextureName(partition) + ": " + error.message };
-}
-
-Rgba TexelAt(const Picture& picture, std::int64_t x, std::int64_t y)
-{
-  const auto number = static_cast<std::size_t>(y) * picture.width + static_cast<std::size_t>(x);
-  return RgbaOf(&picture.texels[number * picture.components], picture.components);
-}
-
-// Without alpha where all is opaque.
-std::vector<std::uint8_t> PngOf(Picture picture)
-{
-  bool opaque = picture.components == 4;
-  for (std::size_t i = 3; opaque && i < picture.texels.size(); i += 4)
-  {
-    opaque = picture.texels[i] == 255;
-  }
-  if (opaque)
-  {
-    std::size_t to = 0;
-    for (std::size_t i = 0; i < picture.texels.size(); i += 4, to += 3)
-    {
-      std::copy_n(
-        picture.texels.begin() + std::ptrdiff_t(i), 3, picture.texels.begin() + std::ptrdiff_t(to));
-    }
-    picture.texels.resize(to);
-    picture.components = 3;
-  }
-  return EncodePicture(picture, PictureType::Png);
-}
-
-bool HasAlpha(const Picture& picture)
-{
-  for (std::size_t i = 3; picture.components == 4 && i < picture.texels.size(); i += 4)
-  {
-    if (picture.texels[i] != 255)
-    {
-      return true;
-    }
-  }
-  return false;
-}
 
 struct TiledPiece
 {
@@ -133,25 +84,10 @@ private:
     Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
     if (!tile)
     {
-      return OfTexture(partition, tile.GetError(), ErrorCode::Damaged);
+      return Error{ ErrorCode::Damaged,
+        Store::TextureName(partition) + ": " + tile.GetError().message };
     }
     return TiledPiece{ std::move(*piece), std::move(*tile) };
-  }
-
-  static Result<Picture> DecodeImage(std::uint32_t partition, const TextureTile& tile)
-  {
-    const std::uint64_t texels = std::uint64_t{ tile.width } * tile.height;
-    Result<Picture> picture = DecodePicture(tile.image, texels);
-    if (!picture)
-    {
-      return OfTexture(partition, picture.GetError(), ErrorCode::Damaged);
-    }
-    if (picture->width != tile.width || picture->height != tile.height)
-    {
-      return OfTexture(
-        partition, { {}, "its image is of another size than is told" }, ErrorCode::Damaged);
-    }
-    return picture;
   }
 
   Status Add(std::uint32_t partition, const TiledPiece& part)
@@ -163,7 +99,7 @@ private:
     std::optional<Picture> picture;
     if (!restored || patches)
     {
-      Result<Picture> decoded = DecodeImage(partition, part.tile);
+      Result<Picture> decoded = DecodeTileImage(partition, part.tile);
       KDSTREAM_TRY(decoded);
       picture = std::move(*decoded);
     }
@@ -336,20 +272,15 @@ private:
   Status Restore(std::uint32_t number, const SourcePicture& used)
   {
     KDSTREAM_TRY(CheckPictureSize(used.width, used.height, mostPicturePixels));
-    Picture canvas{ used.width, used.height, 4, {} };
-    canvas.texels.assign(std::size_t{ 4 } * used.width * used.height, emptyTexel);
-    for (std::size_t i = 3; i < canvas.texels.size(); i += 4)
-    {
-      canvas.texels[i] = 255;
-    }
+    Picture canvas = GreyPicture(used.width, used.height);
     for (const std::uint32_t partition : used.partitions)
     {
       KDSTREAM_TRY(this->Exec.Report("textures", 0));
       const Result<TiledPiece> part = this->Read(partition);
       KDSTREAM_TRY(part);
-      const Result<Picture> picture = DecodeImage(partition, part->tile);
+      const Result<Picture> picture = DecodeTileImage(partition, part->tile);
       KDSTREAM_TRY(picture);
-      Paste(number, part->tile, *picture, canvas);
+      PasteTile(number, part->tile, *picture, canvas);
     }
     const bool alpha = HasAlpha(canvas);
     for (const std::uint32_t material : used.materials)
@@ -358,68 +289,6 @@ private:
     }
     this->Out.pictures[used.picture].bytes = PngOf(std::move(canvas));
     return {};
-  }
-
-  // What a tile has of a picture: around the triangles of each chart.
-  static void Paste(
-    std::uint32_t number, const TextureTile& tile, const Picture& picture, Picture& canvas)
-  {
-    const ExactTile& exact = tile.exact;
-    std::vector<TexelBox> boxes(exact.charts.size()); // of the tile
-    for (std::size_t t = 0; t < tile.corners.size(); ++t)
-    {
-      TexelBox& box = boxes[exact.chartOf[t]];
-      for (const TileCoordinate& corner : tile.corners[t])
-      {
-        for (std::size_t k = 0; k < 2; ++k)
-        {
-          const auto least = static_cast<std::int64_t>(std::floor(corner[k])) - 1;
-          const auto most = static_cast<std::int64_t>(std::ceil(corner[k])) + 1;
-          const bool first = box.hi[k] == 0;
-          box.lo[k] = first ? least : std::min(box.lo[k], least);
-          box.hi[k] = first ? most : std::max(box.hi[k], most);
-        }
-      }
-    }
-    for (std::size_t c = 0; c < boxes.size(); ++c)
-    {
-      const TileChart& chart = exact.charts[c];
-      if (chart.source == noTileSource || exact.sources[chart.source].picture != number)
-      {
-        continue;
-      }
-      const TexelBox& box = boxes[c];
-      const auto& wrap = exact.sources[chart.source].wrap;
-      for (std::int64_t y = std::max<std::int64_t>(box.lo[1], 0);
-           y < std::min<std::int64_t>(box.hi[1], tile.height); ++y)
-      {
-        const auto row = Wrapped(y - chart.y, canvas.height, wrap[1]);
-        for (std::int64_t x = std::max<std::int64_t>(box.lo[0], 0);
-             row && x < std::min<std::int64_t>(box.hi[0], tile.width); ++x)
-        {
-          if (const auto column = Wrapped(x - chart.x, canvas.width, wrap[0]))
-          {
-            const Rgba texel = TexelAt(picture, x, y);
-            std::copy(texel.begin(), texel.end(),
-              canvas.texels.begin() + std::ptrdiff_t(4 * (*row * canvas.width + *column)));
-          }
-        }
-      }
-    }
-  }
-
-  // Which texel of a picture's side is shown at a place; nothing beyond a clamped edge.
-  static std::optional<std::size_t> Wrapped(std::int64_t at, std::size_t size, std::uint8_t wrap)
-  {
-    const auto side = static_cast<std::int64_t>(size);
-    if (wrap == static_cast<std::uint8_t>(TextureWrap::Clamp))
-    {
-      return at >= 0 && at < side ? std::optional(static_cast<std::size_t>(at)) : std::nullopt;
-    }
-    const bool mirrors = wrap == static_cast<std::uint8_t>(TextureWrap::Mirror);
-    const std::int64_t period = mirrors ? 2 * side : side;
-    const std::int64_t inside = (at % period + period) % period;
-    return static_cast<std::size_t>(inside < side ? inside : 2 * side - 1 - inside);
   }
 
   const Store& Source;

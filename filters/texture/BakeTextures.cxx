@@ -7,18 +7,18 @@
 //   4. The means, as bytes; what is lost, from sums that were made along the way.
 #include "filters/texture/BakeTextures.h"
 
-#include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/meshio/ByteSource.h"
 #include "filters/texture/PaintArrays.h"
 #include "filters/texture/PaintFolder.h"
+#include "filters/texture/PictureReader.h"
 #include "filters/texture/PictureTexels.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <numeric>
 #include <optional>
 
@@ -27,11 +27,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t fewestCuts = 3;    // of a side
-constexpr double partsOfTexel = 8;       // of the picture, for all triangles together
-constexpr double partsOfTriangle = 64;   // on top of that
-constexpr double mostCuts = 1 << 15;     // of a side; before the limit for all
-constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
+constexpr std::size_t fewestCuts = 3;  // of a side
+constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
+constexpr double partsOfTriangle = 64; // on top of that
+constexpr std::size_t trianglesAtOnce = 4096;
+constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
 // Triangles without area count so much, and none more than the most: sums stay numbers.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
 
@@ -72,49 +72,45 @@ struct PlaceSum
   Color light{}; // × weight
   double weight = 0;
   std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
-};
 
-Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
-{
-  if (source.file.empty())
+  void Add(double partWeight, const Color& partLight, const std::array<double, 3>& partShown)
   {
-    return source.bytes;
-  }
-  Result<ByteSource> file = ByteSource::Open(source.file);
-  KDSTREAM_TRY(file);
-  const std::uint64_t offset = std::min(source.offset, file->Size());
-  const std::uint64_t size = std::min(source.size, file->Size() - offset);
-  file->Seek(offset);
-  std::vector<std::uint8_t> bytes;
-  while (bytes.size() < size)
-  {
-    const Result<std::string_view> block = file->Peek(1);
-    KDSTREAM_TRY(block);
-    const auto take =
-      static_cast<std::size_t>(std::min<std::uint64_t>(block->size(), size - bytes.size()));
-    if (take == 0)
+    for (std::size_t k = 0; k < 4; ++k)
     {
-      break;
+      this->light[k] += partWeight * partLight[k];
     }
-    bytes.insert(bytes.end(), block->begin(), block->begin() + static_cast<std::ptrdiff_t>(take));
-    file->Consume(take);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += partWeight * partShown[k];
+    }
+    this->weight += partWeight;
   }
-  return bytes;
-}
-
-// In memory, or in a file.
-struct ReadablePicture
-{
-  Picture memory;
-  std::optional<MappedPicture> mapped;
-
-  TexelLayout Texels() const
+  void Add(const PlaceSum& other)
   {
-    return this->mapped ? this->mapped->Texels()
-                        : TexelLayout{ this->memory.width, this->memory.height,
-                            this->memory.components, this->memory.texels.data() };
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += other.light[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += other.shown[k];
+    }
+    this->weight += other.weight;
   }
 };
+
+// The same of a triangle's parts, for each of its corners.
+struct TriangleSum
+{
+  std::array<PlaceSum, 3> corners{};
+  double squares = 0; // of what is shown, × area
+  std::uint16_t cuts = 0;
+};
+
+double SquareOf(const std::array<double, 3>& shown)
+{
+  return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
+}
 
 class Baker
 {
@@ -122,8 +118,7 @@ public:
   // folder: where decoded pictures go; null: into memory.
   Baker(TexturedMesh& textured, std::uint64_t mostPixels, PaintFolderWriter* folder)
     : Textured(textured)
-    , MostPixels(mostPixels)
-    , Folder(folder)
+    , Reader(textured.pictures, mostPixels, folder)
   {
   }
 
@@ -137,14 +132,14 @@ public:
       KDSTREAM_TRY(execution.Report("textures", double(i) / double(ofPicture.size())));
       if (!ofPicture[i].empty())
       {
-        KDSTREAM_TRY(this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i]));
+        const auto done = [&](double part)
+        { return execution.Report("textures", (double(i) + part) / double(ofPicture.size())); };
+        KDSTREAM_TRY(
+          this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i], execution, done));
       }
     }
-    if (this->Unread > mostWarnings)
-    {
-      this->Report.warnings.push_back(
-        std::to_string(this->Unread - mostWarnings) + " further pictures cannot be read");
-    }
+    const std::vector<std::string> unread = this->Reader.Warnings();
+    this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());
     this->Finish();
     return std::move(this->Report);
   }
@@ -208,26 +203,6 @@ private:
     return area >= leastArea ? std::min(area, mostArea) : leastArea; // NaN: the least
   }
 
-  // weight: of a part at one of its triangle's corners.
-  void Add(VertexId corner, double weight, const Color& light, const std::array<double, 3>& shown)
-  {
-    PlaceSum& sum = this->Sums[this->Places[corner]];
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-      sum.light[k] += weight * light[k];
-    }
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      sum.shown[k] += weight * shown[k];
-    }
-    sum.weight += weight;
-  }
-
-  void AddSquares(double area, const std::array<double, 3>& shown)
-  {
-    this->Squares += area * (shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2]);
-  }
-
   // The whole triangle in one colour.
   void Paint(std::size_t triangle, const Color& light)
   {
@@ -237,16 +212,17 @@ private:
       255 * FromLinear(light[2]) };
     for (const VertexId corner : t)
     {
-      this->Add(corner, area / 3, light, shown);
+      this->Sums[this->Places[corner]].Add(area / 3, light, shown);
     }
-    this->AddSquares(area, shown);
+    this->Squares += area * SquareOf(shown);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
     this->Cuts[triangle] = 0;
   }
 
-  Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles)
+  Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles,
+    const Execution& execution, const std::function<Status(double part)>& done)
   {
-    const Result<std::optional<ReadablePicture>> picture = this->ReadPicture(number);
+    const Result<std::optional<ReadablePicture>> picture = this->Reader.Read(number);
     KDSTREAM_TRY(picture);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
     if (!*picture)
@@ -260,56 +236,36 @@ private:
     ++this->Report.pictures;
     const PictureTexels texels((*picture)->Texels());
     const double thinning = this->FindThinning(texels, triangles);
-    for (const std::uint32_t triangle : triangles)
+    // Each triangle by itself, on any thread; then all in their order: sums depend on no thread.
+    std::vector<TriangleSum> sums(std::min(triangles.size(), trianglesAtOnce));
+    for (std::size_t first = 0; first < triangles.size(); first += trianglesAtOnce)
     {
-      this->BakeTriangle(triangle, texels, thinning);
+      const std::size_t count = std::min(trianglesAtOnce, triangles.size() - first);
+      execution.parallelFor(count, 16,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            sums[i] = this->SumOf(triangles[first + i], texels, thinning);
+          }
+        });
+      for (std::size_t i = 0; i < count; ++i)
+      {
+        this->Add(triangles[first + i], sums[i]);
+      }
+      KDSTREAM_TRY(done(double(first + count) / double(triangles.size())));
     }
     return {};
   }
 
-  Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const
+  void Add(std::size_t triangle, const TriangleSum& sum)
   {
-    ReadablePicture picture;
-    if (this->Folder)
+    for (std::size_t k = 0; k < 3; ++k)
     {
-      Result<MappedPicture> mapped = this->Folder->AddPicture(number, bytes, this->MostPixels);
-      KDSTREAM_TRY(mapped);
-      picture.mapped.emplace(std::move(*mapped));
-      return picture;
+      this->Sums[this->Places[this->Textured.mesh.triangles[triangle][k]]].Add(sum.corners[k]);
     }
-    KDSTREAM_TRY(Take(DecodePicture(bytes, this->MostPixels), picture.memory));
-    return picture;
-  }
-
-  // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
-  Result<std::optional<ReadablePicture>> ReadPicture(std::uint32_t number)
-  {
-    const PictureSource& source = this->Textured.pictures[number];
-    const Result<std::vector<std::uint8_t>> bytes = BytesOf(source);
-    Result<ReadablePicture> picture =
-      bytes ? this->Decode(number, *bytes) : Result<ReadablePicture>(bytes.GetError());
-    if (bytes && !picture && picture.GetError().code == ErrorCode::InputOutput)
-    {
-      return picture.GetError();
-    }
-    if (!picture)
-    {
-      const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
-      if (++this->Unread <= mostWarnings)
-      {
-        this->Report.warnings.push_back(
-          source.name + (missing ? " is not there" : ": " + picture.GetError().message) +
-          ": the material's colour is taken");
-      }
-      return std::optional<ReadablePicture>();
-    }
-    const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
-    if (named != PictureType::Unknown && named != is)
-    {
-      this->Report.warnings.push_back(
-        source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(is));
-    }
-    return std::optional(std::move(*picture));
+    this->Squares += sum.squares;
+    this->Cuts[triangle] = sum.cuts;
   }
 
   // The corners' places in the picture, in pictures.
@@ -346,15 +302,15 @@ private:
     return std::clamp(std::ceil(texels.LongestSide(at)), double(fewestCuts), mostCuts);
   }
 
-  void BakeTriangle(std::size_t triangle, const PictureTexels& texels, double thinning)
+  TriangleSum SumOf(std::size_t triangle, const PictureTexels& texels, double thinning) const
   {
     const std::array<PlaceInPicture, 3> at = this->CornersOf(triangle);
     const TexturedMaterial& material = this->MaterialOf(triangle);
-    const Triangle& t = this->Textured.mesh.triangles[triangle];
     const auto cuts =
       std::max(fewestCuts, static_cast<std::size_t>(std::floor(CutsOf(texels, at) * thinning)));
-    this->Cuts[triangle] = static_cast<std::uint16_t>(cuts);
-    const double area = this->AreaOf(t) / double(cuts * cuts);
+    TriangleSum sum;
+    sum.cuts = static_cast<std::uint16_t>(cuts);
+    const double area = this->AreaOf(this->Textured.mesh.triangles[triangle]) / double(cuts * cuts);
     const bool plain = material.factor == Color{ 1, 1, 1, 1 };
     // Rows of small triangles, upright and upside down by turns: their middles.
     for (std::size_t row = 0; row < cuts; ++row)
@@ -383,11 +339,12 @@ private:
         }
         for (std::size_t k = 0; k < 3; ++k)
         {
-          this->Add(t[k], shares[k] * area, light, shown);
+          sum.corners[k].Add(shares[k] * area, light, shown);
         }
-        this->AddSquares(area, shown);
+        sum.squares += area * SquareOf(shown);
       }
     }
+    return sum;
   }
 
   void Finish()
@@ -462,13 +419,11 @@ private:
   }
 
   TexturedMesh& Textured;
-  std::uint64_t MostPixels;
-  PaintFolderWriter* const Folder;
+  PictureReader Reader;
   std::vector<VertexId> Places;
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
   double Squares = 0;
-  std::size_t Unread = 0; // pictures
   BakeReport Report;
 };
 

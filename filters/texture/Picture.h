@@ -4,6 +4,7 @@
 
 #include "filters/core/Result.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,6 +21,14 @@ struct Picture
   std::size_t components = 3;        // 1-4
   std::vector<std::uint8_t> texels;
 };
+
+// The texel of any picture as RGBA.
+inline std::array<std::uint8_t, 4> RgbaOf(const std::uint8_t* texel, std::size_t components)
+{
+  const bool grey = components < 3;
+  return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2],
+    components % 2 == 0 ? texel[components - 1] : std::uint8_t{ 255 } };
+}
 
 enum class PictureType
 {

@@ -92,13 +92,6 @@ Result<std::vector<std::uint8_t>> ReadWrapped(const TexelSource& source, std::ui
   return texels;
 }
 
-std::array<std::uint8_t, 4> RgbaOf(const std::uint8_t* texel, std::size_t components)
-{
-  const bool grey = components < 3;
-  return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2],
-    components % 2 == 0 ? texel[components - 1] : std::uint8_t{ 255 } };
-}
-
 std::array<std::uint32_t, 2> PicturesInMemory::SizeOf(std::uint32_t picture) const
 {
   const Picture& p = this->Pictures[picture];

@@ -57,7 +57,4 @@ private:
   std::vector<Picture> Pictures;
 };
 
-// The texel of any picture as RGBA.
-std::array<std::uint8_t, 4> RgbaOf(const std::uint8_t* texel, std::size_t components);
-
 }

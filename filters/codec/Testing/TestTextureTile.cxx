@@ -3,6 +3,7 @@
 #include "filters/codec/TextureTile.h"
 
 #include "filters/codec/Seal.h"
+#include "filters/codec/Testing/RandomTile.h"
 #include "filters/core/BitCast.h"
 
 #include <gtest/gtest.h>
@@ -12,90 +13,12 @@
 #include <random>
 
 using namespace kdstream;
+using namespace kdstream::fixtures;
 
 namespace
 {
 
 using Bytes = std::vector<std::uint8_t>;
-
-// A grid of so many by so many squares, each of two triangles, some corners turned.
-std::vector<Triangle> Grid(std::uint32_t side)
-{
-  std::vector<Triangle> triangles;
-  for (std::uint32_t y = 0; y < side; ++y)
-  {
-    for (std::uint32_t x = 0; x < side; ++x)
-    {
-      const std::uint32_t a = y * (side + 1) + x, b = a + side + 1;
-      triangles.push_back({ a, a + 1, b + 1 });
-      triangles.push_back({ a, b + 1, b });
-    }
-  }
-  return triangles;
-}
-
-float Chance(std::mt19937& random, float most)
-{
-  return most * float(random() % 100000) / 100000;
-}
-
-// Smooth coordinates, seams, and a few at random.
-TextureTile RandomTile(std::mt19937& random, const std::vector<Triangle>& triangles)
-{
-  const auto side = [&]() { return static_cast<std::uint32_t>(1 + random() % 4000); };
-  TextureTile tile{ side(), side(), static_cast<TileImage>(1 + random() % 3),
-    Bytes(random() % 300, 7), {} };
-  const float width = float(tile.width), height = float(tile.height);
-  for (const Triangle& t : triangles)
-  {
-    const float seam = random() % 20 == 0 ? 0.5F : 0;
-    auto& corners = tile.corners.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const float place = float(t[k]) / 1000 + seam;
-      corners[k] =
-        random() % 50 == 0
-          ? TileCoordinate{ Chance(random, width), Chance(random, height) }
-          : TileCoordinate{ std::fmod(place, 1.0F) * width, std::fmod(3 * place, 1.0F) * height };
-      for (float& number : corners[k])
-      {
-        number = std::nearbyint(number * tileSteps) / tileSteps;
-      }
-      corners[k] = { std::min(corners[k][0], width), std::min(corners[k][1], height) };
-    }
-  }
-  return tile;
-}
-
-// All charts lie in a large picture, all corners in the first 1000 of it.
-TextureTile RandomExactTile(std::mt19937& random, const std::vector<Triangle>& triangles)
-{
-  TextureTile tile{ 4000, 4000, TileImage::Webp, Bytes(20, 9), {}, true };
-  ExactTile& exact = tile.exact;
-  exact.halvings = static_cast<std::uint8_t>(random() % 3);
-  exact.sources = { { 3, 2000, 1000 }, { 0, 1000, 2000, { 1, 0, 0 }, { 0, -1, 1 }, { 2, 1 } } };
-  for (int i = 0; i < 5; ++i)
-  {
-    exact.charts.push_back(
-      { static_cast<std::uint32_t>(random() % 2), std::int64_t(random() % 1000), 500 });
-  }
-  exact.charts.push_back({ noTileSource, 17, 3999 });
-  for (const Triangle& t : triangles)
-  {
-    exact.chartOf.push_back(static_cast<std::uint32_t>(random() % (random() % 9 == 0 ? 6 : 1)));
-    auto& corners = exact.corners.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const float place = float(t[k]) / 3000;
-      corners[k] = { std::fmod(place, 1.0F), std::fmod(7 * place, 1.0F) };
-      if (exact.chartOf.back() == 5 && random() % 3 == 0)
-      {
-        corners[k] = { std::numeric_limits<float>::quiet_NaN(), -0.0F };
-      }
-    }
-  }
-  return tile;
-}
 
 // Bit for bit.
 void ExpectSameCorners(const ExactTile& a, const ExactTile& b)
@@ -131,7 +54,7 @@ TEST(TextureTile, ComesBack)
   std::mt19937 random(1);
   for (std::uint32_t side = 0; side < 30; ++side)
   {
-    const std::vector<Triangle> triangles = Grid(side);
+    const std::vector<Triangle> triangles = TileGrid(side);
     const TextureTile tile = RandomTile(random, triangles);
     const Bytes blob = EncodeTextureTile(tile, triangles);
     const auto head = ReadTextureTileHead(blob);
@@ -154,7 +77,7 @@ TEST(TextureTile, ExactOnesComeBackBitForBit)
   std::mt19937 random(2);
   for (std::uint32_t side = 2; side < 30; ++side)
   {
-    const std::vector<Triangle> triangles = Grid(side);
+    const std::vector<Triangle> triangles = TileGrid(side);
     const TextureTile tile = RandomExactTile(random, triangles);
     const auto back = DecodeTextureTile(EncodeTextureTile(tile, triangles), triangles);
     ASSERT_TRUE(back) << back.GetError().message;
@@ -174,7 +97,7 @@ TEST(TextureTile, ExactOnesComeBackBitForBit)
 
 TEST(TextureTile, SmoothCoordinatesAreSmall)
 {
-  const std::vector<Triangle> triangles = Grid(50);
+  const std::vector<Triangle> triangles = TileGrid(50);
   TextureTile tile{ 2048, 2048, TileImage::Webp, {}, {} };
   for (const Triangle& t : triangles)
   {
@@ -204,13 +127,13 @@ TEST(TextureTile, CoordinatesOutsideAreKeptInside)
 TEST(TextureTile, SaysWhatIsWrong)
 {
   std::mt19937 random(3);
-  const std::vector<Triangle> triangles = Grid(4);
+  const std::vector<Triangle> triangles = TileGrid(4);
   const TextureTile tile = RandomTile(random, triangles);
   const Bytes blob = EncodeTextureTile(tile, triangles);
   const std::size_t image =
     static_cast<std::size_t>(ReadTextureTileHead(blob)->image.data() - blob.data()) +
     tile.image.size();
-  EXPECT_EQ(MessageOf(blob, Grid(3)),
+  EXPECT_EQ(MessageOf(blob, TileGrid(3)),
     "texture: another number of triangles than its piece at byte " + std::to_string(image));
   EXPECT_EQ(MessageOf({ 'K', 'D', 'P' }, triangles), "texture: does not begin with \"KDX\"");
   Bytes other = blob;
@@ -231,7 +154,7 @@ TEST(TextureTile, SaysWhatIsWrong)
 TEST(TextureTile, TruncatedAndDamagedOnesAreRefusedOrSound)
 {
   std::mt19937 random(4);
-  const std::vector<Triangle> triangles = Grid(6);
+  const std::vector<Triangle> triangles = TileGrid(6);
   for (const TextureTile& tile :
     { RandomTile(random, triangles), RandomExactTile(random, triangles) })
   {
