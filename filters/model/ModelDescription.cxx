@@ -55,6 +55,13 @@ CodecContext ModelDescription::Codec() const
   return context;
 }
 
+const ScalarDescription* ModelDescription::FindScalar(std::string_view name) const
+{
+  const auto found = std::find_if(this->scalars.begin(), this->scalars.end(),
+    [name](const ScalarDescription& scalar) { return scalar.name == name; });
+  return found == this->scalars.end() ? nullptr : &*found;
+}
+
 std::string_view NameOf(ModelDetail detail)
 {
   constexpr std::string_view names[] = { "preview", "levels", "regions" };

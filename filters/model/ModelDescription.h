@@ -61,6 +61,25 @@ std::optional<Vec3> DirectionOf(const Vec3& vector);
 // where z is, as CAD has it; of another direction, whichever of the two is nearer to level.
 Vec3 FrontOf(const Vec3& up);
 
+// The values of an array that viewers may colour by (IsScalar), over the vertices of the original.
+// What is not finite does not count; all are 0 where nothing is.
+struct ScalarDescription
+{
+  std::string name;           // one of the model's point arrays
+  double least = 0, most = 0; // least <= low <= high <= most
+  double low = 0, high = 0;   // the 2nd and the 98th percentile, of a sample: ScalarStatistics.h
+  struct Class
+  {
+    double value = 0;
+    std::uint64_t vertices = 0; // that have it
+    bool operator==(const Class&) const = default;
+  };
+  std::vector<Class> classes; // ascending; none where the array holds none (HoldsClasses), or more
+                              // than mostClasses
+  static constexpr std::size_t mostClasses = 256;
+  bool operator==(const ScalarDescription&) const = default;
+};
+
 // How much of a model a client may have; each includes those before.
 enum class ModelDetail : std::uint8_t
 {
@@ -89,8 +108,9 @@ struct ModelDescription
 
   // UTF-8, shown by viewers; may be empty.
   std::string title, credit, license, unit, description;
-  std::vector<AttributeInfo> attributes; // point arrays first
-  std::optional<ModelPose> pose;         // none: viewers take one as it is by default
+  std::vector<AttributeInfo> attributes;  // point arrays first
+  std::vector<ScalarDescription> scalars; // those that levels carry too, in the order of attributes
+  std::optional<ModelPose> pose;          // none: viewers take one as it is by default
 
   // That the client may have whom a server tells it; servers with tokens.
   ModelDetail detail = ModelDetail::Regions;
@@ -108,6 +128,8 @@ struct ModelDescription
   bool HasLevels() const { return !this->levels.empty(); }
   bool HasPiece(PieceId piece) const;
   CodecContext Codec() const;
+  // Of the point array of that name; null where there is none.
+  const ScalarDescription* FindScalar(std::string_view name) const;
   bool operator==(const ModelDescription&) const = default;
 };
 

@@ -3,7 +3,9 @@
 
 #include "filters/core/VectorMath.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kdstream
 {
@@ -90,6 +92,49 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   }
 }
 
+double ReadValue(JsonReader& reader, const JsonValue& object, const char* key)
+{
+  return reader.Number(object, key, std::numeric_limits<double>::lowest());
+}
+
+void ReadClasses(JsonReader& reader, const JsonValue& object, ScalarDescription& scalar)
+{
+  if (!reader.Find(object, "classes", false))
+  {
+    return;
+  }
+  const JsonValue* pairs = reader.Array(object, "classes", ScalarDescription::mostClasses);
+  for (rapidjson::SizeType i = 0; pairs && i < pairs->Size(); ++i)
+  {
+    const JsonValue& pair = (*pairs)[i];
+    const bool isPair = pair.IsArray() && pair.Size() == 2 && pair[0].IsNumber() &&
+                        pair[1].IsUint64() && pair[1].GetUint64() <= mostCount;
+    if (!isPair ||
+        (i > 0 && !scalar.classes.empty() && pair[0].GetDouble() <= scalar.classes.back().value))
+    {
+      reader.Fail("\"classes\" are not ascending values, each with a number of vertices");
+      return;
+    }
+    scalar.classes.push_back({ pair[0].GetDouble(), pair[1].GetUint64() });
+  }
+}
+
+ScalarDescription ReadScalar(JsonReader& reader, const JsonValue& object)
+{
+  ScalarDescription scalar;
+  scalar.name = reader.Text(object, "name", longestAttributeName);
+  scalar.least = ReadValue(reader, object, "least");
+  scalar.low = ReadValue(reader, object, "low");
+  scalar.high = ReadValue(reader, object, "high");
+  scalar.most = ReadValue(reader, object, "most");
+  if (!(scalar.least <= scalar.low && scalar.low <= scalar.high && scalar.high <= scalar.most))
+  {
+    reader.Fail("the range of one of the \"scalars\" is none");
+  }
+  ReadClasses(reader, object, scalar);
+  return scalar;
+}
+
 }
 
 std::string_view NameOf(ScalarType type)
@@ -152,6 +197,35 @@ void PutPose(JsonWriter& json, const ModelDescription& model)
   }
 }
 
+void PutScalars(JsonWriter& json, const ModelDescription& model)
+{
+  if (model.scalars.empty())
+  {
+    return;
+  }
+  json.Key("scalars").BeginArray();
+  for (const ScalarDescription& scalar : model.scalars)
+  {
+    json.BeginObject();
+    if (!scalar.classes.empty())
+    {
+      json.Key("classes").BeginArray();
+      for (const ScalarDescription::Class& each : scalar.classes)
+      {
+        json.BeginArray().Put(each.value).Put(each.vertices).EndArray();
+      }
+      json.EndArray();
+    }
+    json.Member("high", scalar.high)
+      .Member("least", scalar.least)
+      .Member("low", scalar.low)
+      .Member("most", scalar.most)
+      .Member("name", scalar.name)
+      .EndObject();
+  }
+  json.EndArray();
+}
+
 void PutBits(JsonWriter& json, const CoordinateGrid& grid)
 {
   if (grid.Lossless())
@@ -176,6 +250,24 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
     model.original = ReadResolution(reader, *original);
   }
   ReadPose(reader, object, model);
+}
+
+void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  const bool isThere = reader.Good() && reader.Find(object, "scalars", false);
+  const JsonValue* scalars = isThere ? reader.Array(object, "scalars", mostScalars) : nullptr;
+  for (rapidjson::SizeType i = 0; scalars && i < scalars->Size(); ++i)
+  {
+    ScalarDescription scalar = ReadScalar(reader, (*scalars)[i]);
+    const bool isArray = std::any_of(model.attributes.begin(), model.attributes.end(),
+      [&scalar](const AttributeInfo& array)
+      { return IsScalar(array) && array.name == scalar.name; });
+    if (!isArray || model.FindScalar(scalar.name))
+    {
+      reader.Fail("one of the \"scalars\" is no array of numbers, or is there twice");
+    }
+    model.scalars.push_back(std::move(scalar));
+  }
 }
 
 void ReadTexts(

@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <tuple>
+#include <vector>
+
 using namespace kdstream;
 using Json = nlohmann::json;
 
@@ -79,6 +82,8 @@ TEST(TestStoredModel, ComesBack)
     {
       attribute.name = "name é";
     }
+    model.scalars.clear();
+    random.AddScalars(model);
     model.input = random.Text(20);
     model.levelMaker = random.Text(5);
     model.sheets = random.Integer(0, 1) == 1;
@@ -90,6 +95,50 @@ TEST(TestStoredModel, ComesBack)
     const auto spelledOtherwise = ParseStoredModel(WriteStoredModel(model, &JsonNumber));
     ASSERT_TRUE(spelledOtherwise);
     EXPECT_EQ(*spelledOtherwise, model);
+  }
+}
+
+TEST(TestStoredModel, RangesOfNumbersAreChecked)
+{
+  ModelDescription model = *ParseStoredModel(written);
+  model.attributes.push_back({ "intensity", AttributeType::UInt16 });
+  model.attributes.push_back({ "kind", AttributeType::UInt8 });
+  model.scalars = { { "intensity", 1, 9, 2, 8, {} },
+    { "kind", 0, 6, 0, 6, { { 0, 5 }, { 6, 7 } } } };
+  const auto good = Json::parse(Write(model));
+  ASSERT_EQ(*ParseStoredModel(good.dump()), model);
+  const std::string none = "the metadata: the range of one of the \"scalars\" is none";
+  const std::string noArray =
+    "the metadata: one of the \"scalars\" is no array of numbers, or is there twice";
+  const std::string noClasses =
+    "the metadata: \"classes\" are not ascending values, each with a number of vertices";
+  const std::tuple<const char*, Json, std::string> wrong[] = {
+    { "/scalars/0/least", 2.5, none },
+    { "/scalars/0/low", 8.5, none },
+    { "/scalars/0/most", 7, none },
+    { "/scalars/0/name", "kind", noArray },
+    { "/scalars/0/name", "RGB", noArray },
+    { "/scalars/1/name", "other", noArray },
+    { "/scalars/1/classes/1/0", 0, noClasses },
+    { "/scalars/1/classes/1/1", -1, noClasses },
+    { "/scalars/1/classes/0", Json::array({ 1 }), noClasses },
+    { "/scalars/1/classes/0", 1, noClasses },
+    { "/scalars", Json::array({ 1 }), "" },
+    { "/scalars", std::vector<Json>(17, good["scalars"][0]), "" },
+    { "/scalars/1/classes", std::vector<Json>(257, Json::array({ 0, 1 })), "" },
+    { "/scalars/0/high", "8", "" },
+  };
+  for (const auto& [place, value, message] : wrong)
+  {
+    Json changed = good;
+    changed[Json::json_pointer(place)] = value;
+    const auto parsed = ParseStoredModel(changed.dump());
+    ASSERT_FALSE(parsed) << place << " " << value;
+    EXPECT_EQ(parsed.GetError().code, ErrorCode::Damaged);
+    if (!message.empty())
+    {
+      EXPECT_EQ(parsed.GetError().message, message) << place << " " << value;
+    }
   }
 }
 
