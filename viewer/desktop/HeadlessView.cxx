@@ -198,12 +198,31 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   return steps;
 }
 
+// Errors: NotFound where the model is known, and has no such array.
+Status CheckColors(const ColorChoice& colors, const std::vector<ScalarDescription>* scalars)
+{
+  const bool isFound = colors.coloring != SurfaceColoring::Attribute || !scalars ||
+                       ColoringOf(colors, scalars).kind == SurfaceColoring::Attribute;
+  if (isFound)
+  {
+    return {};
+  }
+  std::string names;
+  for (const ScalarDescription& scalar : *scalars)
+  {
+    names += (names.empty() ? "'" : ", '") + scalar.name + "'";
+  }
+  return Error{ ErrorCode::NotFound, "the model has no array of numbers '" + colors.attribute +
+                                       "' to be coloured by; it has " +
+                                       (names.empty() ? "none" : names) };
+}
+
 Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   const std::vector<SessionStep>& replay, ModelSource& source)
 {
   const auto first = At(line.source, FirstModel(line, replay, source.Models()));
   KDSTREAM_TRY(first);
-  SceneSettings settings{ line.coloring, line.occlusion };
+  SceneSettings settings{ line.colors, line.occlusion };
   const auto window = line.offscreen.empty()
                         ? SessionWindow::MakeOnScreen(line.width, line.height, settings)
                         : SessionWindow::MakeOffscreen(
@@ -233,6 +252,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
     KDSTREAM_TRY(told);
     Perform(step, settings);
+    KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, session.Scene().scalars.get())));
     exitCode = std::max(exitCode, *told);
   }
   failures.TellOfTheRest();

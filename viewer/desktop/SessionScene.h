@@ -7,7 +7,9 @@
 #include "viewer/session/SessionTypes.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <vector>
 
 namespace kdstream
 {
@@ -17,7 +19,9 @@ class SessionScene
 public:
   // For vtkRenderWindow::AddRenderer. It stays the same.
   vtkRenderer& Renderer() { return this->Scene.Renderer(); }
-  void SetStyle(const SceneStyle& style) { this->Scene.SetStyle(style); }
+  // From the next picture on; occlusion: SceneStyle. The colours are the choice's for whatever
+  // model is shown (ColoringOf).
+  void SetLook(const ColorChoice& colors, bool occlusion);
 
   // Takes surface and camera. Only a surface that has changed since the last time costs anything.
   // Errors: those of SurfaceScene.
@@ -28,6 +32,9 @@ public:
 
 private:
   SurfaceScene Scene;
+  ColorChoice Colors;
+  bool HasOcclusion = false;
+  std::shared_ptr<const std::vector<ScalarDescription>> Scalars; // of the scene
   Vec3 Middle{};
   std::optional<std::uint64_t> ShownVersion;
 };

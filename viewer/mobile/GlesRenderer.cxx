@@ -160,9 +160,9 @@ std::size_t GlesRenderer::GraphicsBytes() const
   return bytes;
 }
 
-void GlesRenderer::SetColoring(SurfaceColoring coloring)
+void GlesRenderer::SetColoring(const Coloring& coloring)
 {
-  this->Coloring = coloring;
+  this->Colors = coloring;
 }
 
 void GlesRenderer::SetGlided(double share)
@@ -277,7 +277,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   {
     Part* const before = findBefore(part);
     if (before && before->drawn.LooksLike(part.drawn) && scale == this->Scale &&
-        this->Coloring == this->Colored)
+        this->Colors == this->Colored)
     {
       std::swap(part.chunks, before->chunks);
     }
@@ -285,7 +285,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   this->Center = center;
   this->Scale = scale;
   this->Depths = scene.depths;
-  this->Colored = this->Coloring;
+  this->Colored = this->Colors;
   this->Points = scene.surface->TriangleCount() == 0 ? scene.surface->PointCount() : 0;
   return {};
 }
@@ -294,7 +294,7 @@ void GlesRenderer::UploadPart(Part& part)
 {
   ChunkCutter cutter(*part.surface,
     part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
-    this->Depths, this->Coloring, this->Center, this->Scale);
+    this->Depths, this->Colors, this->Center, this->Scale);
   part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
   if (part.drawn.glide && this->Glided < 1)
   {
@@ -406,8 +406,8 @@ void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int 
       Vec3{ sight.nearest, sight.farthest, 1.0 / (sight.farthest - sight.nearest) });
   }
 
-  glUniform1f(glGetUniformLocation(*program, "smoothness"),
-    this->Coloring == SurfaceColoring::Own ? 1.0f : 0.0f);
+  glUniform1f(
+    glGetUniformLocation(*program, "smoothness"), this->Colors.IsOfPoints() ? 1.0f : 0.0f);
   glUniform1f(glGetUniformLocation(*program, "toGo"), static_cast<float>(1.0 - this->Glided));
   glVertexAttrib4f(AttributePlace::away, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
@@ -519,7 +519,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
     KDSTREAM_TRY(compiled);
     this->Compiled = std::move(*compiled);
   }
-  const Content wanted{ scene.surfaceVersion, this->Coloring };
+  const Content wanted{ scene.surfaceVersion, this->Colors };
   if (this->Tried != wanted)
   {
     this->Outcome = this->Upload(scene);

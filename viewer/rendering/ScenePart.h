@@ -49,6 +49,7 @@ public:
 
 private:
   void TakeColors(const Surface& surface, const TreeDepths& depths);
+  vtkSmartPointer<vtkUnsignedCharArray> PointColors(const Coloring& coloring) const;
   vtkSmartPointer<vtkUnsignedCharArray> CellColors(SurfaceColoring coloring) const;
 
   vtkNew<vtkActor> Drawing;
@@ -57,9 +58,9 @@ private:
   Box Extent;
   bool IsCut = false;
   bool IsCloud = false;
-  double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
-  std::vector<ColorSource> Sources;                  // one a point
-  vtkSmartPointer<vtkUnsignedCharArray> PointColors; // the model's own; null without
+  double LargestRadius = 0.0;       // of the points of a cloud; 0 for a surface
+  std::vector<ColorSource> Sources; // one a point
+  Surface Arrays;                   // without points: what they may be coloured by
 };
 
 }

@@ -4,6 +4,7 @@
 
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
@@ -70,9 +71,11 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
-  std::optional<SectionPlane> section;  // what is above is not drawn
-  std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
-  std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
+  // What may be coloured by, of the model; null without one.
+  std::shared_ptr<const std::vector<ScalarDescription>> scalars;
+  std::optional<SectionPlane> section; // what is above is not drawn
+  std::shared_ptr<const Surface> cap;  // in the section's plane, where the model is solid; or null
+  std::uint64_t capVersion = 0;        // grows whenever `cap` is another one
   SceneLighting lighting;
 };
 

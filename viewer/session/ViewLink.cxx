@@ -8,6 +8,7 @@
 #include "viewer/session/ViewLink.h"
 
 #include "filters/model/ModelDescription.h"
+#include "viewer/session/look/Coloring.h"
 
 #include <algorithm>
 #include <array>
@@ -331,7 +332,7 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   if (key == "colours")
   {
     link.colors = value;
-    return IsOneOf(value, { "own", "none", "partition", "resolution" });
+    return ParseColors(value).has_value();
   }
   if (key == "light")
   {

@@ -28,6 +28,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 #include <span>
 #include <string>
@@ -263,6 +264,7 @@ private:
     ViewRefinement refinement, next; // for the view, and for one that is nearer
     SeenPartitions seen;
     bool isClosed = false; // nearly: its back is hidden
+    std::shared_ptr<const std::vector<ScalarDescription>> scalars;
   };
   struct PickedRegion
   {
