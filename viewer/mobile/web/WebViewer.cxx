@@ -11,6 +11,7 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/web/PageSession.h"
+#include "viewer/session/look/ColorLegend.h"
 #include "viewer/session/look/OcclusionClock.h"
 #include "viewer/session/look/Palette.h"
 
@@ -49,7 +50,7 @@ struct PictureState
   std::uint64_t surfaceVersion = 0;
   Vec3 eye{}, focal{}, up{};
   Viewport viewport;
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  Coloring coloring{};
   double glided = 1;
   std::optional<SectionPlane> section{};
   std::uint64_t capVersion = 0;
@@ -66,7 +67,7 @@ struct WebViewer
 
   std::unique_ptr<GlesRenderer> renderer; // none before there is a context, and after it was lost
   Viewport viewport;
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  ColorChoice colors;
   std::optional<PictureState> drawn;
   double nextSurface = 0;        // time of the next one, while parts keep coming
   double surfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
@@ -110,7 +111,6 @@ void MakeRenderer(WebViewer& viewer)
     return;
   }
   viewer.renderer = std::move(*made);
-  viewer.renderer->SetColoring(viewer.coloring);
   viewer.drawingError.clear();
 }
 
@@ -194,7 +194,8 @@ bool Draw(WebViewer& viewer)
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    viewer.coloring, glided, scene.section, scene.capVersion, scene.lighting };
+    ColoringOf(viewer.colors, scene.scalars.get()), glided, scene.section, scene.capVersion,
+    scene.lighting };
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
   {
@@ -205,6 +206,7 @@ bool Draw(WebViewer& viewer)
   {
     return made; // then there is more to do in the next frame
   }
+  viewer.renderer->SetColoring(state.coloring);
   viewer.renderer->SetGlided(glided);
   viewer.renderer->SetOcclusion(state.occluded);
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
@@ -226,6 +228,65 @@ bool Draw(WebViewer& viewer)
     viewer.glide.Begin(end);
   }
   return true;
+}
+
+int HexOf(const Color& color)
+{
+  return color[0] << 16 | color[1] << 8 | color[2];
+}
+
+// Of the resolutions that are shown, the finest first.
+std::string LegendOfDetail(const ViewerScene& scene)
+{
+  std::set<Resolution> shown;
+  for (const auto& part : scene.surface->Parts())
+  {
+    shown.insert(part.part->piece.resolution);
+  }
+  JsonWriter json;
+  json.BeginArray();
+  for (auto resolution = shown.rbegin(); resolution != shown.rend(); ++resolution)
+  {
+    json.BeginObject()
+      .Member("level", resolution->IsOriginal() ? -1 : static_cast<int>(resolution->Depth()))
+      .Member("color", HexOf(ResolutionColor(*resolution)))
+      .EndObject();
+  }
+  json.EndArray();
+  return json.Text();
+}
+
+std::string LegendOfArray(const ColorChoice& colors, const ViewerScene& scene)
+{
+  const Coloring coloring = ColoringOf(colors, scene.scalars.get());
+  const ColorLegend legend = LegendOf(coloring, scene.scalars.get());
+  JsonWriter json;
+  json.BeginObject()
+    .Member("name", coloring.attribute)
+    .Member("map", NameOf(coloring.map))
+    .Member("low", coloring.low)
+    .Member("high", coloring.high);
+  json.Key("colors").BeginArray();
+  for (const Color& color : legend.colors)
+  {
+    json.Put(HexOf(color));
+  }
+  json.EndArray().Key("ticks").BeginArray();
+  for (const ColorLegend::Tick& tick : legend.ticks)
+  {
+    json.BeginArray().Put(tick.share).Put(tick.value).EndArray();
+  }
+  json.EndArray().Key("classes").BeginArray();
+  for (const ColorLegend::Class& each : legend.classes)
+  {
+    json.BeginObject()
+      .Member("value", each.value)
+      .Member("name", each.name)
+      .Member("color", HexOf(each.color))
+      .EndObject();
+  }
+  json.EndArray().EndObject();
+  return json.Text();
 }
 
 // id, x and y of each finger, doubles.
@@ -449,18 +510,10 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
-  EMSCRIPTEN_KEEPALIVE void ViewerSetColoring(WebViewer* viewer, int coloring)
+  // The text is as FormatColors has it; the model's own where it is not.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetColors(WebViewer* viewer)
   {
-    using kdstream::SurfaceColoring;
-    viewer->coloring = coloring == 1   ? SurfaceColoring::Partition
-                       : coloring == 2 ? SurfaceColoring::Resolution
-                       : coloring == 3 ? SurfaceColoring::Stone
-                                       : SurfaceColoring::Own;
-    if (viewer->renderer)
-    {
-      viewer->renderer->SetColoring(viewer->coloring);
-    }
+    viewer->colors = kdstream::ParseColors(viewer->inbox).value_or(kdstream::ColorChoice{});
   }
 
   // ---- the canvas
@@ -620,28 +673,13 @@ extern "C"
   {
     return viewer->arrived.size();
   }
-  // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
-  // level: -1 for the original; color: 0xrrggbb.
+  // What colours mean, where they are those of resolutions or of an array: viewer.js says how.
   EMSCRIPTEN_KEEPALIVE void ViewerLegend(WebViewer* viewer)
   {
-    std::set<kdstream::Resolution> shown;
     const kdstream::ViewerScene scene = viewer->page.Session().Scene();
-    for (const auto& part : scene.surface->Parts())
-    {
-      shown.insert(part.part->piece.resolution);
-    }
-    kdstream::JsonWriter json;
-    json.BeginArray();
-    for (auto resolution = shown.rbegin(); resolution != shown.rend(); ++resolution)
-    {
-      const auto [red, green, blue] = kdstream::ResolutionColor(*resolution);
-      json.BeginObject()
-        .Member("level", resolution->IsOriginal() ? -1 : static_cast<int>(resolution->Depth()))
-        .Member("color", red << 16 | green << 8 | blue)
-        .EndObject();
-    }
-    json.EndArray();
-    viewer->outbox = json.Text();
+    viewer->outbox = viewer->colors.coloring == kdstream::SurfaceColoring::Attribute
+                       ? kdstream::LegendOfArray(viewer->colors, scene)
+                       : kdstream::LegendOfDetail(scene);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerStatus(WebViewer* viewer)
   {

@@ -214,14 +214,21 @@ function linkInAddress() {
 }
 
 const colorings = ["own", "partition", "resolution", "none"];
+let colouring = "own"; // as links have it
+
+function colourBy(colors) {
+  colouring = colors;
+  viewer.setColors(colors);
+  find("menu").elements.coloring.forEach((radio) => (radio.checked = colorings[radio.value] === colors));
+}
+
 
 function followLink(link) {
   const told = new URLSearchParams(link);
   const menu = find("menu").elements;
   menu.detail.value = told.get("detail") === "level" ? "1" : "0";
   menu.turning.value = told.get("turning") === "free" ? "1" : "0";
-  menu.coloring.value = String(Math.max(colorings.indexOf(told.get("colours")), 0));
-  viewer.setColoring(Number(menu.coloring.value));
+  colourBy(link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
   line.exchange();
   wake();
@@ -274,17 +281,18 @@ function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
   }
 }
 
-const isColouredByDetail = () => find("menu").elements.coloring.value === "2";
+let legendShown = ""; // of which colours, and which surface
 
-let legendShown = ""; // of which surface
-
-async function showLegend({ mode, surface }) {
+async function showLegend({ mode, surface, model, arrays = [] }) {
   const legend = find("legend");
-  legend.hidden = mode !== "full screen" || !isColouredByDetail();
-  if (!legend.hidden && legendShown !== surface) {
-    legendShown = surface;
-    const { entriesOf } = await import("./legend.js");
-    legend.replaceChildren(...entriesOf(viewer.legend()));
+  const byArray = arrays.includes(colouring.split(":", 2).join(":"));
+  legend.hidden = mode !== "full screen" || !(byArray || colouring === "resolution");
+  const wanted = [colouring, byArray ? model : surface, ...arrays].join();
+  if (mode === "full screen" && legendShown !== wanted && (arrays.length || !legend.hidden)) {
+    legendShown = wanted;
+    const { offerArrays, showColours } = await import("./legend.js");
+    offerArrays(arrays, byArray && viewer.legend(), colourBy);
+    legend.hidden || showColours(legend, viewer.legend());
   }
 }
 
@@ -434,8 +442,7 @@ function keepFocus(mode, model) {
 
 // Partitions and detail are looked at in full screen; the list shows models as they are.
 function showOwnColours() {
-  find("menu").elements.coloring.value = "0";
-  viewer.setColoring(0);
+  colourBy("own");
 }
 
 function goBack() {
@@ -518,7 +525,7 @@ function showNotes({ mode, shownLevel }) {
   }
 }
 
-const colours = () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value];
+const colours = () => (colouring === "own" ? undefined : colouring);
 
 async function openMenu(open) {
   showSheet("menu", open);
@@ -643,7 +650,7 @@ function listenToButtons() {
     } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
     } else if (target.name === "coloring") {
-      viewer.setColoring(Number(target.value));
+      colourBy(colorings[target.value] ?? target.value);
     } else if (target.name === "previews") {
       askForPreviews(target.value === "asked");
     }

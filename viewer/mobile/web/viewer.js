@@ -206,9 +206,10 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
-  setColoring(coloring) {
-    this.#call("SetColoring", coloring);
+  // As links have it: own, none, partition, resolution, or by:NAME[:MAP[:LOW:HIGH]].
+  setColors(colors) {
+    this.#putText(colors);
+    this.#call("SetColors");
   }
 
   // Of WebAssembly and graphics together, at most; what is shown follows.
@@ -336,6 +337,8 @@ class Viewer {
   }
 
   // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.
+  // Of those by an array: { name, map, low, high, colors, ticks, classes }; colors from the low end to the high one, ticks
+  // [[0 … 1 from the low end, number]]; classes [{ value, name, color }], the most frequent first, in place of them.
   legend() {
     this.#call("Legend");
     return JSON.parse(this.#text() || "[]");
