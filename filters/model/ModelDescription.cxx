@@ -55,11 +55,11 @@ CodecContext ModelDescription::Codec() const
   return context;
 }
 
-const ScalarDescription* ModelDescription::FindScalar(std::string_view name) const
+const ScalarDescription* ScalarDescriptions::Find(std::string_view name) const
 {
-  const auto found = std::find_if(this->scalars.begin(), this->scalars.end(),
+  const ScalarDescription* found = std::find_if(this->begin(), this->end(),
     [name](const ScalarDescription& scalar) { return scalar.name == name; });
-  return found == this->scalars.end() ? nullptr : &*found;
+  return found == this->end() ? nullptr : found;
 }
 
 std::string_view NameOf(ModelDetail detail)

@@ -13,11 +13,14 @@
 #include "filters/core/pieces/Piece.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -80,6 +83,32 @@ struct ScalarDescription
   bool operator==(const ScalarDescription&) const = default;
 };
 
+// Those of a model. Copies share them.
+class ScalarDescriptions
+{
+public:
+  ScalarDescriptions() = default;
+  ScalarDescriptions(std::vector<ScalarDescription> all)
+    : All(std::make_shared<const std::vector<ScalarDescription>>(std::move(all)))
+  {
+  }
+
+  std::size_t size() const { return this->All ? this->All->size() : 0; }
+  bool empty() const { return this->size() == 0; }
+  const ScalarDescription* begin() const { return this->All ? this->All->data() : nullptr; }
+  const ScalarDescription* end() const { return this->begin() + this->size(); }
+  // Of the array of that name; null where there is none.
+  const ScalarDescription* Find(std::string_view name) const;
+  bool operator==(const ScalarDescriptions& other) const
+  {
+    return this->All == other.All ||
+           std::equal(this->begin(), this->end(), other.begin(), other.end());
+  }
+
+private:
+  std::shared_ptr<const std::vector<ScalarDescription>> All;
+};
+
 // How much of a model a client may have; each includes those before.
 enum class ModelDetail : std::uint8_t
 {
@@ -108,9 +137,9 @@ struct ModelDescription
 
   // UTF-8, shown by viewers; may be empty.
   std::string title, credit, license, unit, description;
-  std::vector<AttributeInfo> attributes;  // point arrays first
-  std::vector<ScalarDescription> scalars; // those that levels carry too, in the order of attributes
-  std::optional<ModelPose> pose;          // none: viewers take one as it is by default
+  std::vector<AttributeInfo> attributes; // point arrays first
+  ScalarDescriptions scalars;            // those that levels carry too, in the order of attributes
+  std::optional<ModelPose> pose;         // none: viewers take one as it is by default
 
   // That the client may have whom a server tells it; servers with tokens.
   ModelDetail detail = ModelDetail::Regions;
@@ -128,8 +157,6 @@ struct ModelDescription
   bool HasLevels() const { return !this->levels.empty(); }
   bool HasPiece(PieceId piece) const;
   CodecContext Codec() const;
-  // Of the point array of that name; null where there is none.
-  const ScalarDescription* FindScalar(std::string_view name) const;
   bool operator==(const ModelDescription&) const = default;
 };
 

@@ -3,9 +3,10 @@
 
 #include "filters/core/VectorMath.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -92,47 +93,38 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   }
 }
 
-double ReadValue(JsonReader& reader, const JsonValue& object, const char* key)
+// At most so many; NaN for what is none.
+std::vector<double> ReadNumbers(
+  JsonReader& reader, const JsonValue& object, const char* key, std::size_t most)
 {
-  return reader.Number(object, key, std::numeric_limits<double>::lowest());
+  std::vector<double> numbers;
+  if (const JsonValue* list = reader.Array(object, key, most))
+  {
+    for (const JsonValue& number : list->GetArray())
+    {
+      numbers.push_back(number.IsNumber() ? number.GetDouble() : std::nan(""));
+    }
+  }
+  return numbers;
 }
 
+// Pairs of a value and how many vertices have it.
 void ReadClasses(JsonReader& reader, const JsonValue& object, ScalarDescription& scalar)
 {
-  if (!reader.Find(object, "classes", false))
+  const std::vector<double> numbers =
+    ReadNumbers(reader, object, "classes", 2 * ScalarDescription::mostClasses);
+  double before = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i + 1 < numbers.size(); i += 2)
   {
-    return;
-  }
-  const JsonValue* pairs = reader.Array(object, "classes", ScalarDescription::mostClasses);
-  for (rapidjson::SizeType i = 0; pairs && i < pairs->Size(); ++i)
-  {
-    const JsonValue& pair = (*pairs)[i];
-    const bool isPair = pair.IsArray() && pair.Size() == 2 && pair[0].IsNumber() &&
-                        pair[1].IsUint64() && pair[1].GetUint64() <= mostCount;
-    if (!isPair ||
-        (i > 0 && !scalar.classes.empty() && pair[0].GetDouble() <= scalar.classes.back().value))
+    const bool isCount = numbers[i + 1] >= 0 && numbers[i + 1] <= static_cast<double>(mostCount);
+    if (!(before < numbers[i]) || !isCount)
     {
       reader.Fail("\"classes\" are not ascending values, each with a number of vertices");
       return;
     }
-    scalar.classes.push_back({ pair[0].GetDouble(), pair[1].GetUint64() });
+    before = numbers[i];
+    scalar.classes.push_back({ before, static_cast<std::uint64_t>(numbers[i + 1]) });
   }
-}
-
-ScalarDescription ReadScalar(JsonReader& reader, const JsonValue& object)
-{
-  ScalarDescription scalar;
-  scalar.name = reader.Text(object, "name", longestAttributeName);
-  scalar.least = ReadValue(reader, object, "least");
-  scalar.low = ReadValue(reader, object, "low");
-  scalar.high = ReadValue(reader, object, "high");
-  scalar.most = ReadValue(reader, object, "most");
-  if (!(scalar.least <= scalar.low && scalar.low <= scalar.high && scalar.high <= scalar.most))
-  {
-    reader.Fail("the range of one of the \"scalars\" is none");
-  }
-  ReadClasses(reader, object, scalar);
-  return scalar;
 }
 
 }
@@ -206,21 +198,14 @@ void PutScalars(JsonWriter& json, const ModelDescription& model)
   json.Key("scalars").BeginArray();
   for (const ScalarDescription& scalar : model.scalars)
   {
-    json.BeginObject();
-    if (!scalar.classes.empty())
+    json.BeginObject().Key("classes").BeginArray();
+    for (const ScalarDescription::Class& each : scalar.classes)
     {
-      json.Key("classes").BeginArray();
-      for (const ScalarDescription::Class& each : scalar.classes)
-      {
-        json.BeginArray().Put(each.value).Put(each.vertices).EndArray();
-      }
-      json.EndArray();
+      json.Put(each.value).Put(each.vertices);
     }
-    json.Member("high", scalar.high)
-      .Member("least", scalar.least)
-      .Member("low", scalar.low)
-      .Member("most", scalar.most)
+    json.EndArray()
       .Member("name", scalar.name)
+      .Member("range", std::array{ scalar.least, scalar.low, scalar.high, scalar.most })
       .EndObject();
   }
   json.EndArray();
@@ -254,20 +239,30 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
 
 void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model)
 {
-  const bool isThere = reader.Good() && reader.Find(object, "scalars", false);
-  const JsonValue* scalars = isThere ? reader.Array(object, "scalars", mostScalars) : nullptr;
+  if (!reader.Find(object, "scalars", false))
+  {
+    return;
+  }
+  std::vector<ScalarDescription> all;
+  const JsonValue* scalars = reader.Array(object, "scalars", mostScalars);
   for (rapidjson::SizeType i = 0; scalars && i < scalars->Size(); ++i)
   {
-    ScalarDescription scalar = ReadScalar(reader, (*scalars)[i]);
-    const bool isArray = std::any_of(model.attributes.begin(), model.attributes.end(),
-      [&scalar](const AttributeInfo& array)
-      { return IsScalar(array) && array.name == scalar.name; });
-    if (!isArray || model.FindScalar(scalar.name))
+    const JsonValue& entry = (*scalars)[i];
+    ScalarDescription& scalar = all.emplace_back();
+    scalar.name = reader.Text(entry, "name", longestAttributeName);
+    const std::vector<double> range = ReadNumbers(reader, entry, "range", 4);
+    if (range.size() < 4 || !(range[0] <= range[1] && range[1] <= range[2] && range[2] <= range[3]))
     {
-      reader.Fail("one of the \"scalars\" is no array of numbers, or is there twice");
+      reader.Fail("\"range\" is not four ascending numbers");
+      return;
     }
-    model.scalars.push_back(std::move(scalar));
+    scalar.least = range[0];
+    scalar.low = range[1];
+    scalar.high = range[2];
+    scalar.most = range[3];
+    ReadClasses(reader, entry, scalar);
   }
+  model.scalars = std::move(all);
 }
 
 void ReadTexts(

@@ -28,15 +28,14 @@ void PutTexts(JsonWriter& json, const ModelDescription& model);
 void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
 // "pose", if it has one.
 void PutPose(JsonWriter& json, const ModelDescription& model);
-// "scalars", if it has some: {"classes","high","least","low","most","name"}; "classes", a list of
-// pairs of a value and how many vertices have it, only where there are some.
+// "scalars", if it has some: {"classes","name","range"}; "classes": each value, followed by how
+// many vertices have it; "range": least, low, high, most.
 void PutScalars(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 
 // Counts, depths, box, levels, original and pose: whatever all forms that are read have alike.
 void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
-// REQUIRES: the attributes are read.
 void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model);
 void ReadTexts(
   JsonReader& reader, const JsonValue& object, std::size_t mostBytes, ModelDescription& model);

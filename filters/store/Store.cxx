@@ -183,7 +183,7 @@ bool Store::AttributesFit(const Piece& piece) const
   {
     expected = ArraysOfLevels(model.attributes);
     std::erase_if(expected, [&model](const AttributeInfo& info)
-      { return IsScalar(info) && !model.FindScalar(info.name); });
+      { return IsScalar(info) && !model.scalars.Find(info.name); });
   }
   return std::equal(expected.begin(), expected.end(), piece.attributes.begin(),
     piece.attributes.end(),

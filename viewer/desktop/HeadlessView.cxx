@@ -198,17 +198,16 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   return steps;
 }
 
-// Errors: NotFound where the model is known, and has no such array.
-Status CheckColors(const ColorChoice& colors, const std::vector<ScalarDescription>* scalars)
+// Errors: NotFound where the model of the scene has no such array.
+Status CheckColors(const ColorChoice& colors, const ViewerScene& scene)
 {
-  const bool isFound = colors.coloring != SurfaceColoring::Attribute || !scalars ||
-                       ColoringOf(colors, scalars).kind == SurfaceColoring::Attribute;
-  if (isFound)
+  const bool isOpen = !scene.box.Empty();
+  if (!isOpen || ColoringOf(colors, scene.scalars).kind == colors.coloring)
   {
     return {};
   }
   std::string names;
-  for (const ScalarDescription& scalar : *scalars)
+  for (const ScalarDescription& scalar : scene.scalars)
   {
     names += (names.empty() ? "'" : ", '") + scalar.name + "'";
   }
@@ -252,7 +251,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
     KDSTREAM_TRY(told);
     Perform(step, settings);
-    KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, session.Scene().scalars.get())));
+    KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, session.Scene())));
     exitCode = std::max(exitCode, *told);
   }
   failures.TellOfTheRest();

@@ -9,7 +9,7 @@ void SessionScene::SetLook(const ColorChoice& colors, bool occlusion)
 {
   this->Colors = colors;
   this->HasOcclusion = occlusion;
-  this->Scene.SetStyle({ ColoringOf(colors, this->Scalars.get()), false, occlusion });
+  this->Scene.SetStyle({ ColoringOf(colors, this->Scalars), false, occlusion });
 }
 
 Status SessionScene::Follow(const ViewerScene& scene)

@@ -7,9 +7,7 @@
 #include "viewer/session/SessionTypes.h"
 
 #include <cstdint>
-#include <memory>
 #include <optional>
-#include <vector>
 
 namespace kdstream
 {
@@ -34,7 +32,7 @@ private:
   SurfaceScene Scene;
   ColorChoice Colors;
   bool HasOcclusion = false;
-  std::shared_ptr<const std::vector<ScalarDescription>> Scalars; // of the scene
+  ScalarDescriptions Scalars; // of the scene
   Vec3 Middle{};
   std::optional<std::uint64_t> ShownVersion;
 };

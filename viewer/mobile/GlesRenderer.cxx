@@ -471,8 +471,8 @@ void GlesRenderer::FollowCap(const ViewerScene& scene)
     return;
   }
   const UnitNormals unlit(scene.cap->points.size());
-  ChunkCutter cutter(
-    *scene.cap, unlit, {}, this->Depths, SurfaceColoring::Stone, this->Center, this->Scale);
+  const Coloring plain(SurfaceColoring::Stone);
+  ChunkCutter cutter(*scene.cap, unlit, {}, this->Depths, plain, this->Center, this->Scale);
   for (SurfaceChunk content; cutter.Next(content);)
   {
     this->Cap.push_back(UploadChunk(content));

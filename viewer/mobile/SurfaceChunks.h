@@ -64,9 +64,9 @@ struct SurfaceChunk
 class ChunkCutter
 {
 public:
-  // The surface and the radii must outlive the cutter. Coordinates become (point - center) × scale.
-  // REQUIRES: CheckSurface(surface, center) has found nothing.
-  // normals: one a point, or none at all. radii: of a cloud's splats, one a point; else none.
+  // The surface, the radii and the coloring must outlive the cutter. Coordinates become (point -
+  // center) × scale. REQUIRES: CheckSurface(surface, center) has found nothing. normals: one a
+  // point, or none at all. radii: of a cloud's splats, one a point; else none.
   ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
     const TreeDepths& depths, const Coloring& coloring, const Vec3& center, double scale);
 
@@ -89,7 +89,7 @@ private:
 
   const Surface& Drawn;
   TreeDepths Depths;
-  Coloring Colors;
+  const Coloring& Colors;
   Vec3 Center;
   double Scale;
   const Attribute* OfPoints = nullptr; // ColoredBy: where the colours are those of points

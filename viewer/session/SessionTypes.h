@@ -71,11 +71,10 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
-  // What may be coloured by, of the model; null without one.
-  std::shared_ptr<const std::vector<ScalarDescription>> scalars;
-  std::optional<SectionPlane> section; // what is above is not drawn
-  std::shared_ptr<const Surface> cap;  // in the section's plane, where the model is solid; or null
-  std::uint64_t capVersion = 0;        // grows whenever `cap` is another one
+  ScalarDescriptions scalars;           // that it may be coloured by
+  std::optional<SectionPlane> section;  // what is above is not drawn
+  std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
+  std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
   SceneLighting lighting;
 };
 

@@ -8,7 +8,6 @@
 #include "viewer/session/ViewLink.h"
 
 #include "filters/model/ModelDescription.h"
-#include "viewer/session/look/Coloring.h"
 
 #include <algorithm>
 #include <array>
@@ -332,7 +331,8 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   if (key == "colours")
   {
     link.colors = value;
-    return ParseColors(value).has_value();
+    return value.substr(0, 3) == "by:" || // what that says the scene knows: look/Coloring.h
+           IsOneOf(value, { "own", "none", "partition", "resolution" });
   }
   if (key == "light")
   {

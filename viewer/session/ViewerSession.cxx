@@ -276,8 +276,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
     Model{ model, model.Codec(), LevelPolicy(FactsOf(model), this->Options.policy), model.box,
       KnownTree(model.depths, model.HasLevels(), model.box, this->Options.treeBytes),
       ViewRefinement(model, this->Options.refinement),
-      ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths), false,
-      std::make_shared<const std::vector<ScalarDescription>>(model.scalars) });
+      ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
   this->Section.Reset(model.box);
   this->FitModel();
@@ -523,7 +522,7 @@ ViewerScene ViewerSession::Scene() const
   scene.surfaceVersion = this->Shown.Version();
   scene.box = this->Current ? this->Current->box : Box{};
   scene.depths = this->Current ? this->Current->codec.depths : TreeDepths{};
-  scene.scalars = this->Current ? this->Current->scalars : nullptr;
+  scene.scalars = this->Current ? this->Current->description.scalars : ScalarDescriptions{};
   scene.eye = this->Eye.Eye();
   scene.focal = this->Eye.Focal();
   scene.up = this->Eye.Up();

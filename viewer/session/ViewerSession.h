@@ -28,7 +28,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <memory>
 #include <set>
 #include <span>
 #include <string>
@@ -264,7 +263,6 @@ private:
     ViewRefinement refinement, next; // for the view, and for one that is nearer
     SeenPartitions seen;
     bool isClosed = false; // nearly: its back is hidden
-    std::shared_ptr<const std::vector<ScalarDescription>> scalars;
   };
   struct PickedRegion
   {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -154,9 +155,10 @@ public:
 
   void AddScalars(ModelDescription& model)
   {
+    std::vector<ScalarDescription> all;
     for (const AttributeInfo& array : model.attributes)
     {
-      if (!IsScalar(array) || model.FindScalar(array.name) || this->Integer(0, 3) == 0)
+      if (!IsScalar(array) || this->Integer(0, 3) == 0)
       {
         continue;
       }
@@ -168,8 +170,9 @@ public:
       {
         scalar.classes.push_back({ double(i) - 100.5, this->Integer(0, 1ull << 53) });
       }
-      model.scalars.push_back(scalar);
+      all.push_back(scalar);
     }
+    model.scalars = all;
   }
 
   // The text with a few bytes changed, removed, repeated or put in.

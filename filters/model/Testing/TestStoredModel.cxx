@@ -82,7 +82,6 @@ TEST(TestStoredModel, ComesBack)
     {
       attribute.name = "name é";
     }
-    model.scalars.clear();
     random.AddScalars(model);
     model.input = random.Text(20);
     model.levelMaker = random.Text(5);
@@ -103,30 +102,27 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
   ModelDescription model = *ParseStoredModel(written);
   model.attributes.push_back({ "intensity", AttributeType::UInt16 });
   model.attributes.push_back({ "kind", AttributeType::UInt8 });
-  model.scalars = { { "intensity", 1, 9, 2, 8, {} },
+  model.scalars = std::vector<ScalarDescription>{ { "intensity", 1, 9, 2, 8, {} },
     { "kind", 0, 6, 0, 6, { { 0, 5 }, { 6, 7 } } } };
   const auto good = Json::parse(Write(model));
   ASSERT_EQ(*ParseStoredModel(good.dump()), model);
-  const std::string none = "the metadata: the range of one of the \"scalars\" is none";
-  const std::string noArray =
-    "the metadata: one of the \"scalars\" is no array of numbers, or is there twice";
+  const std::string none = "the metadata: \"range\" is not four ascending numbers";
   const std::string noClasses =
     "the metadata: \"classes\" are not ascending values, each with a number of vertices";
   const std::tuple<const char*, Json, std::string> wrong[] = {
-    { "/scalars/0/least", 2.5, none },
-    { "/scalars/0/low", 8.5, none },
-    { "/scalars/0/most", 7, none },
-    { "/scalars/0/name", "kind", noArray },
-    { "/scalars/0/name", "RGB", noArray },
-    { "/scalars/1/name", "other", noArray },
-    { "/scalars/1/classes/1/0", 0, noClasses },
-    { "/scalars/1/classes/1/1", -1, noClasses },
-    { "/scalars/1/classes/0", Json::array({ 1 }), noClasses },
-    { "/scalars/1/classes/0", 1, noClasses },
+    { "/scalars/0/range/0", 2.5, none },
+    { "/scalars/0/range/1", 8.5, none },
+    { "/scalars/0/range/3", 7, none },
+    { "/scalars/0/range/2", "8", none },
+    { "/scalars/0/range", Json::array({ 1, 2, 3 }), none },
+    { "/scalars/0/range", std::vector<int>(5, 1), "" },
+    { "/scalars/1/classes/2", 0, noClasses },
+    { "/scalars/1/classes/3", -1, noClasses },
+    { "/scalars/1/classes/0", nullptr, noClasses },
+    { "/scalars/0/name", 7, "" },
     { "/scalars", Json::array({ 1 }), "" },
     { "/scalars", std::vector<Json>(17, good["scalars"][0]), "" },
-    { "/scalars/1/classes", std::vector<Json>(257, Json::array({ 0, 1 })), "" },
-    { "/scalars/0/high", "8", "" },
+    { "/scalars/1/classes", std::vector<int>(513, 1), "" },
   };
   for (const auto& [place, value, message] : wrong)
   {

@@ -32,8 +32,7 @@ std::string NumberText(double value)
 // Which of the array's numbers the ends of the map stand for.
 void DrawRange(const ScalarDescription& scalar, ColorChoice& colors)
 {
-  const std::vector<ScalarDescription> scalars{ scalar };
-  const Coloring now = ColoringOf(colors, &scalars);
+  const Coloring now = ColoringOf(colors, std::vector<ScalarDescription>{ scalar });
   std::array<double, 2> range{ now.low, now.high };
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 16);
   const bool changed = ImGui::InputScalarN("from, to", ImGuiDataType_Double, range.data(), 2,
@@ -157,14 +156,15 @@ void DrawColorChoice(const PanelFacts& facts, ColorChoice& colors)
 
 void DrawColorLegend(const PanelFacts& facts, const ColorChoice& colors, double below)
 {
-  const auto* scalars = facts.model ? &facts.model->scalars : nullptr;
-  const ColorLegend legend = LegendOf(ColoringOf(colors, scalars), scalars);
+  const ScalarDescriptions scalars = facts.model ? facts.model->scalars : ScalarDescriptions{};
+  const Coloring coloring = ColoringOf(colors, scalars);
+  const ColorLegend legend = LegendOf(coloring, scalars);
   if (legend.colors.empty() && legend.classes.empty())
   {
     return;
   }
   const float line = ImGui::GetTextLineHeight(), edge = line / 2;
-  const float width = WidthOf(legend, colors.attribute, line) + 2 * edge;
+  const float width = WidthOf(legend, coloring.attribute, line) + 2 * edge;
   const float bar =
     legend.classes.empty() ? 9 * line : static_cast<float>(legend.classes.size()) * line;
   const float height = bar + 2.5f * line + edge;
@@ -175,7 +175,7 @@ void DrawColorLegend(const PanelFacts& facts, const ColorChoice& colors, double 
   ImDrawList& drawing = *ImGui::GetBackgroundDrawList();
   drawing.AddRectFilled(corner, end, IM_COL32(20, 22, 26, 170), edge / 2);
   drawing.AddText({ corner.x + edge, corner.y + edge }, ImGui::GetColorU32(ImGuiCol_Text),
-    colors.attribute.c_str());
+    coloring.attribute.c_str());
   const float top = corner.y + edge + 1.75f * line;
   if (legend.classes.empty())
   {
@@ -205,9 +205,9 @@ ColorChoice NextColors(const ColorChoice& colors, const ModelDescription* model)
       [&](const ScalarDescription& scalar) { return scalar.name == colors.attribute; });
     next = static_cast<std::size_t>(here - model->scalars.begin()) + 1;
   }
-  return next < model->scalars.size()
-           ? ColorChoice{ SurfaceColoring::Attribute, model->scalars[next].name, colors.map, {} }
-           : ColorChoice{};
+  return next < model->scalars.size() ? ColorChoice{ SurfaceColoring::Attribute,
+    (model->scalars.begin() + next)->name, colors.map, {} }
+                                      : ColorChoice{};
 }
 
 }

@@ -6,7 +6,6 @@
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneRules.h"
 
 #include <algorithm>
@@ -317,16 +316,7 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
       .Member("license", this->Open.license)
       .Member("description", this->Open.description)
       .Member("unit", this->Open.unit)
-      .Member("arrays",
-        [this](JsonWriter& arrays)
-        {
-          arrays.BeginArray();
-          for (const ScalarDescription& scalar : this->Open.scalars)
-          {
-            arrays.Put(FormatColors({ SurfaceColoring::Attribute, scalar.name }));
-          }
-          arrays.EndArray();
-        })
+      .Member("arrays", this->Open.scalars.size())
       .Member("sides", this->Open.box.hi - this->Open.box.lo);
   }
 }

@@ -11,7 +11,7 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/web/PageSession.h"
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/OcclusionClock.h"
 #include "viewer/session/look/Palette.h"
 
@@ -50,7 +50,7 @@ struct PictureState
   std::uint64_t surfaceVersion = 0;
   Vec3 eye{}, focal{}, up{};
   Viewport viewport;
-  Coloring coloring{};
+  std::uint64_t colorsVersion = 0;
   double glided = 1;
   std::optional<SectionPlane> section{};
   std::uint64_t capVersion = 0;
@@ -68,6 +68,7 @@ struct WebViewer
   std::unique_ptr<GlesRenderer> renderer; // none before there is a context, and after it was lost
   Viewport viewport;
   ColorChoice colors;
+  std::uint64_t colorsVersion = 0;
   std::optional<PictureState> drawn;
   double nextSurface = 0;        // time of the next one, while parts keep coming
   double surfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
@@ -194,8 +195,7 @@ bool Draw(WebViewer& viewer)
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    ColoringOf(viewer.colors, scene.scalars.get()), glided, scene.section, scene.capVersion,
-    scene.lighting };
+    viewer.colorsVersion, glided, scene.section, scene.capVersion, scene.lighting };
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
   {
@@ -206,7 +206,7 @@ bool Draw(WebViewer& viewer)
   {
     return made; // then there is more to do in the next frame
   }
-  viewer.renderer->SetColoring(state.coloring);
+  viewer.renderer->SetColoring(ColoringOf(viewer.colors, scene.scalars));
   viewer.renderer->SetGlided(glided);
   viewer.renderer->SetOcclusion(state.occluded);
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
@@ -253,39 +253,6 @@ std::string LegendOfDetail(const ViewerScene& scene)
       .EndObject();
   }
   json.EndArray();
-  return json.Text();
-}
-
-std::string LegendOfArray(const ColorChoice& colors, const ViewerScene& scene)
-{
-  const Coloring coloring = ColoringOf(colors, scene.scalars.get());
-  const ColorLegend legend = LegendOf(coloring, scene.scalars.get());
-  JsonWriter json;
-  json.BeginObject()
-    .Member("name", coloring.attribute)
-    .Member("map", NameOf(coloring.map))
-    .Member("low", coloring.low)
-    .Member("high", coloring.high);
-  json.Key("colors").BeginArray();
-  for (const Color& color : legend.colors)
-  {
-    json.Put(HexOf(color));
-  }
-  json.EndArray().Key("ticks").BeginArray();
-  for (const ColorLegend::Tick& tick : legend.ticks)
-  {
-    json.BeginArray().Put(tick.share).Put(tick.value).EndArray();
-  }
-  json.EndArray().Key("classes").BeginArray();
-  for (const ColorLegend::Class& each : legend.classes)
-  {
-    json.BeginObject()
-      .Member("value", each.value)
-      .Member("name", each.name)
-      .Member("color", HexOf(each.color))
-      .EndObject();
-  }
-  json.EndArray().EndObject();
   return json.Text();
 }
 
@@ -510,10 +477,23 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // The text is as FormatColors has it; the model's own where it is not.
-  EMSCRIPTEN_KEEPALIVE void ViewerSetColors(WebViewer* viewer)
+  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone, 4 the array whose name (EncodeName)
+  // the text is; map: of ColorMap; low and high: the ends of its range, or NaN.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetColors(
+    WebViewer* viewer, unsigned coloring, unsigned map, double low, double high)
   {
-    viewer->colors = kdstream::ParseColors(viewer->inbox).value_or(kdstream::ColorChoice{});
+    using kdstream::SurfaceColoring;
+    constexpr SurfaceColoring all[] = { SurfaceColoring::Own, SurfaceColoring::Partition,
+      SurfaceColoring::Resolution, SurfaceColoring::Stone, SurfaceColoring::Attribute };
+    viewer->colors.coloring = all[std::min(coloring, 4U)];
+    viewer->colors.attribute = viewer->inbox;
+    viewer->colors.map = kdstream::allColorMaps[std::min(map, 2U)];
+    viewer->colors.range.reset();
+    ++viewer->colorsVersion;
+    if (low < high)
+    {
+      viewer->colors.range = { low, high };
+    }
   }
 
   // ---- the canvas
@@ -673,13 +653,42 @@ extern "C"
   {
     return viewer->arrived.size();
   }
-  // What colours mean, where they are those of resolutions or of an array: viewer.js says how.
+  // The arrays that the model may be coloured by; and of the one that it
+  // is coloured by the range of the map, and the classes: {"arrays","low","high","classes"}.
+  EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
+  {
+    const auto scalars = viewer->page.Session().Scene().scalars;
+    const kdstream::Coloring coloring = ColoringOf(viewer->colors, scalars);
+    kdstream::JsonWriter json;
+    json.BeginObject().Member("low", coloring.low).Member("high", coloring.high);
+    json.Key("arrays").BeginArray();
+    for (const kdstream::ScalarDescription& scalar : scalars)
+    {
+      json.Put(scalar.name);
+    }
+    json.EndArray().Key("classes").BeginArray();
+    if (coloring.hasClasses)
+    {
+      for (const kdstream::ScalarDescription::Class& each :
+        scalars.Find(coloring.attribute)->classes)
+      {
+        json.Put(each.value);
+      }
+    }
+    json.EndArray().EndObject();
+    viewer->outbox = json.Text();
+  }
+  // 0xrrggbb, of a number of the array that it is coloured by.
+  EMSCRIPTEN_KEEPALIVE int ViewerShade(WebViewer* viewer, double value)
+  {
+    const auto scalars = viewer->page.Session().Scene().scalars;
+    return kdstream::HexOf(ColoringOf(viewer->colors, scalars).Of(value));
+  }
+  // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
+  // level: -1 for the original; color: 0xrrggbb.
   EMSCRIPTEN_KEEPALIVE void ViewerLegend(WebViewer* viewer)
   {
-    const kdstream::ViewerScene scene = viewer->page.Session().Scene();
-    viewer->outbox = viewer->colors.coloring == kdstream::SurfaceColoring::Attribute
-                       ? kdstream::LegendOfArray(viewer->colors, scene)
-                       : kdstream::LegendOfDetail(scene);
+    viewer->outbox = kdstream::LegendOfDetail(viewer->page.Session().Scene());
   }
   EMSCRIPTEN_KEEPALIVE void ViewerStatus(WebViewer* viewer)
   {

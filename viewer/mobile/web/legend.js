@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours mean, and the arrays of a model that it can be coloured by. Fetched when they are first shown.
 
-import { language, make, nameOfLevel, t } from "./page.js"; // the page that is there already
+import { arrayOf, colorMaps, language, make, nameOfLevel, t } from "./page.js"; // the page that is there already
 
-const maps = [["viridis", "Viridis"], ["cividis", "Cividis"], ["diverging", "Blue to red"]];
+const namesOfMaps = ["Viridis", "Cividis", "Blue to red"];
 
 const inFigures = (number) => Number(number.toPrecision(6)).toLocaleString(language, { maximumSignificantDigits: 6 });
 const hex = (color) => `#${color.toString(16).padStart(6, "0")}`;
@@ -21,61 +21,69 @@ function entryOf(color, ...words) {
   return make("li", {}, drawing("svg", { viewBox: "0 0 1 1" }, square), ...words);
 }
 
-const entryOfClass = ({ value, name, color }) => entryOf(color, `${inFigures(value)} ${name && t(name)}`);
+// What LAS calls its classes, from 0.
+const classes = ["never classified", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation",
+  "building", "low noise", "key point", "water", "rail", "road", "overlap", "wire guard", "wire conductor", "tower",
+  "wire connector", "bridge deck", "high noise"];
+const mostClasses = 20; // that are told
 
-function barOf({ name, colors, ticks }) {
-  const width = 200, shade = width / colors.length;
-  const bar = drawing("svg", { viewBox: `-14 0 ${width + 28} 22`, role: "img", "aria-label": name },
-    ...colors.map((color, i) =>
-      drawing("rect", { x: i * shade, width: shade + 0.5, height: 8, fill: hex(color) })),
-    ...ticks.map(([share, value]) =>
-      drawing("text", { x: share * width, y: 20, "font-size": 11, "text-anchor": "middle", fill: "currentColor" },
-        inFigures(value))));
-  bar.style.width = "228px";
+function classesOf(name, present, viewer) {
+  return present.slice(0, mostClasses).map((value) =>
+    entryOf(viewer.shade(value), `${inFigures(value)} ${name.includes("lassification") && classes[value] ? t(classes[value]) : ""}`));
+}
+
+// From the low end to the high one.
+function barOf(name, { low, high }, viewer) {
+  const width = 200, shades = 40;
+  const ends = [[low, "start"], [(low + high) / 2, "middle"], [high, "end"]];
+  const bar = drawing("svg", { viewBox: `0 0 ${width} 22`, role: "img", "aria-label": name },
+    ...Array.from({ length: shades }, (_, i) => drawing("rect", {
+      x: i * width / shades, width: width / shades + 0.5, height: 8,
+      fill: hex(viewer.shade(low + (high - low) * (i + 0.5) / shades)),
+    })),
+    ...ends.map(([value, anchor], i) => drawing("text", {
+      x: i * width / 2, y: 20, "font-size": 11, "text-anchor": anchor, fill: "currentColor", direction: "ltr",
+    }, inFigures(value))));
+  bar.style.width = `${width}px`;
   bar.style.height = "22px";
   return make("li", {}, `${name} `, bar);
 }
 
-// legend: as viewer.legend has it.
-export function showColours(list, legend) {
-  list.setAttribute("aria-label", legend.name || t("Colours of detail"));
-  list.replaceChildren(...legend.name === undefined
-    ? legend.map(({ level, color }) => entryOf(color, nameOfLevel(level)))
-    : legend.classes.length ? legend.classes.map(entryOfClass) : [barOf(legend)]);
+export function showColours(list, viewer, colouring) {
+  const name = arrayOf(colouring);
+  const shown = viewer.arrays();
+  list.setAttribute("aria-label", name || t("Colours of detail"));
+  list.replaceChildren(...!name ? viewer.legend().map(({ level, color }) => entryOf(color, nameOfLevel(level)))
+    : shown.classes.length ? classesOf(name, shown.classes, viewer) : [barOf(name, shown, viewer)]);
 }
 
-const nameOfArray = (array) => decodeURIComponent(array.slice(3));
-
 let offered = ""; // which arrays
-let array, map, from, to, row;
+let array, map, from, to, rows;
 
 // choose is called with what a link would have.
 function makeControls(arrays, choose) {
   array = make("select", { ariaLabel: t("Colours by an array") }, make("option", { value: "" }, t("By an array")),
-    ...arrays.map((value) => make("option", { value }, nameOfArray(value))));
-  map = make("select", { ariaLabel: t("Colour map") }, ...maps.map(([value, name]) => make("option", { value }, t(name))));
+    ...arrays.map((value) => make("option", { value }, value)));
+  map = make("select", { ariaLabel: t("Colour map") }, ...colorMaps.map((value, i) => make("option", { value }, t(namesOfMaps[i]))));
   [from, to] = ["From", "To"].map((label) => make("input", { type: "number", step: "any", ariaLabel: t(label) }));
-  const byMap = () => `${array.value}:${map.value}`;
+  const byMap = () => `by:${encodeURIComponent(array.value)}:${map.value}`;
   const inRange = () => (Number(from.value) < Number(to.value) ? `${byMap()}:${Number(from.value)}:${Number(to.value)}` : byMap());
   const usual = make("button", { type: "button", className: "plain", textContent: t("Usual range") });
-  array.addEventListener("change", () => choose(array.value || "own"));
-  map.addEventListener("change", () => choose(inRange()));
-  from.addEventListener("change", () => choose(inRange()));
-  to.addEventListener("change", () => choose(inRange()));
+  array.addEventListener("change", () => choose(array.value ? byMap() : "own"));
+  [map, from, to].forEach((control) => control.addEventListener("change", () => choose(inRange())));
   usual.addEventListener("click", () => choose(byMap()));
-  row = [make("div", { className: "row" }, map, usual), make("div", { className: "row" }, from, to)];
-  document.getElementById("arrays").replaceChildren(make("div", { className: "row" }, array), ...row);
+  rows = [make("div", { className: "row" }, map, usual), make("div", { className: "row" }, from, to)];
+  document.getElementById("arrays").replaceChildren(make("div", { className: "row" }, array), ...rows);
 }
 
-// arrays: as links have them. legend: of the one that is shown, if one is.
-export function offerArrays(arrays, legend, choose) {
+export function offerArrays(viewer, colouring, choose) {
+  const { arrays, low, high, classes: present } = viewer.arrays();
   if (offered !== arrays.join()) {
     offered = arrays.join();
     makeControls(arrays, choose);
   }
-  array.value = arrays.find((each) => nameOfArray(each) === legend?.name) ?? "";
-  row.forEach((each) => (each.hidden = !legend?.colors?.length));
-  if (legend) {
-    [map.value, from.value, to.value] = [legend.map, legend.low, legend.high];
-  }
+  array.parentElement.hidden = !arrays.length;
+  array.value = arrayOf(colouring);
+  rows.forEach((row) => (row.hidden = !array.value || present.length > 0));
+  [map.value, from.value, to.value] = [colouring.split(":")[2] || colorMaps[0], low, high];
 }

@@ -38,7 +38,7 @@ import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite 
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
-import { loadViewer } from "./viewer.js";
+import { colorings, loadViewer } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
@@ -47,7 +47,7 @@ export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
 export { entryOf, make, nameOf } from "./list.js";
-export { anotherViewer } from "./viewer.js";
+export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
 export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
 /* global viewerBytes: of the WebAssembly, by MakePage.cmake */
@@ -213,7 +213,6 @@ function linkInAddress() {
   return location.hash.match(/^#(model=.{1,2000})$/)?.[1] ?? "";
 }
 
-const colorings = ["own", "partition", "resolution", "none"];
 let colouring = "own"; // as links have it
 
 function colourBy(colors) {
@@ -281,18 +280,18 @@ function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
   }
 }
 
-let legendShown = ""; // of which colours, and which surface
+let legendShown = ""; // of which colours, of what
 
-async function showLegend({ mode, surface, model, arrays = [] }) {
+async function showLegend({ mode, surface, model, arrays }) {
   const legend = find("legend");
-  const byArray = arrays.includes(colouring.split(":", 2).join(":"));
-  legend.hidden = mode !== "full screen" || !(byArray || colouring === "resolution");
-  const wanted = [colouring, byArray ? model : surface, ...arrays].join();
-  if (mode === "full screen" && legendShown !== wanted && (arrays.length || !legend.hidden)) {
+  const byArray = colouring.startsWith("by:");
+  legend.hidden = mode !== "full screen" || !(byArray ? arrays : colouring === "resolution");
+  const wanted = `${colouring} ${legend.hidden || byArray ? model : surface}`;
+  if (mode === "full screen" && legendShown !== wanted && (arrays || !legend.hidden)) {
     legendShown = wanted;
     const { offerArrays, showColours } = await import("./legend.js");
-    offerArrays(arrays, byArray && viewer.legend(), colourBy);
-    legend.hidden || showColours(legend, viewer.legend());
+    offerArrays(viewer, colouring, colourBy);
+    showColours(legend, viewer, colouring);
   }
 }
 

@@ -33,6 +33,18 @@ export async function loadViewer(came) {
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
 
+export const colorings = ["own", "partition", "resolution", "none"];
+export const colorMaps = ["viridis", "cividis", "diverging"];
+
+// The array that colours are by, as links have them; "" for none.
+export function arrayOf(colours) {
+  try {
+    return colours.startsWith("by:") ? decodeURIComponent(colours.split(":")[1]) : "";
+  } catch {
+    return "";
+  }
+}
+
 class Viewer {
   #functions;
   #self;
@@ -206,10 +218,12 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // As links have it: own, none, partition, resolution, or by:NAME[:MAP[:LOW:HIGH]].
+  // As links have it: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
   setColors(colors) {
-    this.#putText(colors);
-    this.#call("SetColors");
+    const [by, , map, low, high] = colors.split(":");
+    this.#putText(arrayOf(colors));
+    this.#call("SetColors", by === "by" ? 4 : Math.max(colorings.indexOf(by), 0), Math.max(colorMaps.indexOf(map), 0),
+      Number(low), Number(high));
   }
 
   // Of WebAssembly and graphics together, at most; what is shown follows.
@@ -337,11 +351,21 @@ class Viewer {
   }
 
   // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.
-  // Of those by an array: { name, map, low, high, colors, ticks, classes }; colors from the low end to the high one, ticks
-  // [[0 … 1 from the low end, number]]; classes [{ value, name, color }], the most frequent first, in place of them.
   legend() {
     this.#call("Legend");
     return JSON.parse(this.#text() || "[]");
+  }
+
+  // The arrays that the model may be coloured by; and of the one that it is coloured by the
+  // range of the map, and the classes: { arrays, low, high, classes }.
+  arrays() {
+    this.#call("Arrays");
+    return JSON.parse(this.#text());
+  }
+
+  // 0xrrggbb, of a number of that array.
+  shade(number) {
+    return this.#call("Shade", number);
   }
 
   // { budget, heap, used, pieces, graphics } in bytes.

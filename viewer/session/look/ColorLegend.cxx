@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace kdstream
 {
@@ -12,6 +13,19 @@ namespace
 
 constexpr std::size_t shades = 33;
 constexpr double mostTicks = 6;
+
+// What LAS calls its classes.
+constexpr std::array<std::string_view, 19> lasNames{ "never classified", "unclassified", "ground",
+  "low vegetation", "medium vegetation", "high vegetation", "building", "low noise", "key point",
+  "water", "rail", "road", "overlap", "wire guard", "wire conductor", "tower", "wire connector",
+  "bridge deck", "high noise" };
+
+std::string NameOfLasClass(double value)
+{
+  return value >= 0 && value < static_cast<double>(lasNames.size())
+           ? std::string(lasNames[static_cast<std::size_t>(value)])
+           : std::string();
+}
 
 // What the library's is would round differently from platform to platform.
 double PowerOfTen(int exponent)
@@ -30,7 +44,7 @@ std::vector<ColorLegend::Class> ClassesOf(const Coloring& coloring, const Scalar
   for (const ScalarDescription::Class& each : scalar.classes)
   {
     classes.push_back({ each.value, each.vertices, coloring.Of(each.value),
-      coloring.isLas ? std::string(LasClassName(each.value)) : std::string() });
+      coloring.isLas ? NameOfLasClass(each.value) : std::string() });
   }
   std::stable_sort(classes.begin(), classes.end(),
     [](const auto& a, const auto& b) { return a.vertices > b.vertices; });
@@ -74,20 +88,17 @@ std::vector<double> RoundNumbers(double low, double high)
   return { low, high };
 }
 
-ColorLegend LegendOf(const Coloring& coloring, const std::vector<ScalarDescription>* scalars)
+ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars)
 {
   ColorLegend legend;
-  if (coloring.kind != SurfaceColoring::Attribute || !scalars)
+  if (coloring.kind != SurfaceColoring::Attribute)
   {
     return legend;
   }
   if (coloring.hasClasses)
   {
-    for (const ScalarDescription& scalar : *scalars)
-    {
-      legend.classes =
-        scalar.name == coloring.attribute ? ClassesOf(coloring, scalar) : legend.classes;
-    }
+    const ScalarDescription* scalar = scalars.Find(coloring.attribute);
+    legend.classes = scalar ? ClassesOf(coloring, *scalar) : legend.classes;
     return legend;
   }
   for (std::size_t i = 0; i < shades; ++i)
@@ -95,7 +106,9 @@ ColorLegend LegendOf(const Coloring& coloring, const std::vector<ScalarDescripti
     legend.colors.push_back(
       ColorOf(coloring.map, static_cast<double>(i) / static_cast<double>(shades - 1)));
   }
-  for (const double value : RoundNumbers(coloring.low, coloring.high))
+  const bool hasTicks = coloring.low < coloring.high && std::isfinite(coloring.high - coloring.low);
+  for (const double value :
+    hasTicks ? RoundNumbers(coloring.low, coloring.high) : std::vector<double>())
   {
     legend.ticks.push_back({ (value - coloring.low) / (coloring.high - coloring.low), value });
   }

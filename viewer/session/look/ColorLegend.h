@@ -35,8 +35,8 @@ struct ColorLegend
   static constexpr std::size_t mostClasses = 20;
 };
 
-// Nothing where the coloring is none by an attribute. scalars: of the model; null without one.
-ColorLegend LegendOf(const Coloring& coloring, const std::vector<ScalarDescription>* scalars);
+// Nothing where the coloring is none by an attribute. scalars: of the model.
+ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars);
 
 // The multiples of 1, 2 or 5 times a power of ten between them, about five; both ends where there
 // is nothing round between numbers that hardly differ. REQUIRES: low < high, and their difference

@@ -32,7 +32,5 @@ Color ColorOf(ColorMap map, double share);
 // (ground brown, vegetation green, water blue, buildings red, noise magenta); the norm names none.
 // Else a hue for each, as partitions have it.
 Color ClassColor(double value, bool isLas);
-// What LAS calls the class: "ground", "building", …; empty where it has no name.
-std::string_view LasClassName(double value);
 
 }

@@ -81,13 +81,6 @@ std::string_view TakeUpTo(std::string_view& text, char end)
   return part;
 }
 
-bool HasLasClasses(std::string name)
-{
-  std::transform(name.begin(), name.end(), name.begin(),
-    [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return name.find("classification") != std::string::npos;
-}
-
 }
 
 std::string FormatColors(const ColorChoice& choice)
@@ -165,40 +158,29 @@ Color Coloring::Of(double value) const
   {
     return stoneColor;
   }
-  return this->hasClasses
-           ? ClassColor(value, this->isLas)
-           : kdstream::ColorOf(this->map, (value - this->low) / (this->high - this->low));
+  const double share = value < this->low        ? 0
+                       : value > this->high     ? 1
+                       : this->low < this->high ? (value - this->low) / (this->high - this->low)
+                                                : 0.5;
+  return this->hasClasses ? ClassColor(value, this->isLas) : kdstream::ColorOf(this->map, share);
 }
 
-Coloring ColoringOf(const ColorChoice& choice, const std::vector<ScalarDescription>* scalars)
+Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars)
 {
+  Coloring coloring;
   if (choice.coloring != SurfaceColoring::Attribute)
   {
-    return choice.coloring;
+    coloring.kind = choice.coloring;
   }
-  static const std::vector<ScalarDescription> none;
-  const std::vector<ScalarDescription>& all = scalars ? *scalars : none;
-  const auto found = std::find_if(all.begin(), all.end(),
-    [&choice](const ScalarDescription& scalar) { return scalar.name == choice.attribute; });
-  if (found == all.end())
+  else if (const ScalarDescription* scalar = scalars.Find(choice.attribute))
   {
-    return SurfaceColoring::Own;
-  }
-  Coloring coloring(SurfaceColoring::Attribute);
-  coloring.attribute = choice.attribute;
-  coloring.map = choice.map;
-  coloring.hasClasses = !found->classes.empty() && !choice.range;
-  coloring.isLas = coloring.hasClasses && HasLasClasses(choice.attribute);
-  coloring.low = choice.range ? (*choice.range)[0] : found->low;
-  coloring.high = choice.range ? (*choice.range)[1] : found->high;
-  if (!(coloring.low < coloring.high)) // most values are one: as far as there are any
-  {
-    coloring.low = found->least;
-    coloring.high = found->most;
-  }
-  if (!(coloring.low < coloring.high) || !std::isfinite(coloring.high - coloring.low))
-  {
-    coloring.high = coloring.low + std::max(1.0, std::abs(coloring.low));
+    coloring.kind = SurfaceColoring::Attribute;
+    coloring.attribute = scalar->name;
+    coloring.map = choice.map;
+    coloring.low = choice.range ? (*choice.range)[0] : scalar->low;
+    coloring.high = choice.range ? (*choice.range)[1] : scalar->high;
+    coloring.hasClasses = !scalar->classes.empty() && !choice.range;
+    coloring.isLas = scalar->name.find("lassification") != std::string::npos;
   }
   return coloring;
 }

@@ -21,8 +21,8 @@ namespace kdstream
 struct ColorChoice
 {
   SurfaceColoring coloring = SurfaceColoring::Own;
-  // Of Attribute alone: the array's name, the map of its numbers, and which numbers the map's ends
-  // stand for, low < high; nothing: the 2nd and the 98th percentile.
+  // Of Attribute alone: the array's name, the map of its numbers, and which
+  // numbers the map's ends stand for, low < high; nothing: the 2nd and the 98th percentile.
   std::string attribute{};
   ColorMap map = ColorMap::Viridis;
   std::optional<std::array<double, 2>> range{};
@@ -33,7 +33,7 @@ struct ColorChoice
 // "by:NAME[:MAP[:LOW:HIGH]]", whose name is percent-encoded but for letters, digits, '-', '.' and
 // '_'.
 std::string FormatColors(const ColorChoice& choice);
-// Nothing where the text is none of these, or of an attribute whose name none can have.
+// Nothing where the text is none of these.
 std::optional<ColorChoice> ParseColors(std::string_view text);
 // Two finite numbers, the first below the second, with `between` between them.
 std::optional<std::array<double, 2>> ParseRange(std::string_view text, char between);
@@ -50,9 +50,9 @@ struct Coloring
   // Of Attribute alone.
   std::string attribute{};
   ColorMap map = ColorMap::Viridis;
-  double low = 0, high = 1;
-  bool hasClasses = false; // which have colours of their own, and no map
-  bool isLas = false;      // they are those of LAS
+  double low = 0, high = 1; // low <= high; where they are one, all else is below or above
+  bool hasClasses = false;  // which have colours of their own, and no map
+  bool isLas = false;       // they are those of LAS
   bool operator==(const Coloring&) const = default;
 
   // What a number of the attribute looks like; stone where it is NaN.
@@ -64,9 +64,9 @@ struct Coloring
   }
 };
 
-// scalars: of the model; null without one. An array that the model does not have is not coloured
-// by: its own colours are seen.
-Coloring ColoringOf(const ColorChoice& choice, const std::vector<ScalarDescription>* scalars);
+// scalars: of the model. An array that is not among them is not coloured by: the model's own
+// colours are seen.
+Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars);
 
 // The array whose values are the points' colours: the model's own colours, or the attribute; null
 // where the surface has none, or colours are not those of points.
