@@ -93,38 +93,48 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   }
 }
 
-// At most so many; NaN for what is none.
-std::vector<double> ReadNumbers(
-  JsonReader& reader, const JsonValue& object, const char* key, std::size_t most)
+// Takes numbers one after the other, none of which may be below the one before.
+class AscendingNumbers
 {
-  std::vector<double> numbers;
-  if (const JsonValue* list = reader.Array(object, key, most))
+public:
+  double Take(const JsonValue& number)
   {
-    for (const JsonValue& number : list->GetArray())
-    {
-      numbers.push_back(number.IsNumber() ? number.GetDouble() : std::nan(""));
-    }
+    const double value = NumberOf(number);
+    this->Ascends = this->Ascends && value >= this->Before;
+    this->Before = value;
+    return value;
   }
-  return numbers;
+  bool AllAscend() const { return this->Ascends; }
+
+private:
+  double Before = -std::numeric_limits<double>::infinity();
+  bool Ascends = true;
+};
+
+bool TakeRange(const JsonValue& range, ScalarDescription& scalar)
+{
+  AscendingNumbers numbers;
+  rapidjson::SizeType i = 0;
+  for (double* const value : { &scalar.least, &scalar.low, &scalar.high, &scalar.most })
+  {
+    *value = i < range.Size() ? numbers.Take(range[i++]) : std::nan("");
+  }
+  return numbers.AllAscend() && scalar.most >= scalar.high;
 }
 
-// Pairs of a value and how many vertices have it.
-void ReadClasses(JsonReader& reader, const JsonValue& object, ScalarDescription& scalar)
+// Each value, followed by how many vertices have it.
+bool TakeClasses(const JsonValue& list, std::vector<ScalarDescription::Class>& classes)
 {
-  const std::vector<double> numbers =
-    ReadNumbers(reader, object, "classes", 2 * ScalarDescription::mostClasses);
-  double before = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < numbers.size(); i += 2)
+  AscendingNumbers values;
+  for (rapidjson::SizeType i = 0; i + 1 < list.Size(); i += 2)
   {
-    const bool isCount = numbers[i + 1] >= 0 && numbers[i + 1] <= static_cast<double>(mostCount);
-    if (!(before < numbers[i]) || !isCount)
+    if (!list[i + 1].IsUint64())
     {
-      reader.Fail("\"classes\" are not ascending values, each with a number of vertices");
-      return;
+      return false;
     }
-    before = numbers[i];
-    scalar.classes.push_back({ before, static_cast<std::uint64_t>(numbers[i + 1]) });
+    classes.push_back({ values.Take(list[i]), list[i + 1].GetUint64() });
   }
+  return values.AllAscend() && list.Size() % 2 == 0;
 }
 
 }
@@ -250,17 +260,12 @@ void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& 
     const JsonValue& entry = (*scalars)[i];
     ScalarDescription& scalar = all.emplace_back();
     scalar.name = reader.Text(entry, "name", longestAttributeName);
-    const std::vector<double> range = ReadNumbers(reader, entry, "range", 4);
-    if (range.size() < 4 || !(range[0] <= range[1] && range[1] <= range[2] && range[2] <= range[3]))
+    const JsonValue* range = reader.Array(entry, "range", 4);
+    const JsonValue* classes = reader.Array(entry, "classes", 2 * ScalarDescription::mostClasses);
+    if (!range || !classes || !TakeRange(*range, scalar) || !TakeClasses(*classes, scalar.classes))
     {
-      reader.Fail("\"range\" is not four ascending numbers");
-      return;
+      reader.Fail("\"scalars\" do not ascend");
     }
-    scalar.least = range[0];
-    scalar.low = range[1];
-    scalar.high = range[2];
-    scalar.most = range[3];
-    ReadClasses(reader, entry, scalar);
   }
   model.scalars = std::move(all);
 }

@@ -162,7 +162,11 @@ std::size_t GlesRenderer::GraphicsBytes() const
 
 void GlesRenderer::SetColoring(const Coloring& coloring)
 {
-  this->Colors = coloring;
+  if (!(coloring == this->Colors))
+  {
+    this->Colors = coloring;
+    ++this->ColorsVersion;
+  }
 }
 
 void GlesRenderer::SetGlided(double share)
@@ -277,7 +281,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   {
     Part* const before = findBefore(part);
     if (before && before->drawn.LooksLike(part.drawn) && scale == this->Scale &&
-        this->Colors == this->Colored)
+        this->ColorsVersion == this->Colored)
     {
       std::swap(part.chunks, before->chunks);
     }
@@ -285,7 +289,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   this->Center = center;
   this->Scale = scale;
   this->Depths = scene.depths;
-  this->Colored = this->Colors;
+  this->Colored = this->ColorsVersion;
   this->Points = scene.surface->TriangleCount() == 0 ? scene.surface->PointCount() : 0;
   return {};
 }
@@ -519,7 +523,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
     KDSTREAM_TRY(compiled);
     this->Compiled = std::move(*compiled);
   }
-  const Content wanted{ scene.surfaceVersion, this->Colors };
+  const Content wanted{ scene.surfaceVersion, this->ColorsVersion };
   if (this->Tried != wanted)
   {
     this->Outcome = this->Upload(scene);

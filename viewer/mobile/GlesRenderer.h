@@ -102,7 +102,7 @@ private:
   struct Content
   {
     std::uint64_t version = 0;
-    Coloring coloring;
+    std::uint64_t colors = 0; // ColorsVersion
     bool operator==(const Content&) const = default;
   };
   std::optional<Content> Tried; // the last that was to be uploaded, and
@@ -111,12 +111,13 @@ private:
   Vec3 Center{};
   double Scale = 1.0;
   TreeDepths Depths;
-  Coloring Colored;
-  Box Bounds;             // of what is drawn, relative to Center; not scaled
-  double Facet = 0.0;     // FacetLength of what is drawn; not scaled
-  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+  std::uint64_t Colored = 0; // ColorsVersion
+  Box Bounds;                // of what is drawn, relative to Center; not scaled
+  double Facet = 0.0;        // FacetLength of what is drawn; not scaled
+  std::size_t Points = 0;    // of a cloud; 0 if it has triangles
 
   Coloring Colors;
+  std::uint64_t ColorsVersion = 0; // grows whenever Colors change
   bool HasOcclusion = false;
   double Glided = 1;
   std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does

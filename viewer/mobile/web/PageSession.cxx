@@ -316,7 +316,6 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
       .Member("license", this->Open.license)
       .Member("description", this->Open.description)
       .Member("unit", this->Open.unit)
-      .Member("arrays", this->Open.scalars.size())
       .Member("sides", this->Open.box.hi - this->Open.box.lo);
   }
 }

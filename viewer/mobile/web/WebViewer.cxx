@@ -477,17 +477,16 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone, 4 the array whose name (EncodeName)
-  // the text is; map: of ColorMap; low and high: the ends of its range, or NaN.
+  // coloring: of SurfaceColoring, or beyond, of the array whose name the text is; map: of ColorMap,
+  // or beyond, the first; low and high: the ends of its range, or NaN.
   EMSCRIPTEN_KEEPALIVE void ViewerSetColors(
     WebViewer* viewer, unsigned coloring, unsigned map, double low, double high)
   {
     using kdstream::SurfaceColoring;
-    constexpr SurfaceColoring all[] = { SurfaceColoring::Own, SurfaceColoring::Partition,
-      SurfaceColoring::Resolution, SurfaceColoring::Stone, SurfaceColoring::Attribute };
-    viewer->colors.coloring = all[std::min(coloring, 4U)];
+    const auto last = static_cast<unsigned>(SurfaceColoring::Attribute);
+    viewer->colors.coloring = static_cast<SurfaceColoring>(std::min(coloring, last));
     viewer->colors.attribute = viewer->inbox;
-    viewer->colors.map = kdstream::allColorMaps[std::min(map, 2U)];
+    viewer->colors.map = kdstream::allColorMaps[map < kdstream::allColorMaps.size() ? map : 0];
     viewer->colors.range.reset();
     ++viewer->colorsVersion;
     if (low < high)

@@ -3,8 +3,6 @@
 
 import { arrayOf, colorMaps, language, make, nameOfLevel, t } from "./page.js"; // the page that is there already
 
-const namesOfMaps = ["Viridis", "Cividis", "Blue to red"];
-
 const inFigures = (number) => Number(number.toPrecision(6)).toLocaleString(language, { maximumSignificantDigits: 6 });
 const hex = (color) => `#${color.toString(16).padStart(6, "0")}`;
 
@@ -21,10 +19,11 @@ function entryOf(color, ...words) {
   return make("li", {}, drawing("svg", { viewBox: "0 0 1 1" }, square), ...words);
 }
 
-// What LAS calls its classes, from 0.
-const classes = ["never classified", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation",
-  "building", "low noise", "key point", "water", "rail", "road", "overlap", "wire guard", "wire conductor", "tower",
-  "wire connector", "bridge deck", "high noise"];
+// What LAS calls those of its classes that most files have.
+const classes = {
+  1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation", 6: "building", 7: "noise",
+  9: "water", 11: "road", 17: "bridge", 18: "noise",
+};
 const mostClasses = 20; // that are told
 
 function classesOf(name, present, viewer) {
@@ -52,38 +51,41 @@ function barOf(name, { low, high }, viewer) {
 export function showColours(list, viewer, colouring) {
   const name = arrayOf(colouring);
   const shown = viewer.arrays();
+  list.hidden = !!name && !shown.arrays.includes(name);
   list.setAttribute("aria-label", name || t("Colours of detail"));
   list.replaceChildren(...!name ? viewer.legend().map(({ level, color }) => entryOf(color, nameOfLevel(level)))
     : shown.classes.length ? classesOf(name, shown.classes, viewer) : [barOf(name, shown, viewer)]);
 }
 
-let offered = ""; // which arrays
+let offered; // which arrays
 let array, map, from, to, rows;
 
-// choose is called with what a link would have.
+// choose is called with what a link would have: without a range where one of its ends is empty.
 function makeControls(arrays, choose) {
-  array = make("select", { ariaLabel: t("Colours by an array") }, make("option", { value: "" }, t("By an array")),
+  array = make("select", { ariaLabel: t("By an array") }, make("option", { value: "" }, t("By an array")),
     ...arrays.map((value) => make("option", { value }, value)));
-  map = make("select", { ariaLabel: t("Colour map") }, ...colorMaps.map((value, i) => make("option", { value }, t(namesOfMaps[i]))));
-  [from, to] = ["From", "To"].map((label) => make("input", { type: "number", step: "any", ariaLabel: t(label) }));
+  map = make("select", { ariaLabel: t("Colour map") }, ...colorMaps.map((value, i) => make("option", { value }, i < 2 ? value : t("Blue to red"))));
+  [from, to] = ["From", "To"].map((label) => make("input", { className: "plain", type: "number", step: "any", ariaLabel: t(label) }));
   const byMap = () => `by:${encodeURIComponent(array.value)}:${map.value}`;
-  const inRange = () => (Number(from.value) < Number(to.value) ? `${byMap()}:${Number(from.value)}:${Number(to.value)}` : byMap());
-  const usual = make("button", { type: "button", className: "plain", textContent: t("Usual range") });
+  const isRange = () => from.value && to.value && Number(from.value) < Number(to.value);
+  const inRange = () => byMap() + (isRange() ? `:${Number(from.value)}:${Number(to.value)}` : "");
   array.addEventListener("change", () => choose(array.value ? byMap() : "own"));
   [map, from, to].forEach((control) => control.addEventListener("change", () => choose(inRange())));
-  usual.addEventListener("click", () => choose(byMap()));
-  rows = [make("div", { className: "row" }, map, usual), make("div", { className: "row" }, from, to)];
-  document.getElementById("arrays").replaceChildren(make("div", { className: "row" }, array), ...rows);
+  rows = [[array], [map, from, to]].map((controls) => make("div", { className: "row" }, ...controls));
+  document.querySelector("[name=coloring]").closest("fieldset").append(...rows);
 }
 
 export function offerArrays(viewer, colouring, choose) {
   const { arrays, low, high, classes: present } = viewer.arrays();
   if (offered !== arrays.join()) {
     offered = arrays.join();
+    rows?.forEach((row) => row.remove());
     makeControls(arrays, choose);
   }
-  array.parentElement.hidden = !arrays.length;
+  rows[0].hidden = !arrays.length;
   array.value = arrayOf(colouring);
-  rows.forEach((row) => (row.hidden = !array.value || present.length > 0));
-  [map.value, from.value, to.value] = [colouring.split(":")[2] || colorMaps[0], low, high];
+  rows[1].hidden = !array.value || present.length > 0;
+  if (!rows[1].contains(document.activeElement)) {
+    [map.value, from.value, to.value] = [colouring.split(":")[2] || colorMaps[0], low, high];
+  }
 }

@@ -38,7 +38,7 @@ import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite 
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
-import { colorings, loadViewer } from "./viewer.js";
+import { arrayOf, loadViewer } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
@@ -218,7 +218,7 @@ let colouring = "own"; // as links have it
 function colourBy(colors) {
   colouring = colors;
   viewer.setColors(colors);
-  find("menu").elements.coloring.forEach((radio) => (radio.checked = colorings[radio.value] === colors));
+  find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
 }
 
 
@@ -282,16 +282,16 @@ function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
 
 let legendShown = ""; // of which colours, of what
 
-async function showLegend({ mode, surface, model, arrays }) {
+async function showLegend({ mode, surface, model }) {
   const legend = find("legend");
-  const byArray = colouring.startsWith("by:");
-  legend.hidden = mode !== "full screen" || !(byArray ? arrays : colouring === "resolution");
-  const wanted = `${colouring} ${legend.hidden || byArray ? model : surface}`;
-  if (mode === "full screen" && legendShown !== wanted && (arrays || !legend.hidden)) {
+  const isShown = mode === "full screen" && (colouring === "resolution" || arrayOf(colouring));
+  legend.hidden = !isShown;
+  const wanted = [colouring, model, surface].join();
+  if ((isShown || !find("menu").hidden) && legendShown !== wanted) {
     legendShown = wanted;
     const { offerArrays, showColours } = await import("./legend.js");
     offerArrays(viewer, colouring, colourBy);
-    showColours(legend, viewer, colouring);
+    isShown && showColours(legend, viewer, colouring);
   }
 }
 
@@ -649,7 +649,7 @@ function listenToButtons() {
     } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
     } else if (target.name === "coloring") {
-      colourBy(colorings[target.value] ?? target.value);
+      colourBy(target.value);
     } else if (target.name === "previews") {
       askForPreviews(target.value === "asked");
     }

@@ -33,13 +33,13 @@ export async function loadViewer(came) {
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
 
-export const colorings = ["own", "partition", "resolution", "none"];
+const colorings = ["own", "none", "partition", "resolution"];
 export const colorMaps = ["viridis", "cividis", "diverging"];
 
 // The array that colours are by, as links have them; "" for none.
 export function arrayOf(colours) {
   try {
-    return colours.startsWith("by:") ? decodeURIComponent(colours.split(":")[1]) : "";
+    return decodeURIComponent(colours.split(":")[1] ?? "");
   } catch {
     return "";
   }
@@ -222,8 +222,7 @@ class Viewer {
   setColors(colors) {
     const [by, , map, low, high] = colors.split(":");
     this.#putText(arrayOf(colors));
-    this.#call("SetColors", by === "by" ? 4 : Math.max(colorings.indexOf(by), 0), Math.max(colorMaps.indexOf(map), 0),
-      Number(low), Number(high));
+    this.#call("SetColors", colorings.indexOf(by), colorMaps.indexOf(map), low, high);
   }
 
   // Of WebAssembly and graphics together, at most; what is shown follows.

@@ -67,7 +67,7 @@ std::optional<ColorMap> ParseColorMap(std::string_view name)
 
 Color ColorOf(ColorMap map, double share)
 {
-  const double place = std::clamp(share, 0.0, 1.0) * (stops - 1);
+  const double place = share * (stops - 1);
   const auto below = std::min(static_cast<std::size_t>(place), stops - 2);
   const double part = place - static_cast<double>(below);
   const auto& table = tables[static_cast<std::size_t>(map)];
@@ -82,12 +82,9 @@ Color ColorOf(ColorMap map, double share)
 
 Color ClassColor(double value, bool isLas)
 {
-  constexpr double kinds = 65536; // so many hues are more than anybody tells apart
-  const auto kind =
-    static_cast<std::uint32_t>(std::clamp(value - kinds * std::floor(value / kinds), 0.0, kinds));
-  return isLas && value < static_cast<double>(lasColors.size()) && value >= 0
-           ? lasColors[kind]
-           : PartitionColor(kind);
+  // More hues than these nobody tells apart.
+  const auto kind = static_cast<std::uint32_t>(std::clamp(std::abs(value), 0.0, 65535.0));
+  return isLas && kind < lasColors.size() ? lasColors[kind] : PartitionColor(kind);
 }
 
 }

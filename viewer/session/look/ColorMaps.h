@@ -25,7 +25,7 @@ inline constexpr std::array<ColorMap, 3> allColorMaps{ ColorMap::Viridis, ColorM
 std::string_view NameOf(ColorMap map);
 std::optional<ColorMap> ParseColorMap(std::string_view name);
 
-// share: from 0, the low end of the range, to 1; what is beyond is as the ends. REQUIRES: not NaN.
+// REQUIRES: share is 0, the low end of the range, to 1.
 Color ColorOf(ColorMap map, double share);
 
 // Of a class. isLas: 0 to 18 are those of LAS 1.4 (ASPRS, table 17), whose usual colours these are

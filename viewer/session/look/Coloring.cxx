@@ -158,11 +158,13 @@ Color Coloring::Of(double value) const
   {
     return stoneColor;
   }
-  const double share = value < this->low        ? 0
-                       : value > this->high     ? 1
-                       : this->low < this->high ? (value - this->low) / (this->high - this->low)
-                                                : 0.5;
-  return this->hasClasses ? ClassColor(value, this->isLas) : kdstream::ColorOf(this->map, share);
+  if (this->hasClasses)
+  {
+    return ClassColor(value, this->isLas);
+  }
+  const double inRange = std::clamp(value, this->low, this->high);
+  return kdstream::ColorOf(
+    this->map, inRange == this->low ? 0 : (inRange - this->low) / (this->high - this->low));
 }
 
 Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars)
@@ -187,17 +189,18 @@ Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars
 
 const Attribute* ColoredBy(const Surface& surface, const Coloring& coloring)
 {
-  if (coloring.kind == SurfaceColoring::Own)
+  for (const Attribute& array : surface.attributes)
   {
-    return OwnColors(surface);
-  }
-  const auto found = std::find_if(surface.attributes.begin(), surface.attributes.end(),
-    [&coloring](const Attribute& array)
+    const bool isIt = coloring.kind == SurfaceColoring::Own
+                        ? RoleOf(array) == AttributeRole::Colors
+                        : coloring.kind == SurfaceColoring::Attribute && IsScalar(array) &&
+                            array.name == coloring.attribute;
+    if (isIt)
     {
-      return coloring.kind == SurfaceColoring::Attribute && IsScalar(array) &&
-             array.name == coloring.attribute;
-    });
-  return found == surface.attributes.end() ? nullptr : &*found;
+      return &array;
+    }
+  }
+  return nullptr;
 }
 
 Color PointColor(const Attribute& array, const Coloring& coloring, std::size_t point)

@@ -50,7 +50,7 @@ struct Coloring
   // Of Attribute alone.
   std::string attribute{};
   ColorMap map = ColorMap::Viridis;
-  double low = 0, high = 1; // low <= high; where they are one, all else is below or above
+  double low = 0, high = 1; // low <= high
   bool hasClasses = false;  // which have colours of their own, and no map
   bool isLas = false;       // they are those of LAS
   bool operator==(const Coloring&) const = default;
