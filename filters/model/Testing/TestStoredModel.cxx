@@ -114,7 +114,7 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
     { "/scalars/0/range/2", "8", none },
     { "/scalars/0/range", Json::array({ 1, 2, 3 }), none },
     { "/scalars/0/range", std::vector<int>(5, 1), "" },
-    { "/scalars/1/classes/2", 0, none },
+    { "/scalars/1/classes/2", -1, none },
     { "/scalars/1/classes/3", -1, none },
     { "/scalars/1/classes/0", nullptr, none },
     { "/scalars/0/name", 7, "" },

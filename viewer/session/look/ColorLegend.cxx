@@ -78,7 +78,8 @@ std::vector<double> RoundNumbers(double low, double high)
       continue;
     }
     std::vector<double> numbers;
-    for (double i = first; i <= last && std::abs(i) < 0x1p50; ++i)
+    // One more at both ends, where a quotient has been rounded.
+    for (double i = first - 1; i <= last + 1 && std::abs(i) < 0x1p50; ++i)
     {
       numbers.push_back(value(i) + 0.0); // no -0
     }
