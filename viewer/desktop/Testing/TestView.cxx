@@ -298,7 +298,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { "--offscreen auto --size 64x64x3", 2, "64x64x3" },
     { offscreen + "--rings 4", 2, "rings" },
     { offscreen + "--cache-size lots", 2, "--cache-size" },
-    { offscreen + "--colour-by height", 2, "colour-by" },
+    { offscreen + "--colour-by own --colour-map red", 2, "colour-map" },
     { offscreen + "--light dark", 2, "--light" },
     { offscreen + "--model nobody", 1, "'nobody'" },
     { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
