@@ -52,6 +52,7 @@ export function showColours(list, viewer, colouring) {
   const name = arrayOf(colouring);
   const shown = viewer.arrays();
   list.hidden = !!name && !shown.arrays.includes(name);
+  list.style.flexWrap = "wrap";
   list.setAttribute("aria-label", name || t("Colours of detail"));
   list.replaceChildren(...!name ? viewer.legend().map(({ level, color }) => entryOf(color, nameOfLevel(level)))
     : shown.classes.length ? classesOf(name, shown.classes, viewer) : [barOf(name, shown, viewer)]);
@@ -66,12 +67,13 @@ function makeControls(arrays, choose) {
     ...arrays.map((value) => make("option", { value }, value)));
   map = make("select", { ariaLabel: t("Colour map") }, ...colorMaps.map((value, i) => make("option", { value }, i < 2 ? value : t("Blue to red"))));
   [from, to] = ["From", "To"].map((label) => make("input", { className: "plain", type: "number", step: "any", ariaLabel: t(label) }));
+  [from, to].forEach(({ style }) => (style.flex = 1));
   const byMap = () => `by:${encodeURIComponent(array.value)}:${map.value}`;
   const isRange = () => from.value && to.value && Number(from.value) < Number(to.value);
   const inRange = () => byMap() + (isRange() ? `:${Number(from.value)}:${Number(to.value)}` : "");
   array.addEventListener("change", () => choose(array.value ? byMap() : "own"));
   [map, from, to].forEach((control) => control.addEventListener("change", () => choose(inRange())));
-  rows = [[array], [map, from, to]].map((controls) => make("div", { className: "row" }, ...controls));
+  rows = [[array], [map], [from, to]].map((controls) => make("div", { className: "row" }, ...controls));
   document.querySelector("[name=coloring]").closest("fieldset").append(...rows);
 }
 
@@ -84,8 +86,9 @@ export function offerArrays(viewer, colouring, choose) {
   }
   rows[0].hidden = !arrays.length;
   array.value = arrayOf(colouring);
-  rows[1].hidden = !array.value || present.length > 0;
-  if (!rows[1].contains(document.activeElement)) {
-    [map.value, from.value, to.value] = [colouring.split(":")[2] || colorMaps[0], low, high];
+  rows[1].hidden = rows[2].hidden = !array.value || present.length > 0;
+  map.value = colouring.split(":")[2] || colorMaps[0];
+  if (!rows[2].contains(document.activeElement)) {
+    [from.value, to.value] = [low, high].map((number) => Number(number.toPrecision(6)));
   }
 }
