@@ -258,7 +258,7 @@ private:
 
   Status WritePieces(const CodecContext& codec, StoreWriter* writer)
   {
-    TeamPieces pieces(this->Team, this->Files, writer);
+    TeamPieces pieces(this->Team, this->Files, this->Mesh.attributes, writer);
     std::uint64_t triangles = 0; // of this rank's pieces of the resolution
     const PieceSink add = [&](const EncodedPiece& encoded)
     { return pieces.Add(encoded.piece, encoded.blob); };

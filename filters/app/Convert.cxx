@@ -42,6 +42,7 @@ constexpr const char* footer =
   "  .wrl            VRML 2\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
   "  .pcd            of PCL\n"
+  "  .las            of laser scanners; compressed ones (.laz) are not read\n"
   "  .xyz            lines of x y z, then nothing, intensity, r g b, nx ny nz, intensity r g b, or "
   "r g "
   "b nx ny nz\n\n"

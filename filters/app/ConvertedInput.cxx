@@ -160,8 +160,8 @@ bool CanConvert()
 
 bool NeedsConversion(const std::filesystem::path& input)
 {
-  static constexpr std::array<const char*, 7> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
-    ".pcd", ".xyz" };
+  static constexpr std::array<const char*, 9> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
+    ".pcd", ".xyz", ".las", ".laz" };
   return std::find(endings.begin(), endings.end(), FileEnding(input)) != endings.end();
 }
 

@@ -107,7 +107,7 @@ ReadFormat FormatOf(const std::string& ending)
     const char* ending;
     ReadFormat read;
   } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
-    { ".wrl", ReadVrml }, { ".xyz", ReadXyz },
+    { ".wrl", ReadVrml }, { ".xyz", ReadXyz }, { ".las", ReadLas }, { ".laz", ReadLas },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else

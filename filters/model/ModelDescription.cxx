@@ -55,6 +55,13 @@ CodecContext ModelDescription::Codec() const
   return context;
 }
 
+const ScalarDescription* ScalarDescriptions::Find(std::string_view name) const
+{
+  const ScalarDescription* found = std::find_if(this->begin(), this->end(),
+    [name](const ScalarDescription& scalar) { return scalar.name == name; });
+  return found == this->end() ? nullptr : found;
+}
+
 std::string_view NameOf(ModelDetail detail)
 {
   constexpr std::string_view names[] = { "preview", "levels", "regions" };

@@ -200,13 +200,17 @@ Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) cons
   return piece;
 }
 
-// The original has them all; levels those whose mean says something.
+// The original has them all; levels those that one looks at. Of numbers these are the ones of which
+// the metadata tells the range: earlier builds kept them for the original.
 bool Store::AttributesFit(const Piece& piece) const
 {
-  std::vector<AttributeInfo> expected = this->Information.attributes;
+  const ModelDescription& model = this->Information;
+  std::vector<AttributeInfo> expected = model.attributes;
   if (!piece.id.resolution.IsOriginal())
   {
-    std::erase_if(expected, [](const AttributeInfo& info) { return !IsInLevels(info); });
+    expected = ArraysOfLevels(model.attributes);
+    std::erase_if(expected, [&model](const AttributeInfo& info)
+      { return IsScalar(info) && !model.scalars.Find(info.name); });
   }
   return std::equal(expected.begin(), expected.end(), piece.attributes.begin(),
     piece.attributes.end(),

@@ -3,6 +3,7 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/store/DeviationList.h"
+#include "filters/store/ScalarStatistics.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
@@ -47,6 +48,7 @@ struct StoreWriter::State
 {
   UnfinishedStore file;
   ModelDescription info;
+  ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
   Statement page{}, boxes{}, piece{}, texture{};
   std::unique_ptr<ContentDigest> digest{};
@@ -229,6 +231,10 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
   ++resolution.pieces;
+  if (piece.id.resolution.IsOriginal())
+  {
+    this->S->scalars.Add(piece);
+  }
   if (Status status = this->S->deviations->Add(piece.deviations); !status)
   {
     return this->S->Explain(status.GetError());
@@ -282,6 +288,7 @@ Result<ModelDescription> StoreWriter::Finish()
 {
   State& state = *this->S;
   state.info.digest = state.digest->Hexadecimal();
+  state.info.scalars = state.scalars.Describe();
   const std::string json = MetadataOf(state.info);
   {
     Result<Statement> insert =

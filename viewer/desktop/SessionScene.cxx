@@ -7,8 +7,20 @@
 namespace kdstream
 {
 
+void SessionScene::SetLook(const ColorChoice& colors, bool occlusion)
+{
+  this->Colors = colors;
+  this->HasOcclusion = occlusion;
+  this->Scene.SetStyle({ ColoringOf(colors, this->Scalars), false, occlusion });
+}
+
 Status SessionScene::Follow(const ViewerScene& scene)
 {
+  if (this->Scalars != scene.scalars)
+  {
+    this->Scalars = scene.scalars;
+    this->SetLook(this->Colors, this->HasOcclusion);
+  }
   if (this->ShownVersion != scene.surfaceVersion || this->ShownTiles != scene.tiles)
   {
     this->Middle = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;

@@ -182,7 +182,7 @@ void GlesRenderer::FollowTiles(std::vector<Part>& parts)
 std::shared_ptr<const TextureTile> GlesRenderer::TileOf(
   const ViewerScene& scene, const SurfacePart& part) const
 {
-  if (!uploadTile || !scene.tiles || this->Coloring != SurfaceColoring::Own)
+  if (!uploadTile || !scene.tiles || this->Colors.kind != SurfaceColoring::Own)
   {
     return nullptr;
   }
@@ -231,9 +231,13 @@ std::size_t GlesRenderer::GraphicsBytes() const
   return bytes;
 }
 
-void GlesRenderer::SetColoring(SurfaceColoring coloring)
+void GlesRenderer::SetColoring(const Coloring& coloring)
 {
-  this->Coloring = coloring;
+  if (!(coloring == this->Colors))
+  {
+    this->Colors = coloring;
+    ++this->ColorsVersion;
+  }
 }
 
 void GlesRenderer::SetGlided(double share)
@@ -349,7 +353,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   {
     Part* const before = findBefore(part);
     if (before && before->drawn.LooksLike(part.drawn) && scale == this->Scale &&
-        this->Coloring == this->Colored && before->tile == part.tile)
+        this->ColorsVersion == this->Colored && before->tile == part.tile)
     {
       std::swap(part.chunks, before->chunks);
     }
@@ -357,7 +361,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   this->Center = center;
   this->Scale = scale;
   this->Depths = scene.depths;
-  this->Colored = this->Coloring;
+  this->Colored = this->ColorsVersion;
   this->Points = scene.surface->TriangleCount() == 0 ? scene.surface->PointCount() : 0;
   return {};
 }
@@ -366,7 +370,7 @@ void GlesRenderer::UploadPart(Part& part)
 {
   ChunkCutter cutter(*part.surface,
     part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
-    this->Depths, this->Coloring, this->Center, this->Scale);
+    this->Depths, this->Colors, this->Center, this->Scale);
   part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
   if (part.drawn.glide && this->Glided < 1)
   {
@@ -496,8 +500,8 @@ void GlesRenderer::DrawChunksBy(
       Vec3{ sight.nearest, sight.farthest, 1.0 / (sight.farthest - sight.nearest) });
   }
 
-  glUniform1f(glGetUniformLocation(*program, "smoothness"),
-    this->Coloring == SurfaceColoring::Own ? 1.0f : 0.0f);
+  glUniform1f(
+    glGetUniformLocation(*program, "smoothness"), this->Colors.IsOfPoints() ? 1.0f : 0.0f);
   glUniform1f(glGetUniformLocation(*program, "toGo"), static_cast<float>(1.0 - this->Glided));
   glVertexAttrib4f(AttributePlace::away, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
@@ -570,8 +574,8 @@ void GlesRenderer::FollowCap(const ViewerScene& scene)
     return;
   }
   const UnitNormals unlit(scene.cap->points.size());
-  ChunkCutter cutter(
-    *scene.cap, unlit, {}, this->Depths, SurfaceColoring::Stone, this->Center, this->Scale);
+  const Coloring plain(SurfaceColoring::Stone);
+  ChunkCutter cutter(*scene.cap, unlit, {}, this->Depths, plain, this->Center, this->Scale);
   for (SurfaceChunk content; cutter.Next(content);)
   {
     this->Cap.push_back(UploadChunk(content));
@@ -618,7 +622,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
     KDSTREAM_TRY(compiled);
     this->Compiled = std::move(*compiled);
   }
-  const Content wanted{ scene.surfaceVersion, this->Coloring, scene.tiles };
+  const Content wanted{ scene.surfaceVersion, this->ColorsVersion, scene.tiles };
   if (this->Tried != wanted)
   {
     this->Outcome = this->Upload(scene);

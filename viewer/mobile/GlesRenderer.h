@@ -8,7 +8,7 @@
 
 #include "filters/core/Result.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneRules.h"
 
 #include <cstddef>
@@ -40,7 +40,7 @@ public:
   // that is current then.
   void Forget();
 
-  void SetColoring(SurfaceColoring coloring);
+  void SetColoring(const Coloring& coloring);
   // Whether hollows are darker (viewer/session/look/OcclusionShaders.h), from the next Draw on; not
   // at first. It draws the surface a second time, into a quarter of the pixels.
   void SetOcclusion(bool occlusion) { this->HasOcclusion = occlusion; }
@@ -113,7 +113,7 @@ private:
   struct Content
   {
     std::uint64_t version = 0;
-    SurfaceColoring coloring = SurfaceColoring::Own;
+    std::uint64_t colors = 0; // ColorsVersion
     std::shared_ptr<const TileList> tiles;
     bool operator==(const Content&) const = default;
   };
@@ -123,12 +123,13 @@ private:
   Vec3 Center{};
   double Scale = 1.0;
   TreeDepths Depths;
-  SurfaceColoring Colored = SurfaceColoring::Own;
-  Box Bounds;             // of what is drawn, relative to Center; not scaled
-  double Facet = 0.0;     // FacetLength of what is drawn; not scaled
-  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+  std::uint64_t Colored = 0; // ColorsVersion
+  Box Bounds;                // of what is drawn, relative to Center; not scaled
+  double Facet = 0.0;        // FacetLength of what is drawn; not scaled
+  std::size_t Points = 0;    // of a cloud; 0 if it has triangles
 
-  SurfaceColoring Coloring = SurfaceColoring::Own;
+  Coloring Colors;
+  std::uint64_t ColorsVersion = 0; // grows whenever Colors change
   bool HasOcclusion = false;
   double Glided = 1;
   std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does

@@ -32,18 +32,18 @@ std::uint32_t PackNormal(const std::array<float, 3>& normal)
 }
 
 ChunkCutter::ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
-  const TreeDepths& depths, SurfaceColoring coloring, const Vec3& center, double scale)
+  const TreeDepths& depths, const Coloring& coloring, const Vec3& center, double scale)
   : Drawn(surface)
   , Depths(depths)
-  , Coloring(coloring)
+  , Colors(coloring)
   , Center(center)
   , Scale(scale)
   , Normals(std::move(normals))
   , Radii(radii)
 {
-  this->OwnColoring = coloring == SurfaceColoring::Own ? OwnColors(surface) : nullptr;
+  this->OfPoints = ColoredBy(surface, coloring);
   this->ColoredBySource =
-    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
+    coloring.kind == SurfaceColoring::Partition || coloring.kind == SurfaceColoring::Resolution;
   if (!surface.triangles.empty() && surface.points.size() > SurfaceChunk::mostVertices)
   {
     this->IndexInChunk.assign(surface.points.size(), absent);
@@ -61,12 +61,12 @@ void ChunkCutter::Append(SurfaceChunk& chunk, VertexId vertex) const
   chunk.vertices.push_back(
     { { static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]) },
       this->Normals.empty() ? 0 : PackNormal(this->Normals[vertex]) });
-  if (this->OwnColoring || this->ColoredBySource)
+  if (this->OfPoints || this->ColoredBySource)
   {
     const Color color =
-      this->OwnColoring
-        ? OwnColor(*this->OwnColoring, vertex)
-        : ColorOf(ColorSourceOf(this->Drawn.sources[vertex], this->Depths), this->Coloring);
+      this->OfPoints
+        ? PointColor(*this->OfPoints, this->Colors, vertex)
+        : ColorOf(ColorSourceOf(this->Drawn.sources[vertex], this->Depths), this->Colors.kind);
     chunk.colors.push_back({ color[0], color[1], color[2], 255 });
   }
 }
@@ -170,8 +170,8 @@ Triangle ChunkCutter::WithColorLast(const Triangle& t) const
   const ColorSource whole = Together(Together(corners[0], corners[1]), corners[2]);
   const auto decides = [&](const ColorSource& corner)
   {
-    return this->Coloring == SurfaceColoring::Partition ? corner.partition == whole.partition
-                                                        : corner.resolution == whole.resolution;
+    return this->Colors.kind == SurfaceColoring::Partition ? corner.partition == whole.partition
+                                                           : corner.resolution == whole.resolution;
   };
   if (decides(corners[2]))
   {

@@ -6,7 +6,7 @@
 #include "filters/codec/TextureTile.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/VertexNormals.h"
 
 #include <array>
@@ -68,11 +68,11 @@ struct SurfaceChunk
 class ChunkCutter
 {
 public:
-  // The surface and the radii must outlive the cutter. Coordinates become (point - center) × scale.
-  // REQUIRES: CheckSurface(surface, center) has found nothing.
-  // normals: one a point, or none at all. radii: of a cloud's splats, one a point; else none.
+  // The surface, the radii and the coloring must outlive the cutter. Coordinates become (point -
+  // center) × scale. REQUIRES: CheckSurface(surface, center) has found nothing. normals: one a
+  // point, or none at all. radii: of a cloud's splats, one a point; else none.
   ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
-    const TreeDepths& depths, SurfaceColoring coloring, const Vec3& center, double scale);
+    const TreeDepths& depths, const Coloring& coloring, const Vec3& center, double scale);
 
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
@@ -99,11 +99,11 @@ private:
 
   const Surface& Drawn;
   TreeDepths Depths;
-  SurfaceColoring Coloring;
+  const Coloring& Colors;
   Vec3 Center;
   double Scale;
-  const Attribute* OwnColoring = nullptr; // where the colours are the model's own
-  bool ColoredBySource = false;           // or those of partitions or resolutions
+  const Attribute* OfPoints = nullptr; // ColoredBy: where the colours are those of points
+  bool ColoredBySource = false;        // or those of partitions or resolutions
   UnitNormals Normals;
   std::span<const float> Radii;
   const PartGlide* Glide = nullptr;

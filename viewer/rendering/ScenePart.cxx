@@ -28,6 +28,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 
 namespace kdstream
@@ -365,15 +366,23 @@ void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const T
 
 void ScenePart::TakeColors(const Surface& surface, const TreeDepths& depths)
 {
-  this->PointColors = nullptr;
-  if (const Attribute* own = OwnColors(surface))
-  {
-    this->PointColors =
-      Colors(surface.points.size(), [own](std::size_t i) { return OwnColor(*own, i); });
-  }
+  this->Arrays.attributes.clear();
+  const Attribute* own = OwnColors(surface);
+  std::copy_if(surface.attributes.begin(), surface.attributes.end(),
+    std::back_inserter(this->Arrays.attributes),
+    [own](const Attribute& array) { return &array == own || IsScalar(array); });
   this->Sources.resize(surface.points.size());
   std::transform(surface.sources.begin(), surface.sources.end(), this->Sources.begin(),
     [&depths](const Surface::Source& source) { return ColorSourceOf(source, depths); });
+}
+
+// Null where the points have none of that kind.
+vtkSmartPointer<vtkUnsignedCharArray> ScenePart::PointColors(const Coloring& coloring) const
+{
+  const Attribute* array = ColoredBy(this->Arrays, coloring);
+  return array ? Colors(this->Sources.size(),
+                   [&](std::size_t i) { return PointColor(*array, coloring, i); })
+               : nullptr;
 }
 
 // Of each drawn cell (triangle, or point of a cloud).
@@ -406,11 +415,10 @@ void ScenePart::SetStyle(const SceneStyle& style)
   {
     this->Drawing->GetProperty()->SetInterpolationToPhong();
   }
-  const SurfaceColoring coloring = style.coloring;
-  const bool painted = coloring == SurfaceColoring::Own && this->IsPainted;
-  const bool own = coloring == SurfaceColoring::Own && this->PointColors && !painted;
-  const bool bySource =
-    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
+  const SurfaceColoring kind = style.coloring.kind;
+  const bool painted = kind == SurfaceColoring::Own && this->IsPainted;
+  const auto ofPoints = painted ? nullptr : this->PointColors(style.coloring);
+  const bool bySource = kind == SurfaceColoring::Partition || kind == SurfaceColoring::Resolution;
   if (painted != (this->Drawing->GetTexture() != nullptr))
   {
     // A texture is multiplied by the colour.
@@ -421,10 +429,10 @@ void ScenePart::SetStyle(const SceneStyle& style)
     painted ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
   }
   this->Drawing->SetTexture(painted ? this->Texture.Get() : nullptr);
-  this->Mapper->SetScalarVisibility(own || bySource);
-  this->Drawn->GetPointData()->SetScalars(own ? this->PointColors.Get() : nullptr);
-  this->Drawn->GetCellData()->SetScalars(bySource ? this->CellColors(coloring).Get() : nullptr);
-  if (own)
+  this->Mapper->SetScalarVisibility(ofPoints || bySource);
+  this->Drawn->GetPointData()->SetScalars(ofPoints);
+  this->Drawn->GetCellData()->SetScalars(bySource ? this->CellColors(kind).Get() : nullptr);
+  if (ofPoints)
   {
     this->Mapper->SetScalarModeToUsePointData();
   }

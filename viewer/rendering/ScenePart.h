@@ -61,6 +61,7 @@ public:
 private:
   void LetGoOfTexture();
   void TakeColors(const Surface& surface, const TreeDepths& depths);
+  vtkSmartPointer<vtkUnsignedCharArray> PointColors(const Coloring& coloring) const;
   vtkSmartPointer<vtkUnsignedCharArray> CellColors(SurfaceColoring coloring) const;
 
   vtkNew<vtkActor> Drawing;
@@ -69,12 +70,12 @@ private:
   Box Extent;
   bool IsCut = false;
   bool IsCloud = false;
-  double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
-  std::vector<ColorSource> Sources;                  // one a point
-  vtkSmartPointer<vtkUnsignedCharArray> PointColors; // the model's own; null without
-  std::shared_ptr<const TextureTile> Tile;           // whose picture is in Texture; or null
-  vtkSmartPointer<vtkTexture> Texture;               // or null
-  bool IsPainted = false;                            // by it
+  double LargestRadius = 0.0;              // of the points of a cloud; 0 for a surface
+  std::vector<ColorSource> Sources;        // one a point
+  Surface Arrays;                          // without points: what they may be coloured by
+  std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
+  vtkSmartPointer<vtkTexture> Texture;     // or null
+  bool IsPainted = false;                  // by it
 };
 
 }

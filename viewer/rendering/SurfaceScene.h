@@ -10,6 +10,7 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SceneRules.h"
 #include "viewer/session/paint/ShownTiles.h"
@@ -44,7 +45,7 @@ using TileDecoder = Result<TilePicture> (*)(const TextureTile& tile);
 
 struct SceneStyle
 {
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  Coloring coloring{};
   bool flat = false;      // a normal a triangle instead of one a vertex
   bool occlusion = false; // hollows are darker (viewer/session/look/OcclusionShaders.h)
 };

@@ -4,6 +4,7 @@
 
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
@@ -72,6 +73,7 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
+  ScalarDescriptions scalars;           // that it may be coloured by
   std::optional<SectionPlane> section;  // what is above is not drawn
   std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
   std::uint64_t capVersion = 0;         // grows whenever `cap` is another one

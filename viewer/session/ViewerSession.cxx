@@ -550,6 +550,7 @@ ViewerScene ViewerSession::Scene() const
   scene.surfaceVersion = this->Shown.Version();
   scene.box = this->Current ? this->Current->box : Box{};
   scene.depths = this->Current ? this->Current->codec.depths : TreeDepths{};
+  scene.scalars = this->Current ? this->Current->description.scalars : ScalarDescriptions{};
   scene.eye = this->Eye.Eye();
   scene.focal = this->Eye.Focal();
   scene.up = this->Eye.Up();

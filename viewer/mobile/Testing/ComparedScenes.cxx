@@ -169,6 +169,32 @@ ViewerScene LookAtDragon(int width, int height)
   return scene;
 }
 
+// With an array of numbers: which side of it a point is on, or how high it is.
+Mesh WithNumbers(Mesh mesh, bool classes)
+{
+  Attribute& numbers = mesh.attributes.emplace_back(Attribute{
+    { classes ? "classification" : "height",
+      classes ? AttributeType::UInt8 : AttributeType::Float32, AttributeAssociation::Point, 1 },
+    {} });
+  numbers.values.resize(mesh.points.size() * numbers.TupleSize());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+  {
+    const Vec3& p = mesh.points[i];
+    numbers.Set(i, 0, classes ? 2 + (p[0] > 0 ? 1 : 0) + (p[1] > 0 ? 2 : 0) : p[0] + p[2]);
+  }
+  return mesh;
+}
+
+Coloring ByNumbers(bool classes)
+{
+  Coloring coloring(SurfaceColoring::Attribute);
+  coloring.attribute = classes ? "classification" : "height";
+  coloring.low = -0.5;
+  coloring.high = 0.75;
+  coloring.hasClasses = coloring.isLas = classes;
+  return coloring;
+}
+
 }
 
 std::vector<std::uint8_t> PatternOf(const TextureTile& tile)
@@ -212,6 +238,10 @@ std::vector<ComparedScene> MakeComparedScenes()
     { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
     { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(painted, 300, 450) },
     { "Textured", 300, 450, SurfaceColoring::Own, WalkOnTexturedTorus(painted, 300, 450) },
+    { "TorusNumbers", 300, 450, ByNumbers(false),
+      WalkOnTorus(WithNumbers(plain, false), 300, 450) },
+    { "CloudClasses", 300, 450, ByNumbers(true),
+      WalkOnTorus(AsCloud(WithNumbers(plain, true), true), 300, 450) },
     { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(painted, true), 300, 450) },
     { "CloudCut", 300, 450, SurfaceColoring::Own,
       Cut(WalkOnTorus(AsCloud(painted, true), 300, 450)) },

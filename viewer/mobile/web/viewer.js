@@ -35,6 +35,18 @@ export async function loadViewer(came) {
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
 
+const colorings = ["own", "none", "partition", "resolution"];
+export const colorMaps = ["viridis", "cividis", "diverging"];
+
+// The array that colours are by, as links have them; "" for none.
+export function arrayOf(colours) {
+  try {
+    return decodeURIComponent(colours.split(":")[1] ?? "");
+  } catch {
+    return "";
+  }
+}
+
 class Viewer {
   #functions;
   #self;
@@ -208,9 +220,11 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
-  setColoring(coloring) {
-    this.#call("SetColoring", coloring);
+  // As links have it: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
+  setColors(colors) {
+    const [by, , map, low, high] = colors.split(":");
+    this.#putText(arrayOf(colors));
+    this.#call("SetColors", colorings.indexOf(by), colorMaps.indexOf(map), low, high);
   }
 
   // Of WebAssembly and graphics together, at most; what is shown follows.
@@ -346,6 +360,18 @@ class Viewer {
   legend() {
     this.#call("Legend");
     return JSON.parse(this.#text() || "[]");
+  }
+
+  // The arrays that the model may be coloured by; and of the one that it is coloured by the
+  // range of the map, and the classes: { arrays, low, high, classes }.
+  arrays() {
+    this.#call("Arrays");
+    return JSON.parse(this.#text());
+  }
+
+  // 0xrrggbb, of a number of that array.
+  shade(number) {
+    return this.#call("Shade", number);
   }
 
   // { budget, heap, used, pieces, graphics } in bytes.
